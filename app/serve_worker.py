@@ -60,7 +60,7 @@ def main(channel: int, control: int) -> int:
         return 2
     goes_on = False
     try:
-        messages.send(Ready())
+        messages.send(Ready(app.context.workload.places))
         goes_on = _obey(app, messages, link)
     finally:
         app.close(goes_on)

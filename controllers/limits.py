@@ -89,13 +89,19 @@ class VelocityBox:
     @gain.setter
     def gain(self, gain: float) -> None:
         self._gain = gain
-        self._free_lower = self._lower_position + self._top_speed / gain
-        self._free_upper = self._upper_position - self._top_speed / gain
+        ways = self._top_speed / gain
+        self._free: tuple[list[float], list[float]] = (
+            (self._lower_position + ways).tolist(),
+            (self._upper_position - ways).tolist(),
+        )
 
     def update(self, positions: Array) -> None:
         """Compute `lower` and `upper` (n,) [rad/s] at q (n,)."""
         lower, upper = self.lower, self.upper
-        if not (np.count_nonzero(positions < self._free_lower) or np.count_nonzero(positions > self._free_upper)):
+        for position, free_lower, free_upper in zip(positions.tolist(), *self._free, strict=True):
+            if position < free_lower or position > free_upper:
+                break
+        else:
             # No joint is near a stop: the usual case, and nothing to compute if it was so before.
             if not self._is_full:
                 lower[:], upper[:] = self._least_speed, self._top_speed

@@ -160,7 +160,7 @@ class ProximityDetector:
 
 def _smooth_minimum(distances: Array, beta: float) -> tuple[float, Array]:
     """Return −ln Σ exp(−β d_i) / β [m], and its derivatives with respect to d (pairs,), which add up to 1; overwrites d."""
-    least = distances.min()
+    least = np.minimum.reduce(distances)
     distances -= least
     distances *= -beta
     np.exp(distances, out=distances)

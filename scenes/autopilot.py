@@ -44,7 +44,10 @@ class Autopilot:
         """Return where the hand should be at a time ≥ 0 [s]. Times may be asked for in any order."""
         while self._end <= time:
             self._plan_move()
-        start, duration, a, b = next(move for move in reversed(self._moves) if move[0] <= time)
+        move = self._moves[-1]
+        if move[0] > time:
+            move = next(move for move in reversed(self._moves) if move[0] <= time)
+        start, duration, a, b = move
         share, _ = quintic(min((time - start) / duration, 1.0))
         return HandTarget(a + (b - a) * share)
 

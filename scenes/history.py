@@ -122,6 +122,10 @@ class History:
         q, dq, desired = row[_HEAD : self._middle].copy(), row[self._middle : self._end].copy(), row[self._end :].copy()
         return Sample(t, d, lam, e2, u, w, int(pair), law_d, law_w, int(authority), int(joint), lever, second, q, dq, desired)
 
+    def row(self, step: int) -> Array | None:
+        """Return the row of a step, counted from 0 since the last `clear`, a live view; None if it is not kept."""
+        return self._rows[step % self._capacity] if self.count - self._capacity <= step < self.count else None
+
     def table(self, newest: int | None = None) -> Array:
         """Return the rows kept, oldest first (rows, columns), a copy; at most the `newest` ones."""
         kept = min(self.count, self._capacity)

@@ -44,12 +44,15 @@ def missing(settings: RunSettings, table: Array) -> dict[Condition, NDArray[np.b
     each by a row of its own, either one's retreat makes up for what the other one does, so that no w is too fast.
     """
     law = settings.law
-    two = ~np.isnan(table[:, COLUMN["authority_b"]])
-    w = np.where(two, 0.0, table[:, COLUMN["w_law"]])
+    w, two = table[:, COLUMN["w_law"]], ~np.isnan(table[:, COLUMN["authority_b"]])
+    arms = [(np.ones_like(two), "")]
+    if two.any():
+        w = np.where(two, 0.0, w)
+        arms.append((two, "_b"))
     v = law.nominal_velocity + (w if law.feed_forward else 0.0)
     near = table[:, COLUMN["lambda"]] > 0.5
     rate, least, bound = -w, np.ones(len(table)), np.zeros(len(table), bool)
-    for arm, end in ((np.ones_like(two), ""), (two, "_b")):
+    for arm, end in arms:
         u, s, authority = (table[:, COLUMN[f"{name}{end}"]] for name in ("u", "lever", "authority"))
         rate = rate + np.where(arm, s * (v + u) - u, 0.0)
         least = np.where(arm, np.minimum(least, s), least)
@@ -70,8 +73,9 @@ def missing(settings: RunSettings, table: Array) -> dict[Condition, NDArray[np.b
 
 def missing_now(settings: RunSettings, history: History) -> tuple[Condition, ...]:
     """Return the conditions that are missing in the newest step of a history; () if it is empty."""
-    table = history.table(_reach(settings) + 1)
-    return tuple(condition for condition, steps in missing(settings, table).items() if steps.any() and steps[-1])
+    # Only a change of the closest pair is looked for in the steps before.
+    table = history.table(_reach(settings) + 1 if settings.law.pairs == "single" else 1)
+    return tuple(condition for condition, steps in missing(settings, table).items() if len(steps) and steps[-1])
 
 
 def broken_by(settings: RunSettings, table: Array) -> float:

@@ -60,6 +60,8 @@ class Simulation:
     def __init__(self, settings: RunSettings, capacity: int = HISTORY) -> None:
         self.settings = settings
         self._capacity = capacity
+        self.near: Proximity | None = None
+        """What the newest step decided by; None where that is not known, or other settings are in force."""
         self.law: Law = make_law(settings.law)
         self._custom_law: Law | None = None
         self._enter(room_of(settings))
@@ -105,7 +107,7 @@ class Simulation:
     def apply(self, settings: RunSettings) -> None:
         """Change the settings from the next step on. The arms stay where they are, unless they are put into another room."""
         before = self.settings
-        self.settings = settings
+        self.settings, self.near = settings, None
         if self._custom_law is None:
             self.law = make_law(settings.law)
         self.world.bounds.gain = settings.limit_gain
@@ -129,6 +131,7 @@ class Simulation:
         self.steps = 0
         self.time = 0.0
         self.history.clear()
+        self.near = None
         self._form()
         self._begin()
 
@@ -198,6 +201,7 @@ class Simulation:
         settings = self.settings
         hardware = settings.hardware
         before = self.velocities.copy() if hardware.acts_late else None
+        self.near = None
         if hardware.sees_wrong:
             scalars, second = self._decide_by_sensors(target)
         else:
@@ -206,6 +210,7 @@ class Simulation:
             for task, wanted in self._asked:
                 wanted[:] = task.nominal(target, settings, self.time)
             scalars, second = self._decide(near)
+            self.near = near
         if before is not None:
             self._actuate(before)
         for follower in self._followers:

@@ -12,7 +12,7 @@ from app.bench.disturbances import DISTURBANCES
 from app.bench.fairness import measure_neighbour
 from app.bench.server_times import limit_of
 from app.bench.step import measure_run, measure_steps, measure_what_if
-from app.bench.visitors import FULL_PAGE, measure_crowd, measure_visitor
+from app.bench.visitors import FULL_PAGE, measure_crowd, measure_sessions, measure_visitor
 from app.version import duet_version
 from controllers.errors import BadInputFile
 from scenes.files import read_file
@@ -46,6 +46,15 @@ def measure(steps: int, seconds: float, robot: str = "lwr") -> dict[str, Any]:
             f"{SESSIONS} private sessions": measure_crowd(SESSIONS, seconds, lecture=False),
         }
     )
+
+
+def measure_capacity(sessions: Iterable[int], seconds: float) -> dict[str, Any]:
+    """Return what so many private sessions cost, one number after the other, ready for JSON.
+
+    Args:
+        seconds: duration of each [s].
+    """
+    return _described({f"{count} private sessions": measure_sessions(count, seconds) for count in sessions})
 
 
 def measure_fairness(seconds: float, names: Iterable[str] = tuple(DISTURBANCES)) -> dict[str, Any]:

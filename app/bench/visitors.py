@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import asyncio
-import os
 import secrets
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from multiprocessing.connection import Connection
-from pathlib import Path
 from typing import Final
 
 from app.bench.headless_client import HeadlessClient
-from app.bench.processes import REQUEST, TIMEOUT, process, receive, request, run_async, serve_app
+from app.bench.processes import REQUEST, TIMEOUT, process, receive, request, run_async, serve_app, used_by_tree
 from app.bench.server_times import PARTS
 
 WARM_UP: Final = 60
@@ -34,6 +34,20 @@ CLASS: Final = ("", "lang=de&picture=fast", "lang=sl", "screen=1&profile=project
 CLIENT_PROCESSES: Final = 2
 
 
+@contextmanager
+def _served(sessions: int = 8) -> Iterator[tuple[int, str, float]]:
+    """Run `lwr-duet serve` while open; gives its process, its address, and the time that it took to say so [s]."""
+    command = [sys.executable, "-m", "app", "serve", "--port", "0", "--no-open", "--store", "memory", "--sessions", str(sessions)]
+    begin = time.perf_counter()
+    with subprocess.Popen(command, stdout=subprocess.PIPE, encoding="utf-8") as server:
+        try:
+            assert server.stdout is not None
+            line = server.stdout.readline()
+            yield server.pid, next(word for word in line.split() if word.startswith("http")), time.perf_counter() - begin
+        finally:
+            server.terminate()
+
+
 def measure_visitor(seconds: float, query: str = "") -> dict[str, float]:
     """Return what one visitor costs a server that was started by `lwr-duet serve`: CPU, messages, bytes and frames.
 
@@ -43,17 +57,8 @@ def measure_visitor(seconds: float, query: str = "") -> dict[str, float]:
     Returns:
         Also the time from the command until the server answers, and until the visitor has the arms [s].
     """
-    command = [sys.executable, "-m", "app", "serve", "--port", "0", "--no-open", "--store", "memory"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, encoding="utf-8") as server:
-        try:
-            assert server.stdout is not None
-            begin = time.perf_counter()
-            line = server.stdout.readline()
-            started = time.perf_counter() - begin
-            url = next(word for word in line.split() if word.startswith("http"))
-            return {"start_s": started, **asyncio.run(_watch(url, server.pid, seconds, query, begin))}
-        finally:
-            server.terminate()
+    with _served() as (pid, url, started):
+        return {"start_s": started, **asyncio.run(_watch(url, pid, seconds, query, time.perf_counter() - started))}
 
 
 async def _watch(url: str, pid: int, seconds: float, query: str, started: float) -> dict[str, float]:
@@ -62,9 +67,9 @@ async def _watch(url: str, pid: int, seconds: float, query: str, started: float)
     seen = time.perf_counter() - started
     await asyncio.sleep(SERVE_WARM_UP)
     visitor.reset_counters()
-    cpu, begin = _cpu_seconds(pid), time.perf_counter()
+    cpu, begin = used_by_tree(pid).seconds, time.perf_counter()
     await asyncio.sleep(seconds)
-    cpu, elapsed = _cpu_seconds(pid) - cpu, time.perf_counter() - begin
+    cpu, elapsed = used_by_tree(pid).seconds - cpu, time.perf_counter() - begin
     received = visitor.received
     figures = {
         "arms_s": seen,
@@ -75,15 +80,6 @@ async def _watch(url: str, pid: int, seconds: float, query: str, started: float)
     }
     await visitor.close()
     return figures
-
-
-def _cpu_seconds(pid: int) -> float:
-    """Return the processor time that a process has used [s]; nan without /proc."""
-    try:
-        fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii", errors="replace").rsplit(")", 1)[1].split()
-    except OSError:
-        return float("nan")
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 async def _visit(pipe: Connection, url: str, queries: tuple[str, ...]) -> None:
@@ -97,6 +93,66 @@ async def _visit(pipe: Connection, url: str, queries: tuple[str, ...]) -> None:
         pipe.send([(visitor.received.frames, visitor.received.bytes, visitor.closed is None) for visitor in visitors])
     for visitor in visitors:
         await visitor.close()
+
+
+@contextmanager
+def _crowd(url: str, queries: tuple[str, ...]) -> Iterator[Callable[[], list[tuple[int, int, bool]]]]:
+    """Have visitors of these queries while open, in processes of their own; gives a function that counts the frames and bytes of each."""
+    shares = [queries[i::CLIENT_PROCESSES] for i in range(CLIENT_PROCESSES)]
+    with process(run_async, _visit, url, shares[0]) as here, process(run_async, _visit, url, shares[1]) as there:
+        crowds = here, there
+        for crowd in crowds:
+            receive(crowd)
+        time.sleep(SETTLING)
+        yield lambda: [one for crowd in crowds for one in request(crowd)]
+
+
+def _received(before: list[tuple[int, int, bool]], after: list[tuple[int, int, bool]], elapsed: float) -> dict[str, float]:
+    """Return what visitors received in a time [s].
+
+    Raises:
+        RuntimeError: a visitor lost the connection.
+    """
+    lost = sum(not alive for *_, alive in after)
+    if lost:
+        raise RuntimeError(f"{lost} of {len(after)} visitors lost their connection during the measurement")
+    frames = [(new[0] - old[0]) / elapsed for old, new in zip(before, after, strict=True)]
+    sizes = [(new[1] - old[1]) / elapsed for old, new in zip(before, after, strict=True)]
+    return {
+        "frames_per_s": sum(frames) / len(frames),
+        "least_frames_per_s": min(frames),
+        "kB_per_s": sum(sizes) / len(sizes) / 1000.0,
+    }
+
+
+def measure_sessions(sessions: int, seconds: float) -> dict[str, float]:
+    """Return what visitors with a session each cost a server that was started by `lwr-duet serve`, with all its processes.
+
+    Args:
+        sessions: number of visitors at once.
+        seconds: duration of the measurement [s].
+
+    Returns:
+        Processor time in percent of one core, and for one update of all pages; memory, where pages that processes share count once [MB];
+        the number of processes; frames a second at the average visitor and at the slowest; kB a second of each. Processor time and memory
+        are nan without /proc.
+
+    Raises:
+        RuntimeError: a visitor lost the connection.
+    """
+    with _served(sessions) as (pid, url, _), _crowd(url, ("",) * sessions) as count:
+        used, got, begin = used_by_tree(pid), count(), time.perf_counter()
+        time.sleep(seconds)
+        used_end, got_end, elapsed = used_by_tree(pid), count(), time.perf_counter() - begin
+    received = _received(got, got_end, elapsed)
+    total = 100.0 * (used_end.seconds - used.seconds) / elapsed
+    return {
+        "cpu_percent_of_a_core": total,
+        "cpu_ms_per_frame": 10.0 * total / max(received["frames_per_s"], 1e-9),
+        "memory_MB": used_end.memory / 1e6,
+        "processes": float(used_end.processes),
+        **received,
+    }
 
 
 def measure_crowd(visitors: int, seconds: float, *, lecture: bool) -> dict[str, float]:
@@ -118,30 +174,17 @@ def measure_crowd(visitors: int, seconds: float, *, lecture: bool) -> dict[str, 
     with process(serve_app, lecture, visitors) as server:
         url = receive(server)
         queries = tuple(CLASS[i // CLIENT_PROCESSES % len(CLASS)] if lecture else "" for i in range(visitors))
-        shares = [queries[i::CLIENT_PROCESSES] for i in range(CLIENT_PROCESSES)]
-        with process(run_async, _visit, url, shares[0]) as here, process(run_async, _visit, url, shares[1]) as there:
-            crowds = here, there
-            for crowd in crowds:
-                receive(crowd)
-            time.sleep(SETTLING)
-            (cpu, parts, _), got = request(server), [one for crowd in crowds for one in request(crowd)]
-            begin = time.perf_counter()
+        with _crowd(url, queries) as count:
+            (cpu, parts, _), got, begin = request(server), count(), time.perf_counter()
             time.sleep(seconds)
-            (cpu_end, parts_end, _), got_end = request(server), [one for crowd in crowds for one in request(crowd)]
-            elapsed = time.perf_counter() - begin
-    lost = sum(not alive for *_, alive in got_end)
-    if lost:
-        raise RuntimeError(f"{lost} of {visitors} visitors lost their connection during the measurement")
-    frames = [(after[0] - before[0]) / elapsed for before, after in zip(got, got_end, strict=True)]
-    sizes = [(after[1] - before[1]) / elapsed for before, after in zip(got, got_end, strict=True)]
+            (cpu_end, parts_end, _), got_end, elapsed = request(server), count(), time.perf_counter() - begin
+    received = _received(got, got_end, elapsed)
     used = {part: 100.0 * (parts_end[part] - parts[part]) / elapsed for part in PARTS}
     total = 100.0 * (cpu_end - cpu) / elapsed
     return {
         "cpu_percent_of_a_core": total,
-        "cpu_ms_per_frame": 10.0 * total * visitors / max(sum(frames), 1e-9),
-        "frames_per_s": sum(frames) / visitors,
-        "least_frames_per_s": min(frames),
-        "kB_per_s": sum(sizes) / visitors / 1000.0,
+        "cpu_ms_per_frame": 10.0 * total / max(received["frames_per_s"], 1e-9),
+        **received,
         **{f"{part}_percent": value for part, value in used.items()},
         "other_percent": total - sum(used.values()),
     }

@@ -18,7 +18,7 @@ from app.lessons.session.saved import SavedLesson
 from app.runtime.throttled_log import ThrottledLog
 from app.session.session import Session
 from app.settings import Settings
-from app.web.audiences import Audiences
+from app.web.audiences import SCREEN, Audiences
 from scenes.settings import values
 
 log = logging.getLogger("duet.lecture")
@@ -46,7 +46,7 @@ class BreakoutSessions:
     def expects(self, query: dict[str, str]) -> bool:
         """Return whether the browser that connects with a query gets a breakout session; from any thread."""
         tab = None if self.workers is not None else tab_id(query)
-        return tab is not None and "screen" not in query and self._room.free and self._room.places.holds(tab)
+        return tab is not None and SCREEN not in query and self._room.free and self._room.places.holds(tab)
 
     def hurry(self) -> None:
         """Assign places in the next frame, after a decision of the teacher's."""
@@ -100,7 +100,7 @@ class BreakoutSessions:
         """Advance and draw one student's session. `now`: wall time; `elapsed`: since the last frame [s]."""
         try:
             visitor.session.halt.set("teacher", self._room.paused)
-            visitor.frame(now, elapsed, 1 + self._room.places.taken)
+            visitor.frame(now, elapsed)
         except Exception as error:
             # One broken page must not stop the others; a tab that is just closing ends up here too.
             if client_id in self._context.server.get_clients():

@@ -7,6 +7,7 @@ from typing import Final
 
 from app.hosting.teacher_key import is_teacher
 from app.hosting.visitor_record import tab_id
+from app.web.audiences import SCREEN
 
 HOLD: Final = 60.0
 """How long the lead is held, without a key, for a tab that has disconnected [s]."""
@@ -37,7 +38,7 @@ class Leader:
         """Return whether a browser that connects with a query may lead."""
         tab = tab_id(query)
         name = tab or f"tab {client_id}"
-        if "screen" in query:
+        if SCREEN in query:
             return False
         leads = self._holder in (None, name) or self._is_heir(tab)
         admitted = leads if self._key is None else is_teacher(self._key, query)

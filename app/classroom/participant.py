@@ -7,6 +7,7 @@ import viser
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.classroom_html import EXPLORING, FOLLOWING, HALTED, NAMELESS, WATCHING
 from app.classroom.hand_in_box import HandInBox
+from app.classroom.presenter import Presenter
 from app.classroom.stage_page import StagePage
 from app.classroom.student_answers import Answers, Banner, is_narrow
 from app.classroom.student_posts import StudentPosts
@@ -17,7 +18,7 @@ from app.i18n.speaking import tr
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.tally import Ballot
 from app.page.view import View
-from app.web.audiences import Audience
+from app.web.audiences import SCREEN, Audience
 from app.web.request import request_query
 
 
@@ -46,7 +47,7 @@ class Participant:
         self.query = request_query(client)
         tab = tab_id(self.query)
         self.id, self.lasting = tab or f"tab {client.client_id}", tab is not None
-        self.screen, self.narrow, self.moved = "screen" in self.query, is_narrow(client), False
+        self.screen, self.narrow, self.moved = SCREEN in self.query, is_narrow(client), False
         self.page: StagePage | None = None
         self.banner: Banner | None = None
         self.answers: Answers | None = None
@@ -70,8 +71,14 @@ class Participant:
         if self.panel is not None:
             self.panel.close()
 
+    def show_panel(self, presenter: Presenter, room: Classroom, poll: Poll | None, lessons: LessonSession, screens: int) -> None:
+        """Update a teacher's panel. `poll`: the question on the stage; `lessons`: the stage's; `screens`: how many projectors there are."""
+        if self.panel is not None:
+            with contextlib.suppress(Exception), self.client.atomic():
+                self.panel.show(presenter, room, poll, lessons, screens)
+
     def show(self, room: Classroom, poll: Poll | None, mine: Ballot | None, view: View, lessons: LessonSession) -> None:
-        """Update what the page has beside the stage.
+        """Update what a student's page has beside the stage.
 
         Args:
             poll: the question on the stage.
@@ -81,9 +88,6 @@ class Participant:
         if self.visitor is not None and self._view is not view:
             self._view, self._shown = view, None
             self.add_banner()
-        if self.panel is not None:
-            with contextlib.suppress(Exception), self.client.atomic():
-                self.panel.show(room, poll, lessons)
         if self.banner is None or self.hand_in is None:
             return
         self.hand_in.post(None if self.visitor is None else lessons)

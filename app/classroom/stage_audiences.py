@@ -10,9 +10,10 @@ from app.classroom.stage_page import StagePage
 from app.classroom.student_answers import Answers
 from app.classroom.teacher_control import TeacherControl
 from app.hosting.app_context import AppContext
-from app.hosting.teacher_key import is_mistaken
+from app.hosting.teacher_key import is_mistaken, is_teacher
 from app.i18n.speaking import set_language
 from app.lessons.session.lesson_session import LessonSession
+from app.page.panels.hotkeys import CLICKER_KEYS
 from app.page.panels.key_notice import name_mistake
 from app.session.session import Session
 from app.web.audiences import Audience, Audiences
@@ -52,10 +53,11 @@ class StageAudiences:
         def clients() -> list[viser.ClientHandle]:
             return [one.client for one in self.watchers(audience)]
 
-        return StagePage(audience, self._session, self._lessons, book, look.language, look, clients)
+        presenter = self._control.presenter if audience.screen else None
+        return StagePage(audience, self._session, self._lessons, book, look.language, look, clients, presenter)
 
     def admit(self, watcher: Participant) -> None:
-        """Welcome a student or a projector, and give a student banner and answers."""
+        """Welcome a student or a projector; a student gets banner and answers, and a projector with the teacher's key a clicker's keys."""
         client, audience, student = watcher.client, watcher.audience, watcher.id
         assert audience is not None
         page = self.pages[audience]
@@ -66,5 +68,8 @@ class StageAudiences:
             self._room.enter(client.client_id, student)
             watcher.add_banner()
             watcher.answers = Answers(client, page.view.lesson_panel, self._control, student)
+        elif is_teacher(self._context.key, watcher.query):
+            for hotkey in CLICKER_KEYS:
+                hotkey.add_to(client.gui, self._control.post)
         if is_mistaken(self._context.key, watcher.query):
             name_mistake(client)

@@ -7,6 +7,8 @@ import viser
 from app.classroom.address import Address
 from app.classroom.classroom import Poll
 from app.classroom.classroom_html import overlay_html, poll_html
+from app.classroom.presenter import Presenter
+from app.classroom.screen_view import ScreenView
 from app.i18n.speaking import set_language
 from app.lessons.lesson import LessonBook
 from app.lessons.session.lesson_session import LessonSession
@@ -27,9 +29,11 @@ class StagePage:
         book: the lessons, in English.
         look: of the page; None for that of the stage's settings, which is the operator's.
         clients: returns the clients to which the camera belongs.
+        presenter: of a projector's page; None for all others.
 
     Attributes:
         language, book: of the page, and the lessons in it.
+        shown: whether a frame was drawn.
     """
 
     def __init__(
@@ -41,8 +45,10 @@ class StagePage:
         language: Language,
         look: Look | None,
         clients: Callable[[], list[viser.ClientHandle]],
+        presenter: Presenter | None = None,
     ) -> None:
         self._host, self.book = host, in_language(book, language)
+        self._clients, self._presenter, self.shown = clients, presenter, False
         self.language: Language = language
         set_language(language)
         with host.atomic():
@@ -51,8 +57,23 @@ class StagePage:
             with self.view.plots_tab:
                 # A folded panel is not on the page; one of several is.
                 self._addresses.append(host.gui.add_html(""))
+            self._screen = None if presenter is None else ScreenView(host.gui, presenter, lessons, self.book)
         self._poll: viser.GuiHtmlHandle | None = None
         self._shown: Poll | None = None
+
+    def _show_screen(self, presenter: Presenter, screen: ScreenView, poll: Poll | None) -> None:
+        if self.view.bare == presenter.panels:
+            self.view.bare = not presenter.panels
+            for client in self._clients():
+                # The panels take their room from the canvas, so that the view has to be fitted again.
+                self.view.welcome(client)
+        screen.show(poll)
+
+    def cover(self) -> None:
+        """Make a projector black, or show its picture again, which may be frozen."""
+        if self._screen is not None:
+            with self._host.atomic():
+                self._screen.cover()
 
     def show(self, frame: Frame, poll: Poll | None, inviting: Address | None) -> None:
         """Draw a frame.
@@ -61,7 +82,10 @@ class StagePage:
             poll: the question on the stage, in this language; its tally is shown after the reveal.
             inviting: the address, while it is on every screen.
         """
+        self.shown = True
         with self._host.atomic():
+            if self._presenter is not None and self._screen is not None:
+                self._show_screen(self._presenter, self._screen, poll)
             self.view.show(frame)
             tab, gui = self.view.lesson_panel.tab, self._host.gui
             if self._poll is None and tab is not None:

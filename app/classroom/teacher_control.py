@@ -3,10 +3,12 @@
 from collections.abc import Callable
 
 from app.classroom.classroom import Classroom, Poll
+from app.classroom.presenter import Presenter, Station
+from app.classroom.screen_panel import TIMERS
 from app.classroom.teacher_panel import Action
 from app.lessons.curve_drawing import median_curve
 from app.lessons.lesson import LessonBook
-from app.lessons.session.lesson_actions import Choose, Draw, ResetStep
+from app.lessons.session.lesson_actions import Choose, Draw, GoBack, GoOn, ResetStep, StartOrPause
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.tally import QuestionId
 from app.lessons.walkthrough import Walkthrough
@@ -23,11 +25,13 @@ class TeacherControl:
 
     Attributes:
         answers: the students' answers; they are done before the teacher's actions, and are not lost with the teacher's tab.
+        presenter: what the projectors show.
     """
 
     def __init__(self, room: Classroom, session: Session, lessons: LessonSession, decided: Callable[[], None]) -> None:
         self._room, self._session, self._lessons, self._decided = room, session, lessons, decided
         self.answers = ActionQueue()
+        self.presenter = Presenter()
 
     @property
     def _walk(self) -> Walkthrough | None:
@@ -61,7 +65,7 @@ class TeacherControl:
         self._room.hand_in(self._lessons.walk if self._lessons.begun else None, student, name, progress)
 
     def _act(self, action: Action) -> None:
-        room = self._room
+        room, presenter = self._room, self.presenter
         match action:
             case "follow":
                 room.follow()
@@ -76,7 +80,80 @@ class TeacherControl:
                 self._ask_again()
             case "invite":
                 room.inviting = not room.inviting
+            case "on":
+                self._go_on()
+            case "back":
+                self._go_back()
+            case "live":
+                presenter.uncover()
+            case "freeze":
+                presenter.frozen = not presenter.frozen
+            case "blank":
+                presenter.blank = not presenter.blank
+            case "stage" | "panels":
+                presenter.panels = action == "panels"
+            case _:
+                self._start_timer(TIMERS[action])
         self._decided()
+
+    # ---- the projector -----------------------------------------------------------------------------------------------------
+
+    def present(self) -> None:
+        """Have the projectors follow the stage; once a frame."""
+        poll = self.poll()
+        self.presenter.follow(self._walk, poll is not None and poll.revealed, not self._session.paused)
+
+    def _go_on(self) -> None:
+        """Show the next station of the step. A projector that is black or frozen only comes back."""
+        presenter, walk, lessons, session = self.presenter, self._walk, self._lessons, self._session
+        if presenter.uncover() or walk is None:
+            return
+        poll = self.poll()
+        match presenter.station:
+            case Station.SCENE if poll is not None:
+                presenter.show(Station.ANSWERS if poll.revealed else Station.QUESTION)
+            case Station.QUESTION if poll is not None and poll.tally.answered:
+                self._reveal()
+            case Station.SCENE | Station.QUESTION | Station.ANSWERS:
+                presenter.show(Station.RUN if not walk.locked or walk.done.predicted else presenter.station)
+                if session.paused:
+                    # Without a prediction the lesson says that it needs one.
+                    lessons.act(StartOrPause())
+            case Station.RUN if session.paused and not walk.showing and not walk.yours and not walk.finished(session.simulation):
+                lessons.act(StartOrPause())
+            case Station.CHALLENGE:
+                presenter.show(Station.TRY)
+            case _:
+                lessons.act(GoOn())
+
+    def _go_back(self) -> None:
+        """Show the station before; what is revealed stays so."""
+        presenter, walk, lessons = self.presenter, self._walk, self._lessons
+        if presenter.uncover() or walk is None:
+            return
+        poll = self.poll()
+        match presenter.station:
+            case Station.QUESTION | Station.ANSWERS:
+                presenter.show(Station.SCENE)
+            case Station.RUN if poll is not None and not walk.showing:
+                if not self._session.paused:
+                    lessons.act(StartOrPause())
+                presenter.show(Station.ANSWERS if poll.revealed else Station.QUESTION)
+            case Station.TRY:
+                presenter.show(Station.CHALLENGE)
+            case _:
+                lessons.act(GoBack())
+
+    def _start_timer(self, seconds: int) -> None:
+        """Give the class time to answer the question, which everybody sees then."""
+        poll = self.poll()
+        if poll is None or not poll.open:
+            seconds = 0
+        elif self.presenter.station is Station.SCENE and seconds:
+            self.presenter.show(Station.QUESTION)
+        self.presenter.start_timer(seconds)
+
+    # ---- the question ------------------------------------------------------------------------------------------------------
 
     def _reveal(self) -> None:
         poll, lessons = self.poll(), self._lessons

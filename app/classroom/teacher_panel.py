@@ -9,17 +9,24 @@ from app.classroom.address import Address
 from app.classroom.class_downloads import ClassDownloads
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.classroom_html import heads_html, join_html, poll_html
+from app.classroom.presenter import Presenter
+from app.classroom.screen_panel import ScreenAction, ScreenPanel, covers_html
 from app.i18n.speaking import N_, tr
 from app.lessons.session.lesson_session import LessonSession
 from app.page.panels.choice_buttons import ChoiceButtons
+from app.page.panels.hotkeys import PRESENTER_KEYS
 from app.page.panels.notes_panel import ORDER, NotesView
+from app.settings import PageSettings
 from app.web.viser_internals import HotkeyKey
 
-Action = Literal["follow", "free", "pause", "reveal", "again", "invite"]
-"""The teacher's actions: all students to the stage or to breakout sessions, pause or resume, reveal the answers, ask again, show or hide
-the address."""
+ClassAction = Literal["follow", "free", "pause", "reveal", "again", "invite"]
+"""The teacher's actions for the class: all students to the stage or to breakout sessions, pause or resume, reveal the answers, ask again,
+show or hide the address."""
 
-COMMANDS: Final[tuple[tuple[str, HotkeyKey, Action], ...]] = (
+Action = ClassAction | ScreenAction
+"""All actions of a teacher."""
+
+COMMANDS: Final[tuple[tuple[str, HotkeyKey, ClassAction], ...]] = (
     (N_("Class: follow me, or explore freely"), "F", "free"),
     (N_("Class: pause everybody, or go on"), "P", "pause"),
     (N_("Class: reveal the answers to everybody"), "V", "reveal"),
@@ -35,6 +42,7 @@ class TeacherPanel:
     Args:
         act: called with the teacher's actions, on the network's thread.
         notes: Markdown by lesson id; None for a teacher without a key.
+        page: of the teacher; a projector that is opened from here looks the same.
         downloads: of the class's reports.
     """
 
@@ -44,10 +52,13 @@ class TeacherPanel:
         act: Callable[[Action], None],
         address: Address,
         notes: Mapping[str, str] | None,
+        page: PageSettings,
         downloads: ClassDownloads,
     ) -> None:
         self._gui, self._act, self._downloads = client.gui, act, downloads
         gui = client.gui
+        # Above the tabs, in view whichever of them is open.
+        self._covers = gui.add_html("", order=ORDER - 0.5)
         tabs = gui.add_tab_group(order=ORDER)
         with tabs.add_tab(tr("Class"), viser.Icon.USERS_GROUP):
             self._heads = gui.add_html("")
@@ -63,6 +74,8 @@ class TeacherPanel:
             self._again = self._button(tr("Ask again"), "again", "gray", viser.Icon.REFRESH)
             self._pause = self._button(tr("Pause everybody"), "pause", "gray", viser.Icon.HAND_STOP)
             downloads.build()
+        with tabs.add_tab(tr("Screen"), viser.Icon.PRESENTATION):
+            self._screen = ScreenPanel(gui, act, page, notes is not None)
         self._notes: NotesView | None = None
         if notes is not None:
             with tabs.add_tab(tr("Notes"), viser.Icon.NOTEBOOK):
@@ -72,11 +85,13 @@ class TeacherPanel:
             self._invite = self._button(tr("Show it on every screen"), "invite", None, viser.Icon.QRCODE)
         for name, key, action in COMMANDS:
             self._command(name, key, action)
+        for hotkey in PRESENTER_KEYS:
+            hotkey.add_to(gui, act)
         self._free = False
         self._shown: object = None
 
     def _button(
-        self, label: str, action: Action, color: Literal["gray"] | None, icon: viser.IconName | None
+        self, label: str, action: ClassAction, color: Literal["gray"] | None, icon: viser.IconName | None
     ) -> viser.GuiButtonHandle:
         button = self._gui.add_button(label, color=color, icon=icon)
 
@@ -87,7 +102,7 @@ class TeacherPanel:
 
         return button
 
-    def _command(self, name: str, key: HotkeyKey, action: Action) -> None:
+    def _command(self, name: str, key: HotkeyKey, action: ClassAction) -> None:
         command = self._gui.add_command(
             tr(name),
             description=tr("Key: {key}", key=f"Alt Shift {key}"),
@@ -101,12 +116,14 @@ class TeacherPanel:
             del event
             self._act("follow" if action == "free" and self._free else action)
 
-    def show(self, room: Classroom, poll: Poll | None, lessons: LessonSession) -> None:
-        """Update all tabs. `poll`: the question on the stage; `lessons`: the stage's."""
+    def show(self, presenter: Presenter, room: Classroom, poll: Poll | None, lessons: LessonSession, screens: int) -> None:
+        """Update all tabs. `poll`: the question on the stage; `lessons`: the stage's; `screens`: how many projectors there are."""
+        self._screen.show(presenter, lessons, screens)
+        self._covers.content = covers_html(presenter)
         if self._notes is not None:
             self._notes.show(lessons)
         self._downloads.show()
-        shown = room.heads, room.free, room.paused, room.inviting, room.waiting, len(room.work.hand_ins), poll
+        shown = room.heads, room.free, room.paused, room.inviting, room.waiting, len(room.work.hand_ins), poll, room.load
         if shown == self._shown:
             return
         self._shown, self._free = shown, room.free

@@ -7,6 +7,7 @@ from pathlib import Path
 from app.cli.options import RunOptions, chosen
 from app.runtime.output_file import written
 from app.runtime.terminal import ending_at_once
+from controllers.errors import BadSetting
 from scenes.settings import RunSettings
 
 
@@ -32,6 +33,8 @@ class Bench:
     """Instead, the hold experiment beside pink, mink and embodik: the same arms and inputs, interleaved (needs the extra `peers`)."""
     fair: bool = False
     """Instead, what a visitor's page has left while another floods the server, sends heavy messages, or comes with a class."""
+    sessions: tuple[int, ...] = ()
+    """Instead, the CPU, the memory and the slowest visitor's frames of a server with so many private sessions, such as 8 16 30 60."""
 
 
 def bench(command: Bench) -> int:
@@ -40,8 +43,10 @@ def bench(command: Bench) -> int:
     Raises:
         BadSetting, BadInputFile: the extra is not installed, or a file cannot be read or written.
     """
+    if any(count < 1 for count in command.sessions):
+        raise BadSetting("--sessions must be at least 1.")
     with ending_at_once():
-        from app.bench.measurements import compare, measure, measure_fairness, read_figures, table_text
+        from app.bench.measurements import compare, measure, measure_capacity, measure_fairness, read_figures, table_text
         from app.bench.peers import measure_peers, peers_table
 
     arms = {"robot": command.robot, "robot_left": command.robot_left, "robot_right": command.robot_right}
@@ -51,7 +56,10 @@ def bench(command: Bench) -> int:
         result = measure_peers(command.steps)
         print(peers_table(result))
     else:
-        result = measure_fairness(command.seconds) if command.fair else measure(command.steps, command.seconds, robot)
+        if command.sessions:
+            result = measure_capacity(command.sessions, command.seconds)
+        else:
+            result = measure_fairness(command.seconds) if command.fair else measure(command.steps, command.seconds, robot)
         print(table_text(result))
     if before is not None:
         print(compare(result, before))

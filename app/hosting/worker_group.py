@@ -61,6 +61,7 @@ class WorkerGroup:
 
     Attributes:
         workers: the one with the stage of a lecture is the first.
+        places: sessions that all have at once, as the worker says that was ready last.
     """
 
     def __init__(self, selector: selectors.BaseSelector, start: WorkerStart, most: int) -> None:
@@ -77,7 +78,7 @@ class WorkerGroup:
         self._decided: bytes | None = None
         self._to_renew: deque[int] = deque()
         self._successor: tuple[int, WorkerProcess] | None = None
-        self.is_serving = False
+        self.is_serving, self.places = False, 0
         self.workers: list[WorkerProcess] = []
         self._begin(0)
 
@@ -140,7 +141,8 @@ class WorkerGroup:
             self._ended(worker)
             return
         match message:
-            case Ready():
+            case Ready(places):
+                self.places = places
                 self._ready(worker)
             case Failed(text):
                 if not self.is_serving:

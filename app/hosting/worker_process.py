@@ -44,7 +44,13 @@ class WorkerStart:
 
 
 class Ready(NamedTuple):
-    """A worker serves."""
+    """A worker serves.
+
+    Attributes:
+        places: sessions that all workers have at once.
+    """
+
+    places: int
 
 
 class Failed(NamedTuple):

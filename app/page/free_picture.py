@@ -23,6 +23,9 @@ PLOTS_ROW: Final = (720.0, 32.0)
 PLOTS_BAR: Final = 60.0
 """Height of the folded plots [CSS px]."""
 
+CAPTION: Final = 0.13
+"""Share of a projector's height that the line below a scene without panels covers."""
+
 PHONE_ASPECT: Final = 0.62
 """Width over height of the window below which it is a phone's."""
 
@@ -69,17 +72,20 @@ class FreePicture(NamedTuple):
         return any(part.inset(share).contains(x, y) for part in self.free)
 
 
-def free_picture(window: tuple[float, float], width: float, profile: Profile) -> FreePicture:
+def free_picture(window: tuple[float, float], width: float, profile: Profile, bare: bool = False) -> FreePicture:
     """Return what is free of a picture.
 
     Args:
         window: width and height of the window below the title bar [CSS px].
         width: of the picture, which is what docked panels leave of the window's [CSS px].
         profile: of the page.
+        bare: whether the page shows no panels, but a line below the scene.
     """
     height, k = window[1], scale(profile)
     phone = window[0] / height < PHONE_ASPECT
-    if phone:
+    if bare:
+        covered = CAPTION * height
+    elif phone:
         covered = PHONE_SHEET * height
     else:
         row = PLOTS_ROW[1] * k if width < PLOTS_ROW[0] * k else 0.0

@@ -11,7 +11,7 @@ from app.page.handles.gizmos import NUDGE, SWING, Gizmos
 from app.page.lessons.lab_report_box import LabReportBox
 from app.page.lessons.lesson_controls import LessonControls
 from app.page.panels.controls import Controls
-from app.page.panels.hotkeys import HOTKEYS
+from app.page.panels.hotkeys import HOTKEYS, keys_of
 from app.page.panels.link_box import LinkBox
 from app.page.panels.microscope_buttons import MicroscopeButtons
 from app.page.panels.plot_chooser import DetailsChooser
@@ -32,11 +32,12 @@ class Operation:
         client: of the operator.
         session: what is operated.
         view: what is seen of it.
+        presenting: whether a class watches: some keys are the presenter's, and leaving the lessons asks first.
     """
 
-    def __init__(self, client: viser.ClientHandle, session: Session, view: View) -> None:
+    def __init__(self, client: viser.ClientHandle, session: Session, view: View, presenting: bool = False) -> None:
         self._client, self._session, self._view = client, session, view
-        self._controls = Controls(client.gui, session, self.post, self._notify)
+        self._controls = Controls(client.gui, session, self.post, self._notify, presenting)
         self._keep: ReplayBar | None = None
         with client.gui.add_folder(tr("Keep and replay"), order=self._controls.below_clock, expand_by_default=False):
             if session.background is not None:
@@ -48,8 +49,8 @@ class Operation:
         self._chooser = DetailsChooser(client.gui, view.lessons, view.plots_tab, self.post)
         self._microscope = MicroscopeButtons(client.gui, session, view)
         self._gizmos = Gizmos(client.scene, view.stage, session, view.lessons, self.post)
-        self._desk = LessonControls(client, session, view.lessons, view.lesson_panel, self._controls, self._notify)
-        for hotkey in HOTKEYS:
+        self._desk = LessonControls(client, session, view.lessons, view.lesson_panel, self._controls, self._notify, presenting)
+        for hotkey in keys_of(HOTKEYS, presenting):
             hotkey.add_to(client.gui, self.post)
 
     def post(self, action: actions.Action) -> None:

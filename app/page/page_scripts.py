@@ -20,10 +20,10 @@ def page_assets(page: PageSettings) -> PageAssets:
     """
     scripts = (
         "teacher_key without_webgl fast_picture grab_events hotkeys resume announcements accessible_names replay_box drawing "
-        "page_language folder_headings class_overlay copy_button link_box pressed_buttons welcome label_placement contact_chart "
+        "page_language folder_headings class_overlay presenter copy_button link_box pressed_buttons welcome label_placement contact_chart "
         "contact_balance contact_guess contact_card live_equations lit_symbols loading"
     )
-    styles = "without_webgl announcements class welcome loading contact_card"
+    styles = "without_webgl announcements class presenter welcome loading contact_card"
     constants = {
         "withoutWebgl": (NO_PICTURE, WHAT_WORKS, WHAT_TO_SWITCH_ON),
         "relayedKeys": {hotkey.relayed: hotkey.key for hotkey in HOTKEYS if hotkey.relayed},

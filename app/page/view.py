@@ -55,6 +55,9 @@ class View:
         look: of the audience in a lecture; None for the look that the session's settings ask for.
         book: the lessons in the reader's language; None for that of `lessons`.
         folds: whether the controls make room for a lesson on a narrow window.
+
+    Attributes:
+        bare: whether the page shows the scene without panels, as a projector does.
     """
 
     def __init__(
@@ -70,6 +73,7 @@ class View:
         self._host, self._session, self._clients = host, session, clients
         self.lessons = lessons or LessonSession(session, NO_LESSONS)
         self._own_look = look
+        self.bare = False
         self._simulation = session.simulation
         page = self._page
         gui = host.gui
@@ -151,7 +155,7 @@ class View:
         """Return what is free of a client's picture."""
         window = canvas_size(client)
         width = max(client.camera.aspect, 0.2) * window[1]
-        return free_picture(window, width, self._page.profile)
+        return free_picture(window, width, self._page.profile, self.bare)
 
     def left_alone(self, client: viser.ClientHandle) -> bool:
         """Return whether a client's visitor has moved the camera, so that it does not follow."""

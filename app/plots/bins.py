@@ -17,8 +17,10 @@ LAST, LOW, HIGH, FROM, TO, AT_LOW, AT_HIGH, BEFORE, AFTER, COUNT = range(10)
 """What a bin keeps of a signal: its newest value, the extremes, the values on both sides of the largest step, when they were [s], and the
 number of values."""
 
-_VALUES: Final = [LOW, HIGH, FROM, TO]
-_TIMES: Final = [AT_LOW, AT_HIGH, BEFORE, AFTER]
+_VALUES: Final = slice(LOW, TO + 1)
+_TIMES: Final = slice(AT_LOW, AFTER + 1)
+_EXTREMES: Final = slice(LOW, HIGH + 1)
+_SIGNS: Final = np.array([[1.0], [-1.0]])
 
 STEEP: Final = 3.0
 """A step is one, and no motion, if it is more than so many times what the signal does in a step on average."""
@@ -35,7 +37,8 @@ class Bins:
     """
 
     def __init__(self, columns: int) -> None:
-        self._stats = np.full((POINTS, COUNT + 1, columns), np.nan)
+        # A signal's bins lie side by side: what is drawn of a few signals is computed for all bins at once.
+        self._stats = np.full((COUNT + 1, columns, POINTS), np.nan)
         self._ends = np.full(POINTS, np.nan)
         self._row: tuple[float, Array] | None = None
         self._range = np.arange(columns)
@@ -64,25 +67,28 @@ class Bins:
             number, rows = int(numbers[begin]), slice(begin, end)
             # A long step may jump over a bin; what is left in the ring from 20 s ago must go.
             for skipped in range(max(self.newest + 1, number - POINTS + 1), number + 1):
-                self._stats[skipped % POINTS], self._ends[skipped % POINTS] = np.nan, np.nan
+                self._stats[:, :, skipped % POINTS], self._ends[skipped % POINTS] = np.nan, np.nan
             self.newest = number
             self._ends[number % POINTS] = times[end - 1]
-            self._fill(self._stats[number % POINTS], times[rows], values[rows], before_times[rows], before[rows], steps[rows])
+            bin_ = self._stats[:, :, number % POINTS]
+            self._fill(bin_, times[rows], values[rows], before_times[rows], before[rows], steps[rows])
         self._row = float(times[-1]), values[-1].copy()
 
     def _fill(self, b: Array, times: Array, values: Array, before_times: Array, before: Array, steps: Array) -> None:
         every = self._range
-        for kept, at, sign in ((LOW, AT_LOW, 1.0), (HIGH, AT_HIGH, -1.0)):
-            signed = sign * values
-            rows = np.where(np.isnan(signed), np.inf, signed).argmin(axis=0)
-            found = values[rows, every]
-            better = np.isnan(b[kept]) | (sign * found < sign * b[kept])
-            b[kept, better], b[at, better] = found[better], times[rows][better]
+        signed = np.stack([values, -values])
+        signed[np.isnan(signed)] = np.inf
+        rows = signed.argmin(axis=1)
+        found, kept = values[rows, every], b[_EXTREMES]
+        better = np.isnan(kept) | (_SIGNS * found < _SIGNS * kept)
+        np.copyto(kept, found, where=better)
+        np.copyto(b[AT_LOW : AT_HIGH + 1], times[rows], where=better)
         rows = steps.argmax(axis=0)
         largest = steps[rows, every]
         better = (largest > 0.0) & ~(np.abs(b[TO] - b[FROM]) >= largest)
-        b[FROM, better], b[TO, better] = before[rows, every][better], values[rows, every][better]
-        b[BEFORE, better], b[AFTER, better] = before_times[rows][better], times[rows][better]
+        if better.any():
+            b[FROM, better], b[TO, better] = before[rows, every][better], values[rows, every][better]
+            b[BEFORE, better], b[AFTER, better] = before_times[rows][better], times[rows][better]
         b[LAST] = values[-1]
         b[COUNT] = np.where(np.isnan(b[COUNT]), 0.0, b[COUNT]) + len(times)
 
@@ -97,17 +103,18 @@ class Bins:
         return self._ends[numbers % POINTS]
 
     def at(self, numbers: np.ndarray, columns: list[int], leader: Array | None = None) -> Array:
-        """Return what is kept of some signals in bins (bins, what is kept, signals); nan where there is nothing.
+        """Return what is kept of some signals in bins (what is kept, signals, bins); nan where there is nothing.
 
         Args:
             leader: what stands before the first bin, of the same shape; None for nan.
         """
-        found = self._stats[numbers % POINTS][:, :, columns]
+        found = self._stats[:, columns][:, :, numbers % POINTS]
         own = self.numbers
-        found[~np.isin(numbers, own)] = np.nan
-        if leader is not None:
-            before = numbers < own[0] if len(own) else np.full(len(numbers), True)
-            found[before] = leader[before]
+        if not np.array_equal(numbers, own):
+            found[:, :, ~np.isin(numbers, own)] = np.nan
+            if leader is not None:
+                before = numbers < own[0] if len(own) else np.full(len(numbers), True)
+                found[:, :, before] = leader[:, :, before]
         return found
 
 
@@ -125,84 +132,93 @@ def polyline(numbers: np.ndarray, ends: Array, stats: Array, tolerance: float) -
     Args:
         numbers: (k,) of the bins, ascending.
         ends: (k,) time of the newest value of each bin [s].
-        stats: (k, what is kept, signals), see `Bins.at`.
+        stats: (what is kept, signals, k), see `Bins.at`.
         tolerance: what cannot be seen, in the unit of the signals.
 
     Returns:
-        Times (m,), not descending, and values (m, signals).
+        Times (m,), not descending, and values (signals, m).
     """
-    last, low, high = stats[:, LAST], stats[:, LOW], stats[:, HIGH]
-    before = np.concatenate([last[:1], last[:-1]])
+    last, low, high = stats[LAST], stats[LOW], stats[HIGH]
+    before = np.concatenate([last[:, :1], last[:, :-1]], axis=1)
     before = np.where(np.isnan(before), last, before)
+    # Nothing is known of some signals, and infinity minus infinity is not 0.
     with np.errstate(invalid="ignore"):
         outside = np.maximum(high - np.maximum(last, before), np.minimum(last, before) - low)
-        steps = np.abs(stats[:, TO] - stats[:, FROM])
-        steep = (steps > tolerance) & (steps * stats[:, COUNT] > STEEP * (high - low))
+        steps = np.abs(stats[TO] - stats[FROM])
+        steep = (steps > tolerance) & (steps * stats[COUNT] > STEEP * (high - low))
         shown = steep | (outside > tolerance)
         moving = np.maximum(high, before) - np.minimum(low, before) > tolerance / 2.0
-    wide = np.asarray(shown.any(axis=1))
-    kept = ~_straight(numbers, ends, last, ~wide, tolerance / 4.0)
-    # Between two bins with corners of every signal that moves the end of the first one adds nothing.
-    done = shown | ~moving
-    kept[:-1] &= ~((done[:-1] & done[1:]).all(axis=1) & wide[:-1] & wide[1:])
-    rows = np.flatnonzero(wide)
-    if not len(rows):
-        return ends[kept], last[kept]
-    times, values = _corners(
-        ends, stats, before, shown, np.where(steep, steps, 0.0) + np.where(shown, outside, 0.0), rows, tolerance
-    )
+        wide = np.asarray(shown.any(axis=0))
+        kept = ~_straight(numbers, ends, last, ~wide, tolerance / 4.0)
+        # Between two bins with corners of every signal that moves the end of the first one adds nothing.
+        done = (shown | ~moving).all(axis=0) & wide
+        kept[:-1] &= ~(done[:-1] & done[1:])
+        rows = np.flatnonzero(wide)
+        if not len(rows):
+            return ends[kept], last[:, kept]
+        sizes = np.where(steep, steps, 0.0) + np.where(shown, outside, 0.0)
+        times, values = _corners(ends, stats[:, :, rows], before, shown, sizes, rows, tolerance)
     # The corners of a bin stand before its end.
     places = np.concatenate([5 * np.flatnonzero(kept) + 4, (5 * rows[:, None] + np.arange(4)).ravel()])
     order = places.argsort(kind="stable")
-    times = np.concatenate([ends[kept], times.ravel()])[order]
-    values = np.concatenate([last[kept], values.reshape(-1, last.shape[1])])[order]
-    same = (values[1:] == values[:-1]) | (np.isnan(values[1:]) & np.isnan(values[:-1]))
-    other = np.concatenate([~(same.all(axis=1) & (times[1:] == times[:-1])), [True]])
-    return times[other], values[other]
+    times = np.concatenate([ends[kept], times.T.ravel()])[order]
+    values = np.concatenate([last[:, kept], values.transpose(1, 2, 0).reshape(len(last), -1)], axis=1)[:, order]
+    same = (values[:, 1:] == values[:, :-1]) | (np.isnan(values[:, 1:]) & np.isnan(values[:, :-1]))
+    other = np.concatenate([~(same.all(axis=0) & (times[1:] == times[:-1])), [True]])
+    return times[other], values[:, other]
 
 
 def _corners(
     ends: Array, stats: Array, before: Array, shown: np.ndarray, sizes: Array, rows: np.ndarray, tolerance: float
 ) -> tuple[Array, Array]:
-    """Return four times (bins, 4) in each of the bins `rows`, and all signals at them (bins, 4, signals)."""
-    times, values = stats[rows][:, _TIMES], stats[rows][:, _VALUES]
-    low, high, begin, end = np.moveaxis(values, 1, 0)
-    with np.errstate(invalid="ignore"):
-        whole = (np.minimum(begin, end) <= low + tolerance) & (np.maximum(begin, end) >= high - tolerance)
+    """Return four times (4, bins) in each of the bins `rows`, and all signals at them (4, signals, bins). `stats`: of those bins only."""
+    times, values = stats[_TIMES], stats[_VALUES]
+    low, high, begin, end = values
+    whole = (np.minimum(begin, end) <= low + tolerance) & (np.maximum(begin, end) >= high - tolerance)
+    still, shown = np.isnan(begin), shown[:, rows]
     # Two corners are enough without a step, or if the step of every signal is all that it does.
-    whole = (whole | ~shown[rows]).all(axis=1)[:, None] & ~np.isnan(begin)
-    still = np.isnan(begin)
+    whole = (whole | ~shown).all(axis=0) & ~still
     for extreme, edge in ((0, 2), (1, 3)):
-        times[:, extreme][whole], values[:, extreme][whole] = times[:, edge][whole], values[:, edge][whole]
-        times[:, edge][still], values[:, edge][still] = times[:, extreme][still], values[:, extreme][still]
-    order = times.argsort(axis=1, kind="stable")
-    times, values = np.take_along_axis(times, order, axis=1), np.take_along_axis(values, order, axis=1)
-    times = times[np.arange(len(rows)), :, np.nan_to_num(sizes[rows], nan=-1.0, posinf=-1.0).argmax(axis=1)]
+        for kept in (times, values):
+            np.copyto(kept[extreme], kept[edge], where=whole)
+            np.copyto(kept[edge], kept[extreme], where=still)
+    order, signals, bins = times.argsort(axis=0, kind="stable"), np.arange(len(before))[:, None], np.arange(len(rows))
+    times, values = times[order, signals, bins], values[order, signals, bins]
+    sizes = sizes[:, rows]
+    times = times[:, np.where(np.isfinite(sizes), sizes, -1.0).argmax(axis=0), bins]
     begins = ends[np.maximum(rows - 1, 0)]
-    share = (times - begins[:, None]) / np.maximum(ends[rows] - begins, 1e-9)[:, None]
-    begin, end = before[rows][:, None], stats[rows, LAST][:, None]
-    with np.errstate(invalid="ignore"):
-        # Infinity minus infinity is not 0.
-        straight = np.where(begin == end, end, begin + share[:, :, None] * (end - begin))
-    return times, np.where(shown[rows][:, None], values, straight)
+    share = (times - begins) / np.maximum(ends[rows] - begins, 1e-9)
+    begin, end = before[:, rows], stats[LAST]
+    straight = np.where(begin == end, end, begin + share[:, None] * (end - begin))
+    return times, np.where(shown, values, straight)
 
 
 def _straight(numbers: np.ndarray, ends: Array, last: Array, calm: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return which bins (k,) lie on a straight line between others. `calm`: bins (k,) that may."""
-    gone = np.zeros(len(ends), bool)
+    """Return which bins (k,) lie on a straight line between others. `last`: (signals, k); `calm`: bins (k,) that may."""
+    count, first = len(numbers), int(numbers[0])
+    if int(numbers[-1]) - first + 1 != count:
+        # Long steps have jumped over bins: those in between are there, and not calm.
+        full = np.arange(first, int(numbers[-1]) + 1)
+        every_end, every_last, every_calm = np.full(len(full), np.nan), np.full((len(last), len(full)), np.nan), full < 0
+        there = numbers - first
+        every_end[there], every_last[:, there], every_calm[there] = ends, last, calm
+        return _straight(full, every_end, every_last, every_calm, tolerance)[there]
+    gone, finite = np.zeros(count, bool), bool(np.isfinite(last).all())
     for span in _SPANS:
         # By the bin's own number, so that a corner stays while the window moves.
-        middle = np.flatnonzero(calm & (numbers % (2 * span) == span))
-        middle = middle[(middle >= span) & (middle < len(ends) - span)]
-        left, right = middle - span, middle + span
-        alike = calm[right] & (numbers[right] - numbers[left] == 2 * span)
+        at = span + -first % (2 * span)
+        if at >= count - span:
+            break
+        left, middle, right = (slice(at + shift, count - span + shift, 2 * span) for shift in (-span, 0, span))
+        alike = calm[middle] & calm[right]
         if span > 1:
-            alike = alike & gone[middle - span // 2] & gone[middle + span // 2]
-        middle, left, right = middle[alike], left[alike], right[alike]
+            for shift in (-span // 2, span // 2):
+                alike &= gone[at + shift : count - span + shift : 2 * span]
+        begin, here, end = last[:, left], last[:, middle], last[:, right]
         share = (ends[middle] - ends[left]) / (ends[right] - ends[left])
-        with np.errstate(invalid="ignore"):
-            off = np.abs(last[left] + share[:, None] * (last[right] - last[left]) - last[middle])
-        nothing = np.isnan(last[left]) & np.isnan(last[middle]) & np.isnan(last[right])
-        equal = (last[left] == last[middle]) & (last[right] == last[middle])
-        gone[middle[((off <= tolerance) | nothing | equal).all(axis=1)]] = True
+        level = np.abs(begin + share * (end - begin) - here) <= tolerance
+        if not finite:
+            level |= np.isnan(begin) & np.isnan(here) & np.isnan(end)
+            level |= (begin == here) & (end == here)
+        gone[middle] = alike & level.all(axis=0)
     return gone

@@ -117,11 +117,11 @@ class TimePlot:
         """Return the smallest change of a signal that can be seen: about half a pixel, in the unit of the signals.
 
         Args:
-            stats: (bins, what is kept, signals) of all lines, see `app.plots.bins`.
+            stats: (what is kept, signals, bins) of all lines, see `app.plots.bins`.
         """
         if self.span is not None:
             return (self.span[1] - self.span[0]) / self.scale / ROWS
-        values = stats[:, [LOW, HIGH]]
+        values = stats[[LOW, HIGH]]
         values = values[np.isfinite(values)]
         low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
         return max(high - (min(low, 0.0) if self.positive else low), LEAST / self.scale) / ROWS

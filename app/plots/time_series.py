@@ -39,6 +39,10 @@ follows; and the same of the other arm. `changes`: how often another pair has be
 
 COLUMNS: Final = {name: i for i, name in enumerate(NAMES)}
 
+_SAME: Final = ("t", "d", "e2", "lambda", "u", "w", "e2_b", "pair")
+_SAME_COLUMNS: Final = [COLUMNS[name] for name in _SAME]
+_SAME_SCALARS: Final = [COLUMN[name] for name in _SAME]
+
 FARTHEST: Final = 0.8
 """A resting distance beyond this is none: nothing pulls, and its line leaves the axis at the top [m]."""
 
@@ -75,7 +79,7 @@ class RollingSeries:
         self._history: History | None = None
         self._swivel: Swivel | None = None
         self._seen = 0
-        self._last_row: Array | None = None
+        self._last_row: bytes | None = None
         self._last_pair, self._changes = -1.0, 0.0
 
     def clear(self) -> None:
@@ -92,7 +96,7 @@ class RollingSeries:
         if history.count == self._seen:
             return
         table = history.table(history.count - self._seen)
-        self._seen, self._last_row = history.count, table[-1].copy()
+        self._seen, self._last_row = history.count, table[-1].tobytes()
         self.bins.take(table[:, COLUMN["t"]], self._signals(simulation, table))
 
     def _restarted(self, history: History) -> bool:
@@ -100,16 +104,15 @@ class RollingSeries:
         new = history.count - self._seen
         if new < 0 or self._last_row is None:
             return new < 0
-        table = history.table(new + 1)
+        row = history.row(self._seen - 1)
         # With more new steps than the history stores, none of the old bins is left.
-        return len(table) == new + 1 and not np.array_equal(table[0], self._last_row, equal_nan=True)
+        return row is not None and row.tobytes() != self._last_row
 
     def _signals(self, simulation: Simulation, table: Array) -> Array:
         """Return all columns (rows, columns) of so many steps."""
         run, c, s = simulation.settings, COLUMNS, COLUMN
         found = np.full((len(table), len(NAMES)), np.nan)
-        for name in ("t", "d", "e2", "lambda", "u", "w", "e2_b", "pair"):
-            found[:, c[name]] = table[:, s[name]]
+        found[:, _SAME_COLUMNS] = table[:, _SAME_SCALARS]
         found[:, c["d_m"]], found[:, c["v"]] = run.law.critical_distance, run.law.nominal_velocity
         found[:, c["e"]] = np.sqrt(table[:, s["e2"]])
         if run.law.law in RESTING and not isinstance(simulation.law, CustomLaw):
@@ -137,7 +140,7 @@ class RollingSeries:
     def newest(self, columns: list[int]) -> tuple[Array, ...]:
         """Return time and the newest values of the columns, bin by bin, oldest first."""
         numbers = self.bins.numbers
-        return self.bins.ends(numbers), *self.bins.at(numbers, columns)[:, LAST].T
+        return self.bins.ends(numbers), *self.bins.at(numbers, columns)[LAST]
 
 
 def drawable(line: Array, follows: bool) -> Array:

@@ -6,6 +6,7 @@ import pinocchio as pin
 import viser
 
 from app.stage.poses import fresh
+from app.web.viser_internals import turn
 from controllers.kinematics import Array
 from scenes.lwr.shells import SEEN_THROUGH
 from scenes.robots.drawing import joint_frames, robot_glbs
@@ -31,12 +32,12 @@ class ArmView:
 
     def __init__(self, scene: viser.SceneApi, name: str, base: pin.SE3, palette: str, fine: bool, robot: str = "lwr") -> None:
         glbs, solid = robot_glbs(robot, palette, coarse=not fine), palette not in SEEN_THROUGH
-        turn = pin.Quaternion(base.rotation)
+        rotation = pin.Quaternion(base.rotation)
         path = f"{name}/base"
         root = scene.add_glb(
             path,
             glbs[0],
-            wxyz=(turn.w, turn.x, turn.y, turn.z),
+            wxyz=(rotation.w, rotation.x, rotation.y, rotation.z),
             position=tuple(base.translation.tolist()),
             cast_shadow=solid,
             receive_shadow=solid,
@@ -62,7 +63,7 @@ class ArmView:
                 # Placement ∘ turn about the axis: both quaternions are known, only their shares change.
                 (a, b, c, d), (e, f, g, h) = self._turns[i]
                 u, v = math.cos(angle / 2.0), math.sin(angle / 2.0)
-                self.links[i].wxyz = (u * a + v * e, u * b + v * f, u * c + v * g, u * d + v * h)
+                turn(self.links[i], (u * a + v * e, u * b + v * f, u * c + v * g, u * d + v * h))
 
     def link(self, joint: int) -> str:
         """Return the name of the node that turns with a joint, 0 for the base; what hangs on it goes with it."""

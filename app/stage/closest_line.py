@@ -7,7 +7,7 @@ import viser
 
 from app.session.frame import Frame
 from app.settings import PageSettings
-from app.theme import PALETTES, blend, scale
+from app.theme import PALETTES, Rgb, blend, scale
 
 LABEL_ABOVE: Final = 0.02
 """How far the number stands above the middle of the line [m]."""
@@ -30,8 +30,11 @@ class ClosestLine:
             for i in (0, 1)
         ]
         self._label = scene.add_label("/closest/distance", "", anchor="bottom-center", visible=False)
+        self._seen = False
+        self._colour: Rgb | None = None
 
     def dress(self, page: PageSettings) -> None:
+        self._colour = None
         self._on, self._palette, self._scale = page.contact, PALETTES[page.theme], scale(page.profile)
         self._label.font_screen_scale = 1.15 * self._scale
         for end in self._ends:
@@ -41,8 +44,10 @@ class ClosestLine:
         """Draw the pair that is closest now."""
         sample = frame.sample
         seen = self._on and sample.pair >= 0
-        for part in (self._line, *self._ends, self._label):
-            part.visible = seen
+        if seen != self._seen:
+            self._seen = seen
+            for part in (self._line, *self._ends, self._label):
+                part.visible = seen
         if not seen:
             return
         a, b = frame.simulation.detector.witness_points(sample.pair)
@@ -50,10 +55,14 @@ class ClosestLine:
         for end, point in zip(self._ends, (a, b), strict=True):
             end.position = point
         lam = sample.activation
-        self._line.colors = np.array(blend(self._palette.calm, self._palette.activation, lam), np.uint8)
+        colour = blend(self._palette.calm, self._palette.activation, lam)
+        if colour != self._colour:
+            self._colour = colour
+            self._line.colors = np.array(colour, np.uint8)
         # The width is the second cue of λ: 3 px when the law is idle, 10 px when avoidance has full priority.
         self._line.thickness = round((3.0 + 7.0 * lam) * self._scale * 2.0) / 2.0
-        self._label.position = (a + b) / 2.0 + np.array([0.0, 0.0, LABEL_ABOVE])
+        x, y, z = ((a + b) / 2.0).tolist()
+        self._label.position = (x, y, z + LABEL_ABOVE)
         self._label.text = f"d = {sample.distance * 1000.0:.0f} mm"
 
     def remove(self) -> None:

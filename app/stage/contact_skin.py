@@ -67,15 +67,21 @@ class ContactSkin:
         # Never seen: the script tints each arm by the x of its node, which is λ.
         self._tints = [fresh(scene.add_frame(f"/tint/{arm.name}", show_axes=False)) for arm in room.arms]
         self._now: float | None = None
+        self._drawn: tuple[object, ...] = ()
 
     def dress(self, page: PageSettings) -> None:
         self._on, self._palette = page.contact, PALETTES[page.theme]
+        self._drawn = ()
 
     def show(self, frame: Frame) -> None:
         """Draw the nearest pair; a pair that is no longer the nearest fades."""
         simulation, sample = frame.simulation, frame.sample
         seen = self._on and sample.pair >= 0
         share = round(sample.activation * LEVELS) / LEVELS
+        state = seen, sample.pair, share, simulation.settings
+        if state == self._drawn:
+            self._now = frame.now
+            return
         avoiding = avoiding_arms(simulation) if seen else ()
         for arm, tint in zip(self._room.arms, self._tints, strict=True):
             tint.position = (share if arm.name in avoiding else 0.0, 0.0, 0.0)
@@ -100,6 +106,8 @@ class ContactSkin:
             full = 0.12 + 0.3 * share if key[1] == "skin" else 0.16
             shell.handle.visible = shell.weight > 0.0
             shell.handle.opacity = round(full * shell.weight, 3)
+        fades = any(shell.weight != float(key in wanted) for key, shell in self._shells.items())
+        self._drawn = () if fades else state
 
     def _shell(self, key: tuple[int, str], growth: float, colour: Rgb) -> _Shell:
         """Return a shell of a body, which is made when it is first seen."""

@@ -24,6 +24,7 @@ class GripMark:
     def __init__(self, scene: viser.SceneApi) -> None:
         line = np.zeros((1, 2, 3), np.float32)
         self._line = scene.add_line_segments("/grip/line", line, BRAND, thickness=2, thickness_units="screen", visible=False)
+        self._seen = False
         look = {"subdivisions": 2, "cast_shadow": False, "visible": False}
         self._point = scene.add_icosphere("/grip/point", radius=0.018, color=WHITE, **look)
         self._place = scene.add_icosphere("/grip/place", radius=0.009, color=BRAND, **look)
@@ -35,8 +36,10 @@ class GripMark:
         """Draw the pull."""
         target, simulation = frame.target, frame.simulation
         pulled = isinstance(target, LinkTarget)
-        for part in (self._line, self._point, self._place):
-            part.visible = pulled
+        if pulled != self._seen:
+            self._seen = pulled
+            for part in (self._line, self._point, self._place):
+                part.visible = pulled
         if isinstance(target, LinkTarget):
             placement = simulation.kinematics.data.oMi[simulation.guided.joint(target.joint)]
             point = placement.act(target.offset)

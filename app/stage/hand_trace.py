@@ -45,7 +45,7 @@ class Trace:
         self._arm, self._memory = arm, memory
         self._points: deque[Array] = deque(maxlen=memory.points)
         self._time = -np.inf
-        self._home: tuple[float, ...] | None = None
+        self._home: Array | None = None
         # Always of one length: the browser does not follow when points and colours change their number one after the other.
         line = np.zeros((memory.points - 1, 2, 3), np.float32)
         self._line = scene.add_line_segments(name, line, (0, 0, 0), thickness=3, thickness_units="screen", visible=False)
@@ -62,9 +62,10 @@ class Trace:
         simulation, points = frame.simulation, self._points
         time = simulation.time
         # A new beginning is a new trace.
-        home = None if simulation.home is None else tuple(simulation.home.tolist())
-        if time < self._time or home != self._home:
-            self._home = home
+        home = simulation.home
+        other = home is not self._home and (home is None or self._home is None or not np.array_equal(home, self._home))
+        self._home = home
+        if time < self._time or other:
             points.clear()
             self._time = -np.inf
             self._line.visible = False

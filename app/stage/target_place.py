@@ -10,6 +10,7 @@ from app.session.frame import Frame
 from app.settings import PageSettings
 from app.stage.poses import fresh
 from app.theme import PALETTES, rgb
+from controllers.kinematics import Array
 
 AWAY: Final = 0.004
 """From this distance on the line to the hand is drawn [m]."""
@@ -38,7 +39,7 @@ class TargetPlace:
         self._error = scene.add_line_segments(
             "/place/error", line, (0, 0, 0), thickness=2, thickness_units="screen", visible=False
         )
-        self._shown: tuple[float, ...] = ()
+        self._shown: tuple[Array, Array] | None = None
 
     def dress(self, page: PageSettings) -> None:
         error = rgb(PALETTES[page.theme].error)
@@ -51,14 +52,15 @@ class TargetPlace:
         place, rotation = simulation.place, simulation.place_rotation
         if place is None or rotation is None:
             return
-        where = (*place.tolist(), *rotation.flat)
-        if where != self._shown:
-            self._shown = where
+        # A place that moves is another array.
+        if self._shown is None or place is not self._shown[0] or rotation is not self._shown[1]:
+            self._shown = place, rotation
             self._ball.position = self._ring.position = place
             turn = pin.Quaternion(rotation)
             self._ring.wxyz = (turn.w, turn.x, turn.y, turn.z)
         hand = simulation.kinematics.hand_pose(simulation.avoiding).translation
-        away = self._error.visible = float(np.linalg.norm(hand - place)) > AWAY
+        way = hand - place
+        away = self._error.visible = float(way.dot(way)) > AWAY**2
         if away:
             self._error.points = np.array([[place, hand]], np.float32)
 

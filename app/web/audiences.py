@@ -23,12 +23,19 @@ MOVED_CODE: Final = 4001
 MOST: Final = 8
 """Audiences at once, as each is drawn separately. A browser with one more look joins the audience that is most like it."""
 
+MOST_SCREENS: Final = 4
+"""Audiences of projectors besides."""
+
+SCREEN: Final = "screen"
+"""Key of a projector's link."""
+
 
 class Audience(ServerView):
-    """What the browsers of one look see: drawn and packed once for all of them. `watchers`: their client ids, set by `Audiences`."""
+    """What the browsers of one look see: drawn and packed once for all of them. `watchers`: their client ids, set by `Audiences`; `screen`:
+    whether they are projectors."""
 
-    def __init__(self, server: viser.ViserServer, look: Look, before: list[Message]) -> None:
-        self.look = look
+    def __init__(self, server: viser.ViserServer, look: Look, screen: bool, before: list[Message]) -> None:
+        self.look, self.screen = look, screen
         self.watchers: set[int] = set()
         super().__init__(server, before)
 
@@ -48,13 +55,13 @@ class Audiences:
     ) -> None:
         self._server, self._look, self._gone = server, look, gone
         self._lock = threading.Lock()
-        self._audiences: dict[Look, Audience] = {}
+        self._audiences: dict[tuple[Look, bool], Audience] = {}
         self._before = shared_messages(server)
         server.shared_buffer = self._buffer_of
 
     @property
     def audiences(self) -> tuple[Audience, ...]:
-        """All audiences, one per look."""
+        """All audiences, one per look; projectors apart."""
         with self._lock:
             return tuple(self._audiences.values())
 
@@ -81,15 +88,17 @@ class Audiences:
         request = connection.request
         if request is None:
             return None
-        look = self._look(number, page_query(request.path), ",".join(request.headers.get_all("Accept-Language")))
+        query = page_query(request.path)
+        look, screen = self._look(number, query, ",".join(request.headers.get_all("Accept-Language"))), SCREEN in query
         if look is None:
             return None
         with self._lock:
-            audience = self._audiences.get(look)
-            if audience is None and len(self._audiences) >= MOST:
-                audience = max(self._audiences.values(), key=lambda one: _likeness(one.look, look))
+            audience = self._audiences.get((look, screen))
+            alike = [one for one in self._audiences.values() if one.screen == screen]
+            if audience is None and len(alike) >= (MOST_SCREENS if screen else MOST):
+                audience = max(alike, key=lambda one: _likeness(one.look, look))
             if audience is None:
-                audience = self._audiences[look] = Audience(self._server, look, self._before)
+                audience = self._audiences[look, screen] = Audience(self._server, look, screen, self._before)
             audience.watchers.add(number)
         audience.drop_removed()
         return audience
@@ -99,7 +108,7 @@ class Audiences:
             for audience in tuple(self._audiences.values()):
                 audience.watchers.discard(number)
                 if not audience.watchers:
-                    del self._audiences[audience.look]
+                    del self._audiences[audience.look, audience.screen]
         self._gone(number)
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import operator
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Awaitable, Callable, Sequence
 
 import msgspec
 import zstandard
 from websockets.asyncio.server import ServerConnection
 
-from app.web.viser_internals import Message, MessageBuffer, append_aligned_buffers
+from app.web.viser_internals import Message, MessageBuffer, append_aligned_buffers, content_of
 
 STAMP = 0.0
 """When a window is sent, as the page reads it [s]. viser's page goes by this clock and holds back what comes early, to even out a
@@ -21,7 +21,7 @@ def pack(messages: Sequence[Message]) -> bytes:
     """Return messages as one websocket message, in viser's format: two sizes, zstd-compressed msgpack, raw arrays."""
     arrays: list[memoryview] = []
     content = {
-        "messages": tuple(message.as_serializable_dict(arrays) for message in messages),
+        "messages": tuple(content_of(message, arrays) for message in messages),
         "timestampSec": STAMP,
         "binaryBufferLengths": tuple(array.nbytes for array in arrays),
     }
@@ -50,14 +50,28 @@ class Packed:
         return data
 
 
+async def _at_once() -> None:
+    """Return at once."""
+
+
 async def send_windows(
-    connection: ServerConnection, buffer: MessageBuffer, client_id: int, backlog_done_message: Message | None = None
+    connection: ServerConnection,
+    buffer: MessageBuffer,
+    client_id: int,
+    backlog_done_message: Message | None = None,
+    seen: Callable[[], Awaitable[object]] = _at_once,
 ) -> None:
-    """Send one browser what a buffer holds for it, window by window."""
+    """Send one browser what a buffer holds for it, window by window.
+
+    Args:
+        seen: returns when the page is in sight. Until then it is sent nothing of a shared buffer, which keeps the newest of everything.
+    """
     windows = buffer.window_generator(client_id, backlog_done_message)
     shared: Packed | None = vars(buffer).setdefault("duet_packed", Packed()) if buffer.persistent_messages else None
     try:
         while not buffer.done:
+            if shared is not None:
+                await seen()
             try:
                 messages = await anext(windows)
             except StopAsyncIteration:

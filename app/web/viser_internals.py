@@ -1,9 +1,10 @@
 """viser's private side. Fits viser 1.1.x; no other file of Duet names it.
 
 viser has no public way to check requests and messages before it acts on them or to listen on a bound socket (`serving_with`), to pack once
-what many browsers are sent and to cache types and icons (`adapt_viser`), to show some browsers one thing and others another (`ServerView`,
-`expand_for`), to look up the element of a message (`GuiRegistry`), or the connection and the request of a browser (`request_of` and what
-stands beside it). A test in `tests/app/web` fails for each where a new version of viser differs.
+what many browsers are sent, to give a browser a buffer of ours and to set a property at little cost (`adapt_viser`), to put a message into
+plain types quickly (`content_of`), to show some browsers one thing and others another (`ServerView`, `expand_for`), to look up the element
+of a message (`GuiRegistry`), or the connection and the request of a browser (`request_of` and what stands beside it). A test in
+`tests/app/web` fails for each where a new version of viser differs.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from __future__ import annotations
 import contextlib
 import threading
 import types
+from asyncio import AbstractEventLoop
 from collections.abc import Awaitable, Callable, Iterator
 from functools import cache
 from pathlib import Path
@@ -23,13 +25,14 @@ import viser
 import viser.infra._infra as viser_infra
 import websockets
 from viser import _gui_api, _gui_handles, _messages, _scene_handles
-from viser._assignable_props_api import AssignablePropsBase, colors_to_uint8
+from viser._assignable_props_api import AssignablePropsBase, colors_to_uint8, props_setattr
 from viser._icons import ICONS_DIR
 from viser._messages import HotkeyKey as HotkeyKey
 from viser._messages import KeyModifier as KeyModifier
 from viser._scene_api import cast_vector
 from viser.infra._async_message_buffer import AsyncMessageBuffer as MessageBuffer
 from viser.infra._messages import Message as Message
+from viser.infra._messages import _prepare_for_serialization, wire_field_names
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request
 
@@ -166,25 +169,45 @@ def remove_share_handlers(server: viser.ViserServer) -> None:
 
 _Produce = Callable[[ServerConnection, MessageBuffer, int, Message | None], Awaitable[None]]
 _produce: Final[_Produce] = viser_infra._message_producer
+_client_state: Final = viser_infra._ClientHandleState
 _hints_of: Final = cache(get_type_hints)
 
 
-def adapt_viser() -> None:
-    """Replace five functions of viser for the whole process; calling it again changes nothing.
+_MOVES: Final = frozenset(
+    (_messages.SetOrientationMessage, _messages.SetPositionMessage, _messages.SetSceneNodeVisibilityMessage)
+)
+"""Messages whose handles cast every number."""
+
+
+def adapt_viser(client_buffer: Callable[[AbstractEventLoop], MessageBuffer] | None = None) -> None:
+    """Replace parts of viser for the whole process; calling it again changes nothing.
 
     - A connection with a method `send_windows` sends messages by it instead of by viser's loop.
+    - What one browser alone is sent waits in a `client_buffer`; None leaves that as it is.
     - The types of an element's properties are looked up once per class instead of once per handle.
-    - A property's type is compared with types that are made once, and a pose with plain numbers: a frame sets some forty properties and
-      twenty poses, most of them to what they are.
+    - A property that is set to what it is costs next to nothing, an array is cast to a type that is looked up once, and a pose is compared
+      with plain numbers: a frame sets some forty properties and twenty poses, most of them to what they are.
+    - A move of a node has its name at once.
     - The archive of icons, and each icon, is read once; viser reads the archive's directory for every icon, and keeps 32 icons.
     """
     viser_infra._message_producer = _send_windows
+    if client_buffer is not None:
+        names = cast(dict[str, Any], vars(viser_infra))
+        names["_ClientHandleState"] = lambda _, loop: _client_state(client_buffer(loop), loop)
     # A type checker knows the attribute as a cached property of every handle.
     setattr(AssignablePropsBase, "_prop_hints", _hints)  # noqa: B010
     setattr(AssignablePropsBase, "_cast_value_recursive", _cast_property)  # noqa: B010
+    setattr(AssignablePropsBase, "__setattr__", _set_property)  # noqa: B010
     cast(dict[str, Any], vars(_scene_handles))["_set_pose_vector"] = _set_pose
+    for kind in _MOVES:
+        setattr(kind, "redundancy_key", _key_of_move)  # noqa: B010
     for module in (_gui_api, _gui_handles):
         vars(module)["svg_from_icon"] = _icon
+
+
+def _key_of_move(message: Any) -> str:
+    """Return what tells a move of a node from others, as viser does, whose search for it takes longer than all else that is queued."""
+    return f"scene:{message.name}:update:{type(message).__name__}"
 
 
 async def _send_windows(
@@ -204,6 +227,56 @@ def _hints(handle: AssignablePropsBase[Any]) -> dict[str, Any]:
 
 _FLOATS: Final[dict[Any, type]] = {npt.NDArray[kind]: kind for kind in (np.float16, np.float32, np.float64)}
 _BYTES: Final = npt.NDArray[np.uint8]
+_PLAIN: Final = frozenset((str, bool, int, float))
+
+
+def _set_property(handle: AssignablePropsBase[Any], name: str, value: Any) -> None:
+    """Set an attribute of a handle as viser does, by the shortest way for plain values and for arrays of numbers."""
+    state = vars(handle).get("_impl")
+    if state is None or state.removed:
+        props_setattr(handle, name, value)
+        return
+    setter = _setters_of(type(handle)).get(name)
+    if setter is not None:
+        setter(handle, value)
+        return
+    props, kind = state.props, type(value)
+    current = vars(props).get(name)
+    if kind is type(current) and (kind in _PLAIN or (kind is tuple and set(map(type, value)) <= _PLAIN)) and value == current:
+        return
+    number = _number_of(type(props), name)
+    if (
+        number is None
+        or current is None
+        or current.dtype != number
+        or (number is np.uint8 and getattr(value, "dtype", None) != number)
+    ):
+        props_setattr(handle, name, value)
+        return
+    # A copy, which nothing else changes while it waits to be sent.
+    new = np.array(value, number)
+    if new.shape != current.shape:
+        setattr(props, name, new.copy())
+    elif (new == current).all():
+        return
+    else:
+        current[...] = new
+    handle._queue_update(name, new)
+    handle._on_prop_assigned(name)
+
+
+@cache
+def _setters_of(kind: type) -> dict[str, Callable[[Any, Any], None]]:
+    """Return the properties of a class of handles that are set by a function."""
+    found = {name: getattr(kind, name, None) for name in dir(kind)}
+    return {name: one.fset for name, one in found.items() if isinstance(one, property) and one.fset is not None}
+
+
+@cache
+def _number_of(props: type, name: str) -> type | None:
+    """Return the type of the numbers of a property that is one array; None for any other property."""
+    hint = _hints_of(props).get(name)
+    return np.uint8 if hint == _BYTES and "color" in name else _FLOATS.get(hint) if isinstance(hint, types.GenericAlias) else None
 
 
 def _cast_property(handle: AssignablePropsBase[Any], hint: Any, value: Any, name: str) -> Any:
@@ -225,10 +298,24 @@ def _set_pose(
     make_message: Callable[[Any], Any],
 ) -> None:
     """Write a position or a quaternion and queue its message, unless it differs by no more than `numpy.allclose` allows."""
-    numbers = cast_vector(value, length)
-    if not all(abs(new - old) <= 1e-8 + 1e-5 * abs(old) for new, old in zip(numbers, current.tolist(), strict=True)):
-        current[:] = numbers
-        queue(make_message(numbers))
+    numbers = cast_vector(value.tolist() if isinstance(value, np.ndarray) and value.ndim == 1 else value, length)
+    for new, old in zip(numbers, current.tolist(), strict=True):
+        if not abs(new - old) <= 1e-8 + 1e-5 * abs(old):
+            current[:] = numbers
+            queue(make_message(numbers))
+            return
+
+
+def turn(node: viser.SceneNodeHandle, wxyz: tuple[float, float, float, float]) -> None:
+    """Set a node's `wxyz` without a look at whether that is four numbers: an arm turns seven nodes a frame."""
+    state = node._impl
+    if state.removed:
+        node.wxyz = wxyz  # As viser refuses it.
+    for new, old in zip(wxyz, state.wxyz.tolist(), strict=True):
+        if not abs(new - old) <= 1e-8 + 1e-5 * abs(old):
+            state.wxyz[:] = wxyz
+            state.api._queue_scene_message(_messages.SetOrientationMessage(state.name, wxyz))
+            return
 
 
 @cache
@@ -239,6 +326,26 @@ def _icon(name: str) -> str:
 @cache
 def _icons() -> ZipFile:
     return ZipFile(ICONS_DIR / "tabler-icons.zip")
+
+
+# --- what is sent --------------------------------------------------------------------------------------------------------------
+
+_UPDATES: Final = frozenset((_messages.GuiUpdateMessage, _messages.SceneNodeUpdateMessage))
+
+
+def content_of(message: Message, arrays: list[memoryview]) -> dict[str, Any]:
+    """Return a message as viser packs it, the frequent kinds without a look at the type of every number; adds to `arrays` what it has."""
+    kind = type(message)
+    if kind not in _MOVES and kind not in _UPDATES:
+        return message.as_serializable_dict(arrays)
+    content = {name: getattr(message, name) for name in wire_field_names(kind)}
+    if kind in _UPDATES:
+        content["updates"] = {
+            name: value if type(value) in _PLAIN else _prepare_for_serialization(value, Any, arrays)
+            for name, value in content["updates"].items()
+        }
+    content["type"] = kind.__name__
+    return content
 
 
 # --- what only some browsers see -----------------------------------------------------------------------------------------------

@@ -3,9 +3,13 @@
 import importlib.util
 import itertools
 import json
+import math
+import subprocess
+import sys
 from dataclasses import replace
 from functools import cache
 from importlib.machinery import ModuleSpec
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,9 +17,10 @@ import pytest
 
 from app.bench import fairness, peers, server_times, visitors
 from app.bench.fairness import LEAST_FRAMES, LONGEST_GAP
-from app.bench.measurements import compare, measure_fairness, table_text
+from app.bench.measurements import compare, measure_capacity, measure_fairness, table_text
 from app.bench.peer_hold import Baked, OurEngine, Ours, bake
 from app.bench.peers import PACKAGES, gate, measure_peers, needs_peers, peers_table
+from app.bench.processes import used_by_tree
 from app.bench.server_times import PARTS, ServerTimes, limit_of
 from app.bench.visitors import measure_crowd
 from controllers.errors import BadSetting, DuetError
@@ -63,6 +68,32 @@ def test_a_lecture_is_measured_from_outside(monkeypatch: pytest.MonkeyPatch) -> 
     assert all(figures[f"{part}_percent"] > 0.0 for part in PARTS)
     parts = sum(figures[f"{part}_percent"] for part in (*PARTS, "other"))
     assert parts == pytest.approx(figures["cpu_percent_of_a_core"])
+
+
+needs_proc = pytest.mark.skipif(not Path("/proc").exists(), reason="CPU and memory are read from /proc")
+
+
+@needs_proc
+def test_private_sessions_are_measured_with_all_processes_of_the_server(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(visitors, "SETTLING", 0.0)
+    result = measure_capacity([2], 1.0)
+    figures = result["figures"]["2 private sessions"]
+    assert 0.0 < figures["least_frames_per_s"] <= figures["frames_per_s"] and figures["kB_per_s"] > 0.0
+    assert figures["cpu_percent_of_a_core"] > 0.0 and figures["memory_MB"] > 50.0 and figures["processes"] >= 1.0
+    assert "2 private sessions" in table_text(result)
+
+
+@needs_proc
+def test_what_a_process_has_started_counts_as_its_own() -> None:
+    code = "import subprocess, sys; child = subprocess.Popen(['sleep', '60']); print(child.pid, flush=True); sys.stdin.read(); child.kill()"
+    with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as parent:
+        assert parent.stdout is not None
+        child = used_by_tree(int(parent.stdout.readline()))
+        both = used_by_tree(parent.pid)
+        assert (child.processes, both.processes) == (1, 2)
+        assert both.seconds > child.seconds >= 0.0 and both.memory > child.memory > 0.0
+        parent.communicate("")
+    assert math.isnan(used_by_tree(parent.pid).seconds)
 
 
 def test_a_neighbour_is_measured_during_a_disturbance(monkeypatch: pytest.MonkeyPatch) -> None:

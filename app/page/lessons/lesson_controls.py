@@ -20,10 +20,11 @@ from app.page.lessons.null_motion_sliders import NullMotionSliders
 from app.page.lessons.reason_box import ReasonBox
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.controls import Controls
-from app.page.panels.hotkeys import LESSON_KEYS
+from app.page.panels.hotkeys import LESSON_KEYS, keys_of
 from app.session.actions import Action, ChooseScene, Nudge, Pause, Reset, SingleStep, Toggle
 from app.session.frame import Frame
 from app.session.session import Session
+from app.text.html_element import element
 from app.text.lesson_text import plain
 from app.web.viser_internals import uuid_of
 
@@ -39,6 +40,7 @@ class LessonControls:
     Args:
         panel: where the buttons stand.
         controls: of the settings; those that a contrast changes flash.
+        presenting: whether a class watches: some keys are the presenter's, and leaving the lessons asks first.
     """
 
     def __init__(
@@ -49,7 +51,10 @@ class LessonControls:
         panel: LessonPanel,
         controls: Controls,
         notify: Callable[[str, str], None],
+        presenting: bool = False,
     ) -> None:
+        self._presenting = presenting
+        self._asking = False
         self._gui, self._session, self._run, self._panel, self._notify = client.gui, session, run, panel, notify
         self._controls = controls
         self._list: viser.GuiButtonHandle | None = None
@@ -120,7 +125,7 @@ class LessonControls:
                 gui,
                 "",
                 ("Back", "Reset step"),
-                "B goes back, N goes on. Reset restarts the step.",
+                "Reset restarts the step." if self._presenting else "B goes back, N goes on. Reset restarts the step.",
                 lambda i: self._post((lesson_actions.GoBack(), lesson_actions.ResetStep())[i]),
                 order=ORDER["hints"] + 6.0,
             )
@@ -148,7 +153,34 @@ class LessonControls:
         self._session.post(go, ("lesson", lesson_actions.GoTo))
 
     def _post(self, action: lesson_actions.LessonAction) -> None:
-        self._session.post(lambda: self._run.act(action), ("lesson", type(action)))
+        asks = self._presenting and isinstance(action, lesson_actions.Leave)
+        self._session.post(self._ask_to_leave if asks else lambda: self._run.act(action), ("lesson", type(action)))
+
+    def _ask_to_leave(self) -> None:
+        """Ask before a whole class leaves the lessons."""
+        if self._asking:
+            return
+        self._asking = True
+        with self._gui.add_modal(tr("Leave the lessons?")) as modal:
+            self._gui.add_html(
+                element("p", tr("The whole class leaves the lesson with you. Its answers are kept."), class_="duet")
+            )
+            # The first button has the keyboard.
+            stay = self._gui.add_button(tr("Stay"))
+            leave = self._gui.add_button(tr("Leave with the class"), color="gray")
+
+        def close() -> None:
+            self._asking = False
+            modal.close()
+
+        @leave.on_click
+        async def _(_: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+            self._session.post(lambda: self._run.act(lesson_actions.Leave()), ("lesson", lesson_actions.Leave))
+            self._session.post(close, "leave")
+
+        @stay.on_click
+        async def _(_: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+            self._session.post(close, "leave")
 
     def _button(self, action: lesson_actions.LessonAction, order: float) -> viser.GuiButtonHandle:
         button = self._gui.add_button("", visible=False, order=order)
@@ -170,7 +202,7 @@ class LessonControls:
         # An open lesson has its own button to leave it, which stays while a narrow window folds the controls up.
         self._door.visible = bool(run.book.lessons) and not (run.open or run.listing)
         if run.open and not self._commands:
-            self._commands = [hotkey.add_to(self._gui, self._post) for hotkey in LESSON_KEYS]
+            self._commands = [hotkey.add_to(self._gui, self._post) for hotkey in keys_of(LESSON_KEYS, self._presenting)]
         elif not run.open and self._commands:
             for command in self._commands:
                 command.remove()

@@ -32,6 +32,7 @@ class ChoiceButtons:
         order: float | None = None,
     ) -> None:
         said = self._labels = tr_all(labels)
+        self._shown: tuple[object, ...] = ()
         self._buttons = gui.add_button_group(tr(label), said, hint=tr(hint), order=order)
 
         @self._buttons.on_click
@@ -48,6 +49,10 @@ class ChoiceButtons:
             offered: indices of the choices that have a button; None for all.
             visible: whether the row is there.
         """
+        state = marked, offered, visible
+        if state == self._shown:
+            return
+        self._shown = state
         indices = range(len(self._labels)) if offered is None else offered
         self._buttons.options = tuple((MARK if i == marked else "") + self._labels[i] for i in indices)
         self._buttons.visible = visible

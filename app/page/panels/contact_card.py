@@ -57,6 +57,8 @@ SHARES: Final[dict[LawName, str]] = {
 
 TRENDS: Final = (N_("the gap closes"), N_("the gap holds"), N_("the gap opens"))
 
+_json: Final = json.JSONEncoder(ensure_ascii=False, separators=(",", ":")).encode
+
 Numbers = list[int | None]
 Words = dict[str, object]
 Note = tuple[str, str]
@@ -75,14 +77,17 @@ class ContactCard:
         with tab:
             for handles in self._parts.values():
                 handles.append(gui.add_html("", order=-1.0))
+        self._sent: dict[str, object] = {}
         self._next = 0.0
         self._shown: tuple[object, ...] = ()
         self._trend = 0
 
     def show(self, frame: Frame, more: Words) -> None:
         """Send what has changed: every `PERIOD` while the run goes on, and at once while it rests. `more`: further words of the card."""
+        if frame.now < self._next and not frame.pace.paused:
+            return
         state = frame.state, more
-        if state == self._shown or (frame.now < self._next and not frame.pace.paused):
+        if state == self._shown:
             return
         self._shown, self._next = state, frame.now + PERIOD
         if frame.sample.pair < 0:
@@ -96,15 +101,18 @@ class ContactCard:
             numbers = contact_numbers(frame, now, terms, self._trend)
         if frame.replayed:
             words["past"] = tr("replay")
-        for name, text in zip(self._parts, card_parts(words, note, numbers), strict=True):
+        parts: dict[str, object] = {"words": words, "note": note, "now": numbers}
+        changed = [name for name, part in parts.items() if part != self._sent.get(name)]
+        self._sent = parts
+        for name in changed:
+            content = element("i", class_=f"duet-contact-{name}", data_text=part_text(parts[name]))
             for handle in self._parts[name]:
-                handle.content = element("i", class_=f"duet-contact-{name}", data_text=text)
+                handle.content = content
 
 
-def card_parts(words: Words, note: Note, numbers: Numbers) -> tuple[str, str, str]:
-    """Return words, note and numbers as the page reads them: each is sent when it changes, the numbers at every moment."""
-    pack = json.JSONEncoder(ensure_ascii=False, separators=(",", ":")).encode
-    return pack(words), pack(note), ",".join("" if number is None else str(number) for number in numbers)
+def part_text(part: object) -> str:
+    """Return words, note or numbers as the page reads them: JSON, but for the numbers, which are sent at every moment."""
+    return ",".join("" if number is None else str(number) for number in part) if isinstance(part, list) else _json(part)
 
 
 def contact_words(frame: Frame, terms: list[Term]) -> Words:

@@ -68,10 +68,16 @@ class Controls:
     Args:
         post: has an action done on the session's thread.
         notify: shows a message to the visitor.
+        presenting: whether a class watches, so that some keys are the presenter's.
     """
 
     def __init__(
-        self, gui: viser.GuiApi, session: Session, post: Callable[[Action], None], notify: Callable[[str, str], None]
+        self,
+        gui: viser.GuiApi,
+        session: Session,
+        post: Callable[[Action], None],
+        notify: Callable[[str, str], None],
+        presenting: bool = False,
     ) -> None:
         self._gui, self._session, self._post = gui, session, post
         self._specs: dict[str, Spec] = specs(Settings)
@@ -97,7 +103,7 @@ class Controls:
                     self._compare = ComparePanel(gui, session)
                     self._note = gui.add_html("")
         with self._tabs.add_tab(tr("Keys"), viser.Icon.KEYBOARD):
-            gui.add_html(f'<div class="duet">{help_html()}</div>')
+            gui.add_html(f'<div class="duet">{help_html(presenting)}</div>')
         self.show(freeze(session, 0.0))
 
     @property

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, Generic, TypeVar
+from typing import Final, Generic, Literal, TypeVar
 
 import viser
 
@@ -23,7 +23,10 @@ from app.session.actions import (
 from app.text.documents import DOCUMENTS, PREFIX
 from app.web.viser_internals import HotkeyKey, KeyModifier
 
-AnyAction = TypeVar("AnyAction", Action, LessonAction)
+PresenterAction = Literal["on", "back", "blank", "freeze"]
+"""What a clicker asks for: the next thing on the projector, the one before, black, or keep the picture."""
+
+AnyAction = TypeVar("AnyAction", Action, LessonAction, PresenterAction)
 
 
 @dataclass(frozen=True)
@@ -121,15 +124,39 @@ LESSON_KEYS: Final[tuple[Hotkey[LessonAction], ...]] = (
 """Keys of an open lesson. There 1 to 5 answer, and ← and → go back and on where the hand cannot be moved."""
 
 
+PRESENTER_KEYS: Final[tuple[Hotkey[PresenterAction], ...]] = (
+    Hotkey("present_next", "on", "Page ↓", "class: the next thing on the screen", "pagedown", icon=viser.Icon.ARROW_DOWN),
+    Hotkey("present_back", "back", "Page ↑", "class: the thing before", "pageup", icon=viser.Icon.ARROW_UP),
+    Hotkey("present_blank", "blank", "B", "class: the screen black, or live", "B", icon=viser.Icon.EYE_OFF),
+    Hotkey("present_freeze", "freeze", "F", "class: the screen frozen, or live", "F", icon=viser.Icon.SNOWFLAKE),
+)
+"""Keys of a lecture's teacher, in place of what the same keys do elsewhere, and of a projector with the teacher's key."""
+
+CLICKER_KEYS: Final[tuple[Hotkey[PresenterAction], ...]] = (
+    *PRESENTER_KEYS,
+    Hotkey("clicker_next", "on", "→", "class: the next thing on the screen", "5", relayed="ArrowRight"),
+    Hotkey("clicker_back", "back", "←", "class: the thing before", "4", relayed="ArrowLeft"),
+    Hotkey("clicker_blank", "blank", ".", "class: the screen black, or live", "1", relayed="."),
+)
+"""Keys of a projector with the teacher's key: also those that some clickers send."""
+
+
+def keys_of(table: tuple[Hotkey[AnyAction], ...], presenting: bool) -> tuple[Hotkey[AnyAction], ...]:
+    """Return a table of keys. `presenting`: without those that the teacher of a lecture has for the projector."""
+    taken = {hotkey.key for hotkey in PRESENTER_KEYS} if presenting else set[str]()
+    return tuple(hotkey for hotkey in table if hotkey.key not in taken)
+
+
 KEY_NAMES: Final = (N_("Space"), N_("Page ↑"), N_("Page ↓"))
 """Labels of keys that differ between languages."""
 
 
-def help_html() -> str:
-    """Return the table as HTML."""
+def help_html(presenting: bool = False) -> str:
+    """Return the table as HTML. `presenting`: for the teacher of a lecture."""
+    own = PRESENTER_KEYS if presenting else ()
     rows = "".join(
         f"<tr><td><kbd>{tr(h.shown) if h.shown in KEY_NAMES else h.shown}</kbd></td><td>{tr(h.text)}</td></tr>"
-        for h in (*HOTKEYS, *LESSON_KEYS)
+        for h in (*own, *keys_of(HOTKEYS, presenting), *keys_of(LESSON_KEYS, presenting))
     )
     rows += f"<tr><td><kbd>1</kbd> … <kbd>5</kbd></td><td>{tr('lesson: your answer')}</td></tr>"
     rows += f"<tr><td><kbd>Ctrl K</kbd></td><td>{tr('every command by name')}</td></tr>"

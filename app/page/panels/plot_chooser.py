@@ -27,6 +27,7 @@ class DetailsChooser:
     ) -> None:
         spec = specs(PageSettings)["plot"]
         self._lessons, self._choices = lessons, spec.choices
+        self._shown: tuple[object, ...] = ()
 
         with tab:
             self._buttons = ChoiceButtons(
@@ -35,6 +36,10 @@ class DetailsChooser:
 
     def show(self, frame: Frame) -> None:
         """Offer the choices of this experiment, and mark the present one."""
+        state = frame.settings, self._lessons.open
+        if state == self._shown:
+            return
+        self._shown = state
         possible, details = possible_details(frame.settings.run), frame.settings.page.details
         marked = self._choices.index(details if details in possible else "none")
         self._buttons.show(marked, tuple(map(self._choices.index, possible)), not self._lessons.open)

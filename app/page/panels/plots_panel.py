@@ -9,7 +9,7 @@ from viser import uplot
 
 from app.i18n.speaking import tr
 from app.plots.activation_curve import curve_html
-from app.plots.bins import Bins, polyline
+from app.plots.bins import LAST, Bins, polyline
 from app.plots.laws_chart import laws_html
 from app.plots.microscope_chart import microscope_html
 from app.plots.pair_strips import pairs_html
@@ -66,6 +66,7 @@ class Plots:
         self._cells: tuple[str, ...] = ()
         self._only: tuple[str, ...] = ()
         self._names: tuple[str, str] | None = None
+        self._arranged: tuple[object, ...] = ()
         self._settings: RunSettings | None = None
         self._law: Law | None = None
         self._next: dict[str, float] = {}
@@ -137,6 +138,10 @@ class Plots:
 
     def _arrange(self, simulation: Simulation, ghost: Simulation | None, details: Details) -> None:
         """Show exactly the chosen plots, with the right lines and names."""
+        arranged = simulation.settings, simulation.law, ghost is not None, details, self._only, self._names, self._answers
+        if arranged == self._arranged:
+            return
+        self._arranged = arranged
         wanted = cells(simulation.settings, details, self._only)
         if wanted != self._cells:
             for name in self._cells:
@@ -227,10 +232,13 @@ class Plots:
             own = None if run == "own" else self.buffer.bins.at(numbers, columns)
             if run == "what_if":
                 columns = [WHAT_IF.index(time_plot.lines[i].column) for i in places]
-            found |= dict(zip(places, np.moveaxis(bins.at(numbers, columns, own), 2, 0), strict=True))
-        stats = np.stack(list(found.values()), axis=2)
+            stats = bins.at(numbers, columns, own)
+            found |= {place: stats[:, i] for i, place in enumerate(places)}
+        # A line that nothing is known of has no corners.
+        found = {place: one for place, one in found.items() if not np.isnan(one[LAST]).all()} or found
+        stats = np.stack(list(found.values()), axis=1)
         times, values = polyline(numbers, self.buffer.bins.ends(numbers), stats, time_plot.visible(stats))
-        shown = dict(zip(found, values.T * time_plot.scale, strict=True))
+        shown = dict(zip(found, values * time_plot.scale, strict=True))
         return times, [shown.get(i, np.empty(0)) for i in range(len(time_plot.lines))]
 
     def _chart_html(self, name: str, frame: Frame) -> str:

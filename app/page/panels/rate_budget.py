@@ -158,9 +158,11 @@ def consequence(run: RunSettings, sample: Sample, now: Contact) -> str:
 def _late_text(run: RunSettings, now: Contact, sample: Sample) -> str:
     """Return a T and what it means for the rest of an arm with a dead time; "" without a dead time or where there is no rest."""
     law, T = run.law, run.hardware.dead_time
+    if T == 0.0 or sample.second is not None:
+        return ""
     v = law.nominal_velocity + (now.approach if law.feed_forward else 0.0)
     settling = settling_time(law.critical_distance, law.order, v, now.pull, now.approach)
-    if T == 0.0 or sample.second is not None or not 0.0 < settling < math.inf:
+    if not 0.0 < settling < math.inf:
         return ""
     if largest_dead_time(settling, run.hardware.lag) <= T:
         words = tr("never settles")

@@ -58,7 +58,7 @@ class Readout:
 
     def show(self, frame: Frame) -> None:
         """Refresh what has changed: every `PERIOD` while the run goes on, and at once while it rests."""
-        if frame.state == self._shown or (frame.now < self._next and not frame.pace.paused):
+        if (frame.now < self._next and not frame.pace.paused) or frame.state == self._shown:
             return
         self._shown, self._next = frame.state, frame.now + PERIOD
         shown, simulation, sample = frame.shown, frame.simulation, frame.sample
@@ -223,7 +223,7 @@ def status_html(pace: Pace, simulation: Simulation, sample: Sample) -> str:
     run, law = simulation.settings, simulation.settings.law
     pills = [("halt", tr("paused"))] if pace.paused else [("go", tr("{rate}× real time", rate=f"{pace.rate:.1f}"))]
     if pace.slowed:
-        pills.append(("halt", tr("slowed: this machine cannot keep up")))
+        pills.append(("halt", tr("slowed: the server is busy")))
     if sample.pair < 0:
         if run.gain * run.overdrive * run.dt >= 2.0:
             pills.append(("alarm", tr("K dt ≥ 2: unstable")))

@@ -216,6 +216,7 @@ def test_a_class_answers_on_its_own_devices(house: OpenHouse, come: Come) -> Non
         sees(one, "Round 1", "Round 2", "another answer the second time: 1.")
     # The teacher leaves the lessons: nothing is left of the question.
     click(teacher, "Leave the lessons")
+    click(teacher, "Leave with the class")
     bo.wait_for(lambda v: not [c for c in list(v.mirror.commands.values()) if str(c["label"]).startswith("Answer")], WAIT)
 
 
@@ -223,6 +224,7 @@ def test_two_students_and_a_teacher_do_not_reach_each_other(house: OpenHouse, co
     room = Class(house, come)
     host, teacher = room.host, room.teacher
     click(teacher, "Leave the lessons")
+    click(teacher, "Leave with the class")
     teacher.wait_for(lambda _: not host.lessons.open, WAIT)
     ask(host.session, lambda s: s.change("dm", 0.12))
     room.come("ann", "bo")

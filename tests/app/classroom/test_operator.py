@@ -70,6 +70,7 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
     assert ask(session, state) == before
     # The first one can.
     click(first, "Leave the lessons")
+    click(first, "Leave with the class")
     first.wait_for(lambda v: LINK in v.mirror.grabbable)
     first.set_value("critical distance d_m [mm]", 50.0)
     first.wait_for(lambda _: session.settings.run.law.critical_distance == 0.05)

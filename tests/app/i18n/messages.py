@@ -21,7 +21,7 @@ from app.lessons.measures.quantity import QUANTITIES
 from app.page.lessons.lesson_html import NEXT, PHASES
 from app.page.panels.contact_card import SHARES
 from app.page.panels.controls import TABS
-from app.page.panels.hotkeys import HOTKEYS, LESSON_KEYS
+from app.page.panels.hotkeys import CLICKER_KEYS, HOTKEYS, LESSON_KEYS
 from app.plots.laws_chart import LAW_NAMES
 from app.plots.plot_choice import CHARTS
 from app.plots.time_plots import TIME_PLOTS
@@ -127,7 +127,7 @@ def _of_tables() -> Iterator[str]:
     for spec in specs(Settings).values():
         yield from (spec.label, spec.words, spec.help, *spec.choice_labels)
     yield from (name for name, _, _ in TABS)
-    yield from (hotkey.text for hotkey in (*HOTKEYS, *LESSON_KEYS))
+    yield from (hotkey.text for hotkey in (*HOTKEYS, *LESSON_KEYS, *CLICKER_KEYS))
     for course in TIME_PLOTS.values():
         yield from (course.title, *(line.name for line in course.lines if line.name))
     for equation in (ALONE, *EQUATIONS.values()):

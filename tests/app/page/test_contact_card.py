@@ -7,10 +7,10 @@ from playwright.sync_api import Page
 
 from app.i18n.speaking import set_language
 from app.page.panels.contact_card import (
-    card_parts,
     contact_note,
     contact_numbers,
     contact_words,
+    part_text,
     solo_note,
     solo_numbers,
     solo_words,
@@ -63,7 +63,8 @@ def drawing(query: str, language: Language, seconds: float = 1.0, changed: dict[
         sample = simulation.sample()
         frame = Frame(0.0, Session(whole), simulation, None, sample, whole, PAUSED)
         if sample.pair < 0:
-            return card_parts(solo_words(whole.run), solo_note(whole.run), solo_numbers(sample))
+            words, note, numbers = solo_words(whole.run), solo_note(whole.run), solo_numbers(sample)
+            return part_text(words), part_text(note), part_text(numbers)
         terms = budget_terms(simulation, sample, frame.contact)
         note = contact_note(simulation, sample, frame.contact, terms)
         numbers = contact_numbers(frame, frame.contact, terms, 0)
@@ -73,7 +74,7 @@ def drawing(query: str, language: Language, seconds: float = 1.0, changed: dict[
                 note = "alarm", "d ≥ d<sub>m</sub> may fail: w &gt; v, no lever (s = 0.42), between two pairs"
             else:
                 numbers[names.index(name)] = None if number is None else round(number)
-        return card_parts(contact_words(frame, terms), note, numbers)
+        return part_text(contact_words(frame, terms)), part_text(note), part_text(numbers)
     finally:
         set_language("en")
 

@@ -47,7 +47,8 @@ def binned(times: Array, values: Array, batch: int) -> Bins:
 
 def drawn(bins: Bins, columns: list[int]) -> tuple[Array, Array]:
     numbers = bins.numbers
-    return polyline(numbers, bins.ends(numbers), bins.at(numbers, columns), TOLERANCE)
+    times, values = polyline(numbers, bins.ends(numbers), bins.at(numbers, columns), TOLERANCE)
+    return times, values.T
 
 
 @given(runs)
@@ -121,9 +122,9 @@ def test_what_is_missing_stays_missing_and_the_ring_forgets() -> None:
     bins = binned(times, values, 10)
     _, lines = drawn(bins, [0, 1, 2])
     assert np.isnan(lines[0, 1]) and lines[-1, 1] == 1.0 and np.isinf(lines[:, 2]).all()
-    assert bins.at(np.array([0]), [1])[0, LAST, 0] != 1.0
+    assert bins.at(np.array([0]), [1])[LAST, 0, 0] != 1.0
     # After a long pause only what is new is there.
     bins.take(np.array([4.0 + 2.0 * WINDOW]), np.array([[7.0, 8.0, 9.0]]))
-    assert len(bins.numbers) == 1 and bins.at(bins.numbers, [0])[0, [LOW, HIGH, AT_HIGH], 0].tolist() == [7.0, 7.0, 44.0]
+    assert len(bins.numbers) == 1 and bins.at(bins.numbers, [0])[[LOW, HIGH, AT_HIGH], 0, 0].tolist() == [7.0, 7.0, 44.0]
     bins.clear()
     assert not len(bins.numbers)

@@ -146,9 +146,9 @@ def test_a_ghost_lies_at_the_bins_of_the_run(late: int) -> None:
     mine = own.bins.at(numbers, columns)
     times, beside = own.bins.ends(numbers), other.bins.at(numbers, columns, mine)
     there = times > late * 0.005 + WINDOW / POINTS
-    assert np.array_equal(mine[there], beside[there], equal_nan=True)
+    assert np.array_equal(mine[:, :, there], beside[:, :, there], equal_nan=True)
     before = times < late * 0.005 - 1e-6
-    assert np.array_equal(mine[before], beside[before], equal_nan=True)
+    assert np.array_equal(mine[:, :, before], beside[:, :, before], equal_nan=True)
     assert np.array_equal(RollingSeries().bins.at(numbers, columns, mine), mine, equal_nan=True)
     # Of a ghost whose newest bin is far away nothing is shown.
     for _ in range(4400):
@@ -176,7 +176,7 @@ def test_bins_lose_no_dip(dt: float, batch: int, seconds: float) -> None:
     assert len(times) == min(POINTS, math.ceil(seconds / width))
     assert (np.diff(times) > 0.0).all() and times[-1] == table[-1, 0]
     assert times[-1] - times[0] <= WINDOW
-    stats = buffer.bins.at(numbers, list(range(len(NAMES))))
+    stats = np.moveaxis(buffer.bins.at(numbers, list(range(len(NAMES)))), 2, 0)
     of_rows, dq = bin_numbers(table[:, 0]), simulation.history.velocities(table)[:, simulation.avoiding.joints]
     for number, b, end in zip(numbers.tolist(), stats, times.tolist(), strict=True):
         rows = of_rows == number

@@ -2,9 +2,11 @@
 
 import asyncio
 import importlib.util
+import math
 import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from types import ModuleType, SimpleNamespace
 from typing import Any, Literal
 
@@ -21,6 +23,7 @@ from viser._assignable_props_api import AssignablePropsBase
 
 import app.web.sending
 from app.bench.page_mirror import decode_frame
+from app.web import viser_internals
 from app.web.sending import STAMP, Packed
 from app.web.server import DuetServer
 from app.web.viser_internals import VISER_VERSION, MessageBuffer, ServerView, adapt_viser, serving_with, shared_messages
@@ -70,6 +73,24 @@ def produced(produce: Callable[..., Any], batches: list[list[viser_messages.Mess
         return thread.submit(asyncio.run, run()).result()
 
 
+def odd_values() -> list[dict[str, Any]]:
+    """Values of all types that a property may be set to; each in a dictionary of its own, for none takes another's place."""
+    values = [
+        True,
+        np.True_,
+        3,
+        np.int64(3),
+        0.5,
+        np.float32(0.5),
+        np.str_("text"),
+        None,
+        (1, np.float64(2.0)),
+        [np.uint8(1), "a"],
+    ]
+    arrays = [np.arange(6, dtype=np.float16).reshape(2, 3).T, (np.zeros(0), np.ones(2)), {"inside": np.arange(3)}]
+    return [{f"p{i}": value} for i, value in enumerate(values + arrays)]
+
+
 def some_batches() -> list[list[viser_messages.Message]]:
     turned, moved = viser_messages.SetOrientationMessage, viser_messages.SetPositionMessage
     updated = viser_messages.GuiUpdateMessage
@@ -77,6 +98,9 @@ def some_batches() -> list[list[viser_messages.Message]]:
     return [
         [turned("/a", (1.0, 0.0, 0.0, 0.0)), moved("/a", (0.1, 0.2, 0.3))],
         [updated("u", curve), moved("/a", (0.2, 0.2, 0.3)), updated("v", {"x": "é"})],
+        [viser_messages.SetSceneNodeVisibilityMessage("/a", False), viser_messages.RemoveSceneNodeMessage("/b")],
+        [viser_messages.SceneNodeUpdateMessage("/a", values) for values in odd_values()],
+        [viser_messages.GuiHtmlMessage("w", "root", viser_messages.GuiHtmlProps(order=1, content="<b>", visible=True))],
     ]
 
 
@@ -96,7 +120,7 @@ def test_what_is_sent_is_what_viser_would_send(visers_own: ModuleType, monkeypat
 def test_the_stamp_by_which_a_page_would_hold_batches_back_stands_still(
     room: Room, join: Join, visers_own: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    first, second = (decode_frame(frame)[1] for frame in produced(visers_own._message_producer, some_batches()))
+    first, second = (decode_frame(frame)[1] for frame in produced(visers_own._message_producer, some_batches()[:2]))
     assert second > first > 0.0, "viser's own clock goes on; else there is nothing to hold still"
 
     stamps: list[float] = []
@@ -196,6 +220,82 @@ def test_a_property_is_cast_as_viser_casts_it(hint: Any, value: Any, name: str, 
         assert np.array_equal(one, other)
 
 
+@dataclass
+class Props:
+    content: str
+    visible: bool
+    opacity: float | None
+    color: tuple[int, int, int]
+    points: npt.NDArray[np.float32]
+    colors: npt.NDArray[np.uint8]
+    faces: npt.NDArray[np.uint32]
+    data: tuple[npt.NDArray[np.float64], ...]
+
+
+class Handle(AssignablePropsBase[Any]):
+    """An element that notes what its browser would be sent."""
+
+    def __init__(self) -> None:
+        line, white = np.zeros((2, 3), np.float32), np.full((2, 3), 255, np.uint8)
+        props = Props("text", True, None, (1, 2, 3), line, white, np.zeros((1, 3), np.uint32), (np.zeros(2),))
+        super().__init__(SimpleNamespace(props=props, removed=False, turned=0))
+        self.noted: list[tuple[str, Any]] = []
+
+    @property
+    def turned(self) -> int:
+        return self._impl.turned
+
+    @turned.setter
+    def turned(self, value: int) -> None:
+        self._impl.turned = value
+        self.noted.append(("turned", value))
+
+    def _queue_update(self, name: str, value: Any) -> None:
+        self.noted.append((name, value))
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("content", ["text", "other", "other", ""]),
+        ("visible", [True, 1, False, np.False_]),
+        ("opacity", [None, 0.5, 0.5, 1, 1.0, math.nan, math.nan]),
+        ("color", [(1, 2, 3), [1, 2, 3], (3, 2, 1), (3, 2, 1)]),
+        ("points", [np.zeros((2, 3)), [[1, 2, 3], [4, 5, 6]], np.ones((3, 3)), np.full((3, 3), np.nan), np.full((3, 3), np.nan)]),
+        ("colors", [np.ones((2, 3)), np.ones((2, 3), np.uint8), np.zeros((2, 3), int), np.zeros(3, np.uint8)]),
+        ("faces", [np.ones((1, 3), np.uint32), np.ones((1, 3), np.uint32), np.ones((2, 3), np.uint32)]),
+        ("data", [(np.zeros(2),), (np.zeros(2), [1, 2]), (np.empty(0),)]),
+        ("turned", [1, 1, 2]),
+        ("note", [1, 1]),
+    ],
+)
+def test_a_property_is_set_as_viser_sets_it(name: str, values: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    adapt_viser()
+    original = untouched(_assignable_props_api, monkeypatch).props_setattr
+    ours: Any = Handle()
+    theirs: Any = Handle()
+    for value in values:
+        setattr(ours, name, value)
+        original(theirs, name, value)
+        np.testing.assert_equal(getattr(ours, name), getattr(theirs, name))
+    np.testing.assert_equal(ours.noted, theirs.noted)
+    for (_, sent), (_, value) in zip(ours.noted, theirs.noted, strict=True):
+        assert type(sent) is type(value) and getattr(sent, "dtype", None) == getattr(value, "dtype", None)
+        assert not isinstance(sent, np.ndarray) or not np.shares_memory(sent, getattr(ours, name))
+    ours._impl.removed = True
+    if name != "note":
+        with pytest.raises(RuntimeError, match="removed"):
+            setattr(ours, name, values[-1])
+
+
+def test_a_property_that_stays_is_not_even_looked_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    adapt_viser()
+    handle: Any = Handle()
+    monkeypatch.setattr(viser_internals, "props_setattr", None)
+    handle.content, handle.visible, handle.points = "text", True, np.ones((2, 3))
+    assert [name for name, _ in handle.noted] == ["points"]
+
+
 @given(
     st.lists(st.floats(-2.0, 2.0), min_size=4, max_size=4),
     st.lists(st.sampled_from([0.0, 1e-9, 9e-6, 1.1e-5, 1.0]), min_size=4, max_size=4),
@@ -208,6 +308,16 @@ def test_a_pose_is_sent_when_viser_would_send_it(old: list[float], step: list[fl
     moved = not np.allclose(new, old)
     assert queued == [new] * moved
     assert current.tolist() == list(new if moved else old)
+
+
+def test_a_move_has_the_name_that_viser_gives_it() -> None:
+    adapt_viser()
+    for message in (
+        viser_messages.SetPositionMessage("/a/b", (0.0, 0.0, 0.0)),
+        viser_messages.SetOrientationMessage("/a/b", (1.0, 0.0, 0.0, 0.0)),
+        viser_messages.SetSceneNodeVisibilityMessage("/a/b", True),
+    ):
+        assert message.redundancy_key() == viser_messages.Message.redundancy_key(message)
 
 
 def test_the_function_that_serves_is_given_back() -> None:

@@ -1,0 +1,171 @@
+"""What the projector shows of a step, and how a clicker goes through it: scene, question, answers, run, outcome, explanation, challenge."""
+
+from collections.abc import Callable
+from enum import StrEnum
+from math import ceil
+from time import monotonic
+from typing import Final, NamedTuple
+
+from app.i18n.speaking import N_
+from app.lessons.phases import Phase, phases_of
+from app.lessons.walkthrough import Walkthrough
+
+SECONDS: Final = (30, 60, 90)
+"""Times that a class can be given to answer [s]."""
+
+
+class Station(StrEnum):
+    """What of a step the projector shows."""
+
+    SCENE = "scene"
+    QUESTION = "question"
+    ANSWERS = "answers"
+    RUN = "run"
+    OUTCOME = "outcome"
+    EXPLANATION = "explanation"
+    CHALLENGE = "challenge"
+    TRY = "try"
+
+    @property
+    def is_scene(self) -> bool:
+        """Whether nothing lies over the scene."""
+        return self in (Station.SCENE, Station.RUN, Station.TRY)
+
+
+STATION_NAMES: Final = {
+    Station.SCENE: N_("the scene"),
+    Station.QUESTION: N_("the question"),
+    Station.ANSWERS: N_("the class's answers"),
+    Station.RUN: N_("the run"),
+    Station.OUTCOME: N_("what was measured"),
+    Station.EXPLANATION: N_("the explanation"),
+    Station.CHALLENGE: N_("the challenge"),
+    Station.TRY: N_("the challenge, on the stage"),
+}
+"""What a teacher calls the stations."""
+
+_OF_PHASE: Final = {
+    Phase.PREDICT: Station.SCENE,
+    Phase.DO: Station.RUN,
+    Phase.OBSERVE: Station.OUTCOME,
+    Phase.EXPLAIN: Station.EXPLANATION,
+    Phase.CHALLENGE: Station.CHALLENGE,
+}
+"""The first station of every phase."""
+
+_BEFORE_THE_RUN: Final = (Station.SCENE, Station.QUESTION, Station.ANSWERS)
+
+
+class _StagePlace(NamedTuple):
+    """Where the stage's lesson is, as far as it decides what the projector shows."""
+
+    step: tuple[str, str] | None = None
+    phase: Phase | None = None
+    showing: bool = False
+    revealed: bool = False
+
+
+class Presenter:
+    """What every projector of a lecture shows. Belongs to the stage's thread.
+
+    Args:
+        clock: returns the time [s].
+
+    Attributes:
+        station: what of the step is shown.
+        blank: whether the projectors are black.
+        frozen: whether they keep their picture while the stage goes on.
+        panels: whether they show the panels beside the scene, as students see them.
+    """
+
+    def __init__(self, clock: Callable[[], float] = monotonic) -> None:
+        self._clock = clock
+        self.station = Station.SCENE
+        self.blank = self.frozen = self.panels = False
+        self._place = _StagePlace()
+        self._asked_at: float | None = None
+        self._ends_at: float | None = None
+
+    # ---- the stations ------------------------------------------------------------------------------------------------------
+
+    def follow(self, walk: Walkthrough | None, revealed: bool, running: bool) -> None:
+        """Show what fits where the lesson is, if it has moved on since the last call.
+
+        Args:
+            walk: the stage's; None while no lesson is open.
+            revealed: whether everybody sees the class's answers.
+            running: whether the run is going on.
+        """
+        place = _StagePlace() if walk is None else _StagePlace((walk.lesson.id, walk.step.id), walk.phase, walk.showing, revealed)
+        if place != self._place:
+            before, self._place = self._place, place
+            self.show(self._station_at(place, before))
+            if place.step != before.step or revealed != before.revealed:
+                # Another question, or this one is answered, or asked again.
+                self._ends_at = None
+                self._asked_at = self._clock() if self.station is Station.QUESTION else None
+        if running and place.phase is Phase.DO and self.station in _BEFORE_THE_RUN:
+            self.show(Station.RUN)
+
+    def _station_at(self, place: _StagePlace, before: _StagePlace) -> Station:
+        if place.phase is None:
+            return Station.SCENE
+        if place.showing:
+            return Station.RUN
+        if place.phase in (Phase.PREDICT, Phase.DO) and place.step == before.step:
+            if place.revealed and not before.revealed:
+                return Station.ANSWERS
+            if place.phase is Phase.PREDICT and before.revealed:
+                return Station.QUESTION
+        return _OF_PHASE[place.phase]
+
+    def show(self, station: Station) -> None:
+        """Show a station of the present step."""
+        if station is Station.QUESTION and self._asked_at is None:
+            self._asked_at = self._clock()
+        self.station = station
+
+    def uncover(self) -> bool:
+        """Show the present picture again; return whether the projectors were blank or frozen."""
+        covered = self.blank or self.frozen
+        self.blank = self.frozen = False
+        return covered
+
+    def following(self, walk: Walkthrough) -> Station | None:
+        """Return the next station of the step; None if the next step comes next."""
+        stations = stations_of(walk)
+        place = stations.index(self.station) + 1 if self.station in stations else 0
+        return stations[place] if place < len(stations) else None
+
+    # ---- the timer ---------------------------------------------------------------------------------------------------------
+
+    def start_timer(self, seconds: int) -> None:
+        """Give the class so many seconds from now to answer; 0 ends the timer."""
+        self._ends_at = self._clock() + seconds if seconds else None
+
+    @property
+    def left(self) -> int | None:
+        """Seconds that the class still has, 0 once the time is up; None without a timer."""
+        return None if self._ends_at is None else max(ceil(self._ends_at - self._clock()), 0)
+
+    @property
+    def asked_for(self) -> int | None:
+        """Seconds since the question came up; None before it has."""
+        return None if self._asked_at is None else int(self._clock() - self._asked_at)
+
+
+def stations_of(walk: Walkthrough) -> tuple[Station, ...]:
+    """Return the stations of the present step, in their order."""
+    stations: list[Station] = []
+    for phase in phases_of(walk.step):
+        stations.append(_OF_PHASE[phase])
+        if phase is Phase.PREDICT:
+            stations += [Station.QUESTION, Station.ANSWERS]
+        if phase is Phase.CHALLENGE:
+            stations.append(Station.TRY)
+    return tuple(stations)
+
+
+def clock_text(seconds: int) -> str:
+    """Return seconds as minutes and seconds: 1:05."""
+    return f"{seconds // 60}:{seconds % 60:02d}"

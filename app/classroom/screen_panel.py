@@ -1,0 +1,127 @@
+"""The teacher's remote control of the projector: what it shows and what comes next, the timer, blank and freeze."""
+
+from collections.abc import Callable
+from typing import Final, Literal
+from urllib.parse import urlencode
+
+import viser
+
+from app.classroom.presenter import SECONDS, STATION_NAMES, Presenter, clock_text
+from app.i18n.speaking import N_, tr
+from app.lessons.session.lesson_session import LessonSession
+from app.page.panels.choice_buttons import ChoiceButtons
+from app.settings import PageSettings
+from app.text.html_element import element
+
+ScreenAction = Literal[
+    "on", "back", "live", "freeze", "blank", "stage", "panels", "timer 30", "timer 60", "timer 90", "timer off"
+]
+"""What a teacher asks of the projectors: the next station, the one before; the present picture, hold it, or black; the stage alone, or with
+the panels; a timer, or none."""
+
+TIMERS: Final[dict[ScreenAction, int]] = {"timer 30": SECONDS[0], "timer 60": SECONDS[1], "timer 90": SECONDS[2], "timer off": 0}
+"""Seconds of the timers."""
+
+_PICTURES: Final[tuple[ScreenAction, ...]] = ("live", "freeze", "blank")
+_LAYOUTS: Final[tuple[ScreenAction, ...]] = ("stage", "panels")
+
+
+class ScreenPanel:
+    """The controls in the teacher's tab; the caller has opened it.
+
+    Args:
+        act: called with what the teacher asks for, on the network's thread.
+        page: of the teacher; a projector that is opened from here looks the same.
+        keyed: whether the teacher has a key, which that projector is given.
+    """
+
+    def __init__(self, gui: viser.GuiApi, act: Callable[[ScreenAction], None], page: PageSettings, keyed: bool) -> None:
+        self._shown: object = None
+        self._state = gui.add_html("")
+        self._on = gui.add_button("", icon=viser.Icon.ARROW_DOWN)
+        self._back = gui.add_button(tr("Back"), color="gray", icon=viser.Icon.ARROW_UP)
+        timers = tuple(TIMERS)
+        self._timer = ChoiceButtons(
+            gui,
+            "timer",
+            (*(f"{seconds} s" for seconds in SECONDS), N_("Off")),
+            N_("Everybody sees the time run down. When it is over, answers still count until the reveal."),
+            lambda i: act(timers[i]),
+        )
+        self._picture = ChoiceButtons(
+            gui,
+            "screen",
+            (N_("Live"), N_("Frozen"), N_("Black")),
+            N_("Frozen: the screen keeps its picture while you prepare something. Page ↓ brings it back."),
+            lambda i: act(_PICTURES[i]),
+        )
+        self._layout = ChoiceButtons(
+            gui,
+            "shows",
+            (N_("Stage alone"), N_("With panels")),
+            N_("With panels: lesson and plots beside the stage, as students see them."),
+            lambda i: act(_LAYOUTS[i]),
+        )
+        gui.add_html(open_html(page, keyed))
+
+        @self._on.on_click
+        async def _(_: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+            act("on")
+
+        @self._back.on_click
+        async def _(_: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
+            act("back")
+
+    def show(self, presenter: Presenter, lessons: LessonSession, screens: int) -> None:
+        """Update the controls. `screens`: how many projectors there are."""
+        following = presenter.following(lessons.walk) if lessons.open else None
+        cover = presenter.blank, presenter.frozen, presenter.panels
+        shown = lessons.open, presenter.station, following, cover, screens
+        if shown == self._shown:
+            return
+        self._shown = shown
+        self._state.content = state_html(presenter, screens, lessons.open)
+        self._on.label = tr("Next: {what}", what=tr(STATION_NAMES[following])) if following is not None else tr("Next step")
+        self._on.disabled = self._back.disabled = not lessons.open
+        self._timer.show(visible=lessons.open)
+        self._picture.show(2 if presenter.blank else 1 if presenter.frozen else 0)
+        self._layout.show(1 if presenter.panels else 0)
+
+
+def state_html(presenter: Presenter, screens: int, in_lesson: bool) -> str:
+    """Return what the projectors show, and how many there are."""
+    pills = [element("span", tr("On the screen: {what}", what=tr(STATION_NAMES[presenter.station])))] if in_lesson else []
+    return _pills_html(*pills, element("span", tr("screens: {count}", count=screens)))
+
+
+def covers_html(presenter: Presenter) -> str:
+    """Return what a teacher must not forget: a covered picture, the time; "" for nothing."""
+    pills: list[str] = []
+    if presenter.blank:
+        pills.append(element("span", tr("the screen is black"), class_="halt"))
+    elif presenter.frozen:
+        pills.append(element("span", tr("the screen is frozen"), class_="halt"))
+    if presenter.left == 0:
+        pills.append(element("span", tr("Time is up."), class_="halt"))
+    elif presenter.left is not None:
+        pills.append(element("span", tr("time left: {time}", time=clock_text(presenter.left)), class_="go"))
+    elif presenter.asked_for is not None:
+        pills.append(element("span", tr("asked for {time}", time=clock_text(presenter.asked_for))))
+    return _pills_html(*pills) if pills else ""
+
+
+def _pills_html(*pills: str) -> str:
+    return element("div", "", element("div", "", *pills, class_="duet-heads", role="status"), class_="duet-class duet-lesson")
+
+
+def open_html(page: PageSettings, keyed: bool) -> str:
+    """Return the button that opens a projector's window, with the teacher's key if there is one, and how to go on; see the script
+    `presenter.js`."""
+    query = {"screen": "1", "profile": "projector", "theme": page.theme, "lang": page.language}
+    if page.language == "auto":
+        del query["lang"]
+    button = element("button", tr("Open the screen"), type="button", class_="duet-open-screen", data_query=urlencode(query))
+    how = tr("Drag the new window to the projector and press F11.")
+    keys = tr("By key or clicker, here and in that window:") if keyed else tr("By key or clicker, here:")
+    keys += " " + tr("Page ↓ goes on, Page ↑ back, B makes it black, F freezes it.")
+    return element("div", "", button, element("p", f"{how} {keys}", class_="soft"), class_="duet-class duet-lesson")

@@ -1,0 +1,99 @@
+"""What one browser alone is sent, from when it is drawn until it is sent."""
+
+from __future__ import annotations
+
+import contextlib
+from asyncio import AbstractEventLoop
+from collections.abc import AsyncGenerator, Callable, Sequence
+from itertools import islice
+
+from app.web.viser_internals import Message, MessageBuffer
+
+
+class ClientBuffer(MessageBuffer):
+    """Keeps the newest message of each kind, in the order in which they were pushed, and wakes its sender once a frame.
+
+    viser's own buffer numbers and indexes messages for readers who come later, and wakes its sender up to three times a frame; a
+    browser's own buffer has one reader. What is pushed in an atomic block is sent at its end, anything else within
+    `window_duration_sec`.
+
+    Args:
+        event_loop: of the server.
+    """
+
+    def __init__(self, event_loop: AbstractEventLoop) -> None:
+        super().__init__(event_loop, persistent_messages=False)
+        self._waiting: dict[str, Message] = {}
+        self._woken = self._timed = False
+
+    def push(self, message: Message) -> None:
+        """Take in a message in place of an older one of the same kind; a connection that is closed takes none."""
+        if self.done:
+            return
+        key = message.redundancy_key()
+        with self.buffer_lock:
+            if message.lifecycle_phase == "remove" and message.entity_id_field is not None:
+                self._forget((message.entity_type, getattr(message, message.entity_id_field)), adjacent=False)
+            self._waiting.pop(key, None)
+            self._waiting[key] = message
+            if self.atomic_counter or self._timed:
+                return
+            self._timed = True
+        self._call(lambda: self.event_loop.call_later(self.window_duration_sec, self.flush_event.set))
+
+    def remove_entity_state_from_buffer(self, entity_type: str, entity_id: str) -> None:
+        """Drop what waits about an element that is about to be replaced."""
+        with self.buffer_lock:
+            self._forget((entity_type, entity_id), adjacent=True)
+
+    def _forget(self, entity: tuple[str | None, str], adjacent: bool) -> None:
+        """Drop updates of an element, and with `adjacent` also what else is said about its name."""
+        phases = ("update_dict", "update_simple", None) if adjacent else ("update_dict", "update_simple")
+        known = [key for key, one in self._waiting.items() if one.lifecycle_phase in phases and one.entity_state_key() == entity]
+        for key in known:
+            del self._waiting[key]
+
+    def atomic_end(self) -> None:
+        """End an atomic block, and send what was pushed."""
+        with self.buffer_lock:
+            self.atomic_counter -= 1
+            ended = not self.atomic_counter
+        if ended:
+            self.flush()
+
+    def flush(self) -> None:
+        """Wake the sender, unless there is nothing to send or it is awake."""
+        with self.buffer_lock:
+            if self._woken or not self._waiting:
+                return
+            self._woken = True
+        self._call(self.flush_event.set)
+
+    def _call(self, function: Callable[[], object]) -> None:
+        # The loop may be closed already, when nothing is sent any more.
+        with contextlib.suppress(RuntimeError):
+            self.event_loop.call_soon_threadsafe(function)
+
+    def window_generator(
+        self, client_id: int, backlog_done_message: Message | None = None
+    ) -> AsyncGenerator[Sequence[Message], None]:
+        """Return what is to be sent, window by window; `backlog_done_message` belongs to buffers with a backlog, which this has not."""
+        del backlog_done_message
+        return self._windows(client_id)
+
+    async def _windows(self, client_id: int) -> AsyncGenerator[Sequence[Message], None]:
+        while not self.done:
+            await self.flush_event.wait()
+            self.flush_event.clear()
+            while window := self._take():
+                if found := [message for message in window if message.excluded_self_client != client_id]:
+                    yield found
+
+    def _take(self) -> list[Message]:
+        """Return the oldest messages that wait; none within an atomic block, whose end wakes the sender again."""
+        with self.buffer_lock:
+            self._woken = self._timed = False
+            if self.atomic_counter:
+                return []
+            keys = list(islice(self._waiting, self.max_window_size))
+            return [self._waiting.pop(key) for key in keys]

@@ -1,0 +1,196 @@
+"""The projector without a page: stations follow the lesson, the clicker goes through them, and what lies over the scene."""
+
+import itertools
+from dataclasses import replace
+
+import pytest
+
+from app.classroom.ballots import Tally
+from app.classroom.classroom import Classroom, Poll
+from app.classroom.presenter import Presenter, Station, stations_of
+from app.classroom.screen_html import screen_html
+from app.classroom.teacher_control import TeacherControl
+from app.lessons.loading import load_lessons
+from app.lessons.phases import Phase
+from app.lessons.session.lesson_actions import Choose, GoTo, StartOrPause
+from app.lessons.session.lesson_session import LessonSession
+from app.session.frame import make_frame
+from app.session.session import Session
+from app.settings import Settings
+
+BOOK = load_lessons()
+
+FRAME = 0.0625
+"""Time of a frame, without an error of rounding [s]."""
+
+
+class Stage:
+    """A lecture's stage without a server: frames are made by hand."""
+
+    def __init__(self) -> None:
+        self.session, self._now = Session(Settings()), 100.0
+        self.lessons, self.room = LessonSession(self.session, BOOK), Classroom(8)
+        self.control = TeacherControl(self.room, self.session, self.lessons, lambda: None)
+        self.presenter = self.control.presenter = Presenter(lambda: self._now)
+        self.lessons.enter(0, 0)
+        self.frame()
+
+    def frame(self, count: int = 1) -> Station:
+        for _ in range(count):
+            self._now += FRAME
+            make_frame(self.session, self.lessons.decide, self._now, FRAME)
+            self.control.present()
+        return self.presenter.station
+
+    def act(self, *actions: str) -> Station:
+        for action in actions:
+            self.control.post(action)  # type: ignore[arg-type]
+            self.frame()
+        return self.presenter.station
+
+    def answer(self, *choices: int) -> None:
+        for i, choice in enumerate(choices):
+            self.room.enter(i, f"student {i}")
+            assert self.room.answer(self.lessons.walk, f"student {i}", choice)
+
+    def until(self, station: Station) -> None:
+        """Frames until the run is over."""
+        assert any(self.frame() is station for _ in range(2000)), (station, self.presenter.station)
+
+
+@pytest.fixture
+def stage(fast_machine: None) -> Stage:
+    del fast_machine
+    return Stage()
+
+
+def test_a_clicker_goes_through_a_step_and_back(stage: Stage) -> None:
+    walk = stage.lessons.walk
+    assert stage.presenter.station is Station.SCENE and stations_of(walk)[:4] == tuple(Station)[:4]
+    assert stage.act("on") is Station.QUESTION and stage.session.paused
+    # Without an answer there is nothing to reveal, and the lesson says what it waits for.
+    stage.lessons.notes.clear()
+    assert stage.act("on") is Station.QUESTION and stage.lessons.notes[0][0] == "Predict first"
+    stage.answer(0, 2, 2)
+    assert stage.act("on") is Station.ANSWERS
+    poll = stage.control.poll()
+    assert poll is not None and poll.revealed and stage.session.paused and walk.phase is Phase.DO
+    assert stage.act("on") is Station.RUN and not stage.session.paused
+    stage.frame(20)
+    # Back to the answers, which stay revealed, while the run waits; and on with it.
+    assert stage.act("back") is Station.ANSWERS and stage.session.paused and stage.session.simulation.steps > 0
+    assert stage.act("back") is Station.SCENE
+    assert stage.act("on", "on") is Station.RUN and not stage.session.paused
+    # Once more ends the run, and its outcome follows by itself.
+    stage.act("on")
+    stage.until(Station.OUTCOME)
+    poll = stage.control.poll()
+    assert poll is not None and poll.outcome
+    stations = [stage.act("on") for _ in range(4)]
+    assert stations == [Station.EXPLANATION, Station.CHALLENGE, Station.TRY, Station.SCENE]
+    assert walk.step_index == 1
+    assert stage.act("back") is Station.CHALLENGE and walk.step_index == 0
+    assert [stage.act("back") for _ in range(3)] == [Station.EXPLANATION, Station.OUTCOME, Station.RUN]
+
+
+def test_the_projector_follows_what_the_teacher_does_otherwise(stage: Stage) -> None:
+    stage.answer(1, 1)
+    stage.act("on")
+    assert stage.act("reveal") is Station.ANSWERS
+    # Asked again, the question is there again.
+    assert stage.act("again") is Station.QUESTION
+    # An answer for the class, by the teacher's own button, and Run.
+    stage.lessons.act(Choose(1))
+    assert stage.frame() is Station.RUN and stage.session.paused
+    assert stage.act("back") is Station.QUESTION
+    stage.lessons.act(StartOrPause())
+    assert stage.frame() is Station.RUN and not stage.session.paused
+    stage.lessons.act(GoTo(3, 0))
+    assert stage.frame() is Station.SCENE
+    stage.lessons.leave()
+    assert stage.frame() is Station.SCENE and stage.act("on") is Station.SCENE
+
+
+def test_every_step_of_every_lesson_has_a_next_station_up_to_the_next_step(stage: Stage) -> None:
+    walk = stage.lessons.walk
+    for i, lesson in enumerate(BOOK.lessons):
+        for k in range(len(lesson.steps)):
+            walk.go(i, k)
+            stations = stations_of(walk)
+            assert len(set(stations)) == len(stations)
+            for station, after in itertools.pairwise((*stations, None)):
+                assert station is not None
+                stage.presenter.show(station)
+                assert stage.presenter.following(walk) is after
+
+
+def test_a_page_key_first_brings_back_a_covered_picture(stage: Stage) -> None:
+    presenter = stage.presenter
+    for cover in ("blank", "freeze"):
+        stage.act(cover)
+        assert presenter.blank or presenter.frozen
+        assert stage.act("on") is Station.SCENE and not (presenter.blank or presenter.frozen)
+    assert stage.act("on") is Station.QUESTION
+    stage.act("blank", "freeze", "live")
+    assert not (presenter.blank or presenter.frozen)
+
+
+def test_the_timer_runs_down_forces_nothing_and_ends_with_the_question(stage: Stage) -> None:
+    presenter = stage.presenter
+    assert presenter.left is None and presenter.asked_for is None
+    # The time of a question that is not up yet brings it up.
+    assert stage.act("timer 30") is Station.QUESTION and presenter.left == 30
+    stage.frame(160)
+    assert presenter.left == 20 and presenter.asked_for == 10
+    stage.frame(480)
+    assert presenter.left == 0
+    stage.answer(2)
+    poll = stage.control.poll()
+    assert poll is not None and poll.open and poll.tally.answered == 1 and presenter.station is Station.QUESTION
+    stage.act("timer 90", "timer off")
+    assert presenter.left is None
+    stage.act("timer 60", "reveal")
+    assert presenter.left is None and presenter.asked_for is None
+    # Nothing can be answered any more.
+    stage.act("timer 60")
+    assert presenter.left is None
+
+
+def screen(stage: Stage, poll: Poll | None, station: Station, left: int | None = None) -> str:
+    return screen_html(station, stage.lessons.view(), poll, left, ())
+
+
+def test_before_the_reveal_the_screen_says_only_how_many(stage: Stage) -> None:
+    poll = stage.control.poll()
+    assert poll is not None
+    poll = replace(poll, tally=Tally((1, 2, 14, 0), 13, 17))
+    asked = screen(stage, poll, Station.QUESTION, 45)
+    assert "17 of 30 answered" in asked and ">0:45<" in asked and "14" not in asked and "82" not in asked
+    assert asked.count("<li") == len(poll.choices) == 4 and asked.count("width:0%") == 4
+    over = screen(stage, poll, Station.QUESTION, 0)
+    assert "Time is up." in over and "until the reveal" in over
+    told = screen(stage, replace(poll, open=False, revealed=True), Station.ANSWERS, 45)
+    assert "width:82%" in told and "0:45" not in told and "right" not in told
+    # Asked again, the first round stays out of sight until the second one is revealed beside it.
+    second = replace(poll, first=Tally((3, 20, 5, 0), 2, 28), round=2)
+    assert "Round" not in screen(stage, second, Station.QUESTION) and "71" not in screen(stage, second, Station.QUESTION)
+    both = screen(stage, replace(second, open=False, revealed=True), Station.ANSWERS)
+    assert "Round 1" in both and "width:71%" in both and "width:82%" in both
+    # In the scene the count is there once there is something to count.
+    assert "17 of 30" in screen(stage, poll, Station.SCENE)
+    assert "answered" not in screen(stage, replace(poll, tally=Tally((0,) * 4, 0, 0)), Station.SCENE)
+    known = replace(poll, open=False, revealed=True, outcome=("4 ways",), right=2)
+    assert 'class="right"' in screen(stage, known, Station.OUTCOME) and "4 ways" in screen(stage, known, Station.OUTCOME)
+
+
+def test_what_a_class_or_a_lesson_says_is_never_markup(stage: Stage) -> None:
+    poll = stage.control.poll()
+    assert poll is not None
+    evil = "<img src=x onerror=alert(1)>"
+    bad = replace(poll, choices=(evil,) * 4, outcome=(evil,), revealed=True)
+    view = replace(stage.lessons.view(), texts=tuple((name, evil) for name in ("goal", "predict", "do", "observe", "explain")))
+    view = replace(view, outcome=(evil,), step=replace(view.step, title=evil))
+    for station in Station:
+        for one in (bad, None):
+            made = screen_html(station, view, one, None, ())
+            assert "<img" not in made and (station is Station.CHALLENGE or "&lt;img" in made), station

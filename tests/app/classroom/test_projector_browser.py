@@ -1,0 +1,145 @@
+"""A teacher, the projector and a student in a real browser: clicker, reveal, black and frozen; and what a student cannot do."""
+
+from playwright.sync_api import Page
+
+from app.bench.headless_client import CAMERA
+from app.classroom.presenter import Station
+from app.settings import Settings
+from scenes.settings import changed
+from tests.app.conftest import Join, OpenHouse, ask, lecture_of
+from tests.app.page.helpers import bodies, click, open_lessons
+from tests.browser import PageAt, close_software_note, until
+
+
+def fits(screen: Page) -> bool:
+    """Whether nothing of what lies over the scene is cut off."""
+    main = "document.querySelector('#duet-screen main')"
+    return bool(screen.evaluate(f"{main}.scrollHeight <= {main}.clientHeight + 1"))
+
+
+def bar_width(screen: Page, place: int) -> float:
+    """Width of a bar of the histogram [CSS px]."""
+    box = screen.locator("#duet-screen li > div > div").nth(place).bounding_box()
+    return 0.0 if box is None else box["width"]
+
+
+def test_a_projector_shows_what_the_clicker_asks_for(house: OpenHouse, page_at: PageAt, join: Join) -> None:
+    opened = house(changed(Settings(), "picture", "fast"), lecture=True, key="chalk and talk")
+    host = lecture_of(opened)
+    presenter = host.control.presenter
+    teacher = page_at(1000, 640)
+    teacher.goto(f"{opened.url}/?key=chalk and talk&lesson=1&lang=en")
+    teacher.locator(".duet-l-head").wait_for()
+    close_software_note(teacher)
+    teacher.get_by_role("tab", name="Screen", exact=True).click()
+    with teacher.context.expect_page() as coming:
+        teacher.get_by_role("button", name="Open the screen").click()
+    screen = coming.value
+    over = screen.locator("#duet-screen")
+    over.locator(".caption").wait_for()
+    # The window has the key, though neither its address nor the teacher's shows it, and does not pass for the teacher's tab.
+    assert "chalk" not in screen.url and "screen=1" in screen.url
+    tabs = {page.evaluate("sessionStorage.getItem('duetResume')") for page in (teacher, screen)}
+    assert len(tabs) == 2 and host.room.here == ()
+    teacher.get_by_text("screens: 1").wait_for()
+    # The scene fills the window.
+    canvas = "(() => { const box = __viserMutable.canvas.getBoundingClientRect(); return [box.width, box.height]; })()"
+    size = [screen.evaluate("innerWidth"), screen.evaluate("innerHeight")]
+    until(screen, lambda: screen.evaluate(canvas) == size, "the whole window")
+    assert not screen.get_by_text("Lesson", exact=True).is_visible()
+
+    student = join(opened, f"resume={'2' * 32}")
+    screen.keyboard.press("PageDown")
+    over.locator(".at-question").wait_for()
+    over.get_by_text("0 of 1 answered").wait_for()
+    size = screen.evaluate("parseFloat(getComputedStyle(document.querySelector('#duet-screen .question.duet p')).fontSize)")
+    assert abs(size - 40.0) < 0.1 and fits(screen)
+    teacher.get_by_role("button", name="60 s").click()
+    over.get_by_role("timer").wait_for()
+    teacher.get_by_text("time left: ").wait_for()
+    click(student, "3 ")
+    over.get_by_text("1 of 1 answered").wait_for()
+    assert all(bar_width(screen, i) == 0.0 for i in range(4))
+    # The bars grow where they are, from nothing.
+    screen.evaluate("window.kept = document.querySelector('#duet-screen li:nth-child(3) > div > div')")
+    screen.keyboard.press("ArrowRight")
+    over.locator(".at-answers").wait_for()
+    until(screen, lambda: bar_width(screen, 2) > 300.0 and bar_width(screen, 0) == 0.0, "the answers")
+    assert screen.evaluate("kept.isConnected")
+    until(teacher, lambda: teacher.get_by_role("button", name="Next: the run").count(), "what comes next")
+
+    # Black, and with it the next key only brings the picture back; frozen, the teacher goes on unseen.
+    black = screen.locator("#duet-black")
+    for key, covered in (("b", True), (".", False), ("b", True)):
+        screen.keyboard.press(key)
+        black.wait_for(state="visible" if covered else "hidden")
+    teacher.get_by_text("the screen is black").wait_for()
+    teacher.locator("body").click(position={"x": 500, "y": 30})
+    teacher.keyboard.press("PageDown")
+    black.wait_for(state="hidden")
+    assert presenter.station is Station.ANSWERS
+    teacher.get_by_role("button", name="Frozen").click()
+    teacher.get_by_text("the screen is frozen").wait_for()
+    before = over.inner_html()
+    place = "JSON.stringify(Object.entries(__viserMutable.nodeRefFromName).map(([n, o]) => [n, o?.quaternion.toArray()]))"
+    pose = screen.evaluate(place)
+    teacher.get_by_role("button", name="Run", exact=True).click()
+    until(teacher, lambda: host.session.simulation.time > 1.0, "the run")
+    assert presenter.station is Station.RUN and over.inner_html() == before and screen.evaluate(place) == pose
+    teacher.get_by_role("button", name="Live").click()
+    over.locator(".at-run").wait_for()
+    until(screen, lambda: screen.evaluate(place) != pose, "the run on the projector")
+
+    # To the end of the run: the right answer is marked, not by its colour alone.
+    screen.keyboard.press("PageDown")
+    over.locator(".at-outcome li.right").wait_for()
+    assert screen.evaluate("getComputedStyle(document.querySelector('#duet-screen li.right span'), '::after').content") == '" ✓"'
+    screen.keyboard.press("PageUp")
+    over.locator(".at-run").wait_for()
+
+    # Leaving asks first.
+    teacher.keyboard.press("x")
+    teacher.get_by_role("button", name="Stay").click()
+    teacher.get_by_role("button", name="Stay").wait_for(state="detached")
+    assert host.lessons.open
+    teacher.get_by_role("button", name="Leave the lessons").click()
+    teacher.get_by_role("button", name="Leave with the class").click()
+    until(teacher, lambda: not host.lessons.open, "out of the lessons")
+
+
+def test_a_student_has_no_clicker(house: OpenHouse, join: Join) -> None:
+    opened = house(lecture=True, key="chalk and talk")
+    host = lecture_of(opened)
+    teacher = join(opened, "key=chalk%20and%20talk")
+    open_lessons(teacher)
+    teacher.wait_for(lambda _: host.lessons.open)
+    keyed = join(opened, "screen=1&key=chalk%20and%20talk")
+    keyed.wait_for(lambda v: v.mirror.commands)
+    asked = {str(c["label"]) for c in list(keyed.mirror.commands.values())}
+    assert any("next thing on the screen" in label for label in asked)
+    others = [join(opened, query) for query in ("", "screen=1", "screen=1&key=chalk%20or%20talk")]
+    commands = [*teacher.mirror.commands, *keyed.mirror.commands]
+    elements = [(e["uuid"], o) for e in bodies(teacher, "GuiButtonGroupMessage") for o in e.get("options", ())]
+    elements += [(e["uuid"], True) for e in bodies(teacher, "GuiButtonMessage")]
+
+    def state() -> tuple[object, ...]:
+        presenter = host.control.presenter
+        return presenter.station, presenter.blank, presenter.frozen, presenter.panels, presenter.left, host.room.paused
+
+    before = ask(host.session, lambda _: state())
+    for k, one in enumerate(others):
+        assert not [c for c in list(one.mirror.commands.values()) if "screen" in str(c["label"])]
+        for uuid in commands:
+            one.send({"type": "CommandTriggerMessage", "uuid": uuid})
+        for uuid, value in elements:
+            one.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": value}})
+        # The camera is everybody's own: once it has arrived, all of the above has, too.
+        one.send(CAMERA | {"image_height": 500, "image_width": 700 + k})
+        one.wait_for(lambda _, k=k: any(c.camera.image_width == 700 + k for c in opened.server.get_clients().values()))
+    assert ask(host.session, lambda _: state()) == before
+    # The projector with the key has the clicker, and no other control.
+    assert not bodies(keyed, "GuiButtonMessage") and not keyed.mirror.grabbable
+    uuid = next(u for u, c in keyed.mirror.commands.items() if "next thing" in str(c["label"]))
+    keyed.send({"type": "CommandTriggerMessage", "uuid": uuid})
+    keyed.wait_for(lambda _: host.control.presenter.station is Station.QUESTION)
+    assert host.operator is not None and len(host.room.here) == 1
