@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from controllers.kinematics import Array
 
@@ -126,11 +127,18 @@ class History:
         """Return the row of a step, counted from 0 since the last `clear`, a live view; None if it is not kept."""
         return self._rows[step % self._capacity] if self.count - self._capacity <= step < self.count else None
 
-    def table(self, newest: int | None = None) -> Array:
-        """Return the rows kept, oldest first (rows, columns), a copy; at most the `newest` ones."""
+    def table(self, newest: int | None = None, but: int = 0) -> Array:
+        """Return the rows kept, oldest first (rows, columns), a copy; at most the `newest` ones, without the last `but` of them."""
+        return self._rows[self._kept(newest, but)]
+
+    def column(self, name: str) -> Array:
+        """Return one of `SCALARS` of the rows kept, oldest first (rows,), a copy."""
+        return self._rows[self._kept(None, 0), COLUMN[name]]
+
+    def _kept(self, newest: int | None, but: int) -> NDArray[np.int64]:
         kept = min(self.count, self._capacity)
         kept = kept if newest is None else min(kept, newest)
-        return self._rows[np.arange(self.count - kept, self.count) % self._capacity]
+        return np.arange(self.count - kept, self.count - but) % self._capacity
 
     def positions(self, table: Array) -> Array:
         """Return q (rows, nv) of a table."""

@@ -84,6 +84,11 @@ class CameraFollow:
         self._send(pose, now)
         self._rest_until = now + REST
 
+    def fit_again(self, simulation: Simulation, now: float) -> None:
+        """Go to where the picture, which has changed its free parts, shows everything. `now`: wall time [s]."""
+        if self._pose is not None and not self.left_alone and not self._moved_by_visitor(now):
+            self._glide = now, self._pose, self._fitted(simulation)
+
     def follow(self, simulation: Simulation, now: float) -> None:
         """Move the camera if something would leave the free part of the picture. `now`: wall time [s]."""
         if self._pose is None or self.left_alone or (self._glide is None and now < self._next):

@@ -72,7 +72,9 @@ class FreePicture(NamedTuple):
         return any(part.inset(share).contains(x, y) for part in self.free)
 
 
-def free_picture(window: tuple[float, float], width: float, profile: Profile, bare: bool = False) -> FreePicture:
+def free_picture(
+    window: tuple[float, float], width: float, profile: Profile, bare: bool = False, plots_cover: float | None = None
+) -> FreePicture:
     """Return what is free of a picture.
 
     Args:
@@ -80,6 +82,7 @@ def free_picture(window: tuple[float, float], width: float, profile: Profile, ba
         width: of the picture, which is what docked panels leave of the window's [CSS px].
         profile: of the page.
         bare: whether the page shows no panels, but a line below the scene.
+        plots_cover: how high the plots are over the picture; None where only the page's usual layout is known [CSS px].
     """
     height, k = window[1], scale(profile)
     phone = window[0] / height < PHONE_ASPECT
@@ -87,6 +90,8 @@ def free_picture(window: tuple[float, float], width: float, profile: Profile, ba
         covered = CAPTION * height
     elif phone:
         covered = PHONE_SHEET * height
+    elif plots_cover is not None:
+        covered = min(plots_cover, 0.6 * height)
     else:
         row = PLOTS_ROW[1] * k if width < PLOTS_ROW[0] * k else 0.0
         panel = plots_height(height, profile) + PLOTS_FRAME * k + row if height >= LOW_CANVAS else PLOTS_BAR

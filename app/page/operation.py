@@ -8,6 +8,7 @@ import viser
 from app.i18n.speaking import tr
 from app.lessons.lesson import LessonBook
 from app.page.handles.gizmos import NUDGE, SWING, Gizmos
+from app.page.handles.hand_hover import HandHover
 from app.page.lessons.lab_report_box import LabReportBox
 from app.page.lessons.lesson_controls import LessonControls
 from app.page.panels.controls import Controls
@@ -49,6 +50,7 @@ class Operation:
         self._chooser = DetailsChooser(client.gui, view.lessons, view.plots_tab, self.post)
         self._microscope = MicroscopeButtons(client.gui, session, view)
         self._gizmos = Gizmos(client.scene, view.stage, session, view.lessons, self.post)
+        self._hover = HandHover(client.gui, self.post)
         self._desk = LessonControls(client, session, view.lessons, view.lesson_panel, self._controls, self._notify, presenting)
         for hotkey in keys_of(HOTKEYS, presenting):
             hotkey.add_to(client.gui, self.post)
@@ -85,6 +87,8 @@ class Operation:
                     session.hold(held)
             case actions.Drag():
                 self._gizmos.drag(action)
+            case actions.Hover(on):
+                self._gizmos.hovered = on
             case actions.Toggle(what):
                 self._toggle(what)
             case actions.Nudge():
@@ -159,6 +163,7 @@ class Operation:
         ):
             if panel is not None:
                 panel.show(frame)
+        self._hover.show(self._gizmos.hand)
 
     def close(self) -> None:
         """Go back to live, and drop every export that is being made."""

@@ -27,7 +27,7 @@ from app.page.panels.readout import Readout
 from app.page.panels.replay_bar import replay_style
 from app.page.panels.title_bar import titlebar
 from app.page.style_sheet import style_sheet
-from app.page.window_size import canvas_size
+from app.page.window_size import PictureReport, canvas_size
 from app.session.frame import Frame
 from app.session.session import Session
 from app.settings import Look, PageSettings
@@ -98,6 +98,7 @@ class View:
         self._experiment = experiment_of(session.simulation)
         self._settling: dict[int, tuple[float, viser.ClientHandle, float]] = {}
         self._cameras: dict[int, CameraFollow] = {}
+        self._reports: dict[int, PictureReport] = {}
         self._configure_theme()
         self.stage = Stage(host.scene, page)
         narrow = private and canvas_size(host)[0] < NARROW
@@ -140,6 +141,7 @@ class View:
     def look(self, client: viser.ClientHandle) -> None:
         """Point a client's camera at the present scene, and have it follow what happens there."""
         if client.client_id not in self._cameras:
+            self._reports[client.client_id] = PictureReport(client)
             self._cameras[client.client_id] = CameraFollow(client.camera, self._seen, self._way, lambda: self.picture(client))
         self._cameras[client.client_id].first_view(self._simulation, perf_counter())
 
@@ -153,6 +155,9 @@ class View:
 
     def picture(self, client: viser.ClientHandle) -> FreePicture:
         """Return what is free of a client's picture."""
+        report = self._reports.get(client.client_id)
+        if report is not None and (size := report.size) is not None:
+            return free_picture((size.window, size.height), size.width, self._page.profile, self.bare, size.covered)
         window = canvas_size(client)
         width = max(client.camera.aspect, 0.2) * window[1]
         return free_picture(window, width, self._page.profile, self.bare)
@@ -164,9 +169,13 @@ class View:
     def _follow(self, frame: Frame) -> None:
         present = {client.client_id for client in self._clients()}
         self._cameras = {number: follow for number, follow in self._cameras.items() if number in present}
+        self._reports = {number: report for number, report in self._reports.items() if number in present}
         # A view that moves under the mouse would move what is dragged; those who only watch drag nothing.
         if frame.shown.held is None or not isinstance(self._host, viser.ClientHandle):
-            for follow in self._cameras.values():
+            for number, follow in self._cameras.items():
+                if self._reports[number].take_change():
+                    # The visitor has folded or opened the plots, or given the window another size.
+                    follow.fit_again(self._simulation, frame.now)
                 follow.follow(self._simulation, frame.now)
 
     def _settle(self, now: float) -> None:
@@ -175,7 +184,7 @@ class View:
             follow = self._cameras.get(number)
             if now > deadline or follow is None or follow.left_alone:
                 del self._settling[number]
-            elif client.camera.aspect != aspect:
+            elif self._reports[number].take_change() or client.camera.aspect != aspect:
                 self.look(client)
                 self._settling[number] = deadline, client, client.camera.aspect
 

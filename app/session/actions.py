@@ -80,6 +80,13 @@ class Toggle:
 
 
 @dataclass(frozen=True)
+class Hover:
+    """Show the arrows on the hand or the ball while the pointer is there, or no more."""
+
+    on: bool
+
+
+@dataclass(frozen=True)
 class Nudge:
     """Move the hand or the ball by one step along each axis of the visitor's view."""
 
@@ -110,6 +117,7 @@ Action = (
     | MoveJoint
     | Drag
     | Toggle
+    | Hover
     | Nudge
     | SwingElbow
     | FirstView
@@ -127,7 +135,7 @@ def control_of(action: Action) -> Hashable:
             return "joint", joint
         case Drag(handle, phase):
             return handle, phase
-        case Reset() | FirstView():
+        case Reset() | FirstView() | Hover():
             return type(action)
         case _:
             return None

@@ -17,7 +17,7 @@ from scenes.single_steps import AROUND, avoiding_rates, finer_rows, largest_jump
 Quantity = Literal["d", "lambda", "dq", "e"]
 
 WINDOW: Final = 20.0
-"""How far back an instant may lie [s]: what the plots show."""
+"""How far back the largest jump may lie, what the plots show, and where the finer steps begin at the latest [s]."""
 
 STRIDE: Final = 10
 """Steps by which the instant is moved."""
@@ -66,13 +66,16 @@ class Microscope:
     Args:
         background: where the finer steps are computed; None where they are not.
         wake: called, from any thread, when they are there.
+
+    Attributes:
+        span: when what is kept of the run begins and ends, and the instant that was shown last [s]; None while there is none.
     """
 
     def __init__(self, background: Jobs | None, wake: Callable[[], None]) -> None:
         self._jobs = None if background is None else JobWatch(background, wake, self._failed)
         self.quantity: Quantity = "dq"
         self._time: float | None = None
-        self._shown = 0.0
+        self.span: tuple[float, float, float] | None = None
         self._asked: tuple[History, float, float, bool] | None = None
         self._finer: Array | None = None
 
@@ -83,9 +86,14 @@ class Microscope:
         """Go to the largest step of q̇, and follow it."""
         self._time = None
 
+    def go_to(self, time: float) -> None:
+        """Go to a time on the clock of the run [s], or to the nearest step that is kept."""
+        self._time = time
+
     def move(self, steps: int, dt: float) -> None:
         """Go so many steps of `dt` [s] on."""
-        self._time = self._shown + steps * dt
+        if self.span is not None:
+            self._time = self.span[2] + steps * dt
 
     def magnify(self, simulation: Simulation, window: Callable[[float], Recorded | None]) -> Magnified | None:
         """Return what is seen of a run; None before its second step.
@@ -95,26 +103,30 @@ class Microscope:
         """
         if self._jobs is not None:
             self._jobs.collect()
-        dt = simulation.settings.dt
-        table = simulation.history.table(round(WINDOW / dt))
-        if len(table) < 2:
+        dt, history = simulation.settings.dt, simulation.history
+        times = history.column("t")
+        if len(times) < 2:
+            self.span = None
             return None
-        times, rates = table[:, COLUMN["t"]], avoiding_rates(simulation, table)
-        time = largest_jump(times, rates, dt) if self._time is None else self._time
-        time = self._shown = float(times[int(np.argmin(np.abs(times - time)))])
+        time = self._time
+        if time is None:
+            newest = history.table(round(WINDOW / dt))
+            time = largest_jump(newest[:, COLUMN["t"]], avoiding_rates(simulation, newest), dt)
+        time = float(times[int(np.argmin(np.abs(times - time)))])
+        self.span = float(times[0]), float(times[-1]), time
         rows = rows_around(times, time, dt)
-        rates = rates[rows]
-        joint = int(np.abs(np.diff(rates, axis=0)).max(axis=0, initial=0.0).argmax())
+        table = history.table(len(times) - rows.start, len(times) - rows.stop)
+        joint = int(np.abs(np.diff(avoiding_rates(simulation, table), axis=0)).max(axis=0, initial=0.0).argmax())
         whole = bool(times[-1] >= time + (AROUND + 1) * dt)
-        if self._asked is None or self._asked[:3] != (simulation.history, time, dt):
+        if self._asked is None or self._asked[:3] != (history, time, dt):
             self._finer = None
         # Asked once more when the run has gone on as far as there is to see.
-        if self._asked != (asked := (simulation.history, time, dt, whole)) and self._jobs is not None:
+        if self._asked != (asked := (history, time, dt, whole)) and self._jobs is not None:
             self._asked = asked
-            if (recorded := window(WINDOW + AROUND * dt)) is not None:
+            if (recorded := window(max(WINDOW, float(times[-1]) - time) + AROUND * dt)) is not None:
                 self._jobs.submit("microscope", self._take, finer_rows, recorded, time)
         of = self.quantity
-        steps = Steps(dt, times[rows], _signal(simulation, table[rows], of, joint))
+        steps = Steps(dt, table[:, COLUMN["t"]], _signal(simulation, table, of, joint))
         finer = self._finer
         if finer is None or len(finer) < 2:
             return Magnified(time, of, joint, steps, None)
@@ -128,10 +140,10 @@ class Microscope:
         """Show the run's own steps alone."""
 
     def forget(self) -> None:
-        """Drop what is being computed."""
+        """Drop what is being computed, and the instant: it was one of the run before."""
         if self._jobs is not None:
             self._jobs.close()
-        self._asked = self._finer = None
+        self._asked = self._finer = self._time = None
 
 
 def _signal(simulation: Simulation, table: Array, quantity: Quantity, joint: int) -> Array:

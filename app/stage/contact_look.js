@@ -4,6 +4,8 @@
   // So often the page looks whether the scene is another one [ms].
   const LOOK_MS = 400;
   const TINTED = 0.85;
+  // What has a colour of its own keeps it: the orange arm stays orange, and its covers and rings take on the tint. Of 1.
+  const COLOURED = 0.5;
   const SHELL = /\/(skin|capsule)_of_[^/]*$/;
   const never = () => {};
   const nodes = () => window.__viserMutable?.nodeRefFromName ?? {};
@@ -41,15 +43,33 @@
     mesh.material.transparent = true;
     mesh.material.needsUpdate = true;
   };
+  const coloured = ({ r, g, b }) => Math.max(r, g, b) - Math.min(r, g, b) > COLOURED * Math.max(r, g, b);
+  // The arms of the fast picture are painted vertex by vertex, and white apart from that.
+  const tintGrey = function (shader) {
+    shader.uniforms.duetTint = { value: this.userData.duetTint };
+    shader.fragmentShader = `uniform vec3 duetTint;\n${shader.fragmentShader}`.replace(
+      "#include <color_fragment>",
+      `#include <color_fragment>
+       float duetHigh = max(vColor.r, max(vColor.g, vColor.b)), duetLow = min(vColor.r, min(vColor.g, vColor.b));
+       if (duetHigh - duetLow <= ${COLOURED.toFixed(2)} * duetHigh) diffuseColor.rgb *= duetTint;`,
+    );
+  };
   const drawTint = (mesh, share) => {
     const material = mesh.material;
     // What is translucent hangs on the arm, but is not its own.
     if (material.transparent || !material.color || material.userData.duetShare === share) return;
     material.userData.duetShare = share;
     material.userData.duetColor ??= material.color.clone();
+    if (coloured(material.userData.duetColor)) return;
+    if (material.vertexColors && !material.userData.duetTint) {
+      material.userData.duetTint = material.color.clone();
+      material.onBeforeCompile = tintGrey;
+      material.customProgramCacheKey = () => "duet-tint";
+      material.needsUpdate = true;
+    }
     // Mixed as one sees it, not as light adds up: half of the tint is to look like half.
     const tint = material.color.clone().set(duet.tint).convertLinearToSRGB();
-    material.color
+    (material.userData.duetTint ?? material.color)
       .copy(material.userData.duetColor)
       .convertLinearToSRGB()
       .lerp(tint, TINTED * share)

@@ -34,6 +34,8 @@ _COLOURS: Final = {
 
 _SYMBOLS: Final = re.compile(
     r"(?P<lam>\\lambda(?![A-Za-z]))|(?P<dm>d_m(?![A-Za-z])|d_\{m\})|(?<![\\A-Za-z_^])(?P<letter>[vuw])(?![A-Za-z])"
+    # Not the index of J_d, nor d^* and d_i, nor the rate of d.
+    r"|(?<![\\A-Za-z_^])(?<!_\{)(?<!dot )(?<!dot\{)(?P<d>d)(?![A-Za-z_]|\^\*)"
 )
 """How a symbol is written that is coloured wherever it stands."""
 

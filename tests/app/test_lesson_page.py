@@ -85,6 +85,15 @@ def test_symbols_have_their_colours_and_a_name() -> None:
     for name in ("lam", "v", "u", "w"):
         assert f'class="{name}"' in made
     assert 'role="img"' in made and "λ" in made and "λ" in plain_formula(r"\lambda")
+    assert made.count('class="d"') == 0, "the rate of d is another quantity"
+    d = re.compile('class="d"')
+    for tex, count in (
+        (r"\lambda(d) = \left(\dfrac{d_m}{d}\right)^{n}", 2),
+        (r"d \geq d_{law} \geq d_m", 1),
+        (r"\dot d = -a (d - d^*)", 1),
+        (r"J_d\,\dot q + J_{d,i}\,\mathrm{d}t + \ddot d + \dot{d} = \min_i d_i", 0),
+    ):
+        assert len(d.findall(formula(tex, True))) == count, tex
     assert plain("*half* of $d_m$, **not** `all`") == "half of dₘ, not all"
 
 

@@ -14,7 +14,7 @@ from app.settings import PageSettings, Settings
 from scenes.history import COLUMN
 from scenes.rerun import rerun
 from scenes.settings import LawSettings, RunSettings
-from scenes.single_steps import AROUND, largest_jump
+from scenes.single_steps import AROUND, avoiding_rates, largest_jump
 from scenes.smoothness import ECHO
 from tests.app.inline import Inline
 
@@ -108,4 +108,28 @@ def test_another_signal_and_another_instant() -> None:
     session.advance(0.1)
     assert session.magnified is not None and desk.waiting("microscope")
     session.reset()
-    assert session.magnified is None and not desk.waiting("microscope")
+    assert session.magnified is None and not desk.waiting("microscope") and session.microscope.span is None
+
+
+@pytest.mark.usefixtures("fast_machine")
+@pytest.mark.parametrize("time", [1.5, 20.0, 23.995])
+def test_any_instant_of_the_run(time: float) -> None:
+    desk = Inline()
+    session = looking(desk, RunSettings(), 24.0)
+    assert session.magnified is not None
+    desk.work("microscope")
+    session.microscope.go_to(time + 0.001)
+    found = seen(session, desk)
+    assert found.finer is not None and found.time == pytest.approx(time)
+    table = session.simulation.history.table()
+    near = np.abs(table[:, COLUMN["t"]] - time) < (AROUND + 0.5) * 0.005
+    assert np.array_equal(found.steps.times, table[near, COLUMN["t"]])
+    rates = avoiding_rates(session.simulation, table[near])
+    assert np.array_equal(found.steps.values, rates[:, found.joint])
+    # The finer steps meet the same stretch, and hardly differ where nothing jumps.
+    assert found.finer.times[0] == pytest.approx(found.steps.times[0]) and len(found.finer.times) >= 2 * AROUND
+    assert np.interp(found.steps.times, found.finer.times, found.finer.values) == pytest.approx(found.steps.values, abs=0.02)
+    assert session.microscope.span == (table[0, COLUMN["t"]], table[-1, COLUMN["t"]], found.time)
+    # A place before the run is its beginning.
+    session.microscope.go_to(-5.0)
+    assert (first := session.magnified) is not None and first.time == table[0, COLUMN["t"]]

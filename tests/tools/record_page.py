@@ -1,6 +1,6 @@
 """Take the README's pictures from the real page: `python -m tests.tools.record_page [--out FOLDER]`. `duet.webp` moves:
-a mouse pulls the orange arm towards the silver one and back while the simulation goes on step by step, so that a slow machine records
-the same; the pictures play at the speed of the simulated time.
+a mouse pulls the orange arm towards the silver one and back. The run's clock goes on by the same time from one picture to the next, in
+which they are played, so that a slow machine records the same: a run at real time.
 """
 
 from __future__ import annotations
@@ -31,8 +31,14 @@ WIDTH: Final = 885
 LARGEST: Final = 3_000_000
 """[B]"""
 
-STEPS: Final = 20
-"""Of the simulation from one picture to the next."""
+FRAME: Final = 0.025
+"""Wall time that the page takes to have gone by from one of its frames to the next [s] …"""
+
+FRAMES: Final = 4
+"""… and frames from one picture to the next."""
+
+PATIENT: Final = 60.0
+"""Wall time that a frame may really take [s]."""
 
 LINK: Final = "picture=fine&autopilot=0&theme=light"
 WRIST: Final = "/arms/right/base/j1/j2/j3/j4/j5/j6"
@@ -68,6 +74,9 @@ def shot(page: Page, session: Session, x: float, y: float) -> Shot:
 def record(page: Page, session: Session) -> list[Shot]:
     """Pull the wrist to the silver arm's and back."""
     settled_view(page)
+    # The run is not paused: its clock goes on with the film.
+    step = session.step
+    session.step = lambda elapsed, budget=0.0: 0
     x, y = world_to_px(page, world_position(page, WRIST))
     goal = world_to_px(page, world_position(page, GOAL))
     shots = [shot(page, session, x, y)]
@@ -76,17 +85,15 @@ def record(page: Page, session: Session) -> list[Shot]:
     page.mouse.down()
     page.mouse.move(x + 6, y)
     until(page, lambda: session.held is not None, "taking hold")
-    ask(session, Session.toggle_pause)
     begin = session.simulation.time
     times = begin + 0.5 * np.arange(len(WAY))
     while session.simulation.time < times[-1]:
         share = float(np.interp(session.simulation.time, times, WAY))
         at = x + 6 + share * (goal[0] - x), y + share * (goal[1] - y)
         page.mouse.move(*at)
-        wait_frames(page, 3)
-        for _ in range(STEPS):
-            ask(session, Session.single_step)
-        wait_frames(page, 3)
+        wait_frames(page, 2)
+        ask(session, lambda _: [step(FRAME, PATIENT) for _ in range(FRAMES)])
+        wait_frames(page, 2)
         shots.append(shot(page, session, *at))
     page.mouse.up()
     return shots

@@ -1,7 +1,7 @@
 """What can be taken hold of on the stage: what is the visitor's, anywhere, and, where they are asked for, arrows and arcs on it."""
 
 from collections.abc import Callable
-from typing import Final
+from typing import Final, Literal
 
 import viser
 
@@ -39,6 +39,9 @@ class Gizmos:
         stage: drawn on the same scene.
         lessons: an open one may move what the visitor would.
         post: has an action done on the session's thread.
+
+    Attributes:
+        hovered: whether the pointer rests on the hand or the ball, which then has its arrows.
     """
 
     def __init__(
@@ -49,6 +52,8 @@ class Gizmos:
         self._gripped: object = None
         self._handles: tuple[Handle, ...] = ()
         self._made: tuple[object, ...] | None = None
+        self._arrows: Literal["all", "hand", "none"] = "none"
+        self.hovered = False
 
     def show(self, frame: Frame) -> None:
         """Put the handles that are not dragged where the arm or the ball is; replace them if the experiment has changed."""
@@ -56,7 +61,10 @@ class Gizmos:
         # A replay cannot be taken hold of, and nothing moves a hand that draws a circle.
         offered = not (frame.replayed or self._lessons.hands_off or (run.scene == "solo" and run.path == "circle"))
         yours = self._stage.yours if offered else None
-        made = id(session.simulation.room), run.scene, run.guided, offered, session.settings.page.gizmo
+        if not self._dragged:
+            # Arrows that come or go by the pointer alone must not end a pull that has just begun.
+            self._arrows = "all" if session.settings.page.gizmo else "hand" if self.hovered else "none"
+        made = id(session.simulation.room), run.scene, run.guided, offered, self._arrows
         if yours is not self._gripped or made != self._made:
             if self._dragged:
                 # What is no longer there cannot be dragged.
@@ -66,11 +74,25 @@ class Gizmos:
             self._made = made
             for handle in self._handles:
                 handle.remove()
-            self._handles = self._make() if offered and session.settings.page.gizmo else ()
+            self._handles = self._make() if offered else ()
         if self._grip is not None:
             self._grip.show()
+        pulled = self._grip is not None and self._grip.dragged
         for handle in self._handles:
             handle.show()
+            # Arrows that came by the pointer alone would only be in the picture of a pull.
+            handle.visible = self._arrows == "all" or not pulled
+
+    @property
+    def hand(self) -> str:
+        """Name of the node on which the arrows come, "" for none."""
+        match self._gripped:
+            case ArmView() as arm:
+                return arm.links[-1].name
+            case BallView() as view:
+                return view.ball.name
+            case _:
+                return ""
 
     @property
     def _dragged(self) -> bool:
@@ -92,11 +114,13 @@ class Gizmos:
 
     def _make(self) -> tuple[Handle, ...]:
         of = self._scene, self._session, self._post
-        match self._session.settings.run.scene:
-            case "ball":
-                return (BallHandle(*of),)
-            case "imitation":
+        match self._session.settings.run.scene, self._arrows:
+            case (_, "none") | ("imitation", _):
                 return ()
+            case "ball", _:
+                return (BallHandle(*of),)
+            case _, "hand":
+                return (HandHandle(*of),)
             case _:
                 return HandHandle(*of), ElbowHandle(*of)
 

@@ -59,6 +59,14 @@ class TransformHandle:
         if not self.dragged:
             self._handle.scale = self._size * (AUTOPILOT_SIZE if self._session.settings.page.autopilot else 1.0)
 
+    @property
+    def visible(self) -> bool:
+        return self._handle.visible
+
+    @visible.setter
+    def visible(self, visible: bool) -> None:
+        self._handle.visible = visible
+
     def _target(self, place: Array | None, turn: Array | None) -> Target | None:
         """Return what is held with the handle at a place (3,) [m], turned (3, 3); None if that says nothing."""
         raise NotImplementedError

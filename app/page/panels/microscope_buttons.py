@@ -1,4 +1,4 @@
-"""The row of buttons under the microscope's chart: which signal, and which instant."""
+"""What stands under the microscope's chart: buttons for the signal and the largest jump, and a slider for any instant."""
 
 from functools import partial
 from typing import Final, get_args
@@ -6,6 +6,7 @@ from typing import Final, get_args
 import viser
 
 from app.page.panels.choice_buttons import ChoiceButtons
+from app.page.panels.scrubber import Scrubber
 from app.page.view import View
 from app.session.frame import Frame
 from app.session.microscope import STRIDE, Quantity
@@ -13,9 +14,12 @@ from app.session.session import Session
 
 QUANTITIES: Final[tuple[Quantity, ...]] = get_args(Quantity)
 
+WRITE: Final = 0.5
+"""Time between two writes of the slider while the run goes on [s]."""
+
 
 class MicroscopeButtons:
-    """The row of buttons; it is there while the microscope is.
+    """Buttons and slider; they are there while the microscope is.
 
     Args:
         view: with the panel of plots.
@@ -32,6 +36,8 @@ class MicroscopeButtons:
                 self._press,
                 order=0.6,
             )
+            seek = session.microscope.go_to
+            self._scrubber = Scrubber(gui, session, seek, "instant", 0.005, WRITE, order=0.7)
 
     def _press(self, place: int) -> None:
         microscope = self._session.microscope
@@ -44,6 +50,8 @@ class MicroscopeButtons:
             self._session.post(lambda: microscope.move(steps, self._session.settings.run.dt))
 
     def show(self, frame: Frame) -> None:
-        """Mark the present signal."""
-        shown = "microscope" in self._view.plots_shown
-        self._buttons.show(QUANTITIES.index(self._session.microscope.quantity), visible=shown and not frame.replayed)
+        """Mark the present signal, and put the slider where the instant is."""
+        microscope = self._session.microscope
+        shown = "microscope" in self._view.plots_shown and not frame.replayed
+        self._buttons.show(QUANTITIES.index(microscope.quantity), visible=shown)
+        self._scrubber.show(frame.now, microscope.span if shown else None)

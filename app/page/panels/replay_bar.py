@@ -2,7 +2,6 @@
 
 import html
 import json
-import math
 from collections.abc import Callable
 from typing import Final
 
@@ -13,11 +12,12 @@ from app.i18n.speaking import tr
 from app.page import STATIC
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.copy_button import copy_button
+from app.page.panels.scrubber import Scrubber
 from app.runtime.job_pool import Jobs
 from app.session.actions import Action, Pause
 from app.session.frame import Frame
 from app.session.session import Session
-from app.web.viser_internals import HotkeyKey, uuid_of
+from app.web.viser_internals import HotkeyKey
 from scenes.inputs import KEEP
 
 KEY: Final[HotkeyKey] = "9"
@@ -39,14 +39,7 @@ HINT: Final = (
 )
 
 WRITE: Final = 0.1
-"""Time between two writes of the slider while the replay plays [s] …"""
-
-HANDS_OFF: Final = 0.4
-"""… and after the visitor has moved it [s]."""
-
-CROSSING: Final = 0.3
-"""What was written this long ago may meet on its way what the visitor does [s]."""
-
+"""Time between two writes of the moment while the replay plays [s]."""
 
 _STYLE: Final = (STATIC / "replay.css").read_text(encoding="utf-8")
 
@@ -80,8 +73,6 @@ class ReplayBar:
         self.shelf = shelf = ExportQueue(session, background)
         session.player = self._player = player = shelf.player
         self._length = LENGTHS["30 s"]
-        self._clock = self._next = 0.0
-        self._written, self._crossed = -CROSSING, False
 
         def operate(button: int) -> None:
             match button:
@@ -100,17 +91,9 @@ class ReplayBar:
             lambda i: session.post(lambda: operate(i), ("replay", i)),
         )
         self._replay.show(offered=(0,))
-        self._slider = gui.add_slider(
-            tr("moment [s]"),
-            0.0,
-            1.0,
-            0.01,
-            0.0,
-            visible=False,
-            hint=tr("Any moment of what is kept, on the clock of the run."),
-        )
+        self._scrubber = Scrubber(gui, session, player.seek, "moment", 0.01, WRITE)
         # By this the script finds the box.
-        self._mark = f'<i hidden data-duet-moment="{html.escape(uuid_of(self._slider))}"></i>'
+        self._mark = f'<i hidden data-duet-moment="{html.escape(self._scrubber.id)}"></i>'
         self._state = gui.add_html(self._mark)
         self._rest_key: viser.CommandHandle | None = None
         lengths = tuple(LENGTHS)
@@ -127,13 +110,6 @@ class ReplayBar:
             color="gray",
             hint=tr("A file saved with Run: it is made again, compared with what came out then, and replayed."),
         )
-
-        @self._slider.on_update
-        async def _(event: viser.GuiEvent[viser.GuiSliderHandle]) -> None:
-            # What the server writes comes back here too, without a client.
-            if event.client_id is not None:
-                time = event.target.value
-                session.post(lambda: self._drag(time), "moment")
 
         @self._upload.on_upload
         async def _(event: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
@@ -175,16 +151,10 @@ class ReplayBar:
         if self._player.replay is not None:
             self._player.replay.playing = False
             # Where it rests is written at once, and then nothing more.
-            self._next = self._clock
-
-    def _drag(self, time: float) -> None:
-        self._next = self._clock + HANDS_OFF
-        self._crossed = self._clock - self._written < CROSSING
-        self._player.seek(time)
+            self._scrubber.rest()
 
     def show(self, frame: Frame) -> None:
         """Hand over what is ready, and bring the controls up to date."""
-        self._clock = frame.now
         shelf, replay = self.shelf, self._player.replay
         for file in shelf.take_files():
             self._send(*file)
@@ -195,24 +165,10 @@ class ReplayBar:
         playing = replay is not None and replay.playing
         self._replay.show(1 if playing else -1, (0,) if replay is None else (1, 2))
         self._offer_rest(replay is not None)
-        self._slider.visible = replay is not None
-        if replay is not None and self._clock >= self._next:
-            self._next = self._clock + WRITE
-            self._write(round(replay.begin, 2), round(replay.end, 2), round(replay.time, 2))
+        self._scrubber.show(frame.now, None if replay is None else (replay.begin, replay.end, replay.time))
         text = self._words()
         said = f'<div class="duet duet-state" role="status">{html.escape(text)}</div>' if text else ""
         self._state.content = self._mark + said
-
-    def _write(self, begin: float, end: float, time: float) -> None:
-        slider = self._slider
-        # A slider of no length has no place for its knob.
-        end = max(end, begin + 0.01)
-        slider.min, slider.max = begin, end
-        if self._crossed or abs(slider.value - time) > 0.004:
-            value = min(max(time, begin), end)
-            # What crossed the visitor's value on its way stands in their browser now; viser sends nothing that is no change.
-            slider.value = math.nextafter(value, math.inf) if value == slider.value else value
-            self._written, self._crossed = self._clock, False
 
     def _words(self) -> str:
         shelf = self.shelf

@@ -1,9 +1,11 @@
 // Lights a symbol wherever it is when the pointer or the focus is on it anywhere: in formulas, in the captions of the plots, in the
-// card of the line of contact, and its body in the scene.
+// card of the line of contact, its curve in the plots, and its body in the scene.
 addEventListener("DOMContentLoaded", () => {
   const PLACES = [".duet-eq", ".duet-lesson svg", ".duet-caption", "#duet-contact"];
   const SYMBOLS = ["lam", "dm", "rest", "d", "v", "u", "w", "e"];
   const ANY = SYMBOLS.map((symbol) => `.${symbol}`).join();
+  // Names of a symbol's curves, where they differ from its own.
+  const CURVES = { lam: ["lambda"], dm: ["d_m"], rest: ["d*"], e: ["e", "e2"] };
   let lit = "";
 
   const symbolAt = (target) => {
@@ -53,6 +55,15 @@ addEventListener("DOMContentLoaded", () => {
     scene.requestRender?.();
   };
 
+  // The other curves of its plot fade.
+  const lightCurves = (symbol) => {
+    const names = CURVES[symbol] ?? [symbol];
+    for (const { chart } of Object.values(window.__viserTestpoints?.uplots ?? {})) {
+      const curve = chart.series.findIndex(({ label }, place) => place > 0 && names.includes(label));
+      chart.setSeries(curve > 0 ? curve : null, { focus: true });
+    }
+  };
+
   const light = (symbol) => {
     if (symbol === lit) return;
     lit = symbol;
@@ -63,6 +74,7 @@ addEventListener("DOMContentLoaded", () => {
       ))
         one.classList.add("duet-lit");
     const shown = document.querySelector(`#duet-contact .${symbol || "none"}`);
+    lightCurves(symbol);
     lightBodies(duet.bodies?.[symbol] ?? [], shown ? getComputedStyle(shown).color : "");
   };
   for (const kind of ["pointerover", "focusin"]) addEventListener(kind, ({ target }) => light(symbolAt(target)));

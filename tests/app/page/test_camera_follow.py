@@ -26,7 +26,7 @@ from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 from tests.app.conftest import OpenHouse, ask
 from tests.app.page.by_hand import run_on, visit
-from tests.browser import PageAt, settled_view, until, world_to_px
+from tests.browser import PageAt, screenshot, settled_view, until, world_to_px
 
 SIZES = ((1440, 900), (1024, 768), (390, 844))
 TITLE_BAR, RAIL = 47.0, 40.0
@@ -184,3 +184,36 @@ def test_late_news_of_our_own_moves_is_no_move_of_the_visitor() -> None:
     assert one.camera.position is place, "a view that the visitor chose is moved"
     one.follow.first_view(simulation, 6.0)
     assert not one.follow.left_alone and one.outside(framed_now(simulation)[0]) == []
+
+
+def test_the_picture_uses_the_place_of_folded_plots(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(1000, 760)
+    opened = house()
+    session = visit(page, opened, "autopilot=0&profile=projector")
+    assert isinstance(opened.host, PrivateHost)
+    (visitor,) = opened.host.visitors.values()
+    plots = page.locator("[data-floating-window]").first
+
+    def as_on_the_page() -> bool:
+        picture = visitor.view.picture(visitor.client)
+        box = page.evaluate("__viserMutable.canvas.getBoundingClientRect().toJSON()")
+        covered = box["bottom"] - plots.evaluate("(plots) => plots.getBoundingClientRect().top")
+        seen, real = (picture.width, picture.height, picture.open.bottom), (box["width"], box["height"], box["height"] - covered)
+        return bool(np.abs(np.subtract(seen, real)).max() < 1.5)
+
+    # The title bar of a projector's page is taller.
+    until(page, as_on_the_page, "the picture's real size")
+    settled_view(page)
+    points = ask(session, lambda s: framed_now(s.simulation)[0])
+    before = max(world_to_px(page, point)[1] for point in points)
+    away = np.linalg.norm(visitor.client.camera.position)
+    plots.locator("[data-dock-minimize]").click()
+    until(page, as_on_the_page, "the folded plots")
+    until(page, lambda: np.linalg.norm(visitor.client.camera.position) < away - 0.1, "a nearer camera")
+    settled_view(page)
+    assert max(world_to_px(page, point)[1] for point in points) > before + 50.0
+    assert not visitor.view.left_alone(visitor.client)
+    screenshot(page, "folded-plots")
+    plots.locator("[data-dock-minimize]").click()
+    until(page, as_on_the_page, "the open plots")
+    until(page, lambda: abs(np.linalg.norm(visitor.client.camera.position) - away) < 0.05, "the camera of before")

@@ -5,7 +5,9 @@ import re
 import numpy as np
 from playwright.sync_api import Page
 
+from app.hosting.private_host import PrivateHost
 from app.i18n.speaking import set_language
+from app.lessons.phases import Phase
 from app.page.panels.contact_card import (
     contact_note,
     contact_numbers,
@@ -193,6 +195,11 @@ def test_the_bead_and_its_height_are_the_runs_d_and_lambda(house: OpenHouse, pag
     assert not page.locator("#duet-contact .chart").is_visible() and page.locator("#duet-contact .gap").is_visible()
 
 
+CURVES = """() => Object.fromEntries(Object.values(__viserTestpoints.uplots).flatMap(({ chart }) =>
+    chart.series.slice(1, 4).map(({ label, alpha }) => [label, alpha ?? 1])))"""
+"""How opaque the first curves of every plot are, by name."""
+
+
 def test_a_symbol_lights_up_everywhere(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1000, 700)
     waiting(page, house)
@@ -211,10 +218,37 @@ def test_a_symbol_lights_up_everywhere(house: OpenHouse, page_at: PageAt) -> Non
     lights("#duet-contact .term[data-symbol=v]", False, True, False)
     assert page.locator(".duet-eq .hit[data-symbol=v].duet-lit").count() == 1
     lights("#duet-contact circle.body", False, False, True)
+    # The curve of d stands out from its plot, and the other plot stays as it is.
+    curves = page.evaluate(CURVES)
+    assert curves["d"] == 1.0 and curves["d_m"] < 0.5 and curves["e2"] == 1.0
     page.locator(".duet-eq .hit[data-symbol=lam]").first.focus()
     until(page, lambda: page.evaluate(lit, parts) == [True, False, False], "the focus")
     page.mouse.move(500, 600)
     until(page, lambda: page.locator(".duet-lit").count() == 0, "darkness")
+    assert set(page.evaluate(CURVES).values()) == {1.0}
+
+
+def test_d_lights_up_in_the_formulas_of_a_lesson(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(1280, 800)
+    opened = house()
+    session = visit(page, opened, "lesson=4&step=1&lang=en")
+    assert isinstance(opened.host, PrivateHost)
+    walk = next(iter(opened.host.visitors.values())).lessons.walk
+    inline = page.locator(".duet-lesson p path.d")
+    inline.first.wait_for()
+    x, y = inline.first.evaluate(
+        "(d) => { const b = d.getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]; }"
+    )
+    page.mouse.move(x, y)
+    until(page, lambda: inline.first.evaluate("(d) => d.classList.contains('duet-lit')"), "d in a line of text")
+    until(page, lambda: page.locator("#duet-contact .d.duet-lit").count() > 0, "d in the card")
+    ask(session, lambda _: setattr(walk, "phase", Phase.EXPLAIN))
+    hits = page.locator(".duet-l-explain .hit[data-symbol=d]")
+    hits.first.wait_for()
+    page.mouse.move(640, 300)
+    hits.nth(1).focus()
+    until(page, lambda: page.locator(".duet-l-explain path.d.duet-lit").count() == 4, "d in eq. (31)")
+    screenshot(page, "lit-d")
 
 
 def test_the_word_for_the_gap_does_not_flicker() -> None:

@@ -1,7 +1,9 @@
 """A jump of q̇ in a real browser: an edge in the plot over time, and single steps in the microscope."""
 
 import numpy as np
+import pytest
 
+from scenes.history import COLUMN
 from scenes.single_steps import AROUND, avoiding_rates
 from tests.app.conftest import OpenHouse, ask
 from tests.app.page.by_hand import visit
@@ -32,4 +34,18 @@ def test_a_jump_is_an_edge_and_the_microscope_shows_its_steps(house: OpenHouse, 
     page.get_by_role("button", name="dt", exact=True).click()
     page.wait_for_function(f"String(({DOTS})()) === '{2 * AROUND + 1},{4 * AROUND + 1}'")
     page.get_by_text(f"{jump:.3g} at 5 ms").wait_for()
+    # Any other instant by the slider and its keys.
+    knob = page.get_by_role("slider", name="moment [s]")
+
+    def looked_at() -> float:
+        assert session.microscope.span is not None
+        return session.microscope.span[2]
+
+    found = looked_at()
+    until(page, lambda: float(knob.get_attribute("aria-valuenow") or 0.0) == pytest.approx(found, abs=0.003), "its place")
     screenshot(page, "microscope")
+    knob.press("ArrowLeft")
+    until(page, lambda: looked_at() == pytest.approx(found - 0.005, abs=0.003), "one step back")
+    knob.press("Home")
+    until(page, lambda: looked_at() == table[0, COLUMN["t"]], "the beginning")
+    page.get_by_text(f"over t − {looked_at():.3f} s").wait_for()

@@ -7,10 +7,10 @@ from app.page.handles.gizmos import swivel_frame
 from app.page.handles.transform_handle import AUTOPILOT_SIZE
 from app.session.session import Session
 from scenes.history import COLUMN
-from scenes.targets import HandTarget
+from scenes.targets import HandTarget, LinkTarget
 from tests.app.conftest import ELBOW, HAND, OpenHouse, ask
 from tests.app.page.by_hand import ARC, GIZMO, GRIP, WRIST, best_arrow, control, drag_through, hand, run_on, visit
-from tests.browser import PageAt, point_at, take_hold, until, world_position
+from tests.browser import PageAt, point_at, screenshot, settled_view, take_hold, until, world_position, world_to_px
 from tests.tools.lesson_moves import hands_of
 
 
@@ -87,3 +87,35 @@ def test_a_mouse_swivels_the_elbow(house: OpenHouse, page_at: PageAt) -> None:
     assert np.linalg.norm(now - wanted) < 0.01 and np.linalg.norm(now - elbow) > 0.05
     assert np.linalg.norm(hand(session) - place) < 5e-3
     until(page, lambda: np.linalg.norm(world_position(page, ELBOW) - now) < 5e-3, "the handle on the elbow")
+
+
+def test_a_mouse_that_rests_on_the_hand_brings_its_arrows(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(900, 760)
+    session = visit(page, house(), "autopilot=0&speed=2&contact=0")
+    settled_view(page)
+    there = f"__viserMutable.nodeRefFromName['{HAND}']"
+    # Where an arrow will come out of the hand towards the camera.
+    rotation = ask(session, lambda s: s.simulation.kinematics.hand_pose(s.simulation.guided).rotation.copy())
+    x, y = world_to_px(page, hand(session) + 0.04 * rotation[:, 0])
+    page.mouse.move(x, y + 3)
+    page.mouse.move(x, y)
+    until(page, lambda: page.evaluate(f"!!{there}"), "the arrows of the hand")
+    assert not page.evaluate(f"!!__viserMutable.nodeRefFromName['{ELBOW}']") and not session.settings.page.gizmo
+    screenshot(page, "hand-hovered")
+    # A press where the mouse rests takes the hand itself.
+    page.mouse.down()
+    page.mouse.move(x + 12, y)
+    until(page, lambda: isinstance(session.held, LinkTarget), "the hand held")
+    until(page, lambda: page.evaluate(f"!{there}"), "a pull without arrows")
+    page.mouse.up()
+    until(page, lambda: session.held is None, "letting go")
+    run_on(page, session, 1.0)
+    # On an arrow they stay, and it can be taken.
+    arrow, sign = best_arrow(session, np.array([0.0, -1.0, 0.0]))
+    point_at(page, hand(session) + arrow * GRIP * GIZMO)
+    take_hold(page, lambda: hand(session) + arrow * GRIP * GIZMO, lambda: isinstance(session.held, HandTarget))
+    point_at(page, hand(session) + arrow * (GRIP * GIZMO + 0.04 * sign))
+    page.mouse.up()
+    until(page, lambda: session.held is None, "letting go of the arrow")
+    page.mouse.move(40, 420)
+    until(page, lambda: page.evaluate(f"!{there}"), "no arrows")

@@ -238,10 +238,12 @@ def test_a_house_computes_for_its_visitors_and_ends_it_all(house: OpenHouse, joi
     assert answer is not None and answer.settings.law.critical_distance == 0.12
     # Who asks and leaves leaves nothing behind.
     ask(session, lambda s: s.measure_smoothness())
+    jobs = opened.context.jobs
+    assert isinstance(jobs, JobPool)
     if not lecture:
         visitor.close()
         until(lambda: not live_sessions(opened))
-        until(lambda: opened.context.jobs.load == (0, 0))
+        until(lambda: jobs.load == (0, 0))
     opened.close()
     assert set(multiprocessing.active_children()) == others
-    assert opened.context.jobs.load[1] == 0
+    assert jobs.load[1] == 0

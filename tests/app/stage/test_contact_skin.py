@@ -14,9 +14,10 @@ from app.stage.arms import ArmView
 from app.stage.contact_skin import FADE, ContactSkin, bodies_of_pair, capsule_mesh
 from app.web.server import DuetServer
 from controllers.kinematics import Array
+from scenes.lwr.shells import ORANGE
 from scenes.settings import RunSettings, changed
 from scenes.simulation import Simulation
-from tests.app.conftest import Guest, OpenHouse
+from tests.app.conftest import Guest, OpenHouse, ask
 from tests.app.page.by_hand import run_on, visit
 from tests.app.page.helpers import press
 from tests.app.stage.conftest import change, drawn, drawn_pose, settle, visible
@@ -25,12 +26,22 @@ from tests.browser import PageAt, until
 LOOK = """() => { const all = __viserMutable.nodeRefFromName, seen = {};
     for (const [name, node] of Object.entries(all)) node?.traverse?.((mesh) => {
         if (!mesh.isMesh || mesh.children.length) return;
-        const { depthTest, customProgramCacheKey, color, transparent } = mesh.material;
+        const { depthTest, customProgramCacheKey, userData, transparent } = mesh.material;
+        const color = userData.duetTint ?? mesh.material.color;
         if (/_of_|closest.line$/.test(name)) seen[name] = [depthTest, customProgramCacheKey.call(mesh.material)];
         if (/^.arms.(left|right).base.j1$/.test(name) && !transparent) seen[name] = color.b - color.g;
     });
     return seen; }"""
 """How the skins and the line are drawn, and how purple the first link of each arm is."""
+
+PAINT = """() => { const seen = {};
+    __viserMutable.nodeRefFromName['/arms/right/base']?.traverse(({ isMesh, material }) => {
+        if (!isMesh || material.transparent) return;
+        const tinted = material.userData.duetTint ?? material.color;
+        seen[material.name] = ['#' + material.color.getHexString(), tinted.b - tinted.g];
+    });
+    return seen; }"""
+"""Colours of the orange arm's parts, and how purple they are."""
 
 
 def shells(guest: Guest, kind: str) -> list[str]:
@@ -150,6 +161,17 @@ def test_the_page_draws_rims_a_line_through_everything_and_a_tint(house: OpenHou
     until(page, as_it_should, "rims, line and tint")
     page.keyboard.press("o")
     until(page, lambda: abs(page.evaluate(LOOK)["/arms/left/base/j1"]) < 0.01, "no tint")
+
+
+def test_an_orange_arm_that_gives_way_stays_orange(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(700, 560)
+    session = visit(page, house(), "rig=table&speed=2&avoid=both&picture=fine")
+    until(page, lambda: page.evaluate(PAINT).get("cover", ("", 0.0))[1] > 0.1, "purple covers")
+    assert page.evaluate(PAINT)["body"][0] == ORANGE
+    # There the colours are those of the vertices, and only what is grey of them takes on the tint.
+    ask(session, lambda s: s.change("picture", "fast"))
+    until(page, lambda: page.evaluate(PAINT).get("paint", ("", 0.0))[1] > 0.1, "a tint of the fast picture")
+    assert page.evaluate(PAINT)["paint"][0] == "#ffffff"
 
 
 def test_another_nearest_link_fades_in_while_the_one_before_fades_out(monkeypatch: pytest.MonkeyPatch) -> None:
