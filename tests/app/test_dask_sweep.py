@@ -20,10 +20,12 @@ from app.cli.main import main
 from app.runtime.terminal import INTERRUPTED
 from app.sweep import dask_cluster
 from app.sweep.dask_cluster import environment, on_dask
-from controllers.errors import BadSetting
+from controllers.errors import BadInputFile, BadSetting
 from scenes.grids import read_grid
+from scenes.robots.robot_files import robot_file
 from scenes.settings import RunSettings
 from tests.app.runtime.processes import PATIENCE, until
+from tests.scenes.robots.test_urdf_files import arm_urdf
 
 HEARS: Final = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
 ENTRY: Final = ("-c", HEARS + "from app.__main__ import entry; entry()", "sweep", "--no-maps")
@@ -157,6 +159,18 @@ def test_computers_with_another_duet_or_none_are_named(monkeypatch: pytest.Monke
 def test_a_library_of_another_version_is_named() -> None:
     with pytest.raises(BadSetting, match=r"The worker W has coal 0\.0, and this computer \d.*: install the same"):
         dask_cluster._compare("worker W", environment(), environment() | {"coal": "0.0"})
+
+
+def test_a_worker_with_other_meshes_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "box.urdf"
+    path.write_text(arm_urdf(), encoding="utf-8")
+    key = robot_file(path).key
+    dask_cluster._check_meshes(key, path, True)
+    path.write_text(arm_urdf() + " ", encoding="utf-8")
+    dask_cluster._check_meshes.cache_clear()
+    dask_cluster._check_meshes(key, path, False)
+    with pytest.raises(BadInputFile, match=r"box\.urdf: is another file on a worker"):
+        dask_cluster._check_meshes(key, path, True)
 
 
 def test_what_is_no_scheduler_is_named_soon(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
