@@ -51,7 +51,7 @@ def _about(summary: ClassSummary) -> Iterator[str]:
 
 
 def _overview(summary: ClassSummary, lessons: Sequence[Lesson]) -> str:
-    """Return the table of all steps that were asked about, or whose challenge was passed."""
+    """Return the table of all steps that were asked about, or have a challenge that was passed."""
     asked = {one.question: one for one in summary.asked}
     names = "", tr("answered"), tr("right, first time"), tr("right, last time"), tr("passed the challenge")
     rows: list[str] = []
