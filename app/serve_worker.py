@@ -58,11 +58,12 @@ def main(channel: int, control: int) -> int:
     except DuetError as error:
         messages.send(Failed(str(error)))
         return 2
+    goes_on = False
     try:
-        messages.send(Ready())
-        _obey(app, messages, link)
+        messages.send(Ready(app.context.workload.places))
+        goes_on = _obey(app, messages, link)
     finally:
-        app.close()
+        app.close(goes_on)
     return 0
 
 
@@ -90,12 +91,13 @@ def _start(start: WorkerStart, channel: int, messages: Messages, link: WorkerLin
     return app
 
 
-def _obey(app: App, messages: Messages, link: WorkerLink) -> None:
+def _obey(app: App, messages: Messages, link: WorkerLink) -> bool:
+    """Do what the door says until the end; return whether a lecture goes on with the next server."""
     while True:
         message = messages.receive()
         match message:
-            case Stop():
-                return
+            case Stop(goes_on):
+                return goes_on
             case ClientCount(count):
                 app.server.elsewhere = count
             case Relayed(content):

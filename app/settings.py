@@ -155,9 +155,12 @@ WHOLE = "whole"
 STEP_KEYS: Final = frozenset({"lesson", "step"})
 """Keys of a link that opens a lesson."""
 
+ALONE: Final = "alone"
+"""Key of a teacher's page without a class, as in a notebook: it has no tools for one."""
+
 FOREIGN_KEYS = frozenset(
     {"window", "folder", "websocket", "playbackPath", "darkMode", "key", "logCamera", "fixedDpr", "forceOrbitOriginTool"}
-    | {"resume", WHOLE}
+    | {"resume", WHOLE, ALONE}
     | STEP_KEYS
 )
 """Keys of a link that are not settings: viser's own, the key of a lecture, the size of the window, the folder that a proxy has

@@ -10,6 +10,7 @@ from pathlib import Path
 from app.classroom.breakout_host import BreakoutHost
 from app.classroom.lecture import LectureHost
 from app.hosting.app_context import AppContext
+from app.hosting.capacity import places, step_seconds
 from app.hosting.frame_loop import FrameLoop
 from app.hosting.preparation import Preparation
 from app.hosting.private_host import PrivateHost
@@ -18,6 +19,7 @@ from app.hosting.session_store import KEEP, SessionStore
 from app.hosting.store_file import MOST_BYTES, StoreInUse
 from app.hosting.teacher_key import Guesses
 from app.hosting.worker_link import WorkerLink
+from app.hosting.workload import Workload
 from app.lessons.loading import load_lessons, load_notes
 from app.page.page_scripts import loading_html, page_assets
 from app.runtime.job_pool import JobPool, Jobs
@@ -49,7 +51,7 @@ class App:
     def __init__(self, context: AppContext, host: Host, preparation: Preparation | None) -> None:
         self.context, self.host, self.server, self.url = context, host, context.server, context.server.url
         self._preparation = preparation
-        self._loop = FrameLoop(host.frame, context.frame_due)
+        self._loop = FrameLoop(host.frame, context.frame_due, context.workload.note)
         self.server.is_at_work = self._loop.is_at_work
         self._loop.start()
         self._closed = threading.Event()
@@ -59,12 +61,19 @@ class App:
         while not self._closed.wait(0.5):
             pass
 
-    def close(self) -> None:
-        """Stop the frames and all background jobs, close every connection and release the port."""
+    def close(self, goes_on: bool = False) -> None:
+        """Stop the frames and all background jobs, close every connection and release the port.
+
+        Args:
+            goes_on: whether a lecture goes on with the next server.
+        """
         if self._preparation is not None:
             self._preparation.close()
         self._loop.stop()
-        self.host.close()
+        if isinstance(self.host, LectureHost):
+            self.host.close(goes_on)
+        else:
+            self.host.close()
         self.context.jobs.close()
         self.context.sources.close()
         self.server.stop()
@@ -75,7 +84,7 @@ def start_app(
     host: str,
     port: int,
     settings: Settings,
-    sessions: int = 8,
+    sessions: int | None = None,
     lecture: bool = False,
     key: str | None = None,
     allowed_origins: tuple[str, ...] = (),
@@ -90,13 +99,14 @@ def start_app(
     run: str = "",
     jobs: Jobs | None = None,
     link: WorkerLink | None = None,
+    loops: int = 1,
 ) -> App:
     """Start to serve the page.
 
     Args:
         host, port: address to listen on; port 0 takes any free one.
         settings: of a link without a query.
-        sessions: private sessions at once.
+        sessions: private sessions at once; None for as many as this machine carries.
         lecture: whether all see one stage.
         key: the teacher's, or None.
         allowed_origins: web addresses from which pages may connect besides our own.
@@ -110,16 +120,19 @@ def start_app(
         listener, run: see `DuetServer`; given in a worker, where the door holds the lock of the file.
         jobs: runs what takes longer than a frame; None for a pool of this process.
         link: to the other processes of a lecture.
+        loops: processes that share the sessions, each with a frame loop and a core of its own.
 
     Raises:
         PortInUse, BadSetting: see `app.web.server.DuetServer`.
         StoreInUse: another server holds the file.
     """
+    auto = sessions is None
+    workload = Workload(places(step_seconds(), loops) if auto else sessions, loops, corrected=auto)
     server = DuetServer(
         host,
         port,
         allowed_origins=allowed_origins,
-        max_clients=watchers if lecture else sessions,
+        max_clients=watchers if lecture else workload.places,
         turn_away=Guesses(key).turn_away,
         assets=page_assets(settings.page),
         body=loading_html(),
@@ -139,7 +152,7 @@ def start_app(
         server.stop()
         raise
     kept = SessionStore(keep, file=file)
-    context = AppContext(server, settings, jobs or JobPool(), sources, book, key, notes, kept, sessions, host, link)
+    context = AppContext(server, settings, jobs or JobPool(), sources, book, key, notes, kept, workload, host, link)
     preparation = Preparation(book, context.jobs) if ahead else None
     return App(context, _host(context, lecture), preparation)
 

@@ -10,22 +10,9 @@ import pytest
 from tests.test_imports import ROOT, imported
 
 ROOMS = (
-    *("__main__", "cli", "bench", "serve_worker", "start", "classroom", "hosting", "page", "export", "recording", "lessons"),
-    *(
-        "figures",
-        "plots",
-        "stage",
-        "session",
-        "sweep",
-        "custom_law",
-        "text",
-        "web",
-        "i18n",
-        "runtime",
-        "theme",
-        "settings",
-        "version",
-    ),
+    *("__main__", "cli", "bench", "jupyter", "serve_worker", "start", "classroom", "hosting", "page", "export", "recording"),
+    *("lessons", "figures", "plots", "stage", "session", "sweep", "custom_law", "text", "web", "i18n", "runtime", "theme"),
+    *("settings", "version"),
 )
 """Folders and loose files of `app/`, from the top down. The README describes them in the same order."""
 

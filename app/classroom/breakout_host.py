@@ -30,7 +30,7 @@ class BreakoutHost:
     def __init__(self, context: AppContext, link: WorkerLink) -> None:
         self._context, self._link = context, link
         link.wake = context.wake
-        self.room = Classroom(context.max_sessions)
+        self.room = Classroom(context.workload.places)
         self.participants: dict[int, Participant] = {}
         self._posts = PostsToStage(link, self.room)
         self._breakouts = BreakoutSessions(context, self.room)

@@ -100,7 +100,7 @@ class BreakoutSessions:
         """Advance and draw one student's session. `now`: wall time; `elapsed`: since the last frame [s]."""
         try:
             visitor.session.halt.set("teacher", self._room.paused)
-            visitor.frame(now, elapsed, 1 + self._room.places.taken)
+            visitor.frame(now, elapsed)
         except Exception as error:
             # One broken page must not stop the others; a tab that is just closing ends up here too.
             if client_id in self._context.server.get_clients():

@@ -14,6 +14,7 @@ from app.lessons.progress import Progress, StepProgress, from_json, to_json
 from app.lessons.step_view import StepPosition, fill, verdict
 from app.lessons.tally import Ballot, QuestionId, Switch, Tally, switches_between, tally_of
 from app.lessons.walkthrough import Walkthrough
+from app.page.panels.server_load import ServerLoad
 from app.plots.curve_chart import Curve
 
 
@@ -68,6 +69,7 @@ class Classroom:
         paused: whether all sessions are paused.
         inviting: whether the address is on every screen.
         waiting: how many students want to explore and have no place.
+        load: of the server; None before it was measured.
         ballots, places: the answers, and the breakout sessions' places.
         work: what students have done in their own sessions, and have handed in.
     """
@@ -75,6 +77,7 @@ class Classroom:
     def __init__(self, most: int) -> None:
         self.free = self.paused = self.inviting = False
         self.waiting = 0
+        self.load: ServerLoad | None = None
         self.ballots = Ballots()
         self.work = StudentWork()
         self.places = BreakoutPlaces(most)

@@ -9,6 +9,7 @@ from app.i18n.speaking import N_, spoken, tr
 from app.lessons.curve_drawing import drawing_svg, judge_drawing
 from app.lessons.tally import Ballot
 from app.page.lessons.lesson_html import drawing_verdict_html
+from app.page.panels.server_load import load_html
 from app.text.html_element import element
 from app.text.lesson_text import inline_html, lesson_html
 
@@ -53,7 +54,7 @@ def _tie(poll: Poll) -> str:
 
 
 def heads_html(room: Classroom) -> str:
-    """Return how many students there are and what they do."""
+    """Return how many students there are, what they do, and how busy the server is."""
     present, exploring = room.heads
     pills = [element("span", tr("students here: {count}", count=present))]
     if room.free:
@@ -66,7 +67,10 @@ def heads_html(room: Classroom) -> str:
         pills.append(element("span", tr("reports handed in: {count}", count=len(room.work.hand_ins)), class_="go"))
     if room.paused:
         pills.append(element("span", tr("everybody is paused"), class_="halt"))
-    return element("div", "", element("div", "", *pills, class_="duet-heads", role="status"), class_="duet-class duet-lesson")
+    heads = [element("div", "", *pills, class_="duet-heads", role="status")]
+    if room.load is not None:
+        heads.append(element("div", "", load_html(room.load), class_="duet-heads"))
+    return element("div", "", *heads, class_="duet-class duet-lesson")
 
 
 def banner_html(kind: str, text: str) -> str:

@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Callable
+from math import inf
 from time import time
 
 import viser
@@ -19,6 +20,7 @@ from app.classroom.teacher_control import TeacherControl
 from app.export.class_summary import ClassSummary
 from app.hosting.admission import Admission, Pieces
 from app.hosting.app_context import AppContext
+from app.hosting.attention import Attention
 from app.hosting.connections import Connections
 from app.hosting.teacher_key import is_teacher
 from app.i18n.reader_language import language_of, look_of, preferred
@@ -43,7 +45,7 @@ class LectureHost:
 
     def __init__(self, context: AppContext) -> None:
         self._context = context
-        self.room = Classroom(context.max_sessions)
+        self.room = Classroom(context.workload.places)
         interrupted = context.store.interrupted_lecture()
         start = context.start if interrupted is None or interrupted.state is None else interrupted.settings
         self.session = Session(start, context.wake, context.jobs, context.sources)
@@ -60,6 +62,7 @@ class LectureHost:
         self.participants: dict[int, Participant] = {}
         self.stage = StageAudiences(context, self.session, self.lessons, self.room, self.control, self.participants)
         self._errors = ThrottledLog(log)
+        self._attention, self._heard = Attention(), (0, 0)
         self.audiences = Audiences(context.server, self._look, self._leader.gone)
         self.admission = Admission(self._admit, self._not_built)
         self.connections = Connections(context.server, context.wake)
@@ -84,11 +87,15 @@ class LectureHost:
         """The breakout sessions, by client id."""
         return {key: one.visitor.session for key, one in list(self.participants.items()) if one.visitor is not None}
 
-    def close(self) -> None:
+    def close(self, goes_on: bool = False) -> None:
+        """Close every session. `goes_on`: whether the lecture is left to the next server, as if this one had broken off."""
         self.admission.close()
+        if goes_on:
+            self._recorder.save(inf)
+        else:
+            self._recorder.close()
         for session in (self.session, *self.sessions.values()):
             session.close()
-        self._recorder.close()
         self._context.store.close()
 
     # ---- frame by frame ----------------------------------------------------------------------------------------------------
@@ -104,19 +111,31 @@ class LectureHost:
         if self.controls.operator is not None and self.controls.language_changed:
             self._build(self.controls.operator, self.controls.build_operator_page)
         set_language(self.controls.language)
-        frame = make_frame(self.session, self.lessons.decide, now, elapsed)
+        due = self._attention.due(now, False, self.session.paused, self._stirred())
+        workload = self._context.workload
+        self.room.load, self.room.places.most = workload.report, workload.places
+        frame = make_frame(self.session, self.lessons.decide, now, elapsed, workload.budget)
+        workload.drew(self.session.stepping)
         if self.room.paused and not self.room.free and not self.session.paused:
             # The teacher has pressed Run on the stage.
             self.room.paused = False
         self._breakouts.settle(self.participants.values(), self.audiences, (self.session, self.lessons), now)
         self.control.present()
-        self._show_stage(frame)
+        if due:
+            self._show_stage(frame)
+            self._attention.note(now, frame.state)
         self._recorder.save(now)
         for client_id, one in list(self.participants.items()):
             if one.visitor is not None:
                 set_language(one.visitor.language)
                 one.show(self.room, None, None, one.visitor.view, one.visitor.lessons)
                 self._breakouts.frame(client_id, one.visitor, now, elapsed)
+
+    def _stirred(self) -> bool:
+        """Return whether anything has come for the stage, or from any browser, since the last frame."""
+        pages = [self._context.server.page_of(client_id) for client_id in self.participants]
+        heard, self._heard = self._heard, (len(pages), sum(page.heard for page in pages if page is not None))
+        return self.session.stirred or heard != self._heard
 
     def _show_stage(self, frame: Frame) -> None:
         """Draw the stage, first for the operator."""

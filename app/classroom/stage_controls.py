@@ -14,7 +14,7 @@ from app.lessons.session.lesson_session import LessonSession
 from app.lessons.translated_book import in_language
 from app.page.operation import Operation
 from app.session.session import Session
-from app.settings import LOOKS, Language, from_query
+from app.settings import ALONE, LOOKS, Language, from_query
 from app.web.request import browser_language, request_address
 from scenes.settings import values
 
@@ -99,11 +99,12 @@ class StageControls:
                 client.gui.reset()
             teacher.page = StagePage(client, self._session, self._lessons, context.book, language, look, lambda: [client])
             if leads:
-                self.operation = Operation(client, self._session, teacher.page.view, presenting=True)
-            notes = context.notes if context.key is not None else None
+                self.operation = Operation(client, self._session, teacher.page.view, presenting=ALONE not in teacher.query)
             if teacher.panel is not None:
                 teacher.panel.close()
-            downloads = ClassDownloads(client, self._session, context.jobs, self._summaries, teacher.page.book, language)
-            page = self._session.settings.page
-            teacher.panel = TeacherPanel(client, self._control.post, self.address, notes, page, downloads)
+            if ALONE not in teacher.query:
+                notes = context.notes if context.key is not None else None
+                downloads = ClassDownloads(client, self._session, context.jobs, self._summaries, teacher.page.book, language)
+                page = self._session.settings.page
+                teacher.panel = TeacherPanel(client, self._control.post, self.address, notes, page, downloads)
             teacher.page.view.welcome(client)

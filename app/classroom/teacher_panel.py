@@ -123,7 +123,7 @@ class TeacherPanel:
         if self._notes is not None:
             self._notes.show(lessons)
         self._downloads.show()
-        shown = room.heads, room.free, room.paused, room.inviting, room.waiting, len(room.work.hand_ins), poll
+        shown = room.heads, room.free, room.paused, room.inviting, room.waiting, len(room.work.hand_ins), poll, room.load
         if shown == self._shown:
             return
         self._shown, self._free = shown, room.free

@@ -17,7 +17,7 @@ from app.hosting.door import Door
 from app.hosting.store_file import StoreLock, usual_path
 from app.hosting.teacher_key import chosen_key
 from app.hosting.worker_process import WorkerStart
-from app.runtime.terminal import INTERRUPTED, ending_at_once
+from app.runtime.terminal import INTERRUPTED, ending_at_once, terminated
 from app.settings import Settings
 from app.web.listening import listen, url_of
 from controllers.errors import BadSetting
@@ -47,8 +47,9 @@ class Serve:
     """Port to listen on."""
     open: bool = True
     """Open the browser."""
-    sessions: int = 8
-    """Most tabs with a session of their own at once; in a lecture, most students who explore by themselves."""
+    sessions: int | Literal["auto"] = "auto"
+    """Most tabs with a session of their own at once; in a lecture, most students who explore by themselves. `auto`: as many as this
+    machine carries at 20 frames a second; the start says about how many that is."""
     watchers: int = 200
     """Most pages open in a lecture at once; visitors with the key always get in."""
     workers: int | Literal["auto"] = "auto"
@@ -85,14 +86,14 @@ class Serve:
 
 
 def serve(command: Serve) -> int:
-    """Serve the page until Ctrl+C; return the exit code.
+    """Serve the page until Ctrl+C or SIGTERM; return the exit code.
 
     Raises:
         BadSetting, BadInputFile, PortInUse, StoreInUse: before anything is served.
     """
     for name, count in (("sessions", command.sessions), ("watchers", command.watchers)):
-        if count < 1:
-            raise BadSetting(f"--{name} must be at least 1.")
+        if isinstance(count, int) and count < 1:
+            raise BadSetting(f"--{name} must be at least 1{', or auto' if name == 'sessions' else ''}.")
     if not 0.0 < command.keep <= LONGEST_KEEP:
         raise BadSetting(f"--keep = {command.keep:g} h is not possible; give hours up to {LONGEST_KEEP:g}, or --store memory.")
     if not command.store_size >= SMALLEST_STORE:
@@ -103,7 +104,7 @@ def serve(command: Serve) -> int:
     key = chosen_key(command.key if command.key is None else readable(command.key))
     served: dict[str, Any] = {
         "settings": settings,
-        "sessions": command.sessions,
+        "sessions": None if command.sessions == "auto" else command.sessions,
         "lecture": command.lecture,
         "key": key,
         "allowed_origins": command.allow_origin,
@@ -117,6 +118,7 @@ def serve(command: Serve) -> int:
     sources = command.bvh, command.camera, command.video, command.pose_model, command.law_file
     try:
         workers = _workers(command)
+        served["loops"] = min(workers, cores())
         if workers == 1:
             _serve_alone(command, key, served, sources)
         else:
@@ -159,10 +161,10 @@ def _serve_alone(command: Serve, key: str | None, served: Mapping[str, Any], nam
             sources.close()
             raise
     try:
-        _announce(command, key, app.server.get_port())
+        _announce(command, key, app.server.get_port(), app.context.workload.places)
         app.wait()
     finally:
-        app.close()
+        app.close(terminated())
 
 
 def _serve_with_workers(command: Serve, key: str | None, served: Mapping[str, Any], named: tuple[Any, ...], most: int) -> None:
@@ -184,17 +186,19 @@ def _serve_with_workers(command: Serve, key: str | None, served: Mapping[str, An
             given = given_at_start()
         door = Door(listener, WorkerStart(command.host, port, served, named, given), most)
         try:
-            door.run(lambda: _announce(command, key, port))
+            door.run(lambda places: _announce(command, key, port, places))
         finally:
-            door.close()
+            door.close(terminated())
 
 
-def _announce(command: Serve, key: str | None, port: int) -> None:
+def _announce(command: Serve, key: str | None, port: int, places: int) -> None:
     link = url_of(command.host, port) + (f"/?key={quote(key, safe='')}" if key else "")
     print(f"Duet is at {link}   (Ctrl+C ends it)", flush=True)
     if command.lecture:
         from app.classroom.address import find_address
 
         print(f"The class opens {find_address('', command.host, port).url}", flush=True)
+    if command.sessions == "auto":
+        print(f"This machine carries about {places} sessions at once.", flush=True)
     if command.open:
         webbrowser.open(link)

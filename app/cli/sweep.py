@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import sys
+from contextlib import nullcontext
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -19,7 +21,7 @@ from scenes.settings import RunSettings
 
 @dataclass(frozen=True)
 class Sweep:
-    """Run a grid of settings over a scene, on all cores; write one table and its maps. The same command goes on where it was ended."""
+    """Run a grid of settings over a scene, on all cores or a cluster's; write one table and its maps. Give the same command to go on."""
 
     over: Annotated[tuple[str, ...], tyro.conf.UseAppendAction, tyro.conf.arg(metavar="KEY=VALUES")] = ()
     """A setting and its values: n=1:20 (steps of 1), v=0.05:0.6:12 (12 values) or law=smooth_priority,unprotected. May be repeated."""
@@ -31,6 +33,9 @@ class Sweep:
     """Of the table; parquet needs pyarrow."""
     workers: int = 0
     """Processes; 0 takes one a core. The figures do not depend on it."""
+    scheduler: str | None = None
+    """Address of a Dask scheduler, such as tcp://host:8786: its workers run the grid in place of this computer (needs the extra
+    `cluster`)."""
     maps: bool = True
     """Draw d_min, e2_max and ddq_max."""
     settings: Flat[RunOptions] = field(default_factory=RunOptions)  # type: ignore[valid-type]
@@ -42,8 +47,10 @@ def sweep(command: Sweep) -> int:
 
     Raises:
         BadSetting, BadInputFile: before anything runs.
+        DuetError: workers have been ended from outside; the rows so far are kept.
     """
     with ending_at_once():
+        from app.sweep.dask_cluster import on_dask
         from app.sweep.heatmaps import draw_maps
         from app.sweep.sweep_files import SweepFiles
         from scenes.grids import read_grid
@@ -52,14 +59,23 @@ def sweep(command: Sweep) -> int:
     settings: RunSettings = chosen(command.settings, RunSettings())
     if command.workers < 0:
         raise BadSetting(f"workers = {command.workers} cannot be; give a number from 1, or 0 for one a core.")
+    if command.workers and command.scheduler is not None:
+        raise BadSetting(
+            "--workers is for this computer, and a cluster has workers of its own; leave out --workers or --scheduler."
+        )
     grid = read_grid(settings, command.over, command.seconds)
     files = SweepFiles(command.out, grid, command.format)
     try:
         missing = files.missing()
         if missing:
             kept = grid.size - len(missing)
-            with files.recording() as add, tqdm(total=grid.size, initial=kept, unit="run", disable=None, leave=False) as bar:
-                for index, figures in run_points(grid, missing, command.workers or cores()):
+            here = nullcontext(partial(run_points, workers=command.workers or cores()))
+            with (
+                here if command.scheduler is None else on_dask(command.scheduler) as points,
+                files.recording() as add,
+                tqdm(total=grid.size, initial=kept, unit="run", disable=None, leave=False) as bar,
+            ):
+                for index, figures in points(grid, missing):
                     add(index, figures)
                     bar.update()
         files.finish()

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from app.hosting.session_store import SessionStore
 from app.hosting.worker_link import WorkerLink
+from app.hosting.workload import Workload
 from app.lessons.lesson import LessonBook
 from app.runtime.job_pool import Jobs
 from app.session.input_sources import InputSources
@@ -25,7 +26,7 @@ class AppContext:
         key: of the teacher's link (`?key=…`), None if there is no teacher.
         notes: the teacher's, Markdown by lesson id.
         store: what visitors who have gone left behind.
-        max_sessions: private sessions at once.
+        workload: what the rounds take, and how many private sessions there may be at once.
         listening: the address to which the server is bound.
         link: to the other processes of a lecture; None where there is one process.
         frame_due: set to ask for a frame at once.
@@ -39,7 +40,7 @@ class AppContext:
     key: str | None
     notes: Mapping[str, str]
     store: SessionStore
-    max_sessions: int
+    workload: Workload
     listening: str
     link: WorkerLink | None = None
     frame_due: threading.Event = field(default_factory=threading.Event)

@@ -58,11 +58,11 @@ class Door:
         self._selector.register(listener, selectors.EVENT_READ, self._accept)
         self._group = WorkerGroup(self._selector, start, most)
 
-    def run(self, ready: Callable[[], None]) -> None:
+    def run(self, ready: Callable[[int], None]) -> None:
         """Serve until an exception, such as Ctrl+C; renew the workers at every SIGUSR1.
 
         Args:
-            ready: called once, when the first worker serves.
+            ready: called once, when the first worker serves, with the number of places.
 
         Raises:
             DuetError: the first worker cannot start.
@@ -74,7 +74,7 @@ class Door:
                 key.data()
             if not announced and self._group.is_serving:
                 announced = True
-                ready()
+                ready(self._group.places)
             self._group.look_after(monotonic())
             self._look_again(monotonic())
 
@@ -83,11 +83,11 @@ class Door:
         with suppress(OSError):
             self._ringing.send(b"r")
 
-    def close(self) -> None:
-        """Stop to listen, and end the workers when they have saved everything."""
+    def close(self, goes_on: bool = False) -> None:
+        """Stop to listen, and end the workers when they have saved everything. `goes_on`: see `Stop`."""
         for end in (self._listener, self._bell, self._ringing, *self._unread):
             end.close()
-        self._group.close()
+        self._group.close(goes_on)
         self._selector.close()
 
     def _renew(self) -> None:

@@ -27,12 +27,20 @@ class FrameLoop:
     Args:
         frame: advances and draws everything, given the wall time and the time since the last frame [s].
         due: set to ask for a frame at once.
+        note: called after every frame with the wall time that it took, and the time since the last one [s].
+        clock: returns the wall time [s].
     """
 
-    def __init__(self, frame: Callable[[float, float], None], due: threading.Event) -> None:
-        self._frame, self._due = frame, due
+    def __init__(
+        self,
+        frame: Callable[[float, float], None],
+        due: threading.Event,
+        note: Callable[[float, float], None] = lambda work, elapsed: None,
+        clock: Callable[[], float] = perf_counter,
+    ) -> None:
+        self._frame, self._due, self._note, self._clock = frame, due, note, clock
         self._stopped = False
-        self._began = perf_counter()
+        self._began = self._beat = clock()
         self._errors = ThrottledLog(log)
         self._thread = threading.Thread(target=self._run, name="duet-frames", daemon=True)
 
@@ -40,7 +48,7 @@ class FrameLoop:
         self._thread.start()
 
     def is_at_work(self) -> bool:
-        return perf_counter() - self._began < STUCK
+        return self._clock() - self._began < STUCK
 
     def stop(self) -> None:
         """Stop, and wait until the last frame is done."""
@@ -48,18 +56,23 @@ class FrameLoop:
         self._due.set()
         self._thread.join(timeout=5.0)
 
+    def round(self) -> tuple[float, float]:
+        """Make one frame; return before when there is no further one, and until when there is none unless it is asked for [s]."""
+        now, last = self._clock(), self._began
+        self._began = now
+        try:
+            self._frame(now, now - last)
+        except Exception as error:
+            self._errors.exception("a frame failed", error)
+        self._note(self._clock() - now, now - last)
+        if now >= self._beat:
+            # After a late frame the beat starts again instead of catching up.
+            self._beat = max(self._beat + FRAME, now + FRAME / 2.0)
+        return now + SOONEST, self._beat
+
     def _run(self) -> None:
-        last = due = perf_counter()
         while not self._stopped:
             self._due.clear()
-            now = self._began = perf_counter()
-            try:
-                self._frame(now, now - last)
-            except Exception as error:
-                self._errors.exception("a frame failed", error)
-            last = now
-            if now >= due:
-                # After a late frame the beat starts again instead of catching up.
-                due = max(due + FRAME, now + FRAME / 2.0)
-            time.sleep(max(now + SOONEST - perf_counter(), 0.0))
-            self._due.wait(max(due - perf_counter(), 0.0))
+            soonest, beat = self.round()
+            time.sleep(max(soonest - self._clock(), 0.0))
+            self._due.wait(max(beat - self._clock(), 0.0))

@@ -11,7 +11,7 @@ from app.hosting.teacher_key import is_mistaken, is_teacher
 from app.hosting.visitor import Visitor, open_visitor
 from app.hosting.visitor_record import same_tab, tab_id
 from app.page.panels.key_notice import name_mistake
-from app.page.panels.notes_panel import NotesView, notes_tab
+from app.page.panels.notes_panel import TeachersTab
 from app.page.view import View
 from app.runtime.throttled_log import ThrottledLog
 from app.session.session import Session
@@ -27,7 +27,7 @@ class PrivateHost:
     def __init__(self, context: AppContext) -> None:
         self._context = context
         self.visitors: dict[int, Visitor] = {}
-        self._notes: dict[int, tuple[View, NotesView]] = {}
+        self._notes: dict[int, tuple[View, TeachersTab]] = {}
         self._errors = ThrottledLog(log)
         self.admission = Admission(self._admit, lambda _: log.exception("a visitor's page could not be built"))
         self.connections = Connections(context.server, context.wake)
@@ -38,8 +38,11 @@ class PrivateHost:
         return {client_id: visitor.session for client_id, visitor in list(self.visitors.items())}
 
     def close(self) -> None:
-        """Close every session, also of visitors who are away."""
+        """Keep what every visitor has done, and close every session, also of visitors who are away."""
         self.admission.close()
+        for visitor in self.visitors.values():
+            if not visitor.superseded:
+                visitor.save()
         for session in self.sessions.values():
             session.close()
         self._context.store.close()
@@ -56,12 +59,13 @@ class PrivateHost:
                 self.visitors.pop(client_id).leave()
         for client in arrivals:
             self.admission.come(client)
+        self._context.server.max_clients = self._context.workload.places
         self.admission.advance()
         if self.admission.busy:
             self._context.wake()
         for client_id, visitor in list(self.visitors.items()):
             try:
-                visitor.frame(now, elapsed, len(self.visitors))
+                visitor.frame(now, elapsed)
                 self._show_notes(client_id, visitor)
             except Exception as error:
                 # One broken page must not stop the others; a tab that is just closing ends up here too.
@@ -100,5 +104,5 @@ class PrivateHost:
             return
         with visitor.client.atomic():
             if client_id not in self._notes or self._notes[client_id][0] is not visitor.view:
-                self._notes[client_id] = visitor.view, notes_tab(visitor.client.gui, self._context.notes)
-            self._notes[client_id][1].show(visitor.lessons)
+                self._notes[client_id] = visitor.view, TeachersTab(visitor.client.gui, self._context.notes)
+            self._notes[client_id][1].show(visitor.lessons, self._context.workload.report)

@@ -8,6 +8,7 @@ import viser
 
 from app.hosting.admission import Pieces
 from app.hosting.app_context import AppContext
+from app.hosting.attention import Attention
 from app.hosting.resume import open_link, run_again
 from app.hosting.visitor_record import VisitorRecord, same_tab, tab_id
 from app.i18n.reader_language import language_of
@@ -17,14 +18,17 @@ from app.lessons.translated_book import in_language
 from app.page.operation import Operation
 from app.page.panels.welcome import Welcome, is_for_newcomers
 from app.page.view import View
-from app.session.clock import budget_of
 from app.session.frame import freeze, make_frame
+from app.session.halt import NOT_THE_VISITORS
 from app.session.session import Session
 from app.settings import Language, Settings
 from app.web.request import browser_language, request_query
 
 SAVING: Final = 1.0
 """Time from one record to the next [s]; the file follows at once."""
+
+SAVING_AT_REST: Final = 30.0
+"""The same where nothing happens [s]: the record is kept for a while after the tab was last there."""
 
 NOT_SAVED: Final = N_("The server's disk cannot be written. Go on; saving is tried again.")
 
@@ -58,6 +62,7 @@ class Visitor:
         self._welcome: Welcome | None = None
         self.is_back, self.superseded = parked is not None, False
         self._save_at, self._warned = 0.0, False
+        self._attention, self._heard = Attention(), 0
         self.session = parked[0] if parked else Session(settings, context.wake, context.jobs, context.sources)
         self._browser: Language = browser_language(client)
         self.language: Language = language_of(self.session.settings, self._browser)
@@ -109,12 +114,27 @@ class Visitor:
             self._greet()
             self.view.welcome(self.client)
 
-    def frame(self, now: float, elapsed: float, sessions: int) -> None:
-        """Advance and draw. `now`: wall time [s]; `elapsed`: since the last frame [s]; `sessions`: that have a frame at this time."""
+    def frame(self, now: float, elapsed: float) -> bool:
+        """Advance and draw, but for a page that rests or is out of sight only now and then; a run that is out of sight stands still.
+
+        Args:
+            now: wall time [s].
+            elapsed: wall time since the last round [s].
+
+        Returns:
+            Whether there was a frame.
+        """
+        workload, page = self._context.workload, self._context.server.page_of(self.client.client_id)
+        hidden, heard = (False, self._heard) if page is None else (page.hidden, page.heard)
+        stirred, self._heard = self.session.stirred or heard != self._heard, heard
+        self.session.halt.set("hidden", hidden)
+        if not self._attention.due(now, hidden, self.session.paused, stirred):
+            return False
         set_language(self.language)
         if language_of(self.session.settings, self._browser) != self.language:
             self._translate()
-        frame = make_frame(self.session, self.lessons.decide, now, elapsed, budget_of(sessions))
+        frame = make_frame(self.session, self.lessons.decide, now, elapsed, workload.budget)
+        workload.drew(self.session.stepping)
         with self.client.atomic():
             self.view.show(frame)
             self.operation.show(frame)
@@ -122,13 +142,15 @@ class Visitor:
                 self._welcome.show()
             self._keep_record(now)
         self.client.flush()
+        self._attention.note(now, frame.state)
+        return True
 
     def _keep_record(self, now: float) -> None:
         """Hand over the record every `SAVING`, and say once if it cannot be written. `now`: wall time [s]."""
         store = self._context.store
         if not store.lasting or self.superseded or tab_id(self.query) is None or now < self._save_at:
             return
-        self._save_at = now + SAVING
+        self._save_at = now + (SAVING_AT_REST if self._attention.rests(now) else SAVING)
         self.save()
         if store.problem and not self._warned:
             self.operation.notify("This cannot be saved now", NOT_SAVED)
@@ -147,7 +169,8 @@ class Visitor:
     def leave(self) -> None:
         """Close the page after its connection has gone, and keep in the store what the visitor may come back for."""
         self.session.posts.drop()
-        self.session.halt.set("teacher", False)
+        for reason in NOT_THE_VISITORS:
+            self.session.halt.set(reason, False)
         self.operation.close()
         if self.superseded:
             self.session.close()

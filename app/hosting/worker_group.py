@@ -61,6 +61,7 @@ class WorkerGroup:
 
     Attributes:
         workers: the one with the stage of a lecture is the first.
+        places: sessions that all have at once, as the worker says that was ready last.
     """
 
     def __init__(self, selector: selectors.BaseSelector, start: WorkerStart, most: int) -> None:
@@ -77,15 +78,15 @@ class WorkerGroup:
         self._decided: bytes | None = None
         self._to_renew: deque[int] = deque()
         self._successor: tuple[int, WorkerProcess] | None = None
-        self.is_serving = False
+        self.is_serving, self.places = False, 0
         self.workers: list[WorkerProcess] = []
         self._begin(0)
 
-    def close(self) -> None:
-        """Let the workers save everything, and end them."""
+    def close(self, goes_on: bool = False) -> None:
+        """Let the workers save everything, and end them. `goes_on`: see `Stop`."""
         every = [*self.workers, *([] if self._successor is None else [self._successor[1]])]
         for worker in every:
-            worker.send(Stop())
+            worker.send(Stop(goes_on))
         until = monotonic() + PATIENCE
         for worker in every:
             worker.close(max(until - monotonic(), 0.1))
@@ -140,7 +141,8 @@ class WorkerGroup:
             self._ended(worker)
             return
         match message:
-            case Ready():
+            case Ready(places):
+                self.places = places
                 self._ready(worker)
             case Failed(text):
                 if not self.is_serving:

@@ -44,7 +44,13 @@ class WorkerStart:
 
 
 class Ready(NamedTuple):
-    """A worker serves."""
+    """A worker serves.
+
+    Attributes:
+        places: sessions that all workers have at once.
+    """
+
+    places: int
 
 
 class Failed(NamedTuple):
@@ -99,7 +105,9 @@ class Replaced(NamedTuple):
 
 
 class Stop(NamedTuple):
-    """A worker is to save everything and to end."""
+    """A worker is to save everything and to end. `goes_on`: whether a lecture goes on with the next server."""
+
+    goes_on: bool = False
 
 
 class WorkerProcess:

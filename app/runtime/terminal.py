@@ -1,4 +1,4 @@
-"""A command in a terminal: Ctrl+C, an output that is closed or full, an encoding without λ. Imports nothing slow."""
+"""A command in a terminal: Ctrl+C and SIGTERM, an output that is closed or full, an encoding without λ. Imports nothing slow."""
 
 import codecs
 import contextlib
@@ -18,11 +18,20 @@ if TYPE_CHECKING:
 INTERRUPTED: Final = 130
 """Exit code after Ctrl+C, as in a shell."""
 
+TERMINATED: Final = 143
+"""Exit code after SIGTERM, with which systemd or a container ends a service."""
+
 _PATIENCE: Final = 3.0
 """How long an interrupted command may clean up before another Ctrl+C ends it at once [s]."""
 
 _at_once = False
 _interrupted: float | None = None
+_code = INTERRUPTED
+
+
+def terminated() -> bool:
+    """Return whether SIGTERM ends this process: then it may be started again and go on."""
+    return _code == TERMINATED
 
 
 @contextlib.contextmanager
@@ -38,13 +47,14 @@ def ending_at_once() -> Iterator[None]:
 
 
 def run_in_terminal(command: Callable[[], int]) -> int:
-    """Run a process's command and return the exit code: 130 after Ctrl+C, 0 if the reader of its output has gone, 1 after a line on
-    stderr if the output cannot be written."""
+    """Run a process's command and return the exit code: 130 after Ctrl+C, 143 after SIGTERM, 0 if the reader of its output has gone, 1
+    after a line on stderr if the output cannot be written."""
     global _at_once
     _at_once = True
     # A shell makes background processes ignore Ctrl+C.
     if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
         signal.signal(signal.SIGINT, _interrupt)
+    signal.signal(signal.SIGTERM, _interrupt)
     _fill_descriptors()
     sys.stdout, sys.stderr = _stream(sys.stdout, raises=True), _stream(sys.stderr, raises=False)
     code = 0
@@ -66,19 +76,21 @@ def run_in_terminal(command: Callable[[], int]) -> int:
     if _interrupted is not None:
         # All is tidied up; at its very end Python would give the signal back to the system, which ends the process with another code.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-    return code
+    return TERMINATED if terminated() else code
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
-    global _interrupted
+    global _interrupted, _code
     now = time.monotonic()
     if _interrupted is not None and now - _interrupted < _PATIENCE:
         return
-    if _interrupted is None and os.isatty(2):
+    if _interrupted is None and number == signal.SIGTERM:
+        _code = TERMINATED
+    elif _interrupted is None and os.isatty(2):
         # The prompt comes below the ^C.
         os.write(2, b"\n")
     if _at_once or _interrupted is not None:
-        os._exit(INTERRUPTED)
+        os._exit(_code)
     _interrupted = now
     raise KeyboardInterrupt
 

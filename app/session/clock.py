@@ -9,8 +9,14 @@ BUDGET: Final = 0.02
 TOGETHER: Final = 2
 """As many sessions as this have the whole of it; more share what these have, so that frames stay short for all."""
 
+SLOWEST: Final = 1.0 / 20.0
+"""Steps make a frame no longer than this [s], where drawing leaves so much time; simulated time slows down first."""
+
 LONGEST_GAP: Final = 0.1
 """A pause of the program (a closed laptop, a debugger) is not caught up beyond this [s]."""
+
+SLOW, OVER = 0.5, 0.15
+"""Share of late frames in the last second beyond which a run counts as slowed, and below which it does no longer."""
 
 SPEEDS: Final = (0.25, 0.5, 1.0, 2.0)
 """What the speed may be, simulated over wall time."""
@@ -31,9 +37,14 @@ class Pace:
     slowed: bool
 
 
-def budget_of(sessions: int) -> float:
-    """Return the wall time that each of so many sessions may use for its steps in one frame [s]."""
-    return BUDGET * TOGETHER / max(sessions, TOGETHER)
+def budget_of(sessions: int, drawing: float = 0.0) -> float:
+    """Return the wall time that each of so many sessions may use for its steps in one frame [s].
+
+    Args:
+        drawing: wall time of everything else in a frame of them all [s].
+    """
+    together = min(max(SLOWEST - drawing, BUDGET), BUDGET * TOGETHER)
+    return together / max(sessions, TOGETHER)
 
 
 def next_speed(speed: float, by: int) -> float:
@@ -52,7 +63,7 @@ class Clock:
     def __init__(self, speed: float) -> None:
         self._debt = 0.0
         self._rate = speed
-        self._slowness = 0.0
+        self._slowness, self._slowed = 0.0, False
 
     def forget(self) -> None:
         self._debt = 0.0
@@ -69,7 +80,9 @@ class Clock:
         if elapsed > 0.0:
             self._rate += (made * dt / elapsed - self._rate) * min(elapsed / 0.5, 1.0)
             self._slowness += ((1.0 if late else 0.0) - self._slowness) * min(elapsed / 1.0, 1.0)
+            # Said at once, and until it is clearly over: what comes and goes several times a second cannot be read.
+            self._slowed = self._slowness > (OVER if self._slowed else SLOW)
 
     def pace(self, paused: bool) -> Pace:
         """Return how the clock runs."""
-        return Pace(paused, 0.0 if paused else self._rate, self._slowness > 0.5)
+        return Pace(paused, 0.0 if paused else self._rate, self._slowed)

@@ -3,12 +3,12 @@
 from collections.abc import Iterable
 from typing import Final, Literal
 
-Reason = Literal["visitor", "lesson", "replay", "class", "teacher"]
+Reason = Literal["visitor", "lesson", "replay", "class", "teacher", "hidden"]
 """The visitor pauses; the lesson waits for Run or has come to its end; a replay is shown; the teacher pauses the stage of a lecture;
-the teacher pauses the visitor's own session."""
+the teacher pauses the visitor's own session; the visitor's tab is out of sight."""
 
-NOT_THE_VISITORS: Final[Reason] = "teacher"
-"""The one reason that the visitor cannot lift."""
+NOT_THE_VISITORS: Final[frozenset[Reason]] = frozenset(("teacher", "hidden"))
+"""Reasons that the visitor cannot lift."""
 
 
 class Halt:
@@ -32,4 +32,4 @@ class Halt:
 
     def go_on(self) -> None:
         """Lift every reason that is the visitor's to lift."""
-        self._reasons &= {NOT_THE_VISITORS}
+        self._reasons &= NOT_THE_VISITORS

@@ -54,7 +54,11 @@ class Session:
         background: Jobs | None = None,
         sources: InputSources = NO_SOURCES,
     ) -> None:
-        self.settings, self.sources, self.background, self._wake = settings, sources, background, wake
+        self.settings, self.sources, self.background = settings, sources, background
+        self._ask_for_frame = wake
+        self.stirred = True
+        """Whether anything was posted, or anything that was computed has come, since actions were last taken."""
+        wake = self._wake
         self.simulation = Simulation(settings.run)
         self.halt = Halt()
         """Why no step is made, if none is."""
@@ -78,12 +82,19 @@ class Session:
         """Replays in the place of the live run; None where nothing is replayed."""
         self.posts = ActionQueue()
         self._clock = Clock(settings.page.speed)
+        self.stepping = 0.0
+        """Wall time of the steps of the last frame [s]."""
         self._steps_asked, self._hurries_to = 0, 0.0
         self._input = InputSource()
         self.simulation.use(self.law.of_run)
         self._ghost.begin(settings, self.simulation)
         if settings.page.what_if:
             self.studies.prepare(settings)
+
+    def _wake(self) -> None:
+        """Ask for a frame at once; from any thread."""
+        self.stirred = True
+        self._ask_for_frame()
 
     def state(self) -> SessionState:
         """Return where the session is."""
@@ -310,11 +321,12 @@ class Session:
 
     def _make(self, due: int, budget: float) -> int:
         """Make so many steps, or as many as there is time for [s]; return how many were made."""
-        deadline, made = perf_counter() + budget, 0
-        while made < due and self._step_both():
+        begin, made = perf_counter(), 0
+        now = begin
+        while made < due and now <= begin + budget and self._step_both():
             made += 1
-            if made % 8 == 0 and perf_counter() > deadline:
-                break
+            now = perf_counter()
+        self.stepping = now - begin
         return made
 
     def advance(self, elapsed: float, budget: float = BUDGET) -> int:
@@ -324,6 +336,7 @@ class Session:
 
     def take_actions(self, elapsed: float) -> None:
         """Do what was posted, and take in what was computed. `elapsed`: wall time since the last frame [s]."""
+        self.stirred = False
         self.law.advance(elapsed, self.paused)
         self.studies.advance(elapsed, self.settings, self.simulation, self.inputs.window)
         self.knob_search.advance()
@@ -331,9 +344,13 @@ class Session:
 
     def step(self, elapsed: float, budget: float = BUDGET) -> int:
         """Simulate `elapsed` [s] of wall time, with no further step after `budget` [s] of it; return the number of steps made."""
+        self.stepping = 0.0
         if "teacher" in self.halt:
             # What was asked for meanwhile is not made up for afterwards.
             self._steps_asked, self._hurries_to = 0, 0.0
+            return 0
+        if "hidden" in self.halt:
+            # A hurry goes on when the tab is back in sight.
             return 0
         if self.paused:
             due, self._hurries_to = self._steps_asked, 0.0

@@ -17,6 +17,7 @@ DOCUMENTS: Final = {
     "page": ("documents/page.md", N_("The page")),
     "model": ("documents/model.md", N_("The model")),
     "class": ("documents/class.md", N_("For a class")),
+    "jupyter": ("documents/jupyter.md", N_("In Jupyter")),
     "lecture-plan": ("documents/lecture-plan.md", N_("A lecture plan")),
     "commands": ("documents/commands.md", N_("Without a page")),
     "lessons": ("lessons/README.md", N_("How to write a lesson")),

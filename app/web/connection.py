@@ -15,7 +15,7 @@ from websockets.frames import OP_BINARY, OP_CONT, OP_TEXT, Frame
 
 from app.runtime.throttled_log import ThrottledLog
 from app.web.http_methods import FirstLine
-from app.web.index_page import HELLO, QUESTION
+from app.web.index_page import HELLO, HIDDEN, QUESTION, SHOWN
 from app.web.message_gate import Gate, Traffic
 from app.web.refusal import Malformed, Refused
 from app.web.sending import pack, send_windows
@@ -30,6 +30,8 @@ READ_BYTES: Final = 16 * 1024
 
 _SMALL_FRAME_BYTES: Final = 1000
 _HELLO: Final = msgspec.msgpack.encode({"type": HELLO})
+_SIGHT: Final = {msgspec.msgpack.encode({"type": kind}): kind == SHOWN for kind in (HIDDEN, SHOWN)}
+"""What a page says when its tab goes out of sight or comes back → whether it is seen now."""
 
 _QUESTION: Final = msgspec.msgpack.encode({"type": QUESTION})
 _ANSWER: Final = pack(())
@@ -61,6 +63,9 @@ class FilteredConnection(ServerConnection):
 
     Args:
         arguments, options: of the library's connection.
+
+    Attributes:
+        heard: messages that were passed on.
     """
 
     def __init__(self, owner: ConnectionOwner, *arguments: Any, **options: Any) -> None:
@@ -69,9 +74,17 @@ class FilteredConnection(ServerConnection):
         self.traffic = Traffic(owner.limits)
         self.first_line = FirstLine()
         self.introduced = False
+        self.heard = 0
+        self._seen = asyncio.Event()
+        self._seen.set()
         self._client_id: int | None = None
         self._ending: asyncio.Task[None] | None = None
         self._stalled: asyncio.TimerHandle | None = None
+
+    @property
+    def hidden(self) -> bool:
+        """Whether the page's tab is out of sight; from any thread."""
+        return not self._seen.is_set()
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         # What waits in the system's buffer is stale by the time it is drawn.
@@ -132,10 +145,14 @@ class FilteredConnection(ServerConnection):
                 continue
             if raw == _HELLO:
                 continue
+            if isinstance(raw, bytes) and raw in _SIGHT:
+                (self._seen.set if _SIGHT[raw] else self._seen.clear)()
+                continue
             if self._client_id is None:
                 self._client_id = duet.client_id(self)
             try:
                 duet.gate.check(self._client_id, self.traffic, raw)
+                self.heard += 1
                 return raw
             except Refused as refused:
                 duet.log.warning(f"message dropped ({refused.kind})", f"client {self._client_id}")
@@ -153,7 +170,7 @@ class FilteredConnection(ServerConnection):
         """Send what a buffer holds for this browser; see `app.web.viser_internals.adapt_viser`."""
         chosen = self.duet.shared_buffer(self, client_id, buffer) if buffer.persistent_messages else nullcontext(buffer)
         with chosen as own:
-            await send_windows(self, own, client_id, backlog_done_message)
+            await send_windows(self, own, client_id, backlog_done_message, self._seen.wait)
 
 
 class Forwarder(logging.Handler):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import re
+from functools import lru_cache
 from urllib.parse import parse_qsl, quote, urlsplit
 
 from app.i18n.client_texts import CROWDED, KEPT_OUT, LOST, SILENT, WAIT
@@ -16,12 +17,15 @@ HELLO = "DuetHello"
 """Kind of the message by which a page says that it is one: what viser's client says first waits until the scene is in view."""
 QUESTION = "DuetQuestion"
 """Kind of the message by which a page that hears nothing asks whether the server is still there."""
+HIDDEN, SHOWN = "DuetHidden", "DuetShown"
+"""Kinds of the messages by which a page says that its tab is out of sight, and in sight again."""
 KEY_LATER = "duet: one key a second"
 _LONGEST_QUERY = 4000
 _MOST_FIELDS, _LONGEST_KEY, _LONGEST_VALUE = 64, 40, 400
 
-MARK = """<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 32 32" fill="none" stroke-width="4.5" stroke-linecap="round"
- stroke-linejoin="round"><path d="M6 28V18l7-8 4 5" stroke="#f26a0a"/><path d="M26 28V16l-5-11-4 5" stroke="#8a9099"/></svg>"""
+MARK = (STATIC / "mark.svg").read_text(encoding="utf-8").strip()
+"""Our mark, as SVG."""
+
 _ICON = f'<link rel="icon" href="data:image/svg+xml,{quote(MARK)}">'
 
 
@@ -53,7 +57,7 @@ def _connection(run: str) -> PageAssets:
     constants = {
         "run": run,
         "longestQuery": _LONGEST_QUERY,
-        "messages": {"hello": HELLO, "question": QUESTION},
+        "messages": {"hello": HELLO, "question": QUESTION, "hidden": HIDDEN, "shown": SHOWN},
         "reasons": {"full": ROOM_IS_FULL, "elsewhere": ELSEWHERE, "tooMany": OPEN_TOO_OFTEN, "wait": KEY_LATER},
         "texts": {"lost": LOST, "silent": SILENT, "refused": KEPT_OUT, "tooMany": CROWDED, "wait": WAIT},
     }
@@ -74,6 +78,7 @@ def page_query(request_path: str) -> dict[str, str]:
     return found
 
 
+@lru_cache(8)
 def full_page(limit: int) -> str:
     """Return the page for while all `limit` places are taken, in the language of the link or the browser; it asks again by itself."""
     one = "This Duet has one place, and it is taken."

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Awaitable, Callable, Sequence
 
 import msgspec
 import zstandard
@@ -50,14 +50,28 @@ class Packed:
         return data
 
 
+async def _at_once() -> None:
+    """Return at once."""
+
+
 async def send_windows(
-    connection: ServerConnection, buffer: MessageBuffer, client_id: int, backlog_done_message: Message | None = None
+    connection: ServerConnection,
+    buffer: MessageBuffer,
+    client_id: int,
+    backlog_done_message: Message | None = None,
+    seen: Callable[[], Awaitable[object]] = _at_once,
 ) -> None:
-    """Send one browser what a buffer holds for it, window by window."""
+    """Send one browser what a buffer holds for it, window by window.
+
+    Args:
+        seen: returns when the page is in sight. Until then it is sent nothing of a shared buffer, which keeps the newest of everything.
+    """
     windows = buffer.window_generator(client_id, backlog_done_message)
     shared: Packed | None = vars(buffer).setdefault("duet_packed", Packed()) if buffer.persistent_messages else None
     try:
         while not buffer.done:
+            if shared is not None:
+                await seen()
             try:
                 messages = await anext(windows)
             except StopAsyncIteration:

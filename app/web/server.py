@@ -34,7 +34,7 @@ from app.web.http_methods import ALLOWED
 from app.web.index_page import OPEN_TOO_OFTEN, ROOM_IS_FULL, full_page, page_query, patched_index
 from app.web.listening import listen, url_of
 from app.web.message_gate import Gate
-from app.web.origin_policy import LOOPBACK_NAMES, OriginPolicy, check_origin
+from app.web.origin_policy import LOOPBACK_NAMES, VOUCHED, OriginPolicy, check_origin
 from app.web.page_assets import NO_ASSETS, PageAssets
 from app.web.refusal import UPLOAD_TOO_LARGE, Refused
 from app.web.responses import HTML, OWN_HEADERS, respond
@@ -76,8 +76,10 @@ class DuetServer(viser.ViserServer):
         run: see below; "" makes one.
 
     Attributes:
+        max_clients: places; may be set at any time.
         gate: the filter of messages; `gate.may_share` decides which browser may operate what all browsers see.
         always_admits: whether a page with a query gets in though every place is taken.
+        trusts: whether a page with a query may connect from an address that the server does not know.
         run: a random word, new for every start; processes that serve one port share it.
         elsewhere: how many browsers are connected to the other processes that serve this port.
         count_changed: called with `count_clients()` when it has changed, on the network's thread.
@@ -117,6 +119,7 @@ class DuetServer(viser.ViserServer):
         self.limits = TrafficLimits() if limits is None else limits
         self.max_clients = max_clients
         self.always_admits: Callable[[Mapping[str, str]], bool] = lambda query: False
+        self.trusts: Callable[[Mapping[str, str]], bool] = lambda query: False
         self.run = run or secrets.token_hex(8)
         self.elsewhere = 0
         self.count_changed: Callable[[int], None] = lambda count: None
@@ -128,7 +131,7 @@ class DuetServer(viser.ViserServer):
         self._ready = threading.Event()
         self._holders: dict[ServerConnection, tuple[str, str]] = {}
         page = patched_index(viser_internals.client_html(), title="Duet", run=self.run, assets=assets, body=body).encode()
-        self._pages = {"plain": page, "packed": gzip.compress(page, 6), "full": full_page(max_clients or 0).encode()}
+        self._pages = {"plain": page, "packed": gzip.compress(page, 6)}
         viser_internals.adapt_viser(ClientBuffer)
         with viser_internals.serving_with(partial(self._serve, listener)), contextlib.redirect_stdout(io.StringIO()):
             super().__init__(host=host, port=self._origins.port, label="Duet", verbose=False)
@@ -143,6 +146,11 @@ class DuetServer(viser.ViserServer):
     def count_clients(self) -> int:
         """Return how many browsers are connected, including those with a page that is still being built."""
         return len(self._holders)
+
+    def page_of(self, client_id: int) -> FilteredConnection | None:
+        """Return the connection of a browser's page, None if it is gone; from any thread."""
+        connection = viser_internals.connection_of(self, client_id)
+        return connection if isinstance(connection, FilteredConnection) else None
 
     def request_share_url(self, verbose: bool = True) -> str | None:
         """Return None: Duet opens no tunnel to the outside."""
@@ -178,7 +186,8 @@ class DuetServer(viser.ViserServer):
         return self.max_clients is None or count < self.max_clients or self.always_admits(page_query(path))
 
     def _admits(self, connection: ServerConnection, request: Request, origins: Sequence[str]) -> bool:
-        return self._origins.admits(origins, request.headers.get_all("Host"), _address_of(connection))
+        hosts, vouched = request.headers.get_all("Host"), VOUCHED in request.headers
+        return self.trusts(page_query(request.path)) or self._origins.admits(origins, hosts, _address_of(connection), vouched)
 
     async def _document(self, render: Callable[[Language], bytes], request: Request) -> Response:
         # Formulas take a second to draw; meanwhile other requests are served.
@@ -206,7 +215,9 @@ class DuetServer(viser.ViserServer):
             return respond(200, "application/json", json.dumps(state).encode(), {"Cache-Control": "no-store"})
         if path in ("", "/"):
             if not self._has_room(request.path):
-                return respond(503, HTML, self._pages["full"], {"Retry-After": "10", "Cache-Control": "no-store"})
+                return respond(
+                    503, HTML, full_page(self.max_clients or 0).encode(), {"Retry-After": "10", "Cache-Control": "no-store"}
+                )
             packed = "gzip" in request.headers.get("Accept-Encoding", "")
             extra = {"Content-Encoding": "gzip", "Vary": "Accept-Encoding"} if packed else {"Vary": "Accept-Encoding"}
             return respond(200, HTML, self._pages["packed" if packed else "plain"], extra)

@@ -17,10 +17,12 @@ from app.session.session import Session
 from app.settings import Settings
 from app.start import App, start_app
 from scenes import rerun as rerun_module
+from tests.app.runtime.processes import until
 from tests.app.served import Serve, Served
 from tests.blocking_client import BlockingClient
 
 T = TypeVar("T")
+FRAME = 1.0 / 32.0
 HAND, ELBOW = "/gizmo/hand", "/gizmo/elbow"
 
 
@@ -140,5 +142,58 @@ def arrive(join: Join) -> Arrive:
         visitor.wait_for(lambda _: number in live_sessions(house))
         assert isinstance(house.host, PrivateHost)
         return Guest(visitor, live_sessions(house)[number], number, house.host.visitors[number].lessons)
+
+    return make
+
+
+class ByHand:
+    """A house of which the test makes every frame."""
+
+    def __init__(self, house: App) -> None:
+        # The thread that makes them has come to its end.
+        house._loop.stop()
+        self.house, self.host, self.now = house, house.host, 0.0
+        self.visitors: list[BlockingClient] = []
+
+    def frame(self) -> None:
+        self.now += FRAME
+        self.host.frame(self.now, FRAME)
+        self.house.context.workload.note(0.0, FRAME)
+
+    def come(self, query: str = "") -> BlockingClient:
+        """A browser that is connected, and about which the next frame knows."""
+        before = len(self.host.connections._arrivals)
+        self.visitors.append(BlockingClient(self.house.url, query=query))
+        self.visitors[-1].wait_for(lambda _: len(self.host.connections._arrivals) > before)
+        return self.visitors[-1]
+
+    def leave(self, visitor: BlockingClient) -> None:
+        """The browser is gone, and the next frame knows."""
+        before = len(self.host.connections._departures)
+        visitor.close()
+        until(lambda: len(self.host.connections._departures) > before)
+
+    def frames(self) -> None:
+        self.frame()
+        while self.host.admission.busy:
+            self.frame()
+        self.frame()
+
+    def let_in(self, query: str = "") -> BlockingClient:
+        visitor = self.come(query)
+        self.frames()
+        visitor.wait_for(lambda v: v.mirror.replayed and any("/arms/" in name for name in v.mirror.nodes))
+        return visitor
+
+
+Made = Callable[..., ByHand]
+
+
+@pytest.fixture
+def by_hand(house: OpenHouse, request: pytest.FixtureRequest) -> Made:
+    def make(**options: Any) -> ByHand:
+        one = ByHand(house(**options))
+        request.addfinalizer(lambda: [visitor.close() for visitor in one.visitors])
+        return one
 
     return make

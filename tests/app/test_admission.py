@@ -1,8 +1,6 @@
 """New pages are built one at a time and piece by piece, and what a tab asked for goes with it. Every frame is made by hand here."""
 
 import itertools
-from collections.abc import Callable
-from typing import Any
 
 import pytest
 
@@ -11,63 +9,8 @@ from app.hosting import admission
 from app.hosting.private_host import PrivateHost
 from app.hosting.visitor import Visitor
 from app.settings import Settings
-from app.start import App
 from scenes.settings import specs
-from tests.app.conftest import OpenHouse
-from tests.app.runtime.processes import until
-from tests.blocking_client import BlockingClient
-
-FRAME = 1.0 / 32.0
-
-
-class ByHand:
-    def __init__(self, house: App) -> None:
-        # The thread that makes them has come to its end.
-        house._loop.stop()
-        self.house, self.host, self.now = house, house.host, 0.0
-        self.visitors: list[BlockingClient] = []
-
-    def frame(self) -> None:
-        self.now += FRAME
-        self.host.frame(self.now, FRAME)
-
-    def come(self, query: str = "") -> BlockingClient:
-        """A browser that is connected, and about which the next frame knows."""
-        before = len(self.host.connections._arrivals)
-        self.visitors.append(BlockingClient(self.house.url, query=query))
-        self.visitors[-1].wait_for(lambda _: len(self.host.connections._arrivals) > before)
-        return self.visitors[-1]
-
-    def leave(self, visitor: BlockingClient) -> None:
-        """The browser is gone, and the next frame knows."""
-        before = len(self.host.connections._departures)
-        visitor.close()
-        until(lambda: len(self.host.connections._departures) > before)
-
-    def frames(self) -> None:
-        self.frame()
-        while self.host.admission.busy:
-            self.frame()
-        self.frame()
-
-    def let_in(self, query: str = "") -> BlockingClient:
-        visitor = self.come(query)
-        self.frames()
-        visitor.wait_for(lambda v: v.mirror.replayed and any("/arms/" in name for name in v.mirror.nodes))
-        return visitor
-
-
-Made = Callable[..., ByHand]
-
-
-@pytest.fixture
-def by_hand(house: OpenHouse, request: pytest.FixtureRequest) -> Made:
-    def make(**options: Any) -> ByHand:
-        one = ByHand(house(**options))
-        request.addfinalizer(lambda: [visitor.close() for visitor in one.visitors])
-        return one
-
-    return make
+from tests.app.conftest import FRAME, Made
 
 
 @pytest.fixture
@@ -82,9 +25,9 @@ def pieces(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
             done.append(("piece", visitor.client.client_id))
             yield
 
-    def drawing(visitor: Visitor, now: float, elapsed: float, sessions: int) -> None:
+    def drawing(visitor: Visitor, now: float, elapsed: float) -> bool:
         done.append(("frame", visitor.client.client_id))
-        frame(visitor, now, elapsed, sessions)
+        return frame(visitor, now, elapsed)
 
     monkeypatch.setattr(Visitor, "build", building)
     monkeypatch.setattr(Visitor, "frame", drawing)
@@ -121,7 +64,7 @@ def test_while_there_is_time_one_page_is_built_in_a_frame(by_hand: Made, monkeyp
         opened.come()
     for count in (1, 2, 3):
         opened.frame()
-        built = host.participants if isinstance(host, LectureHost) else host.visitors
+        built = host.visitors if isinstance(host, PrivateHost) else host.participants
         assert len(built) == count and host.admission.busy == (count < 3)
 
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import socket
 import subprocess
 import sys
@@ -130,7 +131,7 @@ ERRORS = {
     "run --inputs {}/short.csv": "short.csv|line 1|t,x,y,z",
     "run --inputs {}/zero.csv": "zero.csv|line 2|'zero'",
     "run --inputs {}/noise.csv": "noise.csv|not a text",
-    "serve --sessions 0": "--sessions must be at least 1",
+    "serve --sessions 0": "--sessions must be at least 1, or auto",
     "serve --watchers 0": "--watchers must be at least 1",
     "serve --key chalk": "key has fewer than 8 characters|--key auto",
     "serve --n 0": "n = |1 to 20",
@@ -164,7 +165,7 @@ def test_no_command_means_serve(monkeypatch: pytest.MonkeyPatch, arguments: list
     monkeypatch.setitem(COMMANDS, "serve", (Serve, lambda command: seen.append(command) or 0))
     assert main(arguments) == 0
     (command,) = seen
-    assert (command.host, command.sessions, command.lecture, command.key) == ("127.0.0.1", 8, False, None)
+    assert (command.host, command.sessions, command.lecture, command.key) == ("127.0.0.1", "auto", False, None)
     assert command.watchers == 200
     assert command.port == (9000 if "9000" in arguments else 8080)
     assert command.open is ("--no-open" not in arguments)
@@ -181,16 +182,18 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr(webbrowser, "open", lambda link: opened.append(link))
     monkeypatch.setattr(App, "wait", wait)
-    assert main(["serve", "--store", "memory", "--port", "0", "--lecture", "--key", "auto"]) == INTERRUPTED
+    assert main(["serve", "--store", "memory", "--port", "0", "--lecture", "--key", "auto", "--workers", "1"]) == INTERRUPTED
     link, status = opened
     assert link.startswith("http://127.0.0.1:") and len(link.partition("/?key=")[2]) >= 8
     assert "key=auto" not in link and status == "200"
-    assert link in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert link in said and re.search(r"This machine carries about [1-9]\d* sessions at once\.", said)
     # The port is free again.
     port = int(link.split(":")[2].split("/")[0])
     socket.create_server(("127.0.0.1", port)).close()
-    assert main(["serve", "--store", "memory", "--port", "0", "--no-open", "--workers", "1"]) == INTERRUPTED
-    assert len(opened) == 3
+    alone = ["serve", "--store", "memory", "--port", "0", "--no-open", "--workers", "1"]
+    assert main([*alone, "--sessions", "3"]) == INTERRUPTED
+    assert len(opened) == 3 and "carries" not in capsys.readouterr().out
 
 
 SERVE = ["--host", "--port", "--no-open", "--sessions", "--watchers", "--lecture", "--key", "--allow-origin", "--theme", "--dm"]

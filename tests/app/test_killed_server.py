@@ -1,4 +1,4 @@
-"""A server that is killed and started again: its tabs go on where they were."""
+"""A server that is killed or terminated, and started again: its tabs go on where they were."""
 
 import os
 import re
@@ -13,6 +13,7 @@ from app.hosting.record_bytes import unpacked
 from app.hosting.store_file import StoreFile
 from app.hosting.visitor_record import VisitorRecord
 from app.lessons.progress import Progress, from_json
+from app.runtime.terminal import TERMINATED
 from tests.app.page.helpers import buttons, click, hotkey_uuid
 from tests.app.runtime.processes import until
 from tests.app.served import Serve
@@ -86,3 +87,18 @@ def test_after_a_kill_a_tab_has_its_step_its_answer_and_its_arms(serve: Serve, k
         assert np.abs(joints(explorer) - moved).max() < 2e-3 < np.abs(moved - first).max()
         student.wait_for(lambda v: "Run" in buttons(v), 60.0)
         assert progress_of(kept(STUDENT)) == lesson and [done.choice for done in lesson.steps.values()] == [1]
+
+
+@pytest.mark.parametrize(("workers", "lecture"), [("1", False), ("2", True)])
+def test_sigterm_writes_what_waits_and_a_lecture_goes_on(serve: Serve, kept: Kept, workers: str, lecture: bool) -> None:
+    served = serve("--workers", workers, *(["--lecture"] if lecture else []))
+    with come(served.url, f"lesson=3&step=2&resume={STUDENT}") as visitor:
+        if not lecture:
+            click(visitor, "2 ")
+            visitor.wait_for(lambda v: "Run" in buttons(v), 60.0)
+        served.process.terminate()
+        assert served.process.wait(60.0) == TERMINATED
+    assert served.said() == ""
+    record = kept("lecture" if lecture else STUDENT)
+    assert record is not None and record.lessons is not None and record.lessons.open
+    assert [done.choice for done in progress_of(record).steps.values()] == ([] if lecture else [1])

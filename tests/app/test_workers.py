@@ -77,6 +77,8 @@ def test_tabs_are_spread_over_the_workers_and_stay_at_theirs(serve: Serve) -> No
 
 def test_a_worker_that_is_killed_is_replaced_and_its_tabs_go_on(serve: Serve) -> None:
     served = serve("--workers", "2")
+    assert served.process.stdout is not None
+    assert "carries about" in served.process.stdout.readline(), "the places of both, as a worker has measured them"
     with ExitStack() as opened:
         visitors = [opened.enter_context(come(served, number)) for number in range(4)]
         until(lambda: len(served.workers) == 2)

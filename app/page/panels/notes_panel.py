@@ -10,6 +10,7 @@ from app.i18n.speaking import tr
 from app.lessons.lesson import Step
 from app.lessons.notes import Notes, StepNotes, read_notes
 from app.lessons.session.lesson_session import LessonSession
+from app.page.panels.server_load import ServerLoad, load_html
 from app.text.html_element import element
 from app.text.lesson_text import inline_html, lesson_html
 
@@ -44,10 +45,22 @@ class NotesView:
             self._handle.content = notes_html(notes, walk.lesson.steps.index(walk.step) + 1, walk.step.setup.folder)
 
 
-def notes_tab(gui: viser.GuiApi, notes: Mapping[str, str]) -> NotesView:
-    """Return the notes in a tab of their own, for a teacher with a private session. `notes`: Markdown by lesson id."""
-    with gui.add_tab_group(order=ORDER).add_tab(tr("Teacher's notes"), viser.Icon.NOTEBOOK):
-        return NotesView(gui, notes)
+class TeachersTab:
+    """The server's numbers and the notes in a tab of their own, for a teacher with a private session.
+
+    Args:
+        notes: Markdown by lesson id.
+    """
+
+    def __init__(self, gui: viser.GuiApi, notes: Mapping[str, str]) -> None:
+        with gui.add_tab_group(order=ORDER).add_tab(tr("Teacher's notes"), viser.Icon.NOTEBOOK):
+            self._load = gui.add_html("")
+            self._notes = NotesView(gui, notes)
+
+    def show(self, lessons: LessonSession, load: ServerLoad) -> None:
+        """Update both."""
+        self._load.content = element("div", "", element("div", "", load_html(load), class_="duet-heads"), class_="duet-class")
+        self._notes.show(lessons)
 
 
 def notes_html(notes: Notes, step: int, folder: Path | None = None) -> str:

@@ -223,7 +223,7 @@ def status_html(pace: Pace, simulation: Simulation, sample: Sample) -> str:
     run, law = simulation.settings, simulation.settings.law
     pills = [("halt", tr("paused"))] if pace.paused else [("go", tr("{rate}× real time", rate=f"{pace.rate:.1f}"))]
     if pace.slowed:
-        pills.append(("halt", tr("slowed: this machine cannot keep up")))
+        pills.append(("halt", tr("slowed: the server is busy")))
     if sample.pair < 0:
         if run.gain * run.overdrive * run.dt >= 2.0:
             pills.append(("alarm", tr("K dt ≥ 2: unstable")))

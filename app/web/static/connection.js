@@ -3,6 +3,7 @@
 // - shows when the connection is lost, when the server is silent for 3 s, and when it does not know the page's address,
 // - retries while the tab is not in front (a projector beside the window that one types in), which viser itself does not,
 // - reloads the page when it meets another server than the one it came from, and when the server sends it elsewhere,
+// - says when the tab goes out of sight and comes back, so that the server rests meanwhile,
 // - says hello at once, because a tab in the background draws no scene, and viser waits for one.
 (() => {
   const { run, messages, reasons, texts, longestQuery } = duet.connection;
@@ -60,6 +61,9 @@
     }, 1000);
   };
 
+  const tellSight = (worker) =>
+    worker.postMessage({ type: "send", message: { type: document.hidden ? messages.hidden : messages.shown } });
+
   const health = (query) => fetch(`healthz${query}`, { cache: "no-store" }).then((answer) => answer.json());
 
   const onClosed = (worker, reason) => {
@@ -114,10 +118,14 @@
           else onMessage();
           if (data.type === "connected") {
             super.postMessage({ type: "send", message: { type: messages.hello } });
+            if (document.hidden) tellSight(this);
             onConnected();
           }
         });
         watchSilence(this);
+        document.addEventListener("visibilitychange", () => {
+          if (heard !== null) tellSight(this);
+        });
         if (query && !message.server.includes("?")) {
           message = { ...message, server: `${message.server.replace(/\/*$/, "/")}?${query}` };
         }

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from pytest import MonkeyPatch
 
 from app.session import session as session_module
-from app.session.clock import BUDGET, LONGEST_GAP, SPEEDS, TOGETHER, Clock, budget_of, next_speed
+from app.session.clock import BUDGET, LONGEST_GAP, SLOWEST, SPEEDS, TOGETHER, Clock, budget_of, next_speed
 from app.session.halt import Halt
 from app.session.session import Session
 from app.settings import Settings
@@ -124,10 +124,28 @@ def test_a_machine_that_cannot_keep_up_slows_down_and_says_so(session: Session, 
 def test_many_sessions_share_the_time_for_their_steps(session: Session, monkeypatch: MonkeyPatch) -> None:
     assert budget_of(0) == budget_of(1) == BUDGET
     assert all(sessions * budget_of(sessions) <= TOGETHER * BUDGET + 1e-12 for sessions in range(1, 41))
-    clock = itertools.count(0.0, BUDGET / 5.0)
+    # What drawing takes is left to it, until steps would get next to nothing.
+    assert 10 * budget_of(10, 0.02) == pytest.approx(SLOWEST - 0.02) and 10 * budget_of(10, 0.3) == pytest.approx(BUDGET)
+    assert 10 * budget_of(10, 0.005) == pytest.approx(TOGETHER * BUDGET)
+    clock = itertools.count(0.0, BUDGET / 50.0)
     monkeypatch.setattr(session_module, "perf_counter", lambda: next(clock))
-    assert session.advance(LONGEST_GAP) == 20
-    assert session.advance(LONGEST_GAP, budget_of(TOGETHER * 20)) == 8
+    assert session.advance(LONGEST_GAP) == 20 and session.stepping == pytest.approx(20 * BUDGET / 50.0)
+    # However many they are, each goes on.
+    assert session.advance(LONGEST_GAP, budget_of(TOGETHER * 20)) == 3
+    assert session.advance(LONGEST_GAP, budget_of(TOGETHER * 1000)) == 1
+    session.toggle_pause()
+    session.advance(LONGEST_GAP)
+    assert session.stepping == 0.0
+
+
+def test_slower_than_real_time_is_said_without_flicker() -> None:
+    clock, said = Clock(1.0), []
+    for late in [True] * 40 + [False, True] * 60 + [False] * 100 + [True, False, False, False] * 30:
+        clock.note(0 if late else 6, 6, 1.0 / 32.0, DT)
+        said.append(clock.pace(False).slowed)
+    # Once it is said it stays while every second frame is late; where every fourth one is, it is not said at all.
+    assert [said[0], *(now for before, now in itertools.pairwise(said) if now != before)] == [False, True, False]
+    assert not said[10] and all(said[40:160]) and not any(said[230:])
 
 
 @pytest.mark.parametrize("gap", [LONGEST_GAP * 1.01, 3.0, 86_400.0])
@@ -160,11 +178,24 @@ def test_a_run_that_stands_still_or_starts_again_is_in_no_hurry(session: Session
     looks = itertools.count()
     monkeypatch.setattr(session_module, "perf_counter", lambda: 2.0 * BUDGET * next(looks))
     session.hurry(3.0)
-    assert session.advance(0.0) == 8 and session.advance(0.0) == 8
+    assert session.advance(0.0) == 1 and session.advance(0.0) == 1
     teacher = (lambda: session.halt.set("teacher"), lambda: session.halt.set("teacher", False))
     for act in {"pause": (session.toggle_pause,) * 2, "halt": teacher, "reset": (session.reset,)}[end]:
         act()
         assert session.advance(0.0) == 0
+
+
+def test_a_run_out_of_sight_stands_still_and_its_hurry_goes_on(session: Session) -> None:
+    session.advance(0.05)
+    session.halt.set("hidden")
+    session.hurry(1.0)
+    session.halt.go_on()
+    assert session.paused and [session.advance(0.5) for _ in range(5)] == [0] * 5
+    session.halt.set("hidden", False)
+    assert not session.paused
+    while session.simulation.time < 1.0 - DT / 2:
+        assert session.advance(0.0) > 0
+    assert session.state().halted == ()
 
 
 def test_the_run_goes_on_when_no_reason_is_left() -> None:

@@ -77,6 +77,14 @@ def test_a_program_without_origin_is_let_in_from_this_computer_only() -> None:
     assert not policy.admits(["http://localhost:8080"], [], "127.0.0.1")
 
 
+def test_what_jupyter_vouches_for_is_let_in_from_this_computer_only() -> None:
+    policy, hub = OriginPolicy("0.0.0.0", 8080, (LISTED,)), "hub.example.org"
+    assert policy.admits([f"https://{hub}"], [hub], "127.0.0.1", vouched=True)
+    assert not policy.admits([f"https://{hub}"], [hub], "127.0.0.1")
+    assert not policy.admits([f"https://{hub}"], [hub], "192.168.1.77", vouched=True)
+    assert policy.admits([LISTED], [hub], "192.168.1.77", vouched=True)
+
+
 def test_origin_is_asked_at_the_door(room: Room) -> None:
     for origin in (None, f"http://localhost:{room.server.get_port()}"):
         with BlockingClient(room.server.url, origin) as visitor:

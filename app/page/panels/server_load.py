@@ -1,0 +1,34 @@
+"""What a teacher is shown of the server: frames a second, sessions, load."""
+
+from typing import NamedTuple
+
+from app.i18n.speaking import tr
+from app.text.html_element import element
+
+
+class ServerLoad(NamedTuple):
+    """How busy a server is.
+
+    Attributes:
+        frames: a second, of every page.
+        sessions: that had a frame lately: neither resting nor out of sight.
+        places: sessions that it carries at 20 frames a second.
+        load: part of what it carries [%]; beyond 100 all pages have fewer than 20 frames a second.
+    """
+
+    frames: int
+    sessions: int
+    places: int
+    load: int
+
+
+def load_html(load: ServerLoad) -> str:
+    """Return the server's numbers as pills."""
+    state = "halt" if load.load > 100 else "go"
+    return "".join(
+        (
+            element("span", tr("frames/s: {count}", count=load.frames)),
+            element("span", tr("sessions at work: {count} of {places}", count=load.sessions, places=load.places)),
+            element("span", tr("load: {percent} %", percent=load.load), class_=state),
+        )
+    )

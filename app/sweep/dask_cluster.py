@@ -1,0 +1,203 @@
+"""A grid's points on a Dask cluster: the same figures as on one machine, while workers come and go."""
+
+import asyncio
+import hashlib
+import importlib.metadata
+import logging
+import platform
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import cache, partial
+from itertools import islice
+from pathlib import Path
+from typing import Any, Final
+
+import controllers
+import scenes
+from app.version import duet_version
+from controllers.errors import BadInputFile, BadSetting, DuetError
+from scenes.grids import Grid
+from scenes.robots.robot_files import GivenAtStart, given_at_start, robot_file, take_over
+from scenes.settings import RunSettings
+from scenes.sweep import Figures, figures
+
+RunPoints = Callable[[Grid, Sequence[int]], Iterator[tuple[int, Figures]]]
+"""Computes some points of a grid, see `scenes.sweep.run_points`."""
+
+Environment = dict[str, str]
+"""What figures depend on → its version or name."""
+
+CONNECTING: Final = 10.0
+"""Longest wait for a scheduler [s]."""
+
+JOINING: Final = 10.0
+"""Longest wait for its first worker [s]."""
+
+ALONE: Final = 60.0
+"""Time after which runs without any worker are given up [s]."""
+
+AHEAD: Final = 2
+"""Runs that are handed out for each thread of the workers: one that runs, and the next one."""
+
+LIBRARIES: Final = ("numpy", "scipy", "pin", "libpinocchio", "coal", "libcoal", "daqp", "example-robot-data")
+"""Distributions that have a part in the figures."""
+
+_SAME: Final = "install the same Duet there, with the extra `cluster` and requirements.lock, and start it again."
+_GONE: Final = "The scheduler is gone, or has dropped the runs. The rows so far are kept: give the same command again."
+
+# A worker may have several threads; a run belongs to one.
+_one_at_a_time: Final = threading.Lock()
+
+
+@contextmanager
+def on_dask(address: str) -> Iterator[RunPoints]:
+    """Connect to a scheduler, and yield a function that computes points of a grid on its workers; at the end all runs are cancelled.
+
+    Raises:
+        BadSetting: Dask is not installed, no scheduler answers, it has no workers, or one of them would find other figures.
+        DuetError: later, a worker that has joined would, or the scheduler or all workers are gone.
+    """
+    client = _connected(address)
+    try:
+        _check(client, address)
+        yield partial(_run_points, client)
+    finally:
+        client.close()
+
+
+@cache
+def environment() -> Environment:
+    """Return what the figures that this process finds depend on."""
+    code = hashlib.sha256()
+    for folder in (controllers.__path__[0], scenes.__path__[0]):
+        for file in sorted(Path(folder).rglob("*.*")):
+            if file.suffix in (".py", ".urdf"):
+                code.update(file.read_bytes())
+    return {
+        "Duet": f"{duet_version()} (code {code.hexdigest()[:8]})",
+        "Python": ".".join(platform.python_version_tuple()[:2]),
+        "processor": platform.machine(),
+        **{name: _version(name) for name in LIBRARIES},
+    }
+
+
+def _version(name: str) -> str:
+    try:
+        return importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:
+        return "none"
+
+
+def _connected(address: str) -> Any:
+    try:
+        from distributed import Client
+    except ImportError:
+        raise BadSetting("--scheduler needs Dask, which is not installed: pip install 'lwr-duet[cluster]'.") from None
+    for name in ("distributed", "distributed.client"):
+        # What goes wrong is said in one line, below the progress bar.
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+    try:
+        asyncio.run(asyncio.wait_for(_greet(address), CONNECTING))
+        return Client(address, timeout=CONNECTING)
+    except (OSError, ValueError, TypeError) as error:
+        raise BadSetting(
+            f"scheduler = {address}: no Dask scheduler answers there ({_first_line(error)}); start one with `dask scheduler`, and give its "
+            "address, as in --scheduler tcp://host:8786."
+        ) from None
+
+
+async def _greet(address: str) -> None:
+    """Connect once: `Client` waits for ever for what accepts a connection and never says a word."""
+    from distributed import Security
+    from distributed.comm.core import connect
+
+    comm: Any = await connect(address, CONNECTING, **Security().get_connection_args("client"))
+    comm.abort()
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).splitlines()[0][:120] if str(error) else type(error).__name__
+
+
+def _check(client: Any, address: str) -> None:
+    """Compare the scheduler and all workers with this process."""
+    try:
+        _compare(f"scheduler {address}", environment(), client.run_on_scheduler(environment))
+    except ImportError as error:
+        _compare(f"scheduler {address}", environment(), error)
+    try:
+        client.wait_for_workers(1, timeout=JOINING)
+    except TimeoutError:
+        raise BadSetting(f"scheduler = {address}: it has no workers; start one with `dask worker {address}`.") from None
+    for worker, answer in client.run(environment, on_error="return").items():
+        # That of a worker which is just leaving.
+        if not isinstance(answer, OSError):
+            _compare(f"worker {worker}", environment(), answer)
+
+
+def _compare(place: str, here: Environment, there: Environment | Exception) -> None:
+    if isinstance(there, Exception):
+        raise BadSetting(f"The {place} has no Duet, or an older one ({_first_line(there)}); {_SAME}") from None
+    for name, version in here.items():
+        if there.get(name) != version:
+            raise BadSetting(f"The {place} has {name} {there.get(name)}, and this computer {version}: {_SAME}")
+
+
+def _run_points(client: Any, grid: Grid, todo: Sequence[int]) -> Iterator[tuple[int, Figures]]:
+    from distributed import CancelledError, wait
+
+    points, waiting, sent_along = grid.points(), iter(todo), (environment(), given_at_start())
+    under_way: dict[Any, int] = {}
+    while True:
+        try:
+            room = AHEAD * max(1, sum(client.nthreads().values())) - len(under_way)
+            for index in islice(waiting, max(0, room)):
+                future = client.submit(_figures_there, *sent_along, grid.at(points[index]), grid.seconds, pure=False)
+                under_way[future] = index
+            if not under_way:
+                return
+            ended: Any = wait(list(under_way), ALONE, "FIRST_COMPLETED")
+        except TimeoutError:
+            if client.nthreads():
+                continue
+            raise DuetError(
+                "The cluster has no workers any more. The rows so far are kept: start a worker, and give the same command again."
+            ) from None
+        except (OSError, CancelledError):
+            raise DuetError(_GONE) from None
+        for future in ended.done:
+            yield under_way.pop(future), _result(future)
+
+
+def _result(future: Any) -> Figures:
+    from distributed import CancelledError, KilledWorker
+
+    try:
+        return future.result()
+    except CancelledError:
+        raise DuetError(_GONE) from None
+    except KilledWorker:
+        raise DuetError(
+            "One run has ended several workers (out of memory, or started later without Duet?); their logs say why. Then give the same "
+            "command again."
+        ) from None
+
+
+# --- on a worker ---------------------------------------------------------------------------------------------------------------
+
+
+def _figures_there(wanted: Environment, given: GivenAtStart, settings: RunSettings, seconds: float) -> Figures:
+    with _one_at_a_time:
+        _compare("worker that has joined", wanted, environment())
+        for key, file in given[0].items():
+            _check_meshes(key, file.path, bool(file.meshes))
+        take_over(given)
+        return figures(settings, seconds)
+
+
+@cache
+def _check_meshes(key: str, path: Path, has_meshes: bool) -> None:
+    """Raise an error if a robot's meshes, which stay where they are, are missing or others on this worker."""
+    if has_meshes and robot_file(path).key != key:
+        raise BadInputFile(f"{path}: is another file on a worker; put the same one and its meshes there, under the same path.")

@@ -1,0 +1,92 @@
+"""A real Jupyter server, in the folder that a hub would give it."""
+
+import os
+import subprocess
+import sys
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from tests.browser import free_port
+
+TOKEN = "open-sesame-to-the-tests"
+
+
+@dataclass(frozen=True)
+class JupyterServer:
+    """`name`: under which it is opened; every name below `localhost` is this computer, but none that Duet knows."""
+
+    port: int
+    log: Path
+    folder: str = "/user/ann/"
+    name: str = "hub.localhost"
+
+    @property
+    def url(self) -> str:
+        return f"http://127.0.0.1:{self.port}{self.folder}"
+
+    @property
+    def origin(self) -> str:
+        return f"http://{self.name}:{self.port}"
+
+    def get(self, path: str, token: str = TOKEN) -> tuple[int, str, bytes]:
+        """Return status, final address and content of an answer."""
+        request = urllib.request.Request(self.url + path, headers={"Authorization": f"token {token}"} if token else {})
+        try:
+            with urllib.request.urlopen(request, timeout=120) as answer:
+                return answer.status, answer.url, answer.read()
+        except urllib.error.HTTPError as error:
+            return error.code, error.url or "", error.read()
+
+
+@pytest.fixture(scope="package")
+def jupyter(tmp_path_factory: pytest.TempPathFactory) -> Iterator[JupyterServer]:
+    home = tmp_path_factory.mktemp("home")
+    server = JupyterServer(free_port(), home / "log")
+    options = {
+        "ServerApp.ip": "127.0.0.1",
+        "ServerApp.port": server.port,
+        "ServerApp.port_retries": 0,
+        "ServerApp.base_url": server.folder,
+        "ServerApp.allow_remote_access": True,
+        "ServerApp.open_browser": False,
+        "IdentityProvider.token": TOKEN,
+    }
+    command = [sys.executable, "-m", "jupyter_server", "--allow-root", *(f"--{key}={value}" for key, value in options.items())]
+    with (
+        server.log.open("wb") as log,
+        subprocess.Popen(command, cwd=home, env=environment(home), stdout=log, stderr=log) as process,
+    ):
+        try:
+            deadline = time.monotonic() + 60.0
+            while not _answers(server):
+                assert goes_on(process) and time.monotonic() < deadline, server.log.read_text(encoding="utf-8")
+            yield server
+        finally:
+            process.terminate()
+
+
+def environment(home: Path) -> dict[str, str]:
+    """Return the environment of a Jupyter that writes into no folder but `home`."""
+    folders = {f"JUPYTER_{kind}_DIR": str(home / kind.lower()) for kind in ("CONFIG", "DATA", "RUNTIME")}
+    return {**os.environ, **folders, "HOME": str(home), "IPYTHONDIR": str(home / "ipython")}
+
+
+def goes_on(process: subprocess.Popen[bytes]) -> bool:
+    """Return whether a process still runs a moment from now."""
+    with suppress(subprocess.TimeoutExpired):
+        process.wait(0.1)
+    return process.returncode is None
+
+
+def _answers(server: JupyterServer) -> bool:
+    try:
+        return server.get("api/status")[0] == 200
+    except OSError:
+        return False

@@ -1,0 +1,157 @@
+"""A real JupyterHub of three users: each has a Duet of their own by the tile, and all have one by the service.
+
+It needs jupyterhub (`pip install jupyterhub`) and its proxy (`npm install -g configurable-http-proxy`); where they are not installed
+it is left out.
+"""
+
+import re
+import shutil
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+import requests
+import websockets
+from websockets.sync.client import connect
+from websockets.typing import Origin, Subprotocol
+
+from app.web.viser_internals import VISER_VERSION
+from tests.app.jupyter.conftest import environment, goes_on
+from tests.browser import free_port
+
+pytest.importorskip("jupyterhub", reason="jupyterhub is not installed")
+if shutil.which("configurable-http-proxy") is None:
+    pytest.skip("configurable-http-proxy is not installed", allow_module_level=True)
+
+
+USERS = ("ann", "bob", "eve")
+PASSWORD = "a password for the tests"
+NAME = "hub.example.org"
+
+CONFIG = """
+c = get_config()
+c.JupyterHub.bind_url = "http://127.0.0.1:{ports[0]}"
+c.JupyterHub.hub_bind_url = "http://127.0.0.1:{ports[1]}"
+c.ConfigurableHTTPProxy.api_url = "http://127.0.0.1:{ports[2]}"
+c.JupyterHub.authenticator_class = "shared-password"
+c.SharedPasswordAuthenticator.user_password = {password!r}
+c.Authenticator.allowed_users = set({users!r})
+c.JupyterHub.spawner_class = "simple"
+c.SimpleLocalProcessSpawner.home_dir_template = {home!r} + "/{{username}}"
+c.Spawner.args = ["--allow-root"]
+c.Spawner.http_timeout = 120
+c.JupyterHub.services = [{{
+    "name": "duet",
+    "url": "http://127.0.0.1:{ports[3]}",
+    "command": [{python!r}, "-P", "-m", "app.jupyter.hub_service", "--store", "memory"],
+    "oauth_no_confirm": True,
+}}]
+c.JupyterHub.load_roles = [{{"name": "user", "scopes": ["self", "access:services!service=duet"]}}]
+"""
+
+
+@dataclass(frozen=True)
+class Hub:
+    port: int
+    process: subprocess.Popen[bytes]
+
+    def get(self, visitor: requests.Session, path: str) -> requests.Response:
+        """Follow a path under the hub's public name, which this computer does not know."""
+        for _ in range(20):
+            answer = visitor.get(f"http://127.0.0.1:{self.port}{path}", headers={"Host": NAME}, allow_redirects=False, timeout=60)
+            if not answer.is_redirect:
+                return answer
+            target = urlsplit(answer.headers["Location"])
+            path = f"{target.path}?{target.query}" if target.query else target.path
+        raise AssertionError(f"no end of redirections, the last one to {path}")
+
+    def login(self, user: str) -> requests.Session:
+        visitor = requests.Session()
+        (token,) = re.findall(r'name="_xsrf" value="([^"]+)"', self.get(visitor, "/hub/login").text)
+        form = {"username": user, "password": PASSWORD, "_xsrf": token}
+        visitor.post(f"http://127.0.0.1:{self.port}/hub/login", form, headers={"Host": NAME}, allow_redirects=False, timeout=60)
+        return visitor
+
+    def first_message(self, visitor: requests.Session, path: str, origin: str = f"http://{NAME}") -> bytes | str:
+        """Return what a page is sent first by its websocket."""
+        cookies = "; ".join(f"{one.name}={one.value}" for one in visitor.cookies if path.startswith(one.path.rstrip("/")))
+        with connect(
+            f"ws://{NAME}{path}",
+            sock=socket.create_connection(("127.0.0.1", self.port)),
+            origin=Origin(origin),
+            subprotocols=[Subprotocol(f"viser-v{VISER_VERSION}")],
+            additional_headers={"Cookie": cookies} if cookies else {},
+            proxy=None,
+        ) as connection:
+            return connection.recv(30.0)
+
+
+@pytest.fixture(scope="module")
+def hub(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Hub]:
+    home = tmp_path_factory.mktemp("hub")
+    ports = [free_port() for _ in range(4)]
+    config = CONFIG.format(ports=ports, password=PASSWORD, users=USERS, home=str(home), python=sys.executable)
+    (home / "jupyterhub_config.py").write_text(config, encoding="utf-8")
+    around: Mapping[str, str] = environment(home)
+    path = f"{Path(sys.executable).parent}:{around['PATH']}"
+    with (home / "log").open("wb") as log:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "jupyterhub"], cwd=home, env={**around, "PATH": path}, stdout=log, stderr=subprocess.STDOUT
+        )
+        try:
+            deadline = time.monotonic() + 90.0
+            while not _answers(ports[0]):
+                assert goes_on(process) and time.monotonic() < deadline, (home / "log").read_text(encoding="utf-8")
+            yield Hub(ports[0], process)
+        finally:
+            process.terminate()
+            process.wait(60)
+
+
+def _answers(port: int) -> bool:
+    try:
+        return requests.get(f"http://127.0.0.1:{port}/hub/health", timeout=5).status_code == 200
+    except requests.RequestException:
+        return False
+
+
+@pytest.fixture(scope="module")
+def visitors(hub: Hub) -> dict[str, requests.Session]:
+    """The three, each with a server that has started."""
+    found = {user: hub.login(user) for user in USERS}
+    for visitor in found.values():
+        hub.get(visitor, "/hub/spawn")
+    deadline = time.monotonic() + 120.0
+    for user, visitor in found.items():
+        # Until the server is there, the hub answers with a page that says so.
+        while "duet-loading" not in hub.get(visitor, f"/user/{user}/duet/").text:
+            assert time.monotonic() < deadline and goes_on(hub.process)
+    return found
+
+
+def test_every_user_has_a_duet_of_their_own(hub: Hub, visitors: dict[str, requests.Session]) -> None:
+    for user, visitor in visitors.items():
+        assert hub.first_message(visitor, f"/user/{user}/duet/")
+    assert hub.get(visitors["bob"], "/user/ann/duet/").status_code == 403
+
+
+def test_all_have_one_by_the_service(hub: Hub, visitors: dict[str, requests.Session]) -> None:
+    for visitor in visitors.values():
+        assert "duet-loading" in hub.get(visitor, "/services/duet/").text
+        assert hub.first_message(visitor, "/services/duet/")
+
+
+@pytest.mark.parametrize("path", ["/user/ann/duet/", "/services/duet/"])
+def test_nothing_leads_past_the_login(hub: Hub, visitors: dict[str, requests.Session], path: str) -> None:
+    assert "duet-loading" in hub.get(visitors["ann"], path).text
+    stranger = requests.Session()
+    assert "duet-loading" not in hub.get(stranger, path).text
+    for visitor, origin in ((stranger, f"http://{NAME}"), (visitors["ann"], "http://evil.example")):
+        with pytest.raises(websockets.InvalidStatus, match="403"):
+            hub.first_message(visitor, path, origin)

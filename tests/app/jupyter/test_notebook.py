@@ -1,0 +1,174 @@
+"""`duet.show()` in a real kernel: what its document says, the numbers, the page in the cell, and the end."""
+
+import re
+import socket
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import websockets
+from jupyter_client.manager import start_new_kernel
+from playwright.sync_api import expect
+
+from app.bench.headless_client import HeadlessClient
+from tests.app.jupyter.conftest import TOKEN, JupyterServer, environment
+from tests.blocking_client import BlockingClient
+from tests.browser import PageAt, screenshot, until
+from tests.test_imports import ROOT
+
+DOCUMENT = (ROOT / "app" / "documents" / "jupyter.md").read_text(encoding="utf-8")
+(EXAMPLE,) = re.findall(r"^```ipython\n(.*?)^```", DOCUMENT, flags=re.MULTILINE | re.DOTALL)
+
+Execute = Callable[[str], tuple[str, list[str]]]
+
+
+@pytest.fixture(scope="module")
+def cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Execute]:
+    """`cell(code)` runs a cell, and returns what it prints and the HTML that it shows."""
+    home = tmp_path_factory.mktemp("kernel")
+    manager, client = start_new_kernel(cwd=str(home), env=environment(home))
+
+    def execute(code: str) -> tuple[str, list[str]]:
+        printed, shown = [], []
+
+        def take(message: dict[str, Any]) -> None:
+            content = message["content"]
+            if message["msg_type"] == "stream":
+                printed.append(content["text"])
+            elif "text/html" in content.get("data", {}):
+                shown.append(content["data"]["text/html"])
+
+        reply = client.execute_interactive(code, timeout=120, output_hook=take)["content"]
+        if reply["status"] != "ok":
+            raise AssertionError(f"{reply['ename']}: {reply['evalue']}")
+        return "".join(printed), shown
+
+    try:
+        yield execute
+    finally:
+        client.stop_channels()
+        manager.shutdown_kernel(now=True)
+
+
+@pytest.fixture(scope="module")
+def page_html(cell: Execute) -> str:
+    """What the document's own example shows; its run goes on."""
+    printed, (html,) = cell(EXAMPLE)
+    law, time, distance = printed.split()[-3:]
+    assert law == "smooth_priority" and float(time) >= 9.9 and 0.1 < float(distance) < 0.5
+    return html
+
+
+def port_of(html: str) -> int:
+    (port,) = re.findall(r'"port": (\d+)', html)
+    return int(port)
+
+
+def query_of(html: str) -> str:
+    (query,) = re.findall(r'"query": "([^"]*)"', html)
+    return query
+
+
+def test_the_history_is_arrays_of_the_run_that_is_shown(cell: Execute, page_html: str, tmp_path: Path) -> None:
+    file = tmp_path / "history.npz"
+    cell(f"run.advance(5.0)\nimport numpy; numpy.savez({str(file)!r}, **run.history())")
+    with np.load(file) as history:
+        t, d = history["t"], history["d"]
+        assert len(t) >= 3000 and np.allclose(np.diff(t), 0.005) and t[-1] >= 14.9
+        assert np.isfinite(d).all() and np.ptp(d) > 0.01
+        assert {"lambda", "law_d", "left_q1", "right_q7", "left_dq1", "right_qd7"} <= set(history.files)
+        assert all(history[name].shape == t.shape for name in history.files)
+    assert cell("print(len(run.history(1.0)['t']))")[0] == "200\n"
+
+
+def test_a_second_cell_shows_the_same_run_and_may_change_it(cell: Execute, page_html: str) -> None:
+    printed, (html,) = cell("again = duet.show(300, n=8, law='strict_priority')\nprint(again is run, run.law.order, run.law.law)")
+    assert printed == "True 8.0 strict_priority\n" and port_of(html) == port_of(page_html) and html != page_html
+    with pytest.raises(AssertionError, match=r"BadSetting: .*smooth_priority"):
+        cell("duet.show(n=9, law='none')")
+    assert cell("print(run.settings.run.law.order, run.settings.run.scene)")[0] == "8.0 hold\n"
+
+
+def test_only_a_page_with_the_key_operates_it(cell: Execute, page_html: str) -> None:
+    url, query = f"http://127.0.0.1:{port_of(page_html)}", query_of(page_html)
+
+    def has_arms(visitor: HeadlessClient) -> bool:
+        return any(name.startswith("/arms/") for name in list(visitor.mirror.nodes))
+
+    with (
+        BlockingClient(url, "https://hub.example.org", query=query) as ours,
+        BlockingClient(url, query=query[:-1] + "x") as next_cell,
+    ):
+        ours.wait_for(lambda v: has_arms(v) and len(v.mirror.commands) >= 14)
+        next_cell.wait_for(has_arms)
+        assert len(next_cell.mirror.commands) < 14
+        assert not any("Students" in str(element) or "Follow me" in str(element) for element in list(ours.mirror.gui.values()))
+        ours.close()
+        next_cell.wait_for(lambda v: len(v.mirror.commands) >= 14)
+    with pytest.raises(websockets.InvalidStatus, match="403"):
+        BlockingClient(url, "https://hub.example.org", query="key=a-wrong-one&alone=1")
+
+
+def test_the_cell_finds_the_page_through_jupyter(
+    cell: Execute, page_html: str, jupyter: JupyterServer, page_at: PageAt, tmp_path: Path
+) -> None:
+    page = page_at(1000, 800)
+    page.goto(f"{jupyter.origin}{jupyter.folder}api/status?token={TOKEN}")
+    # Jupyter's own pages say where they are in this element; JupyterLab itself is not among the tests' packages.
+    config = f'<script id="jupyter-config-data" type="application/json">{{"baseUrl": "{jupyter.folder}"}}</script>'
+    page.route("**/lab", lambda route: route.fulfill(content_type="text/html", body=f"<body>{config}{page_html}"))
+    page.goto(f"{jupyter.origin}{jupyter.folder}lab")
+    expect(page.locator("iframe[title=Duet]")).to_be_visible(timeout=60_000)
+    frame = page.frames[1]
+    frame.wait_for_function("document.documentElement.matches('.duet-built')", timeout=60_000)
+    assert frame.url.startswith(f"{jupyter.origin}{jupyter.folder}proxy/{port_of(page_html)}/")
+    frame.get_by_text("Pause", exact=True).first.click()
+    until(page, lambda: cell("print(run._session.paused)")[0] == "True\n", "the pause in the kernel")
+    screenshot(page, "notebook")
+
+
+def test_it_ends_with_close_and_without_the_run_the_cell_says_so(
+    cell: Execute, page_html: str, jupyter: JupyterServer, page_at: PageAt
+) -> None:
+    printed, _ = cell("duet.close()\nprint(run)")
+    assert printed == "<Duet, closed>\n"
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection(("127.0.0.1", port_of(page_html)))
+    with pytest.raises(AssertionError, match=r"DuetError: .*duet.show\(\) opens a new one"):
+        cell("run.history()")
+    page = page_at(700, 300, expect=("status of 500",))
+    page.goto(f"{jupyter.origin}{jupyter.folder}api/status?token={TOKEN}")
+    page.route(
+        "**/lab",
+        lambda route: route.fulfill(content_type="text/html", body=f"<body data-base-url='{jupyter.folder}'>{page_html}"),
+    )
+    page.goto(f"{jupyter.origin}{jupyter.folder}lab")
+    expect(page.locator("body")).to_contain_text("This Duet has ended. Run the cell again.", timeout=60_000)
+
+
+def test_it_ends_with_the_kernel(tmp_path: Path) -> None:
+    manager, client = start_new_kernel(cwd=str(tmp_path), env=environment(tmp_path))
+    try:
+        found: list[int] = []
+
+        def take(message: dict[str, Any]) -> None:
+            found.extend(port_of(html) for html in [message["content"].get("data", {}).get("text/html", "")] if html)
+
+        client.execute_interactive("from app.jupyter import duet; duet.show()", timeout=120, output_hook=take)
+        socket.create_connection(("127.0.0.1", found[0])).close()
+    finally:
+        client.stop_channels()
+        manager.shutdown_kernel()
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection(("127.0.0.1", found[0]))
+
+
+def test_where_jupyter_has_no_proxy_the_cell_gives_a_link(page_at: PageAt, page_html: str) -> None:
+    page = page_at(700, 300, expect=("status of 404",))
+    page.route("**/*", lambda route: route.fulfill(status=404))
+    page.route("**/lab", lambda route: route.fulfill(content_type="text/html", body=f"<body>{page_html}"))
+    page.goto("http://localhost:1/lab")
+    expect(page.locator("body")).to_contain_text("install jupyter-server-proxy", timeout=60_000)
+    expect(page.locator("a")).to_have_attribute("href", f"http://127.0.0.1:{port_of(page_html)}/?{query_of(page_html)}")

@@ -1,0 +1,91 @@
+"""The container recipe and the systemd unit: what they copy exists, what they start runs and answers, and it ends well."""
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Final
+
+import pytest
+import tyro
+
+from app.cli.serve import Serve
+from app.runtime.terminal import TERMINATED
+from app.web.origin_policy import check_origin
+from tests.test_imports import ROOT
+
+RECIPE: Final = (ROOT / "app" / "deploy" / "Containerfile").read_text(encoding="utf-8")
+UNIT: Final = ROOT / "app" / "deploy" / "duet.service"
+PROGRAM: Final = "/opt/duet/bin/lwr-duet"
+SAFE: Final = 2.5
+"""Largest exposure, from 0 to 10, of which `systemd-analyze security` says OK by a good margin."""
+
+
+def command(instruction: str) -> list[str]:
+    """The arguments of an instruction of the recipe that starts a program."""
+    (found,) = re.findall(rf"{instruction} (\[.*\])$", RECIPE, flags=re.MULTILINE)
+    return json.loads(found)
+
+
+def in_this_place(arguments: list[str], folder: Path) -> list[str]:
+    """The service's command, with this environment's program, a free port on this computer, and a store of its own."""
+    program, *options = arguments
+    assert program == PROGRAM and options[0] == "serve"
+    store = options.index("--store") + 1
+    assert options[store].endswith("/visitors.sqlite")
+    options[store] = str(folder / "visitors.sqlite")
+    return [sys.executable, "-m", "app", *options, "--host", "127.0.0.1", "--port", "0"]
+
+
+def test_what_the_recipe_copies_is_there_and_is_all_that_the_package_needs() -> None:
+    copied = [line.split()[1:-1] for line in RECIPE.splitlines() if re.match("COPY (?!--from)", line)]
+    names = {name for line in copied for name in line}
+    assert [name for name in names if not (ROOT / name).exists()] == []
+    project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    floors = re.findall(r'"(\w+)\*"', re.findall(r"^include = (.*)$", project, flags=re.MULTILINE)[0])
+    assert len(floors) == 3 and names >= {*floors, "pyproject.toml", "requirements.lock", "README.md", "LICENSE"}
+    (user,) = re.findall(r"^USER (\d+)$", RECIPE, flags=re.MULTILINE)
+    assert f"useradd --uid {user} " in RECIPE
+
+
+def test_what_the_container_starts_is_healthy_until_it_is_stopped(tmp_path: Path) -> None:
+    python, *check = command("CMD")
+    assert python == "/opt/duet/bin/python"
+    with subprocess.Popen(in_this_place(command("ENTRYPOINT"), tmp_path), stdout=subprocess.PIPE, text=True) as server:
+        try:
+            assert server.stdout is not None
+            url = server.stdout.readline().split()[3]
+            health = [sys.executable, *(part.replace("http://127.0.0.1:8080", url) for part in check)]
+            assert health[1:] != check
+            assert subprocess.run(health, timeout=60, check=False).returncode == 0
+            server.terminate()
+            assert server.wait(60) == TERMINATED
+        finally:
+            server.kill()
+    assert subprocess.run(health, stderr=subprocess.DEVNULL, timeout=60, check=False).returncode == 1
+    assert (tmp_path / "visitors.sqlite").is_file()
+
+
+def test_the_unit_starts_what_the_command_line_knows_and_takes_its_exit_code(tmp_path: Path) -> None:
+    settings = dict(line.split("=", 1) for line in UNIT.read_text(encoding="utf-8").splitlines() if re.match(r"\w+=", line))
+    serve = tyro.cli(Serve, args=in_this_place(settings["ExecStart"].split(), tmp_path)[4:])
+    for address in serve.allow_origin:
+        check_origin(address)
+    assert serve.allow_origin and not serve.open
+    assert settings["SuccessExitStatus"] == str(TERMINATED) and settings["KillMode"] == "mixed"
+    assert f"HOME=/var/lib/{settings['StateDirectory']}" == settings["Environment"]
+
+
+@pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="systemd is not installed")
+def test_systemd_finds_no_mistake_in_the_unit_and_calls_it_hardened(tmp_path: Path) -> None:
+    unit = tmp_path / UNIT.name
+    # The program is checked to be there, too.
+    unit.write_text(UNIT.read_text(encoding="utf-8").replace(PROGRAM, sys.executable), encoding="utf-8")
+    done = subprocess.run(["systemd-analyze", "verify", unit], capture_output=True, text=True, timeout=60, check=False)
+    # Of other units that are installed here it may say more.
+    assert done.returncode == 0 and UNIT.name not in done.stderr, done.stderr
+    judge = ["systemd-analyze", "security", "--offline=true", f"--threshold={round(10 * SAFE)}", "--no-pager", unit]
+    done = subprocess.run(judge, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stdout[-80:]
