@@ -176,7 +176,7 @@ _hints_of: Final = cache(get_type_hints)
 _MOVES: Final = frozenset(
     (_messages.SetOrientationMessage, _messages.SetPositionMessage, _messages.SetSceneNodeVisibilityMessage)
 )
-"""Messages with numbers that their handles have cast."""
+"""Messages with plain numbers: the handles cast them."""
 
 
 def adapt_viser(client_buffer: Callable[[AbstractEventLoop], MessageBuffer] | None = None) -> None:
@@ -206,7 +206,7 @@ def adapt_viser(client_buffer: Callable[[AbstractEventLoop], MessageBuffer] | No
 
 
 def _key_of_move(message: Any) -> str:
-    """Return what tells a move of a node from others, as viser does; its own search takes longer than all else that is queued."""
+    """Return what tells a move of a node from others, as viser does; looking for it takes viser longer than queueing the move."""
     return f"scene:{message.name}:update:{type(message).__name__}"
 
 
