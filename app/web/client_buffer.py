@@ -90,11 +90,7 @@ class ClientBuffer(MessageBuffer):
                     yield found
 
     def _take(self) -> list[Message]:
-<<<<<<< HEAD
-        """Return the oldest messages that wait; none within an atomic block, and its end wakes the sender again."""
-=======
         """Return the oldest messages that wait; none within an atomic block, which wakes the sender at its end."""
->>>>>>> cheap
         with self.buffer_lock:
             self._woken = self._timed = False
             if self.atomic_counter:
