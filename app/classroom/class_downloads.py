@@ -17,6 +17,7 @@ from app.runtime.job_pool import Job, Jobs
 from app.runtime.job_watch import JobWatch
 from app.session.session import Session
 from app.settings import Language
+from app.text.html_element import element
 
 Summaries = Callable[[], tuple[ClassSummary, ClassSummary | None]]
 """Returns what this class leaves behind so far, and what the one before has left, if anything."""
@@ -57,9 +58,8 @@ class ClassDownloads:
         last = self._summaries()[1]
         if last is not None:
             day = time.strftime("%Y-%m-%d, %H:%M", time.localtime(last.saved))
-            self._client.gui.add_html(
-                f'<div class="duet-class soft">{tr("The class before this one ended at {when}.", when=day)}</div>'
-            )
+            ended = element("p", tr("The class before this one ended at {when}.", when=day), class_="soft")
+            self._client.gui.add_html(element("div", "", ended, class_="duet-class"))
             self._row(N_("its report"), N_("The same for the class before this one."), 1)
 
     def _row(self, label: str, hint: str, which: int) -> None:

@@ -1,5 +1,6 @@
 """A student hands in the lab report to the teacher, with a name or without, and can take it back."""
 
+from collections import deque
 from collections.abc import Callable
 from contextlib import nullcontext
 from typing import Final
@@ -21,7 +22,7 @@ WHAT: Final = N_(
 """What is handed in, in one line."""
 
 _IN_PANEL: Final = -29.0
-_IN_LESSON: Final = ORDER["hints"] + 4.5
+_IN_LESSON: Final = ORDER["hints"] + 7.5
 
 
 class _Form:
@@ -74,7 +75,7 @@ class HandInBox:
     def __init__(self, gui: viser.GuiApi, control: StudentPosts, student: str) -> None:
         self._gui, self._control, self._student = gui, control, student
         self._forms: dict[bool, _Form] = {}
-        self._name: str | None = None
+        self._names: deque[str] = deque(maxlen=1)
         self._version = -1
         self._shown: tuple[bool, bool, HandIn | None] | None = None
 
@@ -82,8 +83,8 @@ class HandInBox:
         return _Form(self._gui, order, self._hand_in, lambda: self._control.post_take_back(self._student))
 
     def _hand_in(self, name: str) -> None:
-        # The progress belongs to the thread that calls `show`.
-        self._name = name
+        # The progress belongs to the thread that calls `post`.
+        self._names.append(name)
 
     def post(self, own: LessonSession | None) -> None:
         """Post the report if the student has asked for it, and the progress in the student's own session whenever it has changed.
@@ -91,7 +92,7 @@ class HandInBox:
         Args:
             own: the lessons of that session; None on the stage.
         """
-        name, self._name = self._name, None
+        name = self._names.pop() if self._names else None
         progress = "" if own is None or not own.begun or (name is None and own.version == self._version) else own.walk.to_json()
         if own is not None:
             self._version = own.version

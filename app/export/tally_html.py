@@ -34,7 +34,7 @@ def _bar(tally: Tally, choice: int) -> str:
     share = tally.share(choice)
     percent = [] if share is None else [element("small", f"{share} %")]
     width = element("div", style=f"width:{share or 0}%")
-    return element("b", f"{tally.counts[choice]}", *percent) + element("div", "", width, aria_hidden="true")
+    return element("b", f"{tally.counts[choice]} ", *percent) + element("div", "", width, aria_hidden="true")
 
 
 def _round(number: int, tally: Tally, choice: int) -> str:

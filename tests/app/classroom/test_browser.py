@@ -1,5 +1,9 @@
 """A teacher and two students in a real browser: answers by key and by click, the reveal, and out to explore and back."""
 
+import csv
+import io
+from pathlib import Path
+
 import numpy as np
 from playwright.sync_api import Page
 
@@ -23,6 +27,13 @@ def on_stage(page: Page, key: str) -> None:
     """Press a key where no widget takes it."""
     page.locator("body").click(position={"x": 400, "y": 60})
     page.keyboard.press(key)
+
+
+def taken(page: Page, kind: str) -> bytes:
+    """Download one of the teacher's files."""
+    with page.expect_download() as download:
+        page.get_by_role("button", name=kind, exact=True).click()
+    return Path(download.value.path()).read_bytes()
 
 
 def test_a_teacher_and_two_students(house: OpenHouse, page_at: PageAt) -> None:
@@ -68,6 +79,41 @@ def test_a_teacher_and_two_students(house: OpenHouse, page_at: PageAt) -> None:
     for page in (ann, bo):
         page.locator(".duet-poll").get_by_text("2 answered").wait_for()
     until(bo, lambda: "Answers are closed" in (bo.locator("#duet-say").text_content() or ""), "announced", WAIT)
+
+    # Asked again: the first round stays, pale, beside the second one.
+    teacher.get_by_role("button", name="Ask again").click()
+    bo.get_by_text("Asked again: talk it over with your neighbours").first.wait_for()
+    on_stage(ann, "3")
+    bo.get_by_role("button", name="3 In 4.").click()
+    teacher.get_by_text("Answered both times: 2, another answer the second time: 1.").wait_for()
+    assert bo.locator(".duet-poll").count() == 0
+    teacher.get_by_role("button", name="Reveal to everybody").click()
+    third = bo.locator(".duet-poll li").nth(2)
+    third.wait_for()
+    bars = third.locator(".round > div > div")
+    assert third.locator(".round > b").all_inner_texts() == ["1 50 %", "2 100 %"]
+    width = "bar => bar.offsetWidth / bar.parentElement.clientWidth"
+    until(bo, lambda: [round(bars.nth(i).evaluate(width), 1) for i in (0, 1)] == [0.5, 1.0], "the bars are grown", WAIT)
+    assert bars.nth(0).evaluate("bar => getComputedStyle(bar).opacity") == "0.4"
+    edges = [third.locator(".round").nth(i).bounding_box() for i in (0, 1)]
+    assert edges[0] and edges[1] and edges[0]["x"] == edges[1]["x"] and edges[0]["y"] + edges[0]["height"] <= edges[1]["y"]
+
+    # A report is handed in, and the teacher takes away what the class leaves behind.
+    bo.get_by_text("Hand in my report", exact=True).click()
+    bo.get_by_label("Name", exact=True).fill("=Bo <b>")
+    bo.get_by_role("button", name="Hand in", exact=True).click()
+    bo.get_by_text("Handed in as =Bo <b>.", exact=True).wait_for()
+    until(bo, lambda: "Handed in as" in (bo.locator("#duet-say").text_content() or ""), "announced", WAIT)
+    teacher.get_by_text("reports handed in: 1").wait_for()
+    table, page = (taken(teacher, kind) for kind in ("CSV", "HTML"))
+    rows = list(csv.DictReader(io.StringIO(table.decode("utf-8-sig"))))
+    assert [[row[key] for key in ("round", "answer_1", "answer_3", "'=Bo <b>")] for row in rows] == [
+        ["1", "1", "1", "3"],
+        ["2", "0", "2", "3"],
+    ]
+    assert b"=Bo &lt;b&gt;" in page and b"Round 2: 2 answered" in page
+    bo.get_by_role("button", name="Take it back").click()
+    teacher.get_by_text("reports handed in: 1").wait_for(state="detached")
 
     # The address on every screen, and away by a key.
     on_stage(teacher, "Alt+Shift+J")
