@@ -9,6 +9,7 @@ of a message (`GuiRegistry`), or the connection and the request of a browser (`r
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import threading
 import types
@@ -358,6 +359,20 @@ def shared_messages(server: viser.ViserServer) -> list[Message]:
         return list(buffer.message_from_id.values())
 
 
+class _LoopEvent(asyncio.Event):
+    """An event that only its event loop sets.
+
+    A buffer of viser sets its event from the thread that pushes, too, before it has the loop set it. asyncio does not allow that: while
+    browsers begin to wait, it raises an error in the thread that pushes.
+    """
+
+    def set(self) -> None:
+        """Set the event; do nothing outside an event loop."""
+        with contextlib.suppress(RuntimeError):
+            asyncio.get_running_loop()
+            super().set()
+
+
 class _Channel(viser_infra.WebsockMessageHandler):
     """Takes the place of viser's websocket server in a `ServerView`, which receives nothing."""
 
@@ -384,7 +399,7 @@ class ServerView(viser.ViserServer):
     """
 
     def __init__(self, server: viser.ViserServer, before: list[Message]) -> None:
-        self.buffer = MessageBuffer(server.get_event_loop(), persistent_messages=True)
+        self.buffer = MessageBuffer(server.get_event_loop(), persistent_messages=True, message_event=_LoopEvent())
         for message in before:
             self.buffer.push(message)
         self._websock_server = _Channel(self.buffer)  # type: ignore[assignment]

@@ -339,3 +339,24 @@ def test_a_view_has_messages_of_its_own(room: Any) -> None:
     with BlockingClient(server.url) as visitor:
         visitor.wait_for(lambda v: v.mirror.replayed)
         assert "/hand" in visitor.mirror.nodes and "/only here" not in visitor.mirror.nodes
+
+
+def test_only_the_event_loop_wakes_the_browsers_of_a_view(room: Any) -> None:
+    view = ServerView(room.server, [])
+    buffer = view.buffer
+
+    async def heard() -> bool:
+        """A browser waits for news while another thread pushes a frame, and hears of it at the frame's end."""
+        # The view's first messages have been announced.
+        await asyncio.sleep(0)
+        buffer.message_event.clear()
+        waiting = asyncio.ensure_future(buffer.message_event.wait())
+        await asyncio.sleep(0)
+        buffer.atomic_start()
+        await asyncio.to_thread(view.scene.set_up_direction, "+y")
+        early = buffer.message_event.is_set()
+        buffer.atomic_end()
+        await asyncio.wait_for(waiting, 60.0)
+        return early
+
+    assert not asyncio.run_coroutine_threadsafe(heard(), room.server.get_event_loop()).result(60.0)
