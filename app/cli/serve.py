@@ -1,5 +1,6 @@
 """`lwr-duet serve`: the page."""
 
+import signal
 import socket
 import webbrowser
 from collections.abc import Mapping
@@ -150,6 +151,9 @@ def _workers(command: Serve) -> int:
 
 def _serve_alone(command: Serve, key: str | None, served: Mapping[str, Any], named: tuple[Any, ...]) -> None:
     """Serve the page in this process until Ctrl+C."""
+    if hasattr(signal, "SIGUSR1"):
+        # There are no workers to replace.
+        signal.signal(signal.SIGUSR1, signal.SIG_IGN)
     with ending_at_once():
         from app.session.input_sources import find_input_sources
         from app.start import start_app
