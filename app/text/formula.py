@@ -39,7 +39,8 @@ _SYMBOLS: Final = re.compile(
 )
 """How a symbol is written that is coloured wherever it stands."""
 
-_WORDS: Final = re.compile(r"\\(?:text|mathrm|operatorname|mathbb|mathbf)\s*\{[^{}]*\}")
+_WORDS: Final = re.compile(r"\\(?:text|mathrm|operatorname|mathbb|mathbf|textcolor)\s*\{[^{}]*\}")
+"""What holds no symbols: words, and the names of colours."""
 _TAG: Final = re.compile(r"\\tag\s*\{([^{}]*)\}")
 
 

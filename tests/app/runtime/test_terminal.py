@@ -86,7 +86,7 @@ def members(count: int) -> Moment:
 
 def answering(process: Process, folder: Path) -> None:
     out: IO[bytes] | None = process.stdout
-    assert out is not None and b"Duet is at" in out.readline()
+    assert out is not None and b"Duet is at" in out.readline() and b"sessions at once" in out.readline()
 
 
 INTERRUPTIONS: dict[str, tuple[list[str], Moment]] = {
