@@ -58,7 +58,7 @@ def come(url: str, query: str) -> BlockingClient:
     return visitor
 
 
-@pytest.mark.parametrize(("workers", "killed"), [("1", "all"), ("2", "all"), ("2", "worker")])
+@pytest.mark.parametrize(("workers", "killed"), [("1", "all"), ("2", "worker")])
 def test_after_a_kill_a_tab_has_its_step_its_answer_and_its_arms(serve: Serve, kept: Kept, workers: str, killed: str) -> None:
     served = serve("--workers", workers)
     url = served.url
