@@ -3,10 +3,12 @@
 What goes over a connection never passes here. Imports nothing slow, so that a single visitor pays nothing for it.
 """
 
+import logging
 import re
 import selectors
 import signal
 import socket
+import time
 from collections import OrderedDict
 from collections.abc import Callable
 from contextlib import suppress
@@ -15,6 +17,8 @@ from typing import Final
 
 from app.hosting.worker_group import WorkerGroup
 from app.hosting.worker_process import WorkerStart
+
+log = logging.getLogger("duet.workers")
 
 LINE: Final = 8192
 """What is read of a request to find its first line [bytes]."""
@@ -25,7 +29,7 @@ SLOW: Final = 10.0
 GLANCE: Final = 0.05
 """Time between two looks at a first line that has arrived in part [s]."""
 
-MOST_UNREAD: Final = 500
+MOST_UNREAD: Final = 300
 """Connections at once without a first line; the oldest makes room."""
 
 _TAB: Final = re.compile(rb"^[A-Z]+ [^ ]*[?&]resume=([a-z0-9]{16,64})(?:[&# ]|$)")
@@ -95,16 +99,26 @@ class Door:
         self._group.renew()
 
     def _accept(self) -> None:
-        with suppress(BlockingIOError, ConnectionAbortedError):
+        try:
             connection, _ = self._listener.accept()
-            connection.setblocking(False)
-            if len(self._unread) >= MOST_UNREAD:
-                self._drop(next(iter(self._unread)))
-            self._unread[connection] = monotonic() + SLOW, 0.0
-            self._selector.register(connection, selectors.EVENT_READ, lambda: self._read(connection))
+        except (BlockingIOError, ConnectionAbortedError):
+            return
+        except OSError as error:
+            # Without a free descriptor this would be tried again at once, and again.
+            log.warning("a connection cannot be accepted: %s", error)
+            time.sleep(GLANCE)
+            return
+        connection.setblocking(False)
+        if len(self._unread) >= MOST_UNREAD:
+            self._drop(next(iter(self._unread)))
+        self._unread[connection] = monotonic() + SLOW, 0.0
+        self._selector.register(connection, selectors.EVENT_READ, lambda: self._read(connection))
 
     def _read(self, connection: socket.socket) -> None:
         """Look at what has arrived, which stays to be read by the worker."""
+        if connection not in self._unread:
+            # It has made room in this very round.
+            return
         try:
             found = connection.recv(LINE, socket.MSG_PEEK)
         except BlockingIOError:

@@ -19,6 +19,10 @@ LATELY: Final = 1.0
 """How long a connection that was handed over counts, until the worker itself is sure to count it [s]."""
 
 
+MOST_WAITING: Final = 300
+"""Connections that wait for a worker; the oldest makes room."""
+
+
 @dataclass(frozen=True)
 class WorkerStart:
     """What a worker is to serve.
@@ -151,6 +155,8 @@ class WorkerProcess:
         if stays:
             self._lately.append(now)
         if not self.ready:
+            if len(self.waiting) >= MOST_WAITING:
+                self.waiting.popleft().close()
             self.waiting.append(connection)
             return
         # A worker that has just ended is noticed by its messages; the browser comes again.

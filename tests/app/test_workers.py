@@ -2,6 +2,7 @@
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 from contextlib import ExitStack
@@ -9,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from app.hosting.door import tab_of
+from app.hosting.door import MOST_UNREAD, tab_of
 from tests.app.runtime.processes import gone, until
 from tests.app.served import Serve, Served
 from tests.blocking_client import BlockingClient
@@ -63,6 +64,17 @@ def test_tabs_are_spread_over_the_workers_and_stay_at_theirs(serve: Serve) -> No
         places = [worker_of(served, visitor) for visitor in visitors]
         assert set(places) == set(served.workers), "both have tabs"
         until(lambda: served.health()["clients"] == 6)
+        # A request that arrives in pieces holds nobody up, and is answered; one that never arrives makes room.
+        host, port = served.url.removeprefix("http://").split(":")
+        with ExitStack() as slow:
+            pieces, *silent = [slow.enter_context(socket.create_connection((host, int(port)))) for _ in range(MOST_UNREAD - 1)]
+            pieces.sendall(b"GET /heal")
+            assert served.health()["clients"] == 6
+            pieces.sendall(b"thz HTTP/1.1\r\nHost: localhost\r\n\r\n")
+            assert pieces.recv(15) == b"HTTP/1.1 200 OK"
+            for _ in range(3):
+                slow.enter_context(socket.create_connection((host, int(port))))
+            assert silent[0].recv(1) == b"", "the oldest is closed"
         # Every worker knows that all places are taken, in whichever a request arrives.
         until(lambda: not served.health()["room"])
         visitors[0].close()
