@@ -91,7 +91,14 @@ class WorkerGroup:
         for worker in every:
             worker.close(max(until - monotonic(), 0.1))
         if self._jobs is not None:
-            self._jobs.communicate()
+            assert self._jobs.stdin is not None
+            self._jobs.stdin.close()
+            try:
+                self._jobs.wait(max(until - monotonic(), 1.0))
+            except subprocess.TimeoutExpired:
+                # A job that is under way is of no use any more.
+                self._jobs.kill()
+                self._jobs.wait()
         shutil.rmtree(self._folder, ignore_errors=True)
 
     # ---- tabs --------------------------------------------------------------------------------------------------------------
