@@ -36,7 +36,7 @@ class Messages:
         try:
             return self._control.recv()
         except (EOFError, OSError):
-            return Stop()
+            return Stop(goes_on=True)
 
 
 def main(channel: int, control: int) -> int:
@@ -46,7 +46,9 @@ def main(channel: int, control: int) -> int:
         channel: descriptor from which connections are read.
         control: descriptor of the messages.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # The door says when to end, also when the signal is for all processes of a service.
+    for ending in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(ending, signal.SIG_IGN)
     logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s")
     messages = Messages(Connection(control))
     start = messages.receive()
@@ -63,6 +65,8 @@ def main(channel: int, control: int) -> int:
         messages.send(Ready(app.context.workload.places))
         goes_on = _obey(app, messages, link)
     finally:
+        # The door may not listen any more.
+        app.server.count_changed = lambda count: None
         app.close(goes_on)
     return 0
 

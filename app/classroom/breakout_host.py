@@ -74,7 +74,9 @@ class BreakoutHost:
             match message:
                 case Exploring(student, _, _, report):
                     self._expected[student] = message
-                    if report is not None:
+                    if report is None:
+                        self.room.work.take_back(student)
+                    else:
                         self.room.work.hand_in(student, report)
                 case ClassState(free, paused):
                     self.room.free, self.room.paused = free, paused
@@ -120,3 +122,6 @@ class BreakoutHost:
         participant.worked = expected.worked
         yield from self._breakouts.admit(participant, self.participants.values(), expected.begin)
         self.participants[client.client_id] = participant
+        if participant.id not in self._expected:
+            # Called back while the page was being built.
+            send_elsewhere(self._context.server, client)

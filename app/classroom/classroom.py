@@ -35,7 +35,7 @@ class Poll:
         first: how the class answered when it was asked for the first time; None if it was not asked again.
         switches: from the first round to this one.
         round: from 1.
-        staged: the choice that the run on the stage is compared with.
+        staged: index of the answer chosen on the stage, with which the run is compared; None for none.
     """
 
     question: QuestionId

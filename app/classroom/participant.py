@@ -66,7 +66,7 @@ class Participant:
 
     def leave(self) -> None:
         """Keep what a student has done in a session of their own, and drop what is being made for a teacher."""
-        if self.visitor is not None and self.visitor.lessons.begun:
+        if self.visitor is not None and not self.visitor.superseded and self.visitor.lessons.begun:
             self._control.post_progress(self.id, self.visitor.lessons.walk.to_json())
         if self.panel is not None:
             self.panel.close()

@@ -22,6 +22,7 @@ class ScreenView:
         self._presenter, self._lessons, self._book = presenter, lessons, book
         self._over, self._cover = gui.add_html(""), gui.add_html("")
         self._shown: object = None
+        self._black = False
 
     def show(self, poll: Poll | None) -> None:
         """Update what lies over the scene. `poll`: the question on the stage, in the projector's language."""
@@ -38,4 +39,6 @@ class ScreenView:
 
     def cover(self) -> None:
         """Make the projector black, or show its picture again."""
-        self._cover.content = element("i", class_="duet-blank", hidden="") if self._presenter.blank else ""
+        if self._presenter.blank != self._black:
+            self._black = self._presenter.blank
+            self._cover.content = element("i", class_="duet-blank", hidden="") if self._black else ""

@@ -72,8 +72,7 @@ class StagePage:
     def cover(self) -> None:
         """Make a projector black, or show its picture again, which may be frozen."""
         if self._screen is not None:
-            with self._host.atomic():
-                self._screen.cover()
+            self._screen.cover()
 
     def show(self, frame: Frame, poll: Poll | None, inviting: Address | None) -> None:
         """Draw a frame.

@@ -4,6 +4,8 @@ from typing import Protocol
 
 from app.classroom.class_messages import Progressed, Reported, TakenBack
 from app.classroom.classroom import Classroom
+from app.classroom.student_work import clean_name
+from app.export.class_summary import HandIn
 from app.hosting.worker_link import WorkerLink
 from app.session.action_queue import ActionQueue
 
@@ -45,7 +47,8 @@ class PostsToStage:
         self.queue.put(lambda: self._hand_in(student, name, progress), (student, "report"))
 
     def _hand_in(self, student: str, name: str, progress: str) -> None:
-        self._room.hand_in(None, student, name, progress)
+        # The stage makes the whole report; the student's page shows that there is one.
+        self._room.work.hand_in(student, HandIn(clean_name(name), progress))
 
     def post_take_back(self, student: str) -> None:
         self._link.to_stage(TakenBack(student))

@@ -61,6 +61,8 @@ class StudentWork:
         """Take up what `passed` and `hand_ins` have returned."""
         self._passed = {question: set(students) for question, students in passed.items()}
         self._hand_ins = dict(hand_ins)
+        # What is handed in again is no less than before.
+        self._progress = {student: report.progress for student, report in hand_ins.items()}
 
 
 def clean_name(text: str) -> str:

@@ -1,5 +1,6 @@
 """`lwr-duet serve`: the page."""
 
+import os
 import signal
 import socket
 import webbrowser
@@ -24,6 +25,9 @@ from app.web.listening import listen, url_of
 from controllers.errors import BadSetting
 from scenes.files import readable
 from scenes.given_choices import added_choices
+
+KEY_VARIABLE: Final = "DUET_KEY"
+"""Environment variable with the teacher's key."""
 
 MEMORY: Final = "memory"
 """In place of a file: visitors' work is kept no longer than the server runs."""
@@ -59,7 +63,8 @@ class Serve:
     """A class: all tabs see one stage, students answer on their own; the first tab, or the one with the key, leads."""
     key: str | None = None
     """Visitors who open the page with ?key=KEY are teachers: they see the notes to the lessons, and lead the class in a lecture.
-    8 characters or more; `auto` makes one and prints the link."""
+    8 characters or more; `auto` makes one and prints the link. Without this option, the environment variable DUET_KEY, which the list of
+    processes does not show."""
     allow_origin: tyro.conf.UseAppendAction[tuple[str, ...]] = ()
     """A further web address under which the page may be opened, such as https://duet.example.org behind a proxy; may be given several
     times."""
@@ -102,7 +107,8 @@ def serve(command: Serve) -> int:
     if command.lessons is not None and not command.lessons.is_dir():
         raise BadSetting(f"lessons = {command.lessons}: there is no such folder; name one with lesson files.")
     settings = chosen(command.settings, Settings())
-    key = chosen_key(command.key if command.key is None else readable(command.key))
+    given = command.key or os.environ.get(KEY_VARIABLE)
+    key = chosen_key(None if given is None else readable(given))
     served: dict[str, Any] = {
         "settings": settings,
         "sessions": None if command.sessions == "auto" else command.sessions,
@@ -191,8 +197,13 @@ def _serve_with_workers(command: Serve, key: str | None, served: Mapping[str, An
         door = Door(listener, WorkerStart(command.host, port, served, named, given), most)
         try:
             door.run(lambda places: _announce(command, key, port, places))
-        finally:
+        except Exception:
+            # A lecture goes on with the next server.
+            door.close(True)
+            raise
+        except BaseException:
             door.close(terminated())
+            raise
 
 
 def _announce(command: Serve, key: str | None, port: int, places: int) -> None:

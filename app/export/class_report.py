@@ -52,7 +52,7 @@ def _about(summary: ClassSummary) -> Iterator[str]:
 
 def _overview(summary: ClassSummary, lessons: Sequence[Lesson]) -> str:
     """Return the table of all steps that were asked about, or have a challenge that was passed."""
-    asked = {one.question: one for one in summary.asked}
+    asked = summary.asked_in(lessons)
     names = "", tr("answered"), tr("right, first time"), tr("right, last time"), tr("passed the challenge")
     rows: list[str] = []
     for lesson, index in _steps(lessons, {*asked, *summary.passed}):
@@ -75,7 +75,7 @@ def _overview(summary: ClassSummary, lessons: Sequence[Lesson]) -> str:
 
 
 def _questions(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[str]:
-    asked = {one.question: one for one in summary.asked}
+    asked = summary.asked_in(lessons)
     before: Lesson | None = None
     for lesson, index in _steps(lessons, asked):
         if lesson is not before:

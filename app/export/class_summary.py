@@ -1,8 +1,9 @@
 """What a class leaves behind: the questions with their counts, the challenges that were passed, and the reports that were handed in."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
+from app.lessons.lesson import Lesson
 from app.lessons.tally import QuestionId, Switch, Tally
 
 
@@ -53,6 +54,16 @@ class ClassSummary:
     asked: tuple[AskedQuestion, ...]
     passed: Mapping[QuestionId, int] = field(default_factory=dict)
     hand_ins: tuple[HandIn, ...] = ()
+
+    def asked_in(self, lessons: Iterable[Lesson]) -> dict[QuestionId, AskedQuestion]:
+        """Return the questions that the lessons still have, with as many answers as when they were asked."""
+        choices = {
+            (lesson.id, step.id): len(step.question.choices)
+            for lesson in lessons
+            for step in lesson.steps
+            if step.question is not None
+        }
+        return {one.question: one for one in self.asked if len(one.rounds[0].counts) == choices.get(one.question)}
 
     @property
     def empty(self) -> bool:

@@ -49,7 +49,7 @@ _Row = tuple[dict[str, object], list[object]]
 
 
 def _rows(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[_Row]:
-    asked = {one.question: one for one in summary.asked}
+    asked = summary.asked_in(lessons)
     done = [from_json(report.progress).steps for report in summary.hand_ins]
     for lesson in lessons:
         for step in lesson.steps:

@@ -57,9 +57,9 @@ def cloud_html(drawing: Drawing | None, rounds: Sequence[tuple[int, Tally]], tru
 
 def tie_text(tally: Tally) -> str:
     """Return that the most frequent answers are as many; "" where one is ahead."""
-    *others, last = (str(i + 1) for i in tally.favourites) if tally.favourites else ("",)
-    if not others:
+    if len(tally.favourites) < 2:
         return ""
+    *others, last = (str(i + 1) for i in tally.favourites)
     answers = tr("{one} and {other}", one=", ".join(others), other=last)
     return tr("A tie: answers {answers}, votes for each: {count}.", answers=answers, count=max(tally.counts))
 

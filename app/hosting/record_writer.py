@@ -248,5 +248,5 @@ class RecordWriter:
                 parts[name] = unpacked(content, Recorded)
             except DamagedRecord as error:
                 log.warning("a part of a visitor's record in %s cannot be read (%s)", self.path, error)
-        self._written.setdefault(tab, _Written(found[1], parts, found[0]))
+        self._written[tab] = _Written(found[1], parts, found[0])
         return joined(record, parts)

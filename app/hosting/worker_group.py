@@ -112,16 +112,18 @@ class WorkerGroup:
         if index is None:
             index = self._place()
         if tab:
-            self._tabs[tab] = index
-            if len(self._tabs) > MOST_TABS:
-                self._tabs.popitem(last=False)
+            self._remember(tab, index)
         return self.workers[index]
+
+    def _remember(self, tab: str, index: int) -> None:
+        self._tabs[tab] = index
+        if len(self._tabs) > MOST_TABS:
+            self._tabs.popitem(last=False)
 
     def _place(self) -> int:
         now = monotonic()
         loads = [worker.load(now) for worker in self.workers]
-        if min(loads) >= FEW and len(loads) < self._most:
-            self._begin(len(loads))
+        if min(loads) >= FEW and len(loads) < self._most and self._begin(len(loads)):
             loads.append(0)
         serving = [index for index, worker in enumerate(self.workers) if worker.ready]
         best = min(serving, key=loads.__getitem__, default=0)
@@ -129,15 +131,14 @@ class WorkerGroup:
             return best
         return min(range(len(loads)), key=loads.__getitem__)
 
-    def _place_explorer(self) -> int:
-        """Return the worker for one more breakout session: that with the fewest, or a new one."""
+    def _place_explorer(self) -> int | None:
+        """Return the worker for one more breakout session: that with the fewest, or a new one; None if none can be started."""
         counts = [0] * (len(self.workers) - 1)
         for index, _ in self._exploring.values():
             counts[index - 1] += 1
-        if min(counts, default=FEW) >= FEW and len(counts) < self._most:
-            self._begin(len(self.workers))
+        if min(counts, default=FEW) >= FEW and len(counts) < self._most and self._begin(len(self.workers)):
             return len(self.workers) - 1
-        return 1 + counts.index(min(counts))
+        return 1 + counts.index(min(counts)) if counts else None
 
     # ---- what the workers say ----------------------------------------------------------------------------------------------
 
@@ -159,14 +160,16 @@ class WorkerGroup:
                 worker.clients = count
                 self._share_counts()
             case StartJobs():
-                if self._jobs is None or self._jobs.poll() is not None:
-                    self._jobs = start_job_server(self._address)
+                self._start_jobs()
             case ToStage(content):
                 self.workers[0].send(Relayed(content))
             case ForTab(tab, content):
-                index = self._exploring[tab][0] if tab in self._exploring else self._place_explorer()
-                self._exploring[tab] = index, content
-                self.workers[index].send(Relayed(content))
+                # Where a tab has explored before, its session may be parked.
+                index = self._tabs.pop(tab, None) or self._place_explorer()
+                if index is not None:
+                    self._remember(tab, index)
+                    self._exploring[tab] = index, content
+                    self.workers[index].send(Relayed(content))
             case ForAll(content):
                 self._decided = content
                 for other in self.workers[1:]:
@@ -175,6 +178,13 @@ class WorkerGroup:
                 self._exploring.clear()
             case _:
                 log.error("a worker says %r", message)
+
+    def _start_jobs(self) -> None:
+        if self._jobs is None or self._jobs.poll() is not None:
+            try:
+                self._jobs = start_job_server(self._address)
+            except OSError as error:
+                log.error("background jobs cannot be started: %s", error)
 
     def _share_counts(self) -> None:
         total = sum(worker.clients for worker in self.workers)
@@ -188,14 +198,23 @@ class WorkerGroup:
         self._selector.register(worker.control, selectors.EVENT_READ, lambda: self._hear(worker))
         return worker
 
-    def _begin(self, index: int) -> None:
-        """Start a worker, in the place of one that has ended or as one more."""
-        worker = self._new(index)
+    def _begin(self, index: int) -> bool:
+        """Start a worker, in the place of one that has ended or as one more; return whether the system could."""
+        try:
+            worker = self._new(index)
+        except OSError as error:
+            if not self.workers:
+                raise
+            log.error("a worker cannot be started: %s", error)
+            if index < len(self.workers):
+                self._due[index] = monotonic() + BREATHS[-1]
+            return False
         if index < len(self.workers):
             self._put(index, worker)
         else:
             self.workers.append(worker)
             self._inform(index)
+        return True
 
     def _put(self, index: int, worker: WorkerProcess) -> None:
         """Give a worker the place, the connections and the students of one that has ended."""
@@ -211,6 +230,7 @@ class WorkerGroup:
     def _ready(self, worker: WorkerProcess) -> None:
         if self._successor is not None and worker is self._successor[1]:
             # Its connections wait until the one before has saved everything.
+            worker.has_started = True
             old = self.workers[self._successor[0]]
             old.ready = False
             old.send(Stop())
@@ -226,6 +246,7 @@ class WorkerGroup:
             if len(self.workers) == 1:
                 # A class that is sent to explore does not wait for its start.
                 self._begin(1)
+        self._share_counts()
 
     def _ended(self, worker: WorkerProcess) -> None:
         """Put another worker in the place of one that has ended; its tabs come to that one."""
@@ -243,9 +264,10 @@ class WorkerGroup:
         self._share_counts()
         index, now = self.workers.index(worker), monotonic()
         if self._successor is not None and self._successor[0] == index:
-            self._put(index, self._successor[1])
-            self._successor = None
-            self._serve(index)
+            successor, self._successor = self._successor[1], None
+            self._put(index, successor)
+            if successor.has_started:
+                self._serve(index)
             self._renew_next()
             return
         self._short[index] = self._short.get(index, 0) + 1 if now - worker.began < SHORT_LIFE else 0
@@ -263,14 +285,25 @@ class WorkerGroup:
 
     def _renew_next(self) -> None:
         if not self._to_renew:
+            if self._jobs is not None:
+                # The next job starts one that has loaded the program as it is now.
+                self._jobs.kill()
+                self._jobs.wait()
+                self._jobs = None
             return
         index = self._to_renew.popleft()
         if self._lecture and index == 0:
             # A stage that ends by itself ends the class; one that breaks off goes on.
             self.workers[0].process.kill()
-            self._renew_next()
-        else:
-            self._successor = index, self._new(index)
+        elif index not in self._due:
+            # One that is due is about to load the program as it is now.
+            try:
+                self._successor = index, self._new(index)
+            except OSError as error:
+                log.error("a worker cannot be replaced: %s", error)
+                self._to_renew.clear()
+            return
+        self._renew_next()
 
     @property
     def next_due(self) -> float | None:

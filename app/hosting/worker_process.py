@@ -19,7 +19,7 @@ LATELY: Final = 1.0
 """How long a connection that was handed over counts, until the worker itself is sure to count it [s]."""
 
 
-MOST_WAITING: Final = 300
+MOST_WAITING: Final = 200
 """Connections that wait for a worker; the oldest makes room."""
 
 
@@ -121,28 +121,39 @@ class WorkerProcess:
         start: what it serves.
         now: the time [s].
 
+    Raises:
+        OSError: no process can be started.
+
     Attributes:
         control: its messages.
         ready: whether it serves.
+        has_served: whether it has something to save.
+        has_started: whether it could serve.
         began: when it was started [s].
         clients: browsers that it has counted.
         waiting: connections that it is given as soon as it is ready.
     """
 
     def __init__(self, start: WorkerStart, now: float) -> None:
-        self._channel, theirs = socket.socketpair()
-        self.control: Connection[Any, Any]
-        self.control, other = Pipe()
-        numbers = theirs.fileno(), other.fileno()
-        with theirs, other:
+        with contextlib.ExitStack() as opened:
+            channel, theirs = map(opened.enter_context, socket.socketpair())
+            control, other = map(opened.enter_context, Pipe())
+            numbers = theirs.fileno(), other.fileno()
             # In a group of its own: Ctrl+C in the terminal is for the door.
             command = (sys.executable, "-m", "app.serve_worker", *map(str, numbers))
             self.process = subprocess.Popen(command, pass_fds=numbers, stdin=subprocess.DEVNULL, process_group=0)
-        self._channel.settimeout(1.0)
-        self.control.send(start)
-        self.ready, self.began, self.clients, self._others = False, now, 0, 0
+            theirs.close()
+            other.close()
+            opened.pop_all()
+        # A worker that hangs must not hold up the door.
+        channel.setblocking(False)
+        self._channel = channel
+        self.control: Connection[Any, Any] = control
+        self.ready = self.has_served = self.has_started = False
+        self.began, self.clients, self._others = now, 0, 0
         self.waiting: deque[socket.socket] = deque()
-        self._lately: deque[float] = deque()
+        self._lately: deque[float] = deque(maxlen=MOST_WAITING)
+        self.send(start)
 
     def load(self, now: float) -> int:
         """Return the number of browsers that it has, or soon will have."""
@@ -165,7 +176,7 @@ class WorkerProcess:
 
     def serve(self) -> None:
         """Hand over what has waited for the worker to be ready."""
-        self.ready = True
+        self.ready = self.has_served = True
         while self.waiting:
             self.take(self.waiting.popleft(), self.began, stays=False)
 
@@ -183,9 +194,8 @@ class WorkerProcess:
         """Wait until the process has ended, and end it after so long [s]."""
         for connection in self.waiting:
             connection.close()
-        if not self.ready:
-            # There is nothing to save.
-            self.process.terminate()
+        if not self.has_served:
+            self.process.kill()
         try:
             self.process.wait(patience)
         except subprocess.TimeoutExpired:

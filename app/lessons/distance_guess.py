@@ -7,7 +7,7 @@ from app.lessons.lesson import Step
 from scenes.settings import values
 
 BEYOND_CRITICAL: Final = {"distance_at": False, "smallest_distance": False, "distance_margin": True}
-"""Measurements of a distance → whether they count from d_m."""
+"""Names of the measurements that are a distance → whether it is d − d_m instead of d."""
 
 FARTHEST: Final = 1.0
 """Largest |d| that can be guessed [m]."""

@@ -208,7 +208,7 @@ class View:
         self.stage.dress(page)
         self.stage.show(frame)
         self._readout.show(frame)
-        self._contact.show(frame, guess_words(self.lessons, self.lesson_panel.guess_box))
+        self._contact.show(frame, lambda: guess_words(self.lessons, self.lesson_panel.guess_box))
         self._plots.show(frame)
 
     def _show_lesson(self, frame: Frame) -> None:

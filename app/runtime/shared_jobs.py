@@ -233,31 +233,33 @@ class JobServer:
     def _serve(self, client: int, connection: "Connection[Any, Any]") -> None:
         owners: set[tuple[int, int]] = set()
         lock = threading.Lock()
-        with suppress(*LOST):
-            take_over(connection.recv())
-            while True:
-                message = pickle.loads(connection.recv_bytes())
-                owner = client, message.owner
-                if isinstance(message, _Cancel):
-                    self.pool.cancel(owner, message.kind)
-                    continue
-                owners.add(owner)
-                self._submit(owner, message, connection, lock)
-        for owner in owners:
-            self.pool.cancel(owner)
+        try:
+            with connection, suppress(*LOST):
+                take_over(connection.recv())
+                while True:
+                    message = pickle.loads(connection.recv_bytes())
+                    owner = client, message.owner
+                    if isinstance(message, _Cancel):
+                        self.pool.cancel(owner, message.kind)
+                        continue
+                    owners.add(owner)
+                    self._submit(owner, message, connection, lock)
+        finally:
+            for owner in owners:
+                self.pool.cancel(owner)
 
     def _submit(self, owner: tuple[int, int], ask: _Ask, connection: "Connection[Any, Any]", lock: threading.Lock) -> None:
-        submitted = threading.Event()
         jobs: list[Job] = []
 
         def report() -> None:
-            submitted.wait()
+            if not jobs:
+                # A job that is done already is reported below.
+                return
             job = jobs[0]
             with lock, suppress(*LOST):
                 connection.send(_Answer(ask.ticket, job.state, job.result if job.state == "done" else None, job.message))
 
         jobs.append(self.pool.submit(owner, ask.kind, ask.function, *ask.arguments, urgent=ask.urgent, wake=report))
-        submitted.set()
         report()
 
 

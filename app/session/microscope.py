@@ -17,7 +17,7 @@ from scenes.single_steps import AROUND, avoiding_rates, finer_rows, largest_jump
 Quantity = Literal["d", "lambda", "dq", "e"]
 
 WINDOW: Final = 20.0
-"""How far back the largest jump may lie, what the plots show, and where the finer steps begin at the latest [s]."""
+"""The largest jump is searched for in so much of the newest run, and finer steps are computed from at least so far back [s]."""
 
 STRIDE: Final = 10
 """Steps by which the instant is moved."""
@@ -112,7 +112,10 @@ class Microscope:
         if time is None:
             newest = history.table(round(WINDOW / dt))
             time = largest_jump(newest[:, COLUMN["t"]], avoiding_rates(simulation, newest), dt)
-        time = float(times[int(np.argmin(np.abs(times - time)))])
+        # The times ascend.
+        place = min(int(np.searchsorted(times, time)), len(times) - 1)
+        place -= place > 0 and time - times[place - 1] < times[place] - time
+        time = float(times[place])
         self.span = float(times[0]), float(times[-1]), time
         rows = rows_around(times, time, dt)
         table = history.table(len(times) - rows.start, len(times) - rows.stop)

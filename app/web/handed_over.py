@@ -1,6 +1,7 @@
 """Connections that another process has accepted and hands over."""
 
 import asyncio
+import errno
 import socket
 from typing import Any
 
@@ -30,12 +31,16 @@ class HandedOverListener(socket.socket):
         Raises:
             BlockingIOError: there is none now.
             ConnectionAbortedError: the browser has gone meanwhile.
+            OSError: this process has no free descriptor.
         """
         data, descriptors, _, _ = socket.recv_fds(self, 1, 1)
         if not data:
             # The other process has ended; the event loop would be called for this without end.
             asyncio.get_running_loop().remove_reader(self.fileno())
             raise BlockingIOError
+        if not descriptors:
+            # The system keeps what this process has no free descriptor for; asyncio pauses for this error.
+            raise OSError(errno.EMFILE, "no descriptor is free")
         connection = socket.socket(fileno=descriptors[0])
         try:
             return connection, connection.getpeername()

@@ -196,8 +196,9 @@ def test_the_page_says_that_its_tab_is_out_of_sight(house: OpenHouse, page_at: P
     # A page that connects again in the background is out of sight from the beginning.
     page.evaluate(_HIDE, True)
     until(lambda: session.paused)
+    (before,) = opened.host.sessions
     opened.server._websock_server.disconnect_all_clients()
-    until(lambda: any(one is session and one.paused for one in opened.host.sessions.values()))
+    until(lambda: any(number != before and one is session and one.paused for number, one in opened.host.sessions.items()))
 
 
 def test_a_paused_stage_rests_until_any_browser_does_anything(by_hand: Made, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -21,6 +21,7 @@ class HandHover:
         box = gui.add_checkbox("", False, visible=False)
         self._id = uuid_of(box)
         self._mark = gui.add_html("", order=-1.0)
+        self._node: str | None = None
 
         @box.on_update
         async def _(event: viser.GuiEvent[Any]) -> None:
@@ -29,4 +30,7 @@ class HandHover:
 
     def show(self, node: str) -> None:
         """Watch a node of the scene; "" for none."""
+        if node == self._node:
+            return
+        self._node = node
         self._mark.content = element("i", hidden="", data_duet_hover=node, data_box=self._id)

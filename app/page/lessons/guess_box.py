@@ -44,21 +44,22 @@ class GuessBox:
         try:
             place, mm = text.split(" ")
             lesson, step = place.split("/")
-            self._guess(lesson, step, float(mm) / 1000.0)
+            distance = float(mm) / 1000.0
         except ValueError:
             # Not from our script.
             return
+        self._guess(lesson, step, distance)
 
 
 def guess_words(lessons: LessonSession, box: str) -> dict[str, object]:
     """Return what the card shows of a guess: its name, where it is [mm], the step, and the box, "" while no guess is taken; {} where the
-    step asks for no distance.
+    step asks for no distance, and where the reader operates nothing: in a class the guess on the stage is not the reader's.
 
     Args:
         box: id of the box on the reader's page, "" for one that operates nothing.
     """
     walk = lessons.walk
-    if not lessons.open or lessons.listing or not asks_for_distance(walk.step):
+    if not box or not lessons.open or lessons.listing or not asks_for_distance(walk.step):
         return {}
     mm = None if walk.done.guess is None else round(1000.0 * walk.done.guess)
     return {

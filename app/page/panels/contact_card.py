@@ -5,6 +5,7 @@ The page's `contact_card.js` draws the card.
 
 import json
 import math
+from collections.abc import Callable
 from functools import lru_cache
 from typing import Final
 
@@ -82,10 +83,11 @@ class ContactCard:
         self._shown: tuple[object, ...] = ()
         self._trend = 0
 
-    def show(self, frame: Frame, more: Words) -> None:
-        """Send what has changed: every `PERIOD` while the run goes on, and at once while it rests. `more`: further words of the card."""
+    def show(self, frame: Frame, further: Callable[[], Words]) -> None:
+        """Send what has changed: every `PERIOD` while the run goes on, and at once while it rests. `further`: gives more words."""
         if frame.now < self._next and not frame.pace.paused:
             return
+        more = further()
         state = frame.state, more
         if state == self._shown:
             return

@@ -145,3 +145,15 @@ def test_a_teacher_and_two_students(house: OpenHouse, page_at: PageAt) -> None:
     for page in (ann, bo):
         page.locator(".duet-banner.follow").first.wait_for()
     assert not host.sessions
+
+
+def test_a_teachers_plots_stand_side_by_side(house: OpenHouse, page_at: PageAt) -> None:
+    """What a class has besides, and is empty for now, takes no column of the plots."""
+    page = page_at(1440, 900)
+    page.goto(f"{house(lecture=True).url}/?lesson=3&step=2")
+    captions = page.locator(".duet-caption")
+    captions.nth(1).wait_for()
+    widths = page.evaluate("() => [...document.querySelectorAll('.duet-caption')].map(one => one.parentElement.clientWidth)")
+    panel = page.locator("[data-floating-window]:has(.duet-plots)").bounding_box()
+    assert panel is not None and len(widths) == 2
+    assert abs(widths[0] - widths[1]) <= 2 and sum(widths) > 0.9 * panel["width"]

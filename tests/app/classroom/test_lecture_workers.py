@@ -92,7 +92,7 @@ def test_students_explore_in_other_processes_and_the_teacher_reaches_them(served
     click(teacher, "Let everybody go on")
     for one in students:
         sees(one, "this is your own session")
-    # A process that dies takes nobody's session along.
+    # A process that dies takes no session along.
     students[0].set_value("critical distance d_m [mm]", 70.0)
     until(lambda: critical_distance(tmp_path / "store", "ann") == 0.07)
     lost = places[0]
