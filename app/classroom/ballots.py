@@ -1,9 +1,12 @@
 """The answers and drawings of a class for the questions of the lessons: one of every student in every round, counted without names."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
+from typing import Any, TypeVar
 
 from app.lessons.tally import Ballot, QuestionId, Switch, Tally, switches_between, tally_of
 from app.plots.curve_chart import Curve
+
+T = TypeVar("T")
 
 Round = Mapping[str, tuple[int | None, Curve]]
 """Choice and curve by the id of a student's tab."""
@@ -19,6 +22,8 @@ class Ballots:
         self._ballots: dict[QuestionId, dict[str, Ballot]] = {}
         self._earlier: dict[QuestionId, tuple[dict[str, Ballot], ...]] = {}
         self._revealed: set[QuestionId] = set()
+        # Every page of a class asks for the counts in every frame; they change with an answer.
+        self._counts: dict[tuple[str, QuestionId, int], Any] = {}
 
     @property
     def everything(self) -> tuple[dict[QuestionId, dict[str, Ballot]], tuple[QuestionId, ...]]:
@@ -40,6 +45,7 @@ class Ballots:
         self._ballots = {question: _read(given) for question, given in ballots.items()}
         self._earlier = {question: tuple(map(_read, rounds)) for question, rounds in earlier.items()}
         self._revealed = set(revealed)
+        self._counts.clear()
 
     @property
     def questions(self) -> tuple[QuestionId, ...]:
@@ -65,7 +71,15 @@ class Ballots:
         ballots.pop(student, None)
         if ballot != Ballot():
             ballots[student] = ballot
+        self._counts.clear()
         return True
+
+    def _counted(self, kind: str, question: QuestionId, choices: int, count: Callable[[], T]) -> T:
+        """Return what `count` returns, which is called once after every change."""
+        key = kind, question, choices
+        if key not in self._counts:
+            self._counts[key] = count()
+        return self._counts[key]
 
     def ballot_of(self, question: QuestionId, student: str) -> Ballot:
         return self._ballots.get(question, {}).get(student, Ballot())
@@ -86,17 +100,19 @@ class Ballots:
 
     def tally(self, question: QuestionId, choices: int, here: Collection[str]) -> Tally:
         """Return the counts of the newest round. `choices`: how many there are; `here`: the students who are present."""
-        return tally_of(self._ballots.get(question, {}), choices, here)
+        ballots = self._ballots.get(question, {})
+        counts = self._counted("newest", question, choices, lambda: tally_of(ballots, choices))
+        return counts._replace(waiting=len(set(here) - ballots.keys()))
 
     def first_tally(self, question: QuestionId, choices: int) -> Tally | None:
         """Return the counts of the first round; None for a question that was not asked again."""
         rounds = self._earlier.get(question)
-        return tally_of(rounds[0], choices) if rounds else None
+        return self._counted("first", question, choices, lambda: tally_of(rounds[0], choices)) if rounds else None
 
     def switches(self, question: QuestionId) -> tuple[Switch, ...]:
         """Return how often each pair of answers was given, in the first round and in the newest one, by one student."""
         first, *others = self.rounds_of(question)
-        return switches_between(first, others[-1]) if others else ()
+        return self._counted("switches", question, 0, lambda: switches_between(first, others[-1])) if others else ()
 
     def reveal(self, question: QuestionId) -> None:
         """Show the tally to everybody; from now on no answer changes."""
@@ -112,6 +128,7 @@ class Ballots:
         if ballots:
             self._earlier[question] = (*self._earlier.get(question, ()), ballots)
         self._revealed.discard(question)
+        self._counts.clear()
 
 
 def _read(ballots: Round) -> dict[str, Ballot]:
