@@ -1,9 +1,13 @@
-// Says how large the 3-D picture is, and how high the plots cover it, as soon as either changes.
+// Says how large the 3-D picture is, and how high the plots cover it, once a change of either has lasted.
 addEventListener("DOMContentLoaded", () => {
   const LOOK_MS = 250;
+  // Plots that change their colours are off the page for a moment, and nothing should move for that.
+  const LASTS_LOOKS = 3;
   let box = "";
   let plots = null;
   let said = "";
+  let seen = "";
+  let looks = 0;
 
   setInterval(() => {
     const scene = window.__viserMutable;
@@ -20,7 +24,9 @@ addEventListener("DOMContentLoaded", () => {
     const { top, height } = plots?.getBoundingClientRect() ?? picture;
     const covered = plots && height > 0 ? Math.max(picture.bottom - top, 0) : 0;
     const now = [innerWidth, picture.width, picture.height, covered].map(Math.round).join(" ");
-    if (now === said) return;
+    looks = now === seen ? looks + 1 : 1;
+    seen = now;
+    if (now === said || (said && looks < LASTS_LOOKS)) return;
     said = now;
     scene.sendMessage({ type: "GuiUpdateMessage", uuid: box, updates: { value: now } });
   }, LOOK_MS);
