@@ -80,6 +80,7 @@ class ProximityDetector:
         self._row = np.empty(nv)
         self._directions_and_products = np.empty((4, 3, count))
         self._rows = np.empty((count, nv))
+        self._ones = np.ones(count)
         self._convex = ConvexDistances(geometry, self.data) if count else None
 
     @property
@@ -105,11 +106,11 @@ class ProximityDetector:
             row = self.row(pair)
             return Proximity(distance, pair, distance, row, row)
         if treatment == "soft":
-            law_distance, weights = _smooth_minimum(self.distances(), beta)
+            law_distance, weights = self._smooth_minimum(self.distances(), distance, beta)
             rows = self._all_rows()
             return Proximity(distance, pair, law_distance, weights.dot(rows), rows[pair])
         convex = self._convex
-        law_distance, weights = _smooth_minimum(convex.update(epsilon), beta)
+        law_distance, weights = self._smooth_minimum(convex.update(epsilon), distance, beta)
         rows = self._rows_along(convex.gaps, convex.points)
         weights /= convex.lengths
         return Proximity(distance, pair, law_distance, weights.dot(rows), self.row(pair))
@@ -139,6 +140,20 @@ class ProximityDetector:
         """Return the unit vector (3,) from the pair's first to its second body at the last `detect`, a copy."""
         return self._results[pair].normal.copy()
 
+    def _smooth_minimum(self, distances: Array, about: float, beta: float) -> tuple[float, Array]:
+        """Return −ln Σ exp(−β d_i) / β [m], and its derivatives with respect to d (pairs,), which add up to 1; overwrites d.
+
+        Args:
+            distances: d (pairs,) [m].
+            about: a number near the least of them [m]; the result does not depend on it, but the exponentials stay within their range.
+        """
+        distances -= about
+        distances *= -beta
+        np.exp(distances, distances)
+        total = float(self._ones.dot(distances))
+        distances *= 1.0 / total
+        return about - math.log(total) / beta, distances
+
     def _all_rows(self) -> Array:
         points = np.concatenate([point() for point in self._first_points]).reshape(-1, 3)
         return self._rows_along(np.concatenate(self._normals).reshape(-1, 3).T, points.T)
@@ -156,14 +171,3 @@ class ProximityDetector:
         parts.reshape(12, -1).T.dot(CROSS.dot(self.kinematics.jacobian), self._rows)
         self._rows *= self._signs
         return self._rows
-
-
-def _smooth_minimum(distances: Array, beta: float) -> tuple[float, Array]:
-    """Return −ln Σ exp(−β d_i) / β [m], and its derivatives with respect to d (pairs,), which add up to 1; overwrites d."""
-    least = np.minimum.reduce(distances)
-    distances -= least
-    distances *= -beta
-    np.exp(distances, out=distances)
-    total = float(np.add.reduce(distances))
-    distances /= total
-    return float(least) - math.log(total) / beta, distances

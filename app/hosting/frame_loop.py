@@ -8,6 +8,7 @@ from time import perf_counter
 from typing import Final
 
 from app.runtime.throttled_log import ThrottledLog
+from app.web.client_buffer import waking_together
 
 log = logging.getLogger("duet.hosts")
 
@@ -61,7 +62,8 @@ class FrameLoop:
         now, last = self._clock(), self._began
         self._began = now
         try:
-            self._frame(now, now - last)
+            with waking_together():
+                self._frame(now, now - last)
         except Exception as error:
             self._errors.exception("a frame failed", error)
         self._note(self._clock() - now, now - last)
