@@ -27,6 +27,7 @@ TINY: Final = 1e-12
 
 ONES: Final = np.ones(5)
 THREE: Final = np.ones(3)
+"""Their products with an array are its sums, sooner than by `sum`."""
 
 
 class ConvexDistances:
@@ -50,8 +51,9 @@ class ConvexDistances:
         self._first, self._second = [pair.first for pair in pairs], [pair.second for pair in pairs]
         self._halves = half[self._first], half[self._second]
         self._reach = radii[self._first] + radii[self._second]
-        self._data, self._columns = data, _columns(data)
-        # Every view is made once: making one takes as long as adding two small arrays. In groups of one column a pair: â, b̂, r̂, â, c_a, c_b.
+        self._data, self._columns = data, _placement_columns(data)
+        # Every view is made once: making one takes as long as adding two small arrays.
+        # Columns, one a pair in each group: â, b̂, r̂, â, c_a, c_b.
         self._vectors = vectors = np.zeros((5, 6 * count))
         self._moving, self._axes, self._centres = vectors[:3], vectors[:, : 2 * count], vectors[:, 4 * count :]
         self._factors = vectors[:3, : 3 * count], vectors[:3, count : 4 * count]
@@ -112,15 +114,19 @@ class ConvexDistances:
         selection[self._second, origin, 5, each] = 1.0
 
 
-def _columns(data: pin.GeometryData) -> Array:
+def _placement_columns(data: pin.GeometryData) -> Array:
     """Return the x, y and z axis and the origin of every placement as columns (3, 4 bodies), a live view of Pinocchio's memory.
 
     Raises:
         RuntimeError: Pinocchio does not keep the placements one after the other.
     """
-    placements = list(data.oMg)
-    axes, places = ([view.__array_interface__ for view in views] for views in zip(*((p.rotation, p.translation) for p in placements)))
-    begin = axes[0]["data"][0]
-    if [(a["data"][0], p["data"][0]) for a, p in zip(axes, places)] != [(begin + 96 * i, begin + 96 * i + 72) for i in range(len(axes))]:
-        raise RuntimeError("this version of Pinocchio keeps placements in another way; install one that requirements.lock names")
-    return as_strided(placements[0].rotation, (3, 4 * len(placements)), (8, 24), writeable=False)
+    rotations, origins = [placement.rotation for placement in data.oMg], [placement.translation for placement in data.oMg]
+    begin = _address(rotations[0])
+    for i, (rotation, origin) in enumerate(zip(rotations, origins, strict=True)):
+        if (_address(rotation), _address(origin)) != (begin + 96 * i, begin + 96 * i + 72):
+            raise RuntimeError("this version of Pinocchio keeps placements in another way; install that of requirements.lock")
+    return as_strided(rotations[0], (3, 4 * len(rotations)), (8, 24), writeable=False)
+
+
+def _address(array: Array) -> int:
+    return int(array.__array_interface__["data"][0])

@@ -44,19 +44,19 @@ def missing(settings: RunSettings, table: Array) -> dict[Condition, NDArray[np.b
     each by a row of its own, either one's retreat makes up for what the other one does, so that no w is too fast.
     """
     law = settings.law
-    w, two = table[:, COLUMN["w_law"]], ~np.isnan(table[:, COLUMN["authority_b"]])
-    arms = [(np.ones_like(two), "")]
-    if two.any():
-        w = np.where(two, 0.0, w)
-        arms.append((two, "_b"))
+    w, second = table[:, COLUMN["w_law"]], ~np.isnan(table[:, COLUMN["authority_b"]])
+    two = bool(second.any())
+    if two:
+        w = np.where(second, 0.0, w)
     v = law.nominal_velocity + (w if law.feed_forward else 0.0)
     near = table[:, COLUMN["lambda"]] > 0.5
-    rate, least, bound = -w, np.ones(len(table)), np.zeros(len(table), bool)
-    for arm, end in arms:
-        u, s, authority = (table[:, COLUMN[f"{name}{end}"]] for name in ("u", "lever", "authority"))
-        rate = rate + np.where(arm, s * (v + u) - u, 0.0)
-        least = np.where(arm, np.minimum(least, s), least)
-        bound |= arm & ((authority == Authority.STOP) | (authority == Authority.SPEED))
+    u, least, bound = table[:, COLUMN["u"]], table[:, COLUMN["lever"]], _at_bound(table[:, COLUMN["authority"]])
+    rate = least * (v + u) - u - w
+    if two:
+        u, s = table[:, COLUMN["u_b"]], table[:, COLUMN["lever_b"]]
+        rate = rate + np.where(second, s * (v + u) - u, 0.0)
+        least = np.where(second, np.minimum(least, s), least)
+        bound |= second & _at_bound(table[:, COLUMN["authority_b"]])
     tied = np.zeros(len(table), bool)
     if law.pairs == "single":
         reach = _reach(settings)
@@ -69,6 +69,11 @@ def missing(settings: RunSettings, table: Array) -> dict[Condition, NDArray[np.b
         Condition.PAIRS: near & tied,
         Condition.ROBOT: np.full(len(table), settings.hardware != HardwareSettings()),
     }
+
+
+def _at_bound(authority: Array) -> NDArray[np.bool_]:
+    """Return in which steps a joint bound costs the arm part of its velocity."""
+    return (authority == Authority.STOP) | (authority == Authority.SPEED)
 
 
 def missing_now(settings: RunSettings, history: History) -> tuple[Condition, ...]:

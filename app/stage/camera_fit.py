@@ -1,5 +1,6 @@
 """The nearest camera from which every ball of a set is seen inside its rectangle of the picture, and the projection of a point."""
 
+import math
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -34,10 +35,10 @@ class Balls(NamedTuple):
 
 def axes(toward: Array) -> tuple[Array, Array, Array]:
     """Return which way is right, up and towards the eye, as unit vectors (3,). `toward`: any length, not upright."""
-    toward = toward / np.linalg.norm(toward)
-    right = np.cross([0.0, 0.0, 1.0], toward)
-    right /= np.linalg.norm(right)
-    return right, np.cross(toward, right), toward
+    x, y, z = (float(part) for part in toward)
+    length, across = math.sqrt(x * x + y * y + z * z), math.hypot(x, y)
+    x, y, z, right, ahead = x / length, y / length, z / length, -y / across, x / across
+    return np.array([right, ahead, 0.0]), np.array([-z * ahead, z * right, x * ahead - y * right]), np.array([x, y, z])
 
 
 def fit(toward: Array, fov: float, size: tuple[float, float], groups: tuple[Balls, ...]) -> Pose:

@@ -31,8 +31,8 @@ from scenes.simulation import Simulation
 WHAT_IF: Final = ("d", "e2")
 """Columns of "what if"."""
 
-PERIOD: Final = 0.1
-"""Wall time between two refreshes of a plot over time [s] …"""
+PERIOD: Final = 0.15
+"""Wall time between two refreshes of a plot over time [s], about that of one of its bins …"""
 
 MOST_BYTES: Final = 50_000.0
 """… which is longer where it would be more than this [B/s]: with many lines, and while they chatter."""
