@@ -106,11 +106,11 @@ class ProximityDetector:
             row = self.row(pair)
             return Proximity(distance, pair, distance, row, row)
         if treatment == "soft":
-            law_distance, weights = self._smooth_minimum(self.distances(), distance, beta)
+            law_distance, weights = self._smooth_minimum(self.distances(), beta)
             rows = self._all_rows()
             return Proximity(distance, pair, law_distance, weights.dot(rows), rows[pair])
         convex = self._convex
-        law_distance, weights = self._smooth_minimum(convex.update(epsilon), distance, beta)
+        law_distance, weights = self._smooth_minimum(convex.update(epsilon), beta)
         rows = self._rows_along(convex.gaps, convex.points)
         weights /= convex.lengths
         return Proximity(distance, pair, law_distance, weights.dot(rows), self.row(pair))
@@ -140,19 +140,16 @@ class ProximityDetector:
         """Return the unit vector (3,) from the pair's first to its second body at the last `detect`, a copy."""
         return self._results[pair].normal.copy()
 
-    def _smooth_minimum(self, distances: Array, about: float, beta: float) -> tuple[float, Array]:
-        """Return −ln Σ exp(−β d_i) / β [m], and its derivatives with respect to d (pairs,), which add up to 1; overwrites d.
-
-        Args:
-            distances: d (pairs,) [m].
-            about: a number near the least of them [m]; the result does not depend on it, but the exponentials stay within their range.
-        """
-        distances -= about
+    def _smooth_minimum(self, distances: Array, beta: float) -> tuple[float, Array]:
+        """Return −ln Σ exp(−β d_i) / β [m], and its derivatives with respect to d (pairs,), which add up to 1; overwrites d."""
+        # The least of them goes first: no exponential is too large, and one pair alone is its own minimum to the last bit.
+        least = float(np.minimum.reduce(distances))
+        distances -= least
         distances *= -beta
         np.exp(distances, distances)
         total = float(self._ones.dot(distances))
         distances *= 1.0 / total
-        return about - math.log(total) / beta, distances
+        return least - math.log(total) / beta, distances
 
     def _all_rows(self) -> Array:
         points = np.concatenate([point() for point in self._first_points]).reshape(-1, 3)

@@ -7,6 +7,7 @@ import logging
 import platform
 import threading
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import cache, partial
 from itertools import islice
@@ -98,7 +99,9 @@ def _connected(address: str) -> Any:
         # What goes wrong is said in one line, below the progress bar.
         logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
-        asyncio.run(asyncio.wait_for(_greet(address), CONNECTING))
+        # A notebook's own thread has an event loop that is at work.
+        with ThreadPoolExecutor(1) as thread:
+            thread.submit(asyncio.run, asyncio.wait_for(_greet(address), CONNECTING)).result()
         return Client(address, timeout=CONNECTING)
     except (OSError, ValueError, TypeError) as error:
         raise BadSetting(

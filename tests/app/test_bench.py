@@ -98,10 +98,10 @@ def test_what_a_process_has_started_counts_as_its_own() -> None:
 
 def test_a_neighbour_is_measured_during_a_disturbance(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fairness, "SETTLING", 0.0)
-    quiet, flooded = (measure_fairness(1.0, [name])["figures"][name] for name in ("nothing", "600/s of a slider"))
-    for figures in (quiet, flooded):
-        assert figures["frames_per_s"] > 0.0 and figures["longest_gap_ms"] > 0.0 and figures["longest_work_ms"] > 0.0
-        assert figures["fair"] == (figures["frames_per_s"] >= LEAST_FRAMES and figures["longest_gap_ms"] <= 1000.0 * LONGEST_GAP)
+    name = "600/s of a slider"
+    figures = measure_fairness(1.0, [name])["figures"][name]
+    assert figures["frames_per_s"] > 0.0 and figures["longest_gap_ms"] > 0.0 and figures["longest_work_ms"] > 0.0
+    assert figures["fair"] == (figures["frames_per_s"] >= LEAST_FRAMES and figures["longest_gap_ms"] <= 1000.0 * LONGEST_GAP)
 
 
 POSE = RunSettings(task="pose")

@@ -58,12 +58,10 @@ def come(url: str, query: str) -> BlockingClient:
     return visitor
 
 
-@pytest.mark.parametrize(("workers", "killed"), [("1", "all"), ("2", "worker")])
-def test_after_a_kill_a_tab_has_its_step_its_answer_and_its_arms(serve: Serve, kept: Kept, workers: str, killed: str) -> None:
-    served = serve("--workers", workers)
-    url = served.url
+def test_after_a_kill_a_tab_has_its_step_its_answer_and_its_arms(serve: Serve, kept: Kept) -> None:
+    served = serve("--workers", "2")
     exploring, learning = f"autopilot=0&resume={EXPLORER}", f"lesson=3&step=2&resume={STUDENT}"
-    with come(url, exploring) as explorer, come(url, learning) as student:
+    with come(served.url, exploring) as explorer, come(served.url, learning) as student:
         first = joints(explorer)
         for _ in range(4):
             explorer.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(explorer, "up")})
@@ -74,19 +72,23 @@ def test_after_a_kill_a_tab_has_its_step_its_answer_and_its_arms(serve: Serve, k
         since = steps_of(kept(EXPLORER))
         # The hand has come to rest, and this is in the file.
         student.wait_for(lambda _: steps_of(kept(EXPLORER)) > since + 800, 60.0)
-        moved, before, lesson = joints(explorer), kept(EXPLORER), progress_of(kept(STUDENT))
-        if killed == "worker":
-            (worker,) = served.workers
-            os.kill(worker, signal.SIGKILL)
-            until(lambda: worker not in served.workers)
-        else:
-            served.kill()
-            url = serve("--workers", workers).url
-    with come(url, exploring) as explorer, come(url, learning) as student:
-        explorer.wait_for(lambda _: steps_of(kept(EXPLORER)) > steps_of(before), 60.0)
-        assert np.abs(joints(explorer) - moved).max() < 2e-3 < np.abs(moved - first).max()
-        student.wait_for(lambda v: "Run" in buttons(v), 60.0)
-        assert progress_of(kept(STUDENT)) == lesson and [done.choice for done in lesson.steps.values()] == [1]
+        moved, lesson = joints(explorer), progress_of(kept(STUDENT))
+        (worker,) = served.workers
+        os.kill(worker, signal.SIGKILL)
+        until(lambda: worker not in served.workers)
+
+    def go_on(url: str, end: Callable[[], object]) -> None:
+        begin = steps_of(kept(EXPLORER))
+        with come(url, exploring) as explorer, come(url, learning) as student:
+            explorer.wait_for(lambda _: steps_of(kept(EXPLORER)) > begin, 60.0)
+            assert np.abs(joints(explorer) - moved).max() < 2e-3 < np.abs(moved - first).max()
+            student.wait_for(lambda v: "Run" in buttons(v), 60.0)
+            assert progress_of(kept(STUDENT)) == lesson and [done.choice for done in lesson.steps.values()] == [1]
+            end()
+
+    go_on(served.url, served.kill)
+    again = serve("--workers", "1")
+    go_on(again.url, again.kill)
 
 
 @pytest.mark.parametrize(("workers", "lecture"), [("1", False), ("2", True)])
