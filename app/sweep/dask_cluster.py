@@ -95,7 +95,7 @@ def _connected(address: str) -> Any:
         from distributed import Client
     except ImportError:
         raise BadSetting("--scheduler needs Dask, which is not installed: pip install 'lwr-duet[cluster]'.") from None
-    for name in ("distributed", "distributed.client"):
+    for name in ("distributed", "distributed.client", "tornado.application"):
         # What goes wrong is said in one line, below the progress bar.
         logging.getLogger(name).setLevel(logging.CRITICAL)
     try:

@@ -85,7 +85,9 @@ def test_private_sessions_are_measured_with_all_processes_of_the_server(monkeypa
 
 @needs_proc
 def test_what_a_process_has_started_counts_as_its_own() -> None:
-    code = "import subprocess, sys; child = subprocess.Popen(['sleep', '60']); print(child.pid, flush=True); sys.stdin.read(); child.kill()"
+    # More than the clock's tick, which is 10 ms.
+    busy = "import subprocess, sys, time\nwhile time.process_time() < 0.05: pass\n"
+    code = f"{busy}child = subprocess.Popen(['sleep', '60']); print(child.pid, flush=True); sys.stdin.read(); child.kill()"
     with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as parent:
         assert parent.stdout is not None
         child = used_by_tree(int(parent.stdout.readline()))
