@@ -9,6 +9,7 @@ import argparse
 import io
 import os
 import sys
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from typing import Final
@@ -71,12 +72,17 @@ def shot(page: Page, session: Session, x: float, y: float) -> Shot:
     return time, picture.resize((WIDTH, WIDTH * picture.height // picture.width), Image.Resampling.LANCZOS)
 
 
+def by_hand(session: Session) -> Callable[[float, float], int]:
+    """Stop a run's clock without a pause, which the page would say; return what lets it go on."""
+    step = session.step
+    session.step = lambda elapsed, budget=0.0: 0
+    return step
+
+
 def record(page: Page, session: Session) -> list[Shot]:
     """Pull the wrist to the silver arm's and back."""
     settled_view(page)
-    # The run is not paused: its clock goes on with the film.
-    step = session.step
-    session.step = lambda elapsed, budget=0.0: 0
+    step = by_hand(session)
     x, y = world_to_px(page, world_position(page, WRIST))
     goal = world_to_px(page, world_position(page, GOAL))
     shots = [shot(page, session, x, y)]
@@ -101,10 +107,8 @@ def record(page: Page, session: Session) -> list[Shot]:
 
 def take_still(page: Page, session: Session, time: float, out: Path) -> None:
     """Save a picture of a run at a time [s]."""
-    ask(session, lambda s: [s.reset(), s.single_step()])
-    steps = round(time / session.settings.run.dt)
-    ask(session, lambda s: [s.single_step() for _ in range(steps)])
-    until(page, lambda: session.simulation.steps >= steps, "simulated time")
+    step = by_hand(session)
+    ask(session, lambda s: [s.reset(), *(step(FRAME, PATIENT) for _ in range(round(time / FRAME)))])
     settled_view(page)
     picture = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
     picture.resize((960, 960 * picture.height // picture.width), Image.Resampling.LANCZOS).save(out, quality=86)
