@@ -1,7 +1,7 @@
-// Says how large the 3-D picture is, and how high the plots cover it, once a change of either has lasted.
+// Says how large the 3-D picture is, and how high the plots cover it, as soon as either changes.
 addEventListener("DOMContentLoaded", () => {
   const LOOK_MS = 250;
-  // Plots that change their colours are off the page for a moment, and nothing should move for that.
+  // Plots that change their colours are off the page for a moment, and nothing should move for that: lower plots are said once they last.
   const LASTS_LOOKS = 3;
   let box = "";
   let plots = null;
@@ -23,10 +23,12 @@ addEventListener("DOMContentLoaded", () => {
     const picture = scene.canvas.getBoundingClientRect();
     const { top, height } = plots?.getBoundingClientRect() ?? picture;
     const covered = plots && height > 0 ? Math.max(picture.bottom - top, 0) : 0;
-    const now = [innerWidth, picture.width, picture.height, covered].map(Math.round).join(" ");
+    const size = `${[innerWidth, picture.width, picture.height].map(Math.round).join(" ")} `;
+    const now = size + Math.round(covered);
     looks = now === seen ? looks + 1 : 1;
     seen = now;
-    if (now === said || (said && looks < LASTS_LOOKS)) return;
+    const lower = said.startsWith(size) && covered < Number(said.split(" ")[3]);
+    if (now === said || (lower && looks < LASTS_LOOKS)) return;
     said = now;
     scene.sendMessage({ type: "GuiUpdateMessage", uuid: box, updates: { value: now } });
   }, LOOK_MS);

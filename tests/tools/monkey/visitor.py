@@ -11,7 +11,7 @@ import traceback
 from collections import Counter
 from collections.abc import Callable, Iterator
 from concurrent.futures import TimeoutError as NoAnswer
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final
 from urllib.parse import quote
@@ -152,7 +152,9 @@ class Monkey:
         name, content = self._random.choice(RUBBISH)
         path = self._rubbish / name
         path.write_bytes(content)
-        chooser.set_files(path)
+        # A link may be followed meanwhile.
+        with suppress(Error):
+            chooser.set_files(path)
         self.done.append(f"    gives the file {name} ({len(content)} B)")
 
     def _follow_link(self) -> str:
