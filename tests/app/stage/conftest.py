@@ -27,7 +27,8 @@ def one(house: OpenHouse, arrive: Arrive) -> Iterator[Guest]:
 def change(guest: Guest, **settings: Any) -> None:
     guest.ask(lambda s: [s.change(key, value) for key, value in settings.items()])
     frames = guest.visitor.received.frames
-    guest.visitor.wait_for(lambda v: v.received.frames > frames + 1)
+    # Those that are on their way may be of the time before.
+    guest.visitor.wait_for(lambda v: v.received.frames > frames + 3)
 
 
 def settle(guest: Guest) -> None:
