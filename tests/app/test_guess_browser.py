@@ -71,8 +71,10 @@ def test_a_guess_on_the_axis(house: OpenHouse, page_at: PageAt, width: int, heig
     def marked() -> bool:
         # Drawn again for new words, so that either may be gone for a moment.
         chart, mark = page.locator("#duet-contact .chart").bounding_box(), page.locator(MARK).bounding_box()
-        beside = mark is not None and abs(mark["x"] + mark["width"] / 2.0 - at(160.0)) < 2.0
-        return beside and chart is not None and chart["y"] <= mark["y"] < chart["y"] + chart["height"]
+        if chart is None or mark is None:
+            return False
+        beside = abs(mark["x"] + mark["width"] / 2.0 - at(160.0)) < 2.0
+        return beside and chart["y"] <= mark["y"] < chart["y"] + chart["height"]
 
     until(page, marked, "the mark at the guess")
     screenshot(page, f"guess-{width}")
