@@ -30,8 +30,8 @@ _held: Final = _Held()
 def waking_together() -> Generator[None]:
     """While open, the senders of the buffers that this thread flushes are woken together, at its end or every `HOLD`.
 
-    A wake-up is a system call, and the event loop then asks for the interpreter's lock: of a round of eight sessions eight of them take
-    a tenth.
+    A wake-up is a system call, and the event loop then asks for the interpreter's lock: eight of them take a tenth of a round of eight
+    sessions.
     """
     _held.events = {}
     try:
