@@ -25,10 +25,10 @@ def one(house: OpenHouse, arrive: Arrive) -> Iterator[Guest]:
 
 
 def change(guest: Guest, **settings: Any) -> None:
+    """Change settings, and wait for two frames; on a busy machine those may have been on their way before the change."""
     guest.ask(lambda s: [s.change(key, value) for key, value in settings.items()])
     frames = guest.visitor.received.frames
-    # Those that are on their way may be of the time before.
-    guest.visitor.wait_for(lambda v: v.received.frames > frames + 3)
+    guest.visitor.wait_for(lambda v: v.received.frames > frames + 1)
 
 
 def settle(guest: Guest) -> None:

@@ -89,7 +89,7 @@ def test_the_circle_is_drawn_and_nothing_can_be_held(one: Guest) -> None:
 
 def test_the_master_is_led_and_the_slave_shows_where_it_ought_to_be(one: Guest) -> None:
     change(one, scene="master_slave", avoid="free", speed=2.0)
-    assert not any(visible(one, name) for name in drawn(one.visitor) if name.startswith("/wish"))
+    one.visitor.wait_for(lambda v: not any(visible(one, name) for name in drawn(v) if name.startswith("/wish")))
     start = one.ask(hand)
     other = one.ask(lambda s: s.simulation.kinematics.hand_pose(s.simulation.avoiding).translation.copy())
     goal = start + 0.7 * (other - start)
@@ -126,6 +126,7 @@ def test_a_ghost_is_seen_where_it_differs_and_costs_nothing_when_off(one: Guest)
 
 def test_the_path_is_drawn_from_a_to_b(one: Guest) -> None:
     change(one, scene="ball")
+    one.visitor.wait_for(lambda v: "/path/line" in v.mirror.nodes and "/path/B" in v.mirror.nodes)
     way = np.array(one.visitor.mirror.nodes["/path/line"]["points"], float).reshape(2, 3)
     assert_allclose(way[1] - way[0], PATH, atol=1e-6)
     assert_allclose(way[0], one.ask(home), atol=1e-6)
@@ -139,6 +140,9 @@ def test_the_path_is_drawn_from_a_to_b(one: Guest) -> None:
 @pytest.mark.parametrize("point", ["hand", "elbow", "arm"])
 def test_the_control_point_hangs_on_the_arm(one: Guest, point: str) -> None:
     change(one, scene="ball", point=point)
+    one.visitor.wait_for(
+        lambda v: "/ball" in v.mirror.nodes and any(n.endswith("control_point") for n in drawn(v)) == (point != "arm")
+    )
     shown = [name for name in drawn(one.visitor) if name.endswith("control_point")]
     assert one.visitor.mirror.nodes["/ball"]["radius"] == BALL_RADIUS
     if point == "arm":
