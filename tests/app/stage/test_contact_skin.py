@@ -120,7 +120,7 @@ def test_the_arm_that_gives_way_is_tinted_and_a_key_switches_all_off(one: Guest)
     press(one, "contact")
     one.visitor.wait_for(lambda _: shells(one, "skin") and visible(one, "/closest/line") and tint(one, "left") > 0.0)
     change(one, scene="solo")
-    one.visitor.wait_for(lambda v: not any("_of_" in name for name in drawn(v)) and not visible(one, "/closest/line"))
+    one.visitor.wait_for(lambda _: not any("_of_" in name for name in drawn(one.visitor)) and not visible(one, "/closest/line"))
 
 
 @pytest.mark.parametrize(

@@ -89,7 +89,7 @@ def test_the_circle_is_drawn_and_nothing_can_be_held(one: Guest) -> None:
 
 def test_the_master_is_led_and_the_slave_shows_where_it_ought_to_be(one: Guest) -> None:
     change(one, scene="master_slave", avoid="free", speed=2.0)
-    one.visitor.wait_for(lambda v: not any(visible(one, name) for name in drawn(v) if name.startswith("/wish")))
+    one.visitor.wait_for(lambda _: not any(visible(one, name) for name in drawn(one.visitor) if name.startswith("/wish")))
     start = one.ask(hand)
     other = one.ask(lambda s: s.simulation.kinematics.hand_pose(s.simulation.avoiding).translation.copy())
     goal = start + 0.7 * (other - start)
@@ -141,7 +141,7 @@ def test_the_path_is_drawn_from_a_to_b(one: Guest) -> None:
 def test_the_control_point_hangs_on_the_arm(one: Guest, point: str) -> None:
     change(one, scene="ball", point=point)
     one.visitor.wait_for(
-        lambda v: "/ball" in v.mirror.nodes and any(n.endswith("control_point") for n in drawn(v)) == (point != "arm")
+        lambda v: "/ball" in v.mirror.nodes and any(n.endswith("control_point") for n in drawn(one.visitor)) == (point != "arm")
     )
     shown = [name for name in drawn(one.visitor) if name.endswith("control_point")]
     assert one.visitor.mirror.nodes["/ball"]["radius"] == BALL_RADIUS
