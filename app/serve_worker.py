@@ -4,11 +4,13 @@ import logging
 import signal
 import sys
 import threading
+from math import inf
 from multiprocessing.connection import Connection
+from time import monotonic
 from typing import Any
 
 from app.hosting.worker_link import WorkerLink
-from app.hosting.worker_process import ClientCount, Failed, Ready, Relayed, Replaced, StartJobs, Stop, WorkerStart
+from app.hosting.worker_process import PULSE, AtWork, ClientCount, Failed, Ready, Relayed, Replaced, StartJobs, Stop, WorkerStart
 from app.runtime.shared_jobs import JobClient
 from app.session.input_sources import find_input_sources
 from app.start import App, start_app
@@ -31,9 +33,11 @@ class Messages:
                 # The door has ended, which `receive` notices.
                 return
 
-    def receive(self) -> object:
-        """Wait for the next message; `Stop` if the door has ended."""
+    def receive(self, until: float = inf) -> object:
+        """Wait for the next message; `Stop` if the door has ended, None if there is none at a time [s]."""
         try:
+            if until < inf and not self._control.poll(max(until - monotonic(), 0.0)):
+                return None
             return self._control.recv()
         except (EOFError, OSError):
             return Stop(goes_on=True)
@@ -97,9 +101,16 @@ def _start(start: WorkerStart, channel: int, messages: Messages, link: WorkerLin
 
 def _obey(app: App, messages: Messages, link: WorkerLink) -> bool:
     """Do what the door says until the end; return whether a lecture goes on with the next server."""
+    pulse = 0.0
     while True:
-        message = messages.receive()
+        if monotonic() >= pulse:
+            pulse = monotonic() + PULSE
+            if app.server.is_at_work():
+                messages.send(AtWork())
+        message = messages.receive(pulse)
         match message:
+            case None:
+                pass
             case Stop(goes_on):
                 return goes_on
             case ClientCount(count):

@@ -155,9 +155,7 @@ class Door:
             elif 0.0 < look <= now:
                 self._read(connection)
 
-    def _wait(self) -> float | None:
-        """Return how long to wait for an event [s]; None without limit."""
+    def _wait(self) -> float:
+        """Return how long to wait for an event [s]."""
         times = [look or end for end, look in self._unread.values()]
-        if self._group.next_due is not None:
-            times.append(self._group.next_due)
-        return max(min(times) - monotonic(), 0.0) if times else None
+        return max(min([self._group.next_due, *times]) - monotonic(), 0.0)

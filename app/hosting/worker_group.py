@@ -13,6 +13,7 @@ from time import monotonic
 from typing import Any, Final
 
 from app.hosting.worker_process import (
+    AtWork,
     ClientCount,
     Failed,
     ForAll,
@@ -47,6 +48,12 @@ SHORT_LIFE: Final = 10.0
 BREATHS: Final = (0.5, 1.0, 2.0, 5.0, 15.0)
 """How long each next replacement waits then [s]."""
 
+LOOK: Final = 5.0
+"""Time between two looks at whether the workers are at work [s]."""
+
+MOST_SILENT: Final = 3
+"""A worker is ended at the next look after so many silent ones; a machine that was asleep has missed but one."""
+
 PATIENCE: Final = 10.0
 """How long the workers may take to end [s]."""
 
@@ -71,6 +78,7 @@ class WorkerGroup:
         self._start = replace(start, run=secrets.token_hex(8), jobs=self._address)
         self._jobs: subprocess.Popen[bytes] | None = None
         self._due: dict[int, float] = {}
+        self._next_look = monotonic() + LOOK
         self._short: dict[int, int] = {}
         self._tabs: OrderedDict[str, int] = OrderedDict()
         self._lecture = bool(start.app.get("lecture", False))
@@ -152,6 +160,8 @@ class WorkerGroup:
             case Ready(places):
                 self.places = places
                 self._ready(worker)
+            case AtWork():
+                worker.silent = 0
             case Failed(text):
                 if not self.is_serving:
                     raise DuetError(text)
@@ -306,12 +316,19 @@ class WorkerGroup:
         self._renew_next()
 
     @property
-    def next_due(self) -> float | None:
-        """Return when `look_after` is to be called [s]; None for no time."""
-        return min(self._due.values(), default=None)
+    def next_due(self) -> float:
+        """Return when `look_after` is to be called [s]."""
+        return min([self._next_look, *self._due.values()])
 
     def look_after(self, now: float) -> None:
-        """Start the workers that are due. `now`: the time [s]."""
+        """Start the workers that are due, and end those that hang. `now`: the time [s]."""
+        if now >= self._next_look:
+            self._next_look = now + LOOK
+            for worker in self.workers:
+                worker.silent = worker.silent + 1 if worker.ready else 0
+                if worker.silent > MOST_SILENT:
+                    log.error("a worker draws nothing any more, and is ended")
+                    worker.process.kill()
         for index in [index for index, due in self._due.items() if due <= now]:
             del self._due[index]
             self._begin(index)

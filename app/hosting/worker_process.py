@@ -18,6 +18,8 @@ from app.web.handed_over import hand_over
 LATELY: Final = 1.0
 """How long a connection that was handed over counts, until the worker itself is sure to count it [s]."""
 
+PULSE: Final = 2.0
+"""Time between two messages of a worker that it is at work [s]."""
 
 MOST_WAITING: Final = 200
 """Connections that wait for a worker; the oldest makes room."""
@@ -67,6 +69,10 @@ class ClientCount(NamedTuple):
     """How many browsers are connected to a worker; or, to a worker, how many to all others."""
 
     browsers: int
+
+
+class AtWork(NamedTuple):
+    """A worker draws its pages; sent every `PULSE`."""
 
 
 class StartJobs(NamedTuple):
@@ -131,6 +137,7 @@ class WorkerProcess:
         has_started: whether it could serve.
         began: when it was started [s].
         clients: browsers that it has counted.
+        silent: looks of the door in a row before which nothing was heard of its work.
         waiting: connections that it is given as soon as it is ready.
     """
 
@@ -150,7 +157,7 @@ class WorkerProcess:
         self._channel = channel
         self.control: Connection[Any, Any] = control
         self.ready = self.has_served = self.has_started = False
-        self.began, self.clients, self._others = now, 0, 0
+        self.began, self.clients, self.silent, self._others = now, 0, 0, 0
         self.waiting: deque[socket.socket] = deque()
         self._lately: deque[float] = deque(maxlen=MOST_WAITING)
         self.send(start)

@@ -1,17 +1,24 @@
 """The page in worker processes: tabs are spread over them, stay at theirs, and outlive it."""
 
 import os
+import selectors
 import signal
 import socket
 import subprocess
 import sys
+from collections.abc import Callable
 from contextlib import ExitStack
+from itertools import count
 from pathlib import Path
+from time import monotonic
 
 import pytest
 
 from app.hosting.door import MOST_UNREAD, tab_of
+from app.hosting.worker_group import LOOK, MOST_SILENT, WorkerGroup
+from app.hosting.worker_process import WorkerStart
 from app.runtime.terminal import TERMINATED
+from app.settings import Settings
 from tests.app.runtime.processes import gone, until
 from tests.app.served import Serve, Served
 from tests.blocking_client import BlockingClient
@@ -107,6 +114,43 @@ def test_a_worker_that_is_killed_is_replaced_and_its_tabs_go_on(serve: Serve) ->
             assert worker_of(served, back) not in places
         first.wait_for(lambda v: v.received.frames > frames, 60.0)
         assert worker_of(served, first) == places[0] and "another one takes its place" in served.said()
+
+
+def test_a_worker_that_hangs_is_replaced_and_one_that_works_is_not() -> None:
+    none = (None,) * 4
+    with socket.create_server(("127.0.0.1", 0)) as listener, selectors.DefaultSelector() as selector:
+        start = WorkerStart("127.0.0.1", listener.getsockname()[1], {"settings": Settings()}, none)
+        group = WorkerGroup(selector, start, 1)
+
+        def hear_until(true: Callable[[], object]) -> None:
+            def heard() -> object:
+                for key, _ in selector.select(0.0):
+                    key.data()
+                return true()
+
+            until(heard)
+
+        try:
+            (worker,) = group.workers
+            looks = (monotonic() + LOOK * look for look in count(1))
+            for _ in range(MOST_SILENT + 1):
+                group.look_after(next(looks))
+            assert not worker.silent, "it only starts"
+            hear_until(lambda: worker.ready)
+            for _ in range(MOST_SILENT):
+                group.look_after(next(looks))
+            hear_until(lambda: not worker.silent)
+            os.kill(worker.process.pid, signal.SIGSTOP)
+            hear_until(lambda: not selector.select(0.0))
+            for _ in range(MOST_SILENT):
+                group.look_after(next(looks))
+            assert worker.process.poll() is None and group.workers == [worker], "the machine may have been asleep"
+            group.look_after(next(looks))
+            hear_until(lambda: group.workers != [worker] or group.look_after(monotonic()))
+            assert gone(worker.process.pid)
+            hear_until(lambda: group.workers[0].ready)
+        finally:
+            group.close()
 
 
 def test_workers_are_renewed_and_their_tabs_go_on(serve: Serve) -> None:
