@@ -36,7 +36,7 @@ class BreakoutHost:
         self._breakouts = BreakoutSessions(context, self.room)
         self._expected: dict[str, Exploring] = {}
         self._early: list[viser.ClientHandle] = []
-        self._present: tuple[str, ...] = ()
+        self._said: Present | None = None
         self.admission = Admission(self._admit, lambda _: log.exception("a student's page could not be built"))
         self.connections = Connections(context.server, context.wake)
         context.server.gate.may_share = lambda client_id: False
@@ -65,9 +65,10 @@ class BreakoutHost:
                 self._breakouts.frame(client_id, one.visitor, now, elapsed)
         present = tuple(sorted(one.id for one in self.participants.values()))
         self.room.places.give(present, monotonic())
-        if present != self._present:
-            self._present = present
-            self._link.to_stage(Present(self._link.index, present))
+        said = Present(self._link.index, present, self._context.workload.report)
+        if said != self._said:
+            self._said = said
+            self._link.to_stage(said)
 
     def _listen(self) -> None:
         for message in self._link.received():
@@ -86,7 +87,7 @@ class BreakoutHost:
                         for one in self.participants.values():
                             send_elsewhere(self._context.server, one.client)
                 case Replaced():
-                    self._present = ()
+                    self._said = None
                 case _:
                     raise TypeError(f"a breakout process does not understand {message!r}")
 

@@ -15,6 +15,7 @@ from app.hosting.visitor import Visitor, open_visitor
 from app.hosting.visitor_record import VisitorRecord, tab_id
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.session.saved import SavedLesson
+from app.page.panels.server_load import ServerLoad
 from app.runtime.throttled_log import ThrottledLog
 from app.session.session import Session
 from app.settings import Settings
@@ -47,6 +48,10 @@ class BreakoutSessions:
         """Return whether the browser that connects with a query gets a breakout session; from any thread."""
         tab = None if self.workers is not None else tab_id(query)
         return tab is not None and SCREEN not in query and self._room.free and self._room.places.holds(tab)
+
+    def load(self, here: ServerLoad) -> ServerLoad:
+        """Return how busy all processes are. `here`: how busy this one is."""
+        return here if self.workers is None else self.workers.load(here)
 
     def hurry(self) -> None:
         """Assign places in the next frame, after a decision of the teacher's."""

@@ -9,6 +9,7 @@ from app.classroom.student_posts import StudentPosts
 from app.hosting.visitor_record import VisitorRecord
 from app.hosting.worker_link import WorkerLink
 from app.hosting.worker_process import Replaced
+from app.page.panels.server_load import ServerLoad, combined
 
 
 class BreakoutWorkers:
@@ -21,7 +22,7 @@ class BreakoutWorkers:
 
     def __init__(self, link: WorkerLink, room: Classroom, posts: StudentPosts, changed: Callable[[], None]) -> None:
         self._link, self._room, self._posts, self._changed = link, room, posts, changed
-        self._present: dict[int, tuple[str, ...]] = {}
+        self._present: dict[int, Present] = {}
         self._numbers = count(-1, -1)
         self._entered: dict[str, int] = {}
         self._said: ClassState | None = None
@@ -30,6 +31,10 @@ class BreakoutWorkers:
     def students(self) -> tuple[str, ...]:
         """Return the students who are there."""
         return tuple(self._entered)
+
+    def load(self, stage: ServerLoad) -> ServerLoad:
+        """Return the load of all processes; that of the stage has room for nothing else."""
+        return combined([stage._replace(places=1), *(present.load for present in self._present.values())])
 
     def send(self, student: str, begin: VisitorRecord) -> None:
         """Have a student's next connection come to a session in another process; see `Exploring`."""
@@ -40,8 +45,8 @@ class BreakoutWorkers:
         """Take what the other processes say, and let them know what the teacher has decided."""
         for message in self._link.received():
             match message:
-                case Present(worker, students):
-                    self._present[worker] = students
+                case Present(worker):
+                    self._present[worker] = message
                     self._update()
                 case Replaced(worker):
                     self._present.pop(worker, None)
@@ -62,7 +67,7 @@ class BreakoutWorkers:
             self._link.to_all(state)
 
     def _update(self) -> None:
-        here = {student for students in self._present.values() for student in students}
+        here = {student for present in self._present.values() for student in present.students}
         for student in [student for student in self._entered if student not in here]:
             self._room.leave(self._entered.pop(student))
         for student in sorted(here - self._entered.keys()):

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 from app.export.class_summary import HandIn
 from app.hosting.visitor_record import VisitorRecord
+from app.page.panels.server_load import ServerLoad
 
 
 class Exploring(NamedTuple):
@@ -29,10 +30,11 @@ class ClassState(NamedTuple):
 
 
 class Present(NamedTuple):
-    """The students that a process has now. `worker`: its index."""
+    """The students that a process has now, and how busy it is. `worker`: its index."""
 
     worker: int
     students: tuple[str, ...]
+    load: ServerLoad
 
 
 class Progressed(NamedTuple):

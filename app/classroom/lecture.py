@@ -113,7 +113,7 @@ class LectureHost:
         set_language(self.controls.language)
         due = self._attention.due(now, False, self.session.paused, self._stirred())
         workload = self._context.workload
-        self.room.load, self.room.places.most = workload.report, workload.places
+        self.room.load, self.room.places.most = self._breakouts.load(workload.report), workload.places
         frame = make_frame(self.session, self.lessons.decide, now, elapsed, workload.budget)
         workload.drew(self.session.stepping)
         if self.room.paused and not self.room.free and not self.session.paused:

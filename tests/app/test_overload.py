@@ -12,7 +12,7 @@ from app.hosting.capacity import HEADROOM, affordable, places, step_seconds
 from app.hosting.frame_loop import FRAME, FrameLoop
 from app.hosting.private_host import PrivateHost
 from app.hosting.workload import BAND, ENOUGH, Workload
-from app.page.panels.server_load import ServerLoad, load_html
+from app.page.panels.server_load import ServerLoad, combined, load_html
 from app.session import session as session_module
 from app.session.clock import BUDGET, LONGEST_GAP, SLOWEST
 from app.session.session import Session
@@ -205,3 +205,4 @@ def test_more_than_the_machine_carries_is_seen_at_a_glance() -> None:
     calm, busy = ServerLoad(32, 5, 20, 40), ServerLoad(14, 28, 20, 140)
     assert "frames/s: 32" in load_html(calm) and "load: 40 %" in load_html(calm) and "halt" not in load_html(calm)
     assert "load: 140 %" in load_html(busy) and "halt" in load_html(busy)
+    assert combined([calm, busy]) == ServerLoad(14, 33, 40, 140)

@@ -81,6 +81,8 @@ def test_students_explore_in_other_processes_and_the_teacher_reaches_them(served
     sees(teacher, "students here: 3", "exploring: 3")
     places = [worker_of(served, one) for one in students]
     assert stage not in places and len(set(places)) == 2
+    # The stage's session has a process of its own; the other two share the places.
+    sees(teacher, "of 9", "load: ")
     # What a student hands in arrives.
     click(students[0], "Hand in")
     sees(teacher, "reports handed in: 1")
