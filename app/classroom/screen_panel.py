@@ -117,7 +117,7 @@ def _pills_html(*pills: str) -> str:
 def open_html(page: PageSettings, keyed: bool) -> str:
     """Return the button that opens a projector's window, with the teacher's key if there is one, and how to go on; see the script
     `presenter.js`."""
-    query = {"screen": "1", "profile": "projector", "theme": page.theme, "lang": page.language}
+    query = {"screen": "1", "profile": "projector", "lang": page.language}
     if page.language == "auto":
         del query["lang"]
     button = element("button", tr("Open the screen"), type="button", class_="duet-open-screen", data_query=urlencode(query))

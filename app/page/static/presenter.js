@@ -78,6 +78,7 @@ addEventListener("DOMContentLoaded", () => {
     const button = event.target instanceof Element && event.target.closest(".duet-open-screen");
     if (!button) return;
     const query = new URLSearchParams(button.dataset.query);
+    query.set("theme", document.documentElement.dataset.mantineColorScheme);
     if (duet.query.key) query.set("key", duet.query.key);
     // Without an opener: a window with one would share this tab's memory, and pass for this tab.
     open(`${location.pathname}?${query}`, "_blank", "popup,noopener,width=1280,height=720");

@@ -32,11 +32,16 @@ def test_a_projector_shows_what_the_clicker_asks_for(house: OpenHouse, page_at: 
     teacher.locator(".duet-l-head").wait_for()
     close_software_note(teacher)
     teacher.get_by_role("tab", name="Screen", exact=True).click()
+    dark = "document.documentElement.dataset.mantineColorScheme === 'dark'"
+    assert not teacher.evaluate(dark)
+    ask(host.session, lambda s: s.change("theme", "dark"))
+    teacher.wait_for_function(dark)
     with teacher.context.expect_page() as coming:
         teacher.get_by_role("button", name="Open the screen").click()
     screen = coming.value
     over = screen.locator("#duet-screen")
     over.locator(".caption").wait_for()
+    screen.wait_for_function(dark)
     # The window has the key, though neither its address nor the teacher's shows it, and does not pass for the teacher's tab.
     assert "chalk" not in screen.url and "screen=1" in screen.url
     tabs = {page.evaluate("sessionStorage.getItem('duetResume')") for page in (teacher, screen)}
