@@ -45,7 +45,7 @@ for _code, _numbers in WIDTHS.items():
 
 
 class PackedTargets(NamedTuple):
-    """One target a step, equal neighbours told once. The arrays are only to be read.
+    """One target a step, equal neighbours stored once. The arrays are only to be read.
 
     Attributes:
         codes: (k,) kind of each different target.

@@ -29,7 +29,7 @@ LOOK: Final = 64
 """Steps between two looks at whether the result is still wanted."""
 
 TRIAL: Final = 20
-"""Steps from which the time of a whole rerun is told beforehand."""
+"""Steps from which the time of a whole rerun is estimated."""
 
 COARSEST: Final = 0.020
 """Longest step of a draft [s]: the longest that a run may have."""

@@ -17,7 +17,7 @@ MIRROR: Final = np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 
 @dataclass(frozen=True)
 class Camera:
-    """A view, told by what it must show.
+    """A view, described by what it must show.
 
     Attributes:
         centre: middle of what must be seen (3,), world [m].

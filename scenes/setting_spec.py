@@ -85,21 +85,21 @@ def checked(spec: Spec, present: object, value: object, remedy_of: Callable[[str
         return _checked_flag(spec, value)
     unit = f" {spec.unit}" if spec.unit else ""
     remedy = LazyText("give a number from {low:g} to {high:g}{unit}.", low=spec.low, high=spec.high, unit=unit)
-    told = {"key": spec.key, "value": _shown(value), "remedy": remedy}
+    fields = {"key": spec.key, "value": _shown(value), "remedy": remedy}
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
-        raise BadSetting("{key} = {value} is not a number; {remedy}", **told)
+        raise BadSetting("{key} = {value} is not a number; {remedy}", **fields)
     try:
         number = float(value)
     except (ValueError, OverflowError):
-        raise BadSetting("{key} = {value} is not a number; {remedy}", **told) from None
+        raise BadSetting("{key} = {value} is not a number; {remedy}", **fields) from None
     # A slider's value comes back through its own page unit: the last bit must not push it over the edge.
     slack = 1e-9 * max(abs(spec.low), abs(spec.high))
     if not math.isfinite(number) or number < spec.low - slack or number > spec.high + slack:
-        raise BadSetting("{key} = {value} is out of range; {remedy}", **told)
+        raise BadSetting("{key} = {value} is out of range; {remedy}", **fields)
     number = min(max(number, spec.low), spec.high)
     if isinstance(present, int):
         if number != int(number):
-            raise BadSetting("{key} = {value} is not a whole number; {remedy}", **told)
+            raise BadSetting("{key} = {value} is not a whole number; {remedy}", **fields)
         return int(number)
     return number
 

@@ -14,7 +14,7 @@ FARTHEST: Final = 1.0
 
 
 def asks_for_distance(step: Step) -> bool:
-    """Return whether a step's answers are told apart by one distance."""
+    """Return whether a step's answers differ by one distance."""
     question = step.question
     if question is None or question.ratio or step.drawing is not None or not question.expects:
         return False

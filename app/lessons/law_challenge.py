@@ -52,8 +52,8 @@ def attempt_of(verdicts: Sequence[TrialResult]) -> Attempt:
     judgements: list[Judgement] = []
     for verdict in verdicts:
         why = () if verdict.passed else (LazyText(WHY[verdict.name]),)
-        told = LazyText("{test}: {reason}", test=LazyText(verdict.name), reason=verdict.reason)
-        judgements.append(Judgement(verdict.name, verdict.passed, joined((told, *why), " "), None))
+        outcome = LazyText("{test}: {reason}", test=LazyText(verdict.name), reason=verdict.reason)
+        judgements.append(Judgement(verdict.name, verdict.passed, joined((outcome, *why), " "), None))
     return Attempt.of(judgements)
 
 

@@ -12,7 +12,7 @@ from controllers.laws.situation import Situation, along_row
 class RowLaw(ABC):
     """q̇ = q̇_n + J_d^# c: one row, one number c, everything orthogonal to J_d untouched.
 
-    A law of this kind is told by c(d, u, w) alone. Where it takes another way through the joints to the same distance rate, it
+    A law of this kind is defined by c(d, u, w) alone. Where it takes another way through the joints to the same distance rate, it
     replaces `__call__` and keeps the rest.
     """
 

@@ -109,7 +109,7 @@ class HoldTask:
 
     @property
     def home(self) -> Array:
-        """Where the hand was when everything began (3,), world [m]; the path is told from there."""
+        """Where the hand was when everything began (3,), world [m]; the path begins there."""
         return self._home
 
     def memory(self) -> Memory:
