@@ -143,7 +143,7 @@ class ProximityDetector:
     def _smooth_minimum(self, distances: Array, beta: float) -> tuple[float, Array]:
         """Return −ln Σ exp(−β d_i) / β [m], and its derivatives with respect to d (pairs,), which add up to 1; overwrites d."""
         # The least of them goes first: no exponential is too large, and one pair alone is its own minimum to the last bit.
-        least = float(np.minimum.reduce(distances))
+        least = distances.item(distances.argmin())
         distances -= least
         distances *= -beta
         np.exp(distances, distances)

@@ -31,14 +31,11 @@ from scenes.simulation import Simulation
 WHAT_IF: Final = ("d", "e2")
 """Columns of "what if"."""
 
-PERIOD: Final = 0.15
-"""Wall time between two refreshes of a plot over time [s], about that of one of its bins …"""
+PERIOD: Final = 0.2
+"""Wall time between two refreshes of a plot [s], in which a line over time grows by a few pixels …"""
 
 MOST_BYTES: Final = 50_000.0
 """… which is longer where it would be more than this [B/s]: with many lines, and while they chatter."""
-
-SLOW_PERIOD: Final = 0.2
-"""Wall time between two refreshes of anything else [s]; sentences and charts need longer to be read."""
 
 CURTAIN: Final = 0.3
 """Wall time during which no plot over time is there after another theme [s]."""
@@ -124,7 +121,7 @@ class Plots:
                 continue
             self._drawn[name] = state
             if name in CHARTS:
-                self._next[name] = now + SLOW_PERIOD
+                self._next[name] = now + PERIOD
                 self._charts[name].content = self._chart_html(name, frame)
             else:
                 time_plot, plot = self._time_plots[name]
