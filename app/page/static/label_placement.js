@@ -1,7 +1,7 @@
 // Finds places for labels: each takes the first of its candidates that stays inside and meets nothing placed before it.
 // A box is {left, top, right, bottom}.
 (() => {
-  const GAP = 3;
+  const GAP = 6;
   const meet = (a, b) => a.left < b.right + GAP && b.left < a.right + GAP && a.top < b.bottom && b.top < a.bottom;
 
   // Returns one box per list of candidates, null where none of them is free.
