@@ -263,7 +263,8 @@ class WorkerGroup:
         self._selector.unregister(worker.control)
         waiting, worker.waiting = worker.waiting, deque()
         worker.close(1.0)
-        worker.waiting, worker.ready, worker.clients = waiting, False, 0
+        worker.waiting, worker.clients = waiting, 0
+        worker.ready = worker.has_served = False
         if not self.is_serving:
             raise DuetError(f"The page cannot be served: its process has ended with code {worker.process.returncode}.")
         if worker not in self.workers:
@@ -325,7 +326,8 @@ class WorkerGroup:
         if now >= self._next_look:
             self._next_look = now + LOOK
             for worker in self.workers:
-                worker.silent = worker.silent + 1 if worker.ready else 0
+                # One that is to stop must also come to its end: its successor waits for that.
+                worker.silent = worker.silent + 1 if worker.has_served else 0
                 if worker.silent > MOST_SILENT:
                     log.error("a worker draws nothing any more, and is ended")
                     worker.process.kill()

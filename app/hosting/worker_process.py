@@ -133,7 +133,7 @@ class WorkerProcess:
     Attributes:
         control: its messages.
         ready: whether it serves.
-        has_served: whether it has something to save.
+        has_served: whether it lives and has served, so that it has something to save.
         has_started: whether it could serve.
         began: when it was started [s].
         clients: browsers that it has counted.

@@ -30,7 +30,13 @@ class Served:
     def children(self, of: str) -> list[int]:
         """Process ids of the door's children whose command holds a word."""
         found = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text(encoding="utf-8").split()
-        return [int(pid) for pid in found if of in Path(f"/proc/{pid}/cmdline").read_text(encoding="utf-8")]
+        named: list[int] = []
+        for pid in found:
+            # One may end between the two looks.
+            with suppress(FileNotFoundError, ProcessLookupError):
+                if of in Path(f"/proc/{pid}/cmdline").read_text(encoding="utf-8"):
+                    named.append(int(pid))
+        return named
 
     @property
     def workers(self) -> list[int]:

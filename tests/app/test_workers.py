@@ -149,6 +149,15 @@ def test_a_worker_that_hangs_is_replaced_and_one_that_works_is_not() -> None:
             hear_until(lambda: group.workers != [worker] or group.look_after(monotonic()))
             assert gone(worker.process.pid)
             hear_until(lambda: group.workers[0].ready)
+            # One that hangs is also renewed.
+            (old,) = group.workers
+            os.kill(old.process.pid, signal.SIGSTOP)
+            group.renew()
+            hear_until(lambda: not old.ready)
+            for _ in range(MOST_SILENT + 1):
+                group.look_after(next(looks))
+            hear_until(lambda: group.workers != [old] and group.workers[0].ready)
+            assert gone(old.process.pid)
         finally:
             group.close()
 
