@@ -109,7 +109,7 @@ def test_a_worker_that_is_killed_is_replaced_and_its_tabs_go_on(serve: Serve) ->
         assert places[0] != places[-1]
         frames = first.received.frames
         os.kill(places[-1], signal.SIGKILL)
-        until(lambda: len(served.workers) == 2 and places[-1] not in served.workers)
+        until(lambda: places[-1] not in served.workers and len(served.workers) == 2)
         with come(served, 4) as back:
             assert worker_of(served, back) not in places
         first.wait_for(lambda v: v.received.frames > frames, 60.0)
