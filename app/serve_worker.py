@@ -1,4 +1,4 @@
-"""A worker of `lwr-duet serve`: serves the page on connections that the door hands over. Started by the door alone."""
+"""A worker of `lwr-duet serve`: serves the page on connections that the dispatcher hands over. Started by the dispatcher alone."""
 
 import logging
 import signal
@@ -9,18 +9,19 @@ from multiprocessing.connection import Connection
 from time import monotonic
 from typing import Any
 
-from app.hosting.worker_link import WorkerLink
-from app.hosting.worker_process import PULSE, AtWork, ClientCount, Failed, Ready, Relayed, Replaced, StartJobs, Stop, WorkerStart
+from app.hosting import worker_messages as messages
+from app.hosting.worker_messages import PULSE, WorkerLink, WorkerStart
+from app.page.panels.server_load import ServerLoad
 from app.runtime.shared_jobs import JobClient
-from app.session.input_sources import find_input_sources
+from app.runtime.terminal import write_log
 from app.start import App, start_app
-from app.web.handed_over import HandedOverListener
+from app.web.listening import HandedOverListener
 from controllers.errors import DuetError
 from scenes.robots.robot_files import take_over
 
 
-class Messages:
-    """What a worker and the door say to each other. `send` may be called from any thread."""
+class MessagePipe:
+    """What a worker and the dispatcher say to each other. `send` may be called from any thread."""
 
     def __init__(self, control: "Connection[Any, Any]") -> None:
         self._control, self._lock = control, threading.Lock()
@@ -30,97 +31,87 @@ class Messages:
             try:
                 self._control.send(message)
             except OSError:
-                # The door has ended, which `receive` notices.
+                # The dispatcher has ended, which `receive` notices.
                 return
 
     def receive(self, until: float = inf) -> object:
-        """Wait for the next message; `Stop` if the door has ended, None if there is none at a time [s]."""
+        """Wait for the next message; `Stop` if the dispatcher has ended, None if there is none at a time [s]."""
         try:
             if until < inf and not self._control.poll(max(until - monotonic(), 0.0)):
                 return None
             return self._control.recv()
         except (EOFError, OSError):
-            return Stop(goes_on=True)
+            return messages.Stop(goes_on=True)
 
 
 def main(channel: int, control: int) -> int:
-    """Serve until the door says so, or has ended; return the exit code.
+    """Serve until the dispatcher says so, or has ended; return the exit code.
 
     Args:
         channel: descriptor from which connections are read.
         control: descriptor of the messages.
     """
-    # The door says when to end, also when the signal is for all processes of a service.
+    # The dispatcher says when to end, also when the signal is for all processes of a service.
     for ending in (signal.SIGINT, signal.SIGTERM):
         signal.signal(ending, signal.SIG_IGN)
-    logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s")
-    messages = Messages(Connection(control))
-    start = messages.receive()
+    write_log()
+    pipe = MessagePipe(Connection(control))
+    start = pipe.receive()
     if not isinstance(start, WorkerStart):
         return 1
     try:
-        link = WorkerLink(start.index, messages.send)
-        app = _start(start, channel, messages, link)
+        link = WorkerLink(start.index, pipe.send)
+        app = _start(start, channel, pipe, link)
     except DuetError as error:
-        messages.send(Failed(str(error)))
+        pipe.send(messages.Failed(str(error)))
         return 2
     goes_on = False
     try:
-        messages.send(Ready(app.context.workload.places))
-        goes_on = _obey(app, messages, link)
+        pipe.send(messages.Ready(app.context.workload.places))
+        goes_on = _obey(app, pipe, link)
     finally:
-        # The door may not listen any more.
+        # The dispatcher may not listen any more.
         app.server.count_changed = lambda count: None
         app.close(goes_on)
     return 0
 
 
-def _start(start: WorkerStart, channel: int, messages: Messages, link: WorkerLink) -> App:
+def _start(start: WorkerStart, channel: int, pipe: MessagePipe, link: WorkerLink) -> App:
     if start.given is not None:
         take_over(start.given)
     assert start.jobs is not None
-    jobs = JobClient(start.jobs, lambda: messages.send(StartJobs()))
-    sources = find_input_sources(*start.sources)
-    try:
-        app = start_app(
-            start.host,
-            start.port,
-            sources=sources,
-            listener=HandedOverListener(channel, (start.host, start.port)),
-            run=start.run,
-            jobs=jobs,
-            link=link,
-            **start.app,
-        )
-    except Exception:
-        sources.close()
-        raise
-    app.server.count_changed = lambda count: messages.send(ClientCount(count))
+    jobs = JobClient(start.jobs, lambda: pipe.send(messages.StartJobs()))
+    listener = HandedOverListener(channel, (start.options.host, start.options.port))
+    app = start_app(start.options, listener, start.run, jobs, link)
+    app.server.count_changed = lambda count: pipe.send(messages.ClientCount(count))
     return app
 
 
-def _obey(app: App, messages: Messages, link: WorkerLink) -> bool:
-    """Do what the door says until the end; return whether a lecture goes on with the next server."""
+def _obey(app: App, pipe: MessagePipe, link: WorkerLink) -> bool:
+    """Do what the dispatcher says until the end; return whether a lecture goes on with the next server."""
     pulse = 0.0
     while True:
         if monotonic() >= pulse:
             pulse = monotonic() + PULSE
-            if app.server.is_at_work():
-                messages.send(AtWork())
-        message = messages.receive(pulse)
+            pipe.send(messages.Load(tuple(app.context.workload.report)))
+            if not app.hangs():
+                pipe.send(messages.AtWork())
+        message = pipe.receive(pulse)
         match message:
             case None:
                 pass
-            case Stop(goes_on):
+            case messages.Stop(goes_on):
                 return goes_on
-            case ClientCount(count):
+            case messages.LoadElsewhere(reports):
+                app.context.workload.elsewhere = tuple(ServerLoad(*report) for report in reports)
+            case messages.ClientCount(count):
                 app.server.elsewhere = count
-            case Relayed(content):
+            case messages.Relayed(content):
                 link.put(content)
-            case Replaced():
+            case messages.Replaced() | messages.MakeRoom():
                 link.put(message)
             case _:
-                logging.getLogger("duet.worker").error("the door says %r", message)
+                logging.getLogger("duet.worker").error("the dispatcher says %r", message)
 
 
 if __name__ == "__main__":

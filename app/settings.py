@@ -5,61 +5,73 @@ from dataclasses import dataclass, field, replace
 from typing import Final, Literal, NamedTuple
 
 from controllers.errors import BadSetting
-from scenes.setting_spec import choice, flag, number
-from scenes.settings import LawName, RunSettings, changed, values
+from scenes.laws import LAWS
+from scenes.setting_spec import Tab
+from scenes.settings import ARMS, ARMS_PERSON, ELSEWHERE, RunSettings, changed, values
 
 Theme = Literal["light", "dark"]
 Profile = Literal["desk", "projector"]
-Picture = Literal["fine", "fast"]
-Language = Literal["auto", "en", "de", "sl", "pseudo"]
+PictureQuality = Literal["fine", "fast"]
+LANGUAGES: Final = {"en": "English", "de": "Deutsch", "sl": "Slovenščina"}
+"""Code of a language → its own name. All texts are written in the first one; see `app/i18n/README.md`."""
+TRANSLATIONS: Final = tuple(LANGUAGES)[1:]
+"""Languages with a catalogue and with lessons of their own; what these lack is English."""
+LANGUAGE_LABELS: Final = {"auto": "As the browser asks", **LANGUAGES, "pseudo": "Pseudo (a test)"}
 """What the page speaks: as the browser asks, or one of ours; `pseudo` is longer than all, to see what is cut off."""
+Language = str
+"""A key of `LANGUAGE_LABELS`."""
 Details = Literal[
     "none", "lambda", "joints", "rates", "speeds", "follow", "curve", "laws", "map", "safety", "pairs", "stability", "microscope"
 ]
 """What is shown beside the paper's pair of plots: λ, q, q̇ and speeds over time; desired and actual joints; λ(d) with a dot; all laws
 in one plot; distance against error over n and v, and law by law; which pair is closest; section III; single steps."""
-Ghost = Literal["off", "frozen", LawName, "own"]
-"""A second run on the same inputs: none, with the settings frozen when it was chosen, with another law, or with the one of `--law-file`
-while the settings' law runs."""
 Source = Literal["clips", "figure", "file", "camera"]
 """Who is imitated: a built-in clip, the figure on the stage, a BVH file, or a camera at the server."""
+
+
+def ghosts() -> dict[str, str]:
+    """Return the second runs on the same inputs, value → label: none, with the settings frozen when it was chosen, with another law, or
+    with the one of `--law-file` while the settings' law runs."""
+    laws = {name: law.short for name, law in LAWS.items()}
+    return {"off": "Off", "frozen": "These settings, frozen", **laws, "own": "My own law (--law-file)"}
+
+
+BESIDE: Final = Tab("Compare")
+LANGUAGE, LOOK = Tab("View"), Tab("View", 1)
 
 
 @dataclass(frozen=True)
 class PageSettings:
     """How the page looks and what moves at the start; none of it changes the simulation's numbers."""
 
-    theme: Theme = choice("light", Theme, "theme", "colours", "Light or dark.", "Light", "Dark")
-    profile: Profile = choice(
+    theme: Theme = LOOK.choice("light", Theme, "theme", "colours", "Light or dark.", "Light", "Dark")
+    profile: Profile = LOOK.choice(
         "desk", Profile, "profile", "text", "Larger text and stronger lines for a projector.", "Desk", "Projector"
     )
-    picture: Picture = choice(
+    picture: PictureQuality = LOOK.choice(
         "fine",
-        Picture,
+        PictureQuality,
         "picture",
         "picture",
         "Fast leaves out shadows and reflections; a browser without a graphics card starts with it.",
         "Fine",
         "Fast",
     )
-    language: Language = choice(
-        "auto",
-        Language,
-        "lang",
-        "language",
-        "Of everything on the page, and of the lessons.",
-        *("As the browser asks", "English", "Deutsch", "Slovenščina", "Pseudo (a test)"),
+    language: Language = LANGUAGE.choice(
+        "auto", LANGUAGE_LABELS.copy, "lang", "language", "Of everything on the page, and of the lessons."
     )
-    contact: bool = flag(
+    contact: bool = LOOK.flag(
         "contact",
         "show λ",
         "The line of contact, a skin as thick as d_m around the obstacle, and a purple tint of the arm that gives way.",
         True,
     )
-    autopilot: bool = flag("autopilot", "autopilot", "A seeded random person moves your arm until you take hold of it.", True)
-    gizmo: bool = flag("gizmo", "arrows", "Arrows and arcs that move your arm or the ball along one axis.", False)
-    speed: float = number(1.0, "speed", "speed", "Simulated seconds per second.", "", 0.25, 2.0, 0.25)
-    details: Details = choice(
+    autopilot: bool = ARMS_PERSON.flag(
+        "autopilot", "autopilot", "A seeded random person moves your arm until you take hold of it.", True
+    )
+    gizmo: bool = ARMS_PERSON.flag("gizmo", "arrows", "Arrows and arcs that move your arm or the ball along one axis.", False)
+    speed: float = ELSEWHERE.number(1.0, "speed", "speed", "Simulated seconds per second.", "", 0.25, 2.0, 0.25)
+    details: Details = ELSEWHERE.choice(
         "none",
         Details,
         "plot",
@@ -67,21 +79,17 @@ class PageSettings:
         "A third plot.",
         *("None", "λ", "q", "q̇", "u v w", "q₁–q₄", "λ(d)", "Laws", "n, v", "e²(d)", "Pairs", "M", "dt"),
     )
-    ghost: Ghost = choice(
+    ghost: str = BESIDE.choice(
         "off",
-        Ghost,
+        ghosts,
         "ghost",
         "ghost",
         "A second, translucent run on the very same inputs: with the settings of this moment, or with another law.",
-        *("Off", "These settings, frozen"),
-        *("Smooth priority", "Strict, always on", "Strict, switched at d_m", "Null-space avoidance"),
-        *("Potential field", "Barrier QP", "Intermediate value", "Task activation", "Continuous inverse"),
-        *("Set-based task", "Unprotected", "My own law (--law-file)"),
     )
-    what_if: bool = flag(
+    what_if: bool = BESIDE.flag(
         "whatif", "what if", "Moving d_m, n, v or K computes the last 20 s again and draws the new curves over the old ones."
     )
-    source: Source = choice(
+    source: Source = ARMS.choice(
         "clips",
         Source,
         "source",
@@ -96,7 +104,7 @@ class Look(NamedTuple):
 
     theme: Theme
     profile: Profile
-    picture: Picture
+    picture: PictureQuality
     language: Language
 
     def of(self, page: PageSettings) -> PageSettings:

@@ -1,7 +1,7 @@
 """Colours and sizes. A symbol has one colour in the text, in the scene and in the plots; the palette is safe for
 colour-blind people (after Okabe & Ito 2008), and every colour has a second cue: a dash, a width or a word."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Final
 
 from app.settings import Profile, Theme
@@ -11,7 +11,7 @@ Rgb = tuple[int, int, int]
 
 @dataclass(frozen=True)
 class Palette:
-    """Colours of one theme as CSS hex: by symbol, then of the room.
+    """Colours of one theme as CSS hex: by symbol, of the room, and of the page. Style sheets name them by field: `var(--brand-ink)`.
 
     Attributes:
         distance, critical, resting, activation, error, velocity, pull, approach: of d, d_m, d*, λ, e, v, u, w.
@@ -20,6 +20,11 @@ class Palette:
         calm: of the line between the arms while λ = 0.
         background: of the room, top and bottom.
         cell, section: of the floor's lines.
+        ink, dim, soft, faint, pale: of text and lines, from the strongest to the weakest.
+        paper, card, panel, well, veil: of surfaces: the page, what lies on it, a part set off, a groove, what covers the stage.
+        line, edge, hair, bar: of borders, of buttons, of rules in tables, and of bars.
+        brand, on_brand, brand_ink, brand_tint, flash: of what is to be pressed, with text on it; text, surface and flash of its kind.
+        good_ink, good_tint, warning, warning_ink, warning_tint, warning_flash, alarm_ink, alarm_tint: of states.
     """
 
     distance: str
@@ -36,18 +41,78 @@ class Palette:
     background: tuple[Rgb, Rgb]
     cell: Rgb
     section: Rgb
+    ink: str
+    dim: str
+    soft: str
+    faint: str
+    pale: str
+    paper: str
+    card: str
+    panel: str
+    well: str
+    veil: str
+    line: str
+    edge: str
+    hair: str
+    bar: str
+    brand: str
+    on_brand: str
+    brand_ink: str
+    brand_tint: str
+    flash: str
+    good_ink: str
+    good_tint: str
+    warning: str
+    warning_ink: str
+    warning_tint: str
+    warning_flash: str
+    alarm_ink: str
+    alarm_tint: str
 
+
+_PAIRS: Final = {
+    "distance": ("#0072b2", "#5ab4f0"),
+    "critical": ("#d55e00", "#ff8f45"),
+    "resting": ("#2a93c9", "#8fcdf5"),
+    "activation": ("#7a3fc4", "#bd9bff"),
+    "error": ("#a3195b", "#f58ab8"),
+    "velocity": ("#00835e", "#3fd0a0"),
+    "pull": ("#9a6700", "#f0bd4a"),
+    "approach": ("#c1271b", "#ff7a6b"),
+    "calm": ("#5d7387", "#9fb3c6"),
+    "ink": ("#1f2328", "#e3e8ee"),
+    "dim": ("#414a54", "#b4bfca"),
+    "soft": ("#57606a", "#9aa6b2"),
+    "faint": ("#8b949e", "#7d8792"),
+    "pale": ("#b4bec8", "#525c66"),
+    "paper": ("#ffffff", "#16181c"),
+    "card": ("#ffffff", "#1c2024"),
+    "panel": ("#f5f7f9", "#20242a"),
+    "well": ("#e9eef3", "#2a3037"),
+    "veil": ("#f3f5f8ee", "#101316ee"),
+    "line": ("#d3d9df", "#3a414a"),
+    "edge": ("#c3cbd3", "#4a525b"),
+    "hair": ("#e3e7eb", "#2f353b"),
+    "bar": ("#7d8a97", "#8795a3"),
+    "brand": ("#f26a0a", "#ff8f45"),
+    "on_brand": ("#1d1105", "#1d1105"),
+    "brand_ink": ("#b34700", "#ff9a4d"),
+    "brand_tint": ("#fff1e6", "#2d2118"),
+    "flash": ("#ffd9b3", "#7a3c00"),
+    "good_ink": ("#00583f", "#7fe0bd"),
+    "good_tint": ("#ddf2e9", "#17392d"),
+    "warning": ("#b07400", "#f5c96a"),
+    "warning_ink": ("#6b4300", "#ffdb94"),
+    "warning_tint": ("#fff1d6", "#3d2f10"),
+    "warning_flash": ("#ffdf9e", "#6b4708"),
+    "alarm_ink": ("#9c1a10", "#ffaaa0"),
+    "alarm_tint": ("#fde4e1", "#4a1d19"),
+}
+"""Field of `Palette` → colour in the light and in the dark theme."""
 
 PALETTES: Final[dict[Theme, Palette]] = {
     "light": Palette(
-        distance="#0072b2",
-        critical="#d55e00",
-        resting="#2a93c9",
-        activation="#7a3fc4",
-        error="#a3195b",
-        velocity="#00835e",
-        pull="#9a6700",
-        approach="#c1271b",
+        **{name: pair[0] for name, pair in _PAIRS.items()},
         joints=("#0072b2", "#d55e00", "#00835e", "#a3195b", "#7a3fc4", "#9a6700", "#57606a"),
         laws=(
             "#7a3fc4",
@@ -62,20 +127,12 @@ PALETTES: Final[dict[Theme, Palette]] = {
             "#24292f",
             "#8b949e",
         ),
-        calm="#5d7387",
         background=((243, 245, 248), (214, 220, 227)),
         cell=(205, 211, 218),
         section=(176, 184, 194),
     ),
     "dark": Palette(
-        distance="#5ab4f0",
-        critical="#ff8f45",
-        resting="#8fcdf5",
-        activation="#bd9bff",
-        error="#f58ab8",
-        velocity="#3fd0a0",
-        pull="#f0bd4a",
-        approach="#ff7a6b",
+        **{name: pair[1] for name, pair in _PAIRS.items()},
         joints=("#5ab4f0", "#ff8f45", "#3fd0a0", "#f58ab8", "#bd9bff", "#f0bd4a", "#a9b4bf"),
         laws=(
             "#bd9bff",
@@ -90,19 +147,46 @@ PALETTES: Final[dict[Theme, Palette]] = {
             "#e6edf3",
             "#7b8590",
         ),
-        calm="#9fb3c6",
         background=((34, 38, 44), (19, 21, 25)),
         cell=(44, 48, 54),
         section=(62, 68, 76),
     ),
 }
 
-BRAND: Final[Rgb] = (242, 106, 10)
+SYMBOL_COLOURS: Final = {
+    "d": "distance",
+    "dm": "critical",
+    "rest": "resting",
+    "lam": "activation",
+    "e": "error",
+    "v": "velocity",
+    "u": "pull",
+    "w": "approach",
+}
+"""Class of a symbol in every text → field of `Palette`."""
+
+
+def css_variables() -> str:
+    """Return the rule that gives the style sheets their colours: `var(--brand-ink)` is `brand_ink` of the theme that is shown."""
+    light, dark = PALETTES["light"], PALETTES["dark"]
+    pairs = [(f.name.replace("_", "-"), getattr(light, f.name), getattr(dark, f.name)) for f in fields(Palette)]
+    pairs += [(f"room-{end}", *(f"rgb{p.background[i]}" for p in (light, dark))) for i, end in enumerate(("top", "bottom"))]
+    return f":root{{{''.join(f'--{name}:light-dark({a},{b});' for name, a, b in pairs if isinstance(a, str))}}}"
+
+
+def symbol_rules(*scopes: str) -> str:
+    """Return the rules that colour the symbols inside some elements. `scopes`: their selectors."""
+    return "".join(
+        f"{','.join(f'{scope} .{name}' for scope in scopes)}{{color:var(--{field})}}" for name, field in SYMBOL_COLOURS.items()
+    )
 
 
 def rgb(css: str) -> Rgb:
     """Return "#rrggbb" as numbers."""
     return int(css[1:3], 16), int(css[3:5], 16), int(css[5:7], 16)
+
+
+BRAND: Final = rgb(PALETTES["light"].brand)
 
 
 def blend(a: str, b: str, share: float) -> Rgb:

@@ -1,4 +1,45 @@
 """The mathematics of one tick: numpy, Pinocchio and coal; knows no scene and no page.
 
-Every symbol used below this line is explained once, in `controllers.symbols`.
+Every symbol used below this line is explained once, in `controllers.symbols`. The names in `_PUBLIC` are for notebooks:
+`from controllers import resting_distance`.
 """
+
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from typing import Any, Final
+
+_PUBLIC: Final = {
+    "Arm": "kinematics",
+    "Kinematics": "kinematics",
+    "damped_solution": "kinematics",
+    "null_space_projector": "kinematics",
+    "ProximityDetector": "proximity",
+    "resting_distance": "budget",
+    "largest_step": "budget",
+    "Situation": "laws.situation",
+    "SmoothPriority": "laws.smooth_priority",
+    "BadSetting": "errors",
+}
+
+
+def loaded_on_demand(package: str, names: Mapping[str, str]) -> Callable[[str], Any]:
+    """Return a package's `__getattr__`: a name's module is loaded when the name is first used, so that a process which needs only the
+    settings loads no robot.
+
+    Args:
+        names: name → module of the package.
+    """
+
+    def load(name: str) -> Any:
+        if name not in names:
+            raise AttributeError(f"{package} has no {name!r}; it has {', '.join(names)}")
+        return getattr(import_module(f"{package}.{names[name]}"), name)
+
+    return load
+
+
+__getattr__ = loaded_on_demand(__name__, _PUBLIC)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_PUBLIC})

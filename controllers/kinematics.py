@@ -1,13 +1,14 @@
 """One Pinocchio model of all arms: poses, Jacobians, damped pseudo-inverse and null-space projector, eqs (1)–(6)."""
 
+import math
 from dataclasses import dataclass
-from functools import cache
 from typing import Final
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dposv
+
+from controllers.compiled import FilledMatrix, FilledVector, Loop, Matrix, Vector
 
 Array = NDArray[np.float64]
 
@@ -80,14 +81,47 @@ class Kinematics:
 
     def point_jacobian(self, arm: Arm, joint: int, point: Array) -> Array:
         """Return the Jacobian (3, n) of a point (3,) [m], world, that moves with a joint of the arm [m/rad]."""
-        J = self.jacobian[:, arm.joints]
-        moving = np.arange(arm.joints.start, arm.joints.stop) <= self.model.joints[joint].idx_v
-        return (J[:3] + np.cross(J[3:].T, point).T) * moving
+        J = np.zeros((3, arm.joints.stop - arm.joints.start))
+        fill_point_jacobian(self.jacobian[:, arm.joints], self.model.joints[joint].idx_v - arm.joints.start + 1, point, J)
+        return J
 
 
-@cache
-def _regularisation(dimensions: int, damping: float) -> Array:
-    return damping * damping * np.eye(dimensions)
+@Loop
+def fill_point_jacobian(spatial: Matrix, moving: int, point: Vector, J: FilledMatrix) -> None:
+    """Fill the columns (3, moving) of the joints that move a point (3,) [m]; `spatial` (6, n) has world axes and the world's origin."""
+    px, py, pz = point[0], point[1], point[2]
+    for j in range(moving):
+        vx, vy, vz = spatial[0, j], spatial[1, j], spatial[2, j]
+        ax, ay, az = spatial[3, j], spatial[4, j], spatial[5, j]
+        J[0, j], J[1, j], J[2, j] = vx + ay * pz - az * py, vy + az * px - ax * pz, vz + ax * py - ay * px
+
+
+@Loop
+def fill_damped_solution(J: Matrix, task_velocity: Vector, damping: float, velocities: FilledVector) -> None:
+    """Fill `damped_solution` (n,): with J Jᵀ + μ² I = L Lᵀ (Cholesky), L z = ẋ, Lᵀ y = z, q̇ = Jᵀ y."""
+    m, n = J.shape
+    L, y = np.empty((m, m)), np.empty(m)
+    for i in range(m):
+        for k in range(i + 1):
+            entry = damping * damping if i == k else 0.0
+            for j in range(n):
+                entry += J[i, j] * J[k, j]
+            for j in range(k):
+                entry -= L[i, j] * L[k, j]
+            L[i, k] = math.sqrt(entry) if i == k else entry / L[k, k]
+    for i in range(m):
+        y[i] = task_velocity[i]
+        for k in range(i):
+            y[i] -= L[i, k] * y[k]
+        y[i] /= L[i, i]
+    for i in range(m - 1, -1, -1):
+        for k in range(i + 1, m):
+            y[i] -= L[k, i] * y[k]
+        y[i] /= L[i, i]
+    for j in range(n):
+        velocities[j] = 0.0
+        for i in range(m):
+            velocities[j] += J[i, j] * y[i]
 
 
 def damped_solution(J: Array, task_velocity: Array, damping: float = DAMPING) -> Array:
@@ -101,9 +135,9 @@ def damped_solution(J: Array, task_velocity: Array, damping: float = DAMPING) ->
     Returns:
         (n,) [rad/s].
     """
-    gram = J.dot(J.T)
-    gram += _regularisation(len(gram), damping)
-    return dposv(gram, task_velocity)[1].dot(J)
+    velocities = np.empty(J.shape[1])
+    fill_damped_solution(J, task_velocity, damping, velocities)
+    return velocities
 
 
 def pseudo_inverse(J: Array, damping: float = 0.0) -> Array:

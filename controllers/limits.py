@@ -19,6 +19,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from controllers.choices import BoundsTreatment
+from controllers.compiled import FilledVector, Loop, Vector
 from controllers.kinematics import Array
 from controllers.null_space_saturation import saturated
 
@@ -57,6 +58,25 @@ class Bounded(NamedTuple):
     joint: int = -1
 
 
+@Loop
+def fill_bounds(
+    positions: Vector, lowest: Vector, highest: Vector, top_speed: Vector, gain: float, lower: FilledVector, upper: FilledVector
+) -> None:
+    """Fill the bounds of q̇ of `VelocityBox`, all (n,)."""
+    for i in range(len(positions)):
+        lower[i] = max(gain * (lowest[i] - positions[i]), -top_speed[i])
+        upper[i] = min(gain * (highest[i] - positions[i]), top_speed[i])
+
+
+@Loop
+def is_inside(velocities: Vector, lower: Vector, upper: Vector) -> bool:
+    """Return whether velocities (n,) are within their bounds."""
+    for i in range(len(velocities)):  # noqa: SIM110 (no generators in a loop)
+        if not lower[i] <= velocities[i] <= upper[i]:
+            return False
+    return True
+
+
 class VelocityBox:
     """The velocities that an arm may have at q: lower ≤ q̇ ≤ upper.
 
@@ -72,54 +92,18 @@ class VelocityBox:
     def __init__(self, lower_position: Array, upper_position: Array, top_speed: Array, gain: float) -> None:
         self._lower_position, self._upper_position = lower_position, upper_position
         self._top_speed = top_speed
-        self._least_speed = -top_speed
         self.lower = -top_speed
         self.upper = top_speed.copy()
-        self._is_full = True
-        self._whole = self
-        # Looking at seven numbers one by one is faster than asking numpy twice.
-        self._top_speeds: list[float] = top_speed.tolist()
         self.gain = gain
-
-    @property
-    def gain(self) -> float:
-        """g [1/s]."""
-        return self._gain
-
-    @gain.setter
-    def gain(self, gain: float) -> None:
-        self._gain = gain
-        ways = self._top_speed / gain
-        self._free: tuple[list[float], list[float]] = (
-            (self._lower_position + ways).tolist(),
-            (self._upper_position - ways).tolist(),
-        )
 
     def update(self, positions: Array) -> None:
         """Compute `lower` and `upper` (n,) [rad/s] at q (n,)."""
-        lower, upper = self.lower, self.upper
-        for position, free_lower, free_upper in zip(positions.tolist(), *self._free, strict=True):
-            if position < free_lower or position > free_upper:
-                break
-        else:
-            # No joint is near a stop: the usual case, and nothing to compute if it was so before.
-            if not self._is_full:
-                lower[:], upper[:] = self._least_speed, self._top_speed
-                self._is_full = True
-            return
-        self._is_full = False
-        np.subtract(self._lower_position, positions, out=lower)
-        lower *= self._gain
-        np.maximum(lower, self._least_speed, out=lower)
-        np.subtract(self._upper_position, positions, out=upper)
-        upper *= self._gain
-        np.minimum(upper, self._top_speed, out=upper)
+        fill_bounds(positions, self._lower_position, self._upper_position, self._top_speed, self.gain, self.lower, self.upper)
 
     def part(self, joints: slice) -> "VelocityBox":
         """Return the box of some of the joints. It shares its bounds with this one, so that updating the whole updates the part."""
         part = VelocityBox(self._lower_position[joints], self._upper_position[joints], self._top_speed[joints], self.gain)
         part.lower, part.upper = self.lower[joints], self.upper[joints]
-        part._whole = self._whole
         return part
 
     def clip(self, velocities: Array) -> Array:
@@ -138,13 +122,7 @@ class VelocityBox:
 
     def contains(self, velocities: Array) -> bool:
         """Return whether velocities (n,) lie in the box."""
-        if self._whole._is_full:
-            for speed, top in zip(velocities.tolist(), self._top_speeds, strict=True):  # noqa: SIM110 (twice as fast)
-                if not -top <= speed <= top:
-                    return False
-            return True
-        # Counting is several times faster than .all() on arrays this small.
-        return not (np.count_nonzero(velocities < self.lower) or np.count_nonzero(velocities > self.upper))
+        return is_inside(velocities, self.lower, self.upper)
 
     def lost_speed(self, direction: Array) -> Array:
         """Return how much of its top speed each joint has lost to a stop (n,) [rad/s], in the direction of the signs given (n,)."""

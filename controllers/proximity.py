@@ -11,20 +11,16 @@ does not matter which of the two p is, nor that the points travel over the surfa
 """
 
 import math
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
+from coal import Capsule
 
 from controllers.choices import Treatment
-from controllers.convex_distance import ConvexDistances
+from controllers.compiled import FilledMatrix, FilledVector, IndexPairs, Loop, Matrix, Vector
+from controllers.convex_distance import convex_closest
 from controllers.kinematics import Array, Kinematics
-
-CROSS: Final = np.zeros((12, 6))
-"""From a direction n and the nine products p_i n_j, in a row of 12, to the wrench (n, p × n) by a product with this matrix."""
-CROSS[(0, 1, 2), (0, 1, 2)] = 1.0
-CROSS[(8, 9, 4), (3, 4, 5)] = 1.0
-CROSS[(10, 5, 6), (3, 4, 5)] = -1.0
 
 
 class Proximity(NamedTuple):
@@ -45,6 +41,87 @@ class Proximity(NamedTuple):
     law_distance: float
     row: Array
     pair_row: Array
+
+
+@Loop
+def pair_row(
+    px: float, py: float, pz: float, nx: float, ny: float, nz: float, jacobian: Matrix, signs: Vector, row: FilledVector
+) -> None:
+    """Fill n · (velocity of the second body − of the first) per q̇ (nv,), both bodies' material at p, eqs (26), (27).
+
+    Args:
+        px, py, pz: p on the line of contact, world [m].
+        nx, ny, nz: n along it, from the first body to the second.
+        jacobian: (6, nv), see `Kinematics`.
+        signs: by which sign a joint's column counts (nv,): −1 if it moves the first body alone, 1 the second, 0 both or none.
+    """
+    mx, my, mz = py * nz - pz * ny, pz * nx - px * nz, px * ny - py * nx
+    for j in range(len(row)):
+        row[j] = 0.0
+        if signs[j] != 0.0:
+            linear = nx * jacobian[0, j] + ny * jacobian[1, j] + nz * jacobian[2, j]
+            row[j] = signs[j] * (linear + mx * jacobian[3, j] + my * jacobian[4, j] + mz * jacobian[5, j])
+
+
+@Loop
+def pair_rows(points: Matrix, directions: Matrix, jacobian: Matrix, signs: Matrix, rows: FilledMatrix) -> None:
+    """Fill `pair_row` of every pair (pairs, nv); points and directions (pairs, 3)."""
+    for i in range(len(points)):
+        p, n = points[i], directions[i]
+        pair_row(p[0], p[1], p[2], n[0], n[1], n[2], jacobian, signs[i], rows[i])
+
+
+@Loop
+def smooth_minimum(distances: Vector, rows: Matrix, beta: float, row: FilledVector) -> float:
+    """Return −ln Σ exp(−β d_i) / β [m] of distances (pairs,), and fill its gradient (nv,) from theirs (pairs, nv)."""
+    # The least of them goes first: no exponential is too large, and one pair alone is its own minimum to the last bit.
+    least = distances[0]
+    for d in distances:
+        least = min(least, d)
+    row[:] = 0.0
+    total = 0.0
+    for i in range(len(distances)):
+        weight = math.exp(beta * (least - distances[i]))
+        total += weight
+        for j in range(len(row)):
+            row[j] += weight * rows[i, j]
+    for j in range(len(row)):
+        row[j] /= total
+    return float(least - math.log(total) / beta)
+
+
+@Loop
+def convex_proximity(
+    frames: Matrix,
+    halves: Vector,
+    pairs: IndexPairs,
+    reach: Vector,
+    beta: float,
+    epsilon: float,
+    jacobian: Matrix,
+    signs: Matrix,
+    distances: FilledVector,
+    rows: FilledMatrix,
+    row: FilledVector,
+) -> float:
+    """Fill the strictly convex distances (pairs,) [m] and their gradients (pairs, nv) [m/rad]; return and fill `smooth_minimum`.
+
+    Args:
+        frames: of every body its axis and centre (bodies, 6), world [m].
+        halves: half lengths of the axes (bodies,) [m].
+        pairs: of bodies (pairs, 2).
+        reach: sums of their radii (pairs,) [m].
+        beta: β [1/m].
+        epsilon: ε [m²].
+        jacobian, signs: as in `pair_row`, one row of signs a pair.
+    """
+    inside = math.sqrt(0.5 * epsilon)
+    for i in range(len(pairs)):
+        a, b = int(pairs[i, 0]), int(pairs[i, 1])
+        px, py, pz, gx, gy, gz, D = convex_closest(frames[a], frames[b], halves[a], halves[b], epsilon)
+        distances[i] = D - inside - reach[i]
+        pair_row(px, py, pz, gx / D, gy / D, gz / D, jacobian, signs[i], rows[i])
+    return smooth_minimum(distances, rows, beta, row)
 
 
 class ProximityDetector:
@@ -75,13 +152,15 @@ class ProximityDetector:
                     if joint:
                         moved = kinematics.model.joints[joint]
                         signs[moved.idx_v : moved.idx_v + moved.nv] += sign
-        self._sign_rows = list(self._signs)
-        self._wrench = np.empty(6)
-        self._row = np.empty(nv)
-        self._directions_and_products = np.empty((4, 3, count))
-        self._rows = np.empty((count, nv))
-        self._ones = np.ones(count)
-        self._convex = ConvexDistances(geometry, self.data) if count else None
+        bodies = geometry.geometryObjects
+        self._pairs = np.array([(pair.first, pair.second) for pair in geometry.collisionPairs], np.int64).reshape(-1, 2)
+        radii = np.array([body.geometry.radius for body in bodies])
+        self._reach = radii[self._pairs].sum(axis=1)
+        self._halves = np.array([body.geometry.halfLength if isinstance(body.geometry, Capsule) else 0.0 for body in bodies])
+        # Live views of Pinocchio's memory, so that one call brings axes and centres together.
+        self._placed = [view for placement in self.data.oMg for view in (placement.rotation[:, 2], placement.translation)]
+        self._frames = np.empty((len(bodies), 6))
+        self._distances, self._rows = np.empty(count), np.empty((count, nv))
 
     @property
     def count(self) -> int:
@@ -96,36 +175,39 @@ class ProximityDetector:
             beta: β of the smooth minimum [1/m]; unused for "single".
             epsilon: ε of the strictly convex distance [m²]; used for "smooth" alone.
         """
-        if self._convex is None:
+        if not self.count:
             return self._nothing
         kinematics = self.kinematics
         pin.updateGeometryPlacements(kinematics.model, kinematics.data, self.geometry, self.data)
         pair = pin.computeDistances(self.geometry, self.data)
-        distance = self._results[pair].min_distance
+        distance, closest = self._results[pair].min_distance, self.row(pair)
         if treatment == "single":
-            row = self.row(pair)
-            return Proximity(distance, pair, distance, row, row)
+            return Proximity(distance, pair, distance, closest, closest)
+        row = np.empty(len(closest))
         if treatment == "soft":
-            law_distance, weights = self._smooth_minimum(self.distances(), beta)
-            rows = self._all_rows()
-            return Proximity(distance, pair, law_distance, weights.dot(rows), rows[pair])
-        convex = self._convex
-        law_distance, weights = self._smooth_minimum(convex.update(epsilon), beta)
-        rows = self._rows_along(convex.gaps, convex.points)
-        weights /= convex.lengths
-        return Proximity(distance, pair, law_distance, weights.dot(rows), self.row(pair))
+            self._fill_rows(self._rows)
+            law_distance = smooth_minimum(self.distances(), self._rows, beta, row)
+        else:
+            law_distance = self._fill_convex(beta, epsilon, row)
+        # Until the loop is compiled it returns a number of numpy's.
+        return Proximity(distance, pair, law_distance, row, closest)
+
+    def convex_distances(self, epsilon: float) -> Array:
+        """Return the strictly convex distance of every pair (pairs,) at the last `detect` [m]. `epsilon`: ε [m²]."""
+        self._fill_convex(1.0, epsilon, np.empty(self._rows.shape[1]))
+        return self._distances.copy()
 
     def row(self, pair: int) -> Array:
         """Return J_d (nv,) of one pair at the last `detect`, a fresh array."""
-        result = self._results[pair]
-        nx, ny, nz = result.normal.tolist()
-        px, py, pz = result.getNearestPoint1().tolist()
-        self._wrench[:] = (nx, ny, nz, py * nz - pz * ny, pz * nx - px * nz, px * ny - py * nx)
-        return self._wrench.dot(self.kinematics.jacobian, self._row) * self._sign_rows[pair]
+        row = np.empty(self._signs.shape[1])
+        self._fill_row(pair, row)
+        return row
 
     def rows(self) -> Array:
-        """Return J_d of every pair (pairs, nv) at the last `detect`, a copy."""
-        return self._all_rows().copy()
+        """Return J_d of every pair (pairs, nv) at the last `detect`, a fresh array."""
+        rows = np.empty(self._signs.shape)
+        self._fill_rows(rows)
+        return rows
 
     def distances(self) -> Array:
         """Return the signed distance of every pair (pairs,) at the last `detect` [m], a copy."""
@@ -140,31 +222,17 @@ class ProximityDetector:
         """Return the unit vector (3,) from the pair's first to its second body at the last `detect`, a copy."""
         return self._results[pair].normal.copy()
 
-    def _smooth_minimum(self, distances: Array, beta: float) -> tuple[float, Array]:
-        """Return −ln Σ exp(−β d_i) / β [m], and its derivatives with respect to d (pairs,), which add up to 1; overwrites d."""
-        # The least of them goes first: no exponential is too large, and one pair alone is its own minimum to the last bit.
-        least = distances.item(distances.argmin())
-        distances -= least
-        distances *= -beta
-        np.exp(distances, distances)
-        total = float(self._ones.dot(distances))
-        distances *= 1.0 / total
-        return least - math.log(total) / beta, distances
+    def _fill_row(self, pair: int, row: Array) -> None:
+        result = self._results[pair]
+        px, py, pz = result.getNearestPoint1().tolist()
+        nx, ny, nz = result.normal.tolist()
+        pair_row(px, py, pz, nx, ny, nz, self.kinematics.jacobian, self._signs[pair], row)
 
-    def _all_rows(self) -> Array:
+    def _fill_rows(self, rows: Array) -> None:
         points = np.concatenate([point() for point in self._first_points]).reshape(-1, 3)
-        return self._rows_along(np.concatenate(self._normals).reshape(-1, 3).T, points.T)
+        pair_rows(points, np.concatenate(self._normals).reshape(-1, 3), self.kinematics.jacobian, self._signs, rows)
 
-    def _rows_along(self, directions: Array, points: Array) -> Array:
-        """Return direction · (velocity of the second body − of the first) per q̇, one row a pair; both bodies' material at the point.
-
-        Args:
-            directions: (3, pairs).
-            points: (3, pairs) on the lines of contact [m].
-        """
-        parts = self._directions_and_products
-        parts[0] = directions
-        np.multiply(points[:, None], directions, out=parts[1:])
-        parts.reshape(12, -1).T.dot(CROSS.dot(self.kinematics.jacobian), self._rows)
-        self._rows *= self._signs
-        return self._rows
+    def _fill_convex(self, beta: float, epsilon: float, row: Array) -> float:
+        np.concatenate(self._placed, out=self._frames.reshape(-1))
+        bodies, moving = (self._frames, self._halves, self._pairs, self._reach), (self.kinematics.jacobian, self._signs)
+        return convex_proximity(*bodies, beta, epsilon, *moving, self._distances, self._rows, row)

@@ -9,7 +9,7 @@ from controllers.limits import Bounded, bounded_row, shortened_row
 from controllers.null_space_saturation import saturated
 from controllers.proximity import Proximity
 from scenes.arm_tasks.arm_task import ArmTask
-from scenes.world import World
+from scenes.room import World
 
 
 class AvoidanceGroup:
@@ -113,8 +113,8 @@ class AvoidanceGroup:
 
 
 def avoidance_groups(
-    world: World, tasks: tuple[ArmTask, ...], avoiding: tuple[ArmTask, ...], coupled: bool
+    world: World, tasks: tuple[ArmTask, ...], avoiding: tuple[ArmTask, ...], one_row: bool
 ) -> tuple[AvoidanceGroup, ...]:
-    """Return the groups that avoid: each task by a row of its own, or all by one row if they are coupled."""
-    groups = (avoiding,) if coupled else tuple((task,) for task in avoiding)
+    """Return the groups that avoid: each task by a row of its own, or all by one row."""
+    groups = (avoiding,) if one_row else tuple((task,) for task in avoiding)
     return tuple(AvoidanceGroup(world, group, tuple(m for m in tasks if m not in group)) for group in groups)

@@ -1,18 +1,45 @@
 """A ball in the way (Fig. 1): one arm takes its hand from A to B past an obstacle, and back; with one control point the law is smooth."""
 
+from functools import cache
 from typing import Final
 
+import coal
 import numpy as np
+import pinocchio as pin
 
-from controllers.kinematics import Array
-from scenes.arm_tasks.ball_task import BallTask
+from controllers.kinematics import Arm, Array
+from scenes.arm_tasks.arm_task import Memory
 from scenes.arm_tasks.hold_task import HoldTask
-from scenes.autopilot import quintic
-from scenes.roles import NoSource, Roles, TargetSource
-from scenes.room import PATH
-from scenes.settings import RunSettings
-from scenes.targets import BallTarget
-from scenes.world import World
+from scenes.given_choices import makes
+from scenes.guide import FOLLOW_GAIN, SMOOTHING_TIME, shortened
+from scenes.rigs import ALONE
+from scenes.robots import robot
+from scenes.roles import NoSource, Roles, Scenario, TargetSource
+from scenes.room import Room, World, pair_bodies, with_arm
+from scenes.settings import ControlPoint, RunSettings
+from scenes.solo import ALONE_NAME, alone_start
+from scenes.targets import BallTarget, Target, quintic
+
+BALL_RADIUS: Final = 0.08
+"""[m]"""
+
+POINT_RADIUS: Final = 0.05
+"""Radius of the sphere about a control point [m]."""
+
+PATH: Final = np.array([0.0, 0.64, 0.0])
+"""From A to B: what a hand does past the ball (3,) [m]."""
+
+PATH_TURN: Final = -0.60
+"""By how much the first joint is turned back where the path begins [rad]."""
+
+PATH_CLEARANCE: Final = 0.03
+"""How near to the ball's surface the way would bring the control point's without avoidance [m]."""
+
+BALL_ROOM: Final = 2.5
+"""The ball stays within this of the world's origin, along each axis [m]."""
+
+BALL_SPEED: Final = 1.5
+"""Top speed of the ball along each axis [m/s]."""
 
 TRAVEL: Final = 5.0
 """Time from A to B [s]."""
@@ -33,20 +60,70 @@ def path(time: float, home: Array) -> tuple[Array, Array]:
     return home + PATH * (1.0 - share if back else share), PATH * ((-rate if back else rate) / TRAVEL)
 
 
-def roles(world: World, settings: RunSettings) -> Roles:
-    """Return the roles."""
-    del settings
-    arm = world.room.arms[0]
-    keeper, ball = HoldTask(world, arm, path), BallTask(world)
-    return Roles((ball, keeper), arm, arm, keeper, None, (keeper,))
+@cache
+def build_ball_room(robot_name: str = "lwr", point: ControlPoint = "hand") -> Room:
+    """Return the room of one arm and a ball, built once. The ball moves by three joints of its own."""
+    made, geometry = robot(robot_name), pin.GeometryModel()
+    model, arm = with_arm(pin.Model(), geometry, made, ALONE_NAME, ALONE.left_base)
+    start = alone_start(robot_name)
+    start[0] += PATH_TURN
+    first = model.nv
+    bound = np.full(3, BALL_ROOM)
+    joint = model.addJoint(
+        0, pin.JointModelTranslation(), pin.SE3.Identity(), "ball", np.zeros(3), np.full(3, BALL_SPEED), -bound, bound
+    )
+    geometry.addGeometryObject(pin.GeometryObject("ball", joint, pin.SE3.Identity(), coal.Sphere(BALL_RADIUS)))
+    if point == "arm":
+        # The pedestal cannot move.
+        pair_bodies(model, geometry, f"{ALONE_NAME} ", "ball", movable=True)
+    else:
+        hand = model.frames[arm.hand]
+        carrier, place = (arm.elbow, pin.SE3.Identity()) if point == "elbow" else (hand.parentJoint, hand.placement)
+        shape = pin.GeometryObject(f"control point at the {point}", carrier, place, coal.Sphere(POINT_RADIUS))
+        geometry.addCollisionPair(pin.CollisionPair(geometry.addGeometryObject(shape), geometry.getGeometryId("ball")))
+    ball_start = _beside_the_path(model, arm, start, point)
+    whole = np.concatenate([start, ball_start])
+    return Room(ALONE, (made,), model, geometry, (arm,), whole, slice(first, first + 3), point)
 
 
-def source(world: World, settings: RunSettings) -> TargetSource:
-    """Return the source that moves the ball."""
-    if settings.ball == "still":
-        return NoSource()
-    assert world.room.ball is not None
-    return BallSwing(world.room.start[world.room.ball], settings.seed)
+def _beside_the_path(model: pin.Model, arm: Arm, start: Array, point: ControlPoint) -> Array:
+    """Return where the ball lies at first (3,): beyond the end of the elbow's way, or below the middle of the hand's."""
+    data = model.createData()
+    aside = BALL_RADIUS + POINT_RADIUS + PATH_CLEARANCE
+    q = np.concatenate([start, np.zeros(3)])
+    if point == "elbow":
+        ways: list[Array] = []
+        for turn in (0.0, -2.0 * PATH_TURN):
+            q[0] = start[0] + turn
+            pin.forwardKinematics(model, data, q)
+            ways.append(data.oMi[arm.elbow].translation.copy())
+        way = ways[1] - ways[0]
+        # The elbow itself would not go all the way.
+        return ways[1] + way * ((aside - 0.05) / float(np.linalg.norm(way)))
+    pin.framesForwardKinematics(model, data, q)
+    return data.oMf[arm.hand].translation + PATH / 2.0 - np.array([0.0, 0.0, aside])
+
+
+class BallInTheWay(Scenario):
+    """The visitor carries the ball, or it crosses the path by itself."""
+
+    def room(self, settings: RunSettings) -> Room:
+        return build_ball_room(makes(settings.robot)[0], settings.point)
+
+    def roles(self, world: World, settings: RunSettings) -> Roles:
+        del settings
+        arm = world.room.arms[0]
+        keeper, ball = HoldTask(world, arm, path), BallTask(world)
+        return Roles((ball, keeper), arm, arm, keeper, None, (keeper,))
+
+    def source(self, world: World, settings: RunSettings) -> TargetSource:
+        if settings.ball == "still":
+            return NoSource()
+        assert world.room.ball is not None
+        return BallSwing(world.room.start[world.room.ball], settings.seed)
+
+    def way(self, settings: RunSettings, home: Array) -> Array:
+        return np.array([home, home + PATH])
 
 
 class BallSwing:
@@ -60,3 +137,45 @@ class BallSwing:
         """Return where the ball should be at a time [s]."""
         way = np.array([SWING * np.sin(2.0 * np.pi * time / self._period), 0.0, 0.0])
         return BallTarget(self._middle + way)
+
+
+class BallTask:
+    """Goes where the person wants it, at no more than a person's speed.
+
+    Args:
+        world: a room with a ball.
+    """
+
+    def __init__(self, world: World) -> None:
+        columns = world.room.ball
+        assert columns is not None
+        self.joints = columns
+        self.squared_error = 0.0
+        self.desired: Array | None = None
+        self.task_jacobian: Array | None = None
+        self._positions = world.positions[columns]
+        self._box = world.bounds.part(columns)
+        self._velocities = np.zeros(3)
+
+    def begin(self) -> None:
+        """Come to rest."""
+        self._velocities[:] = 0.0
+
+    def nominal(self, target: Target | None, settings: RunSettings, time: float) -> Array:
+        """Return the ball's velocity (3,) [m/s]; the array is reused."""
+        del time
+        wanted: Array | float = 0.0
+        if isinstance(target, BallTarget):
+            wanted = shortened((target.position - self._positions) * FOLLOW_GAIN, settings.hand_speed)
+        v = self._velocities
+        v += (wanted - v) * (settings.dt / (SMOOTHING_TIME + settings.dt))
+        v[:] = self._box.clip(v)
+        return v
+
+    def memory(self) -> Memory:
+        """Return the ball's velocity."""
+        return (self._velocities.copy(),)
+
+    def remember(self, memory: Memory) -> None:
+        """Go on with this velocity."""
+        self._velocities[:] = memory[0]

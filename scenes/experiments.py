@@ -1,34 +1,93 @@
-"""The experiments by name."""
+"""The experiments, each declared once: everything else that knows the experiments by name is made from these entries.
 
-from collections.abc import Callable
+An experiment is a class in `scenes`, its entry here, and its words in `app.text.experiment_texts`. Nothing here loads a library.
+"""
+
 from dataclasses import dataclass
-from typing import Final
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING, Final, Literal
 
-from scenes import ball, hold, imitation, master_slave, solo
-from scenes.roles import Roles, TargetSource
-from scenes.settings import RunSettings, SceneName
-from scenes.world import World
+if TYPE_CHECKING:
+    from scenes.roles import Scenario
+
+Obstacle = Literal["nothing", "ball", "arm"]
+"""What there is to keep clear of."""
+
+Moved = Literal["arm", "ball", "person"]
+"""What the visitor moves: an arm, the ball, or the figure of the person who is imitated."""
+
+Followed = Literal["nothing", "arm", "person"]
+"""Who leads the joints of the arm that plots and numbers show; with "nothing", its task is about its hand."""
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """What is done in a room.
+    """What the arms and the person do in a room.
 
     Attributes:
-        roles: makes the roles.
-        source: the default source of targets, used while the user moves nothing.
-        error_unit: of the squared error that is recorded.
+        name: on the command line, in links and in files.
+        label: what a person reads in the picker.
+        short: the same where there is little room.
+        made_by: its class, "file:Name" in `scenes`.
+        obstacle, moves, follows: see `Obstacle`, `Moved` and `Followed`.
+        reads: keys of settings that have an effect in some experiments only, and in this one.
+        both_avoid: whether both arms keep clear in the paper.
+        maps: whether distance and error are mapped over n and v, see `scenes.sweep`.
     """
 
-    roles: Callable[[World, RunSettings], Roles]
-    source: Callable[[World, RunSettings], TargetSource]
-    error_unit: str = "m²"
+    name: str
+    label: str
+    short: str
+    made_by: str
+    obstacle: Obstacle
+    moves: Moved
+    follows: Followed
+    reads: tuple[str, ...]
+    both_avoid: bool = False
+    maps: bool = False
+
+    @property
+    def error_unit(self) -> str:
+        """Of the squared error that is recorded."""
+        return "m²" if self.follows == "nothing" else "rad²"
+
+    @property
+    def scenario(self) -> "Scenario":
+        """An object of its class."""
+        scenario: Scenario = resolve_name(f"scenes.{self.made_by}")()
+        return scenario
 
 
-EXPERIMENTS: Final[dict[SceneName, Experiment]] = {
-    "solo": Experiment(solo.roles, solo.source),
-    "ball": Experiment(ball.roles, ball.source),
-    "hold": Experiment(hold.roles, hold.source),
-    "master_slave": Experiment(master_slave.roles, hold.source, "rad²"),
-    "imitation": Experiment(imitation.roles, imitation.source, "rad²"),
-}
+SOLO: Final = "solo"
+BALL: Final = "ball"
+HOLD: Final = "hold"
+MASTER_SLAVE: Final = "master_slave"
+IMITATION: Final = "imitation"
+"""Those that figures, tests of laws and benchmarks are made of."""
+
+EXPERIMENTS: Final[dict[str, Experiment]] = {
+    experiment.name: experiment
+    for experiment in (
+        Experiment(
+            SOLO, "One arm alone (eqs 1–8)", "one arm alone", "solo:Solo", "nothing", "arm", "nothing",
+            ("robot", "task", "path", "kx"),
+        ),
+        Experiment(
+            BALL, "A ball in the way (Fig. 1)", "a ball in the way", "ball:BallInTheWay", "ball", "ball", "nothing",
+            ("robot", "task", "point", "ball"),
+        ),
+        Experiment(
+            HOLD, "Hold (Fig. 5)", "hold", "two_arms:Hold", "arm", "arm", "nothing",
+            ("robot", "rig", "guided", "task", "start"), maps=True,
+        ),
+        Experiment(
+            MASTER_SLAVE, "Master and slave (Fig. 6)", "master and slave", "two_arms:MasterSlave", "arm", "arm", "arm",
+            ("robot", "rig", "guided", "following"), both_avoid=True,
+        ),
+        Experiment(
+            IMITATION, "Imitation (Figs 7, 8)", "imitation", "imitation:Imitation", "arm", "person", "person",
+            ("clip",), both_avoid=True,
+        ),
+    )
+}  # fmt: skip
+"""Name → experiment, in the order of the picker."""

@@ -1,4 +1,4 @@
-"""Files that the user names: read only if they are files of a bearable size, and written whole or not at all."""
+"""Files that the user names: read only if they are files of a bearable size, and written whole or not at all, with a line that says why."""
 
 import errno
 import os
@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
+
+from controllers.errors import BadSetting
 
 _WITHOUT_WAITING: Final = getattr(os, "O_NONBLOCK", 0)
 
@@ -77,3 +79,26 @@ def path_inside(folder: Path, name: str) -> Path | None:
         # A zero byte.
         return None
     return path if path.is_relative_to(os.path.realpath(folder)) else None
+
+
+@contextmanager
+def written(path: Path, option: str) -> Iterator[Path]:
+    """Yield a draft that replaces `path` once it is written; see `scenes.files.replacing`.
+
+    Args:
+        option: the command's option that names it or its folder.
+
+    Raises:
+        BadSetting: it cannot be written.
+    """
+    with writable(path, option), replacing(path) as draft:
+        yield draft
+
+
+@contextmanager
+def writable(path: Path, option: str) -> Iterator[None]:
+    """Turn an `OSError` about a path into the `BadSetting` of the option that names it."""
+    try:
+        yield
+    except OSError as error:
+        raise BadSetting(f"{option} = {path}: cannot be written ({error.strerror or error}).") from None

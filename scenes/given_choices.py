@@ -42,10 +42,10 @@ def with_added(spec: Spec) -> Spec:
     """Return the spec with the choices of this process: pairs of different makes, and what was given at its start."""
     if spec.key not in ("robot", "rig"):
         return spec
-    known = dict(zip(spec.choices, spec.choice_labels, strict=True)) | _ADDED.get(spec.key, {})
+    known = {**spec.options(), **_ADDED.get(spec.key, {})}
     if spec.key == "robot":
         known |= {f"{a}{PAIR}{b}": f"{known[a]} | {known[b]}" for a, b in permutations(tuple(known), 2)}
-    return replace(spec, choices=tuple(known), choice_labels=tuple(known.values()))
+    return replace(spec, options=known.copy)
 
 
 def start_remedy(value: str) -> LazyText | None:

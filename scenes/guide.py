@@ -1,12 +1,14 @@
 """A person's hand on an arm: where the hand should be → how the guided arm moves, at no more than a person's speed."""
 
+import math
 from typing import Final
 
 import numpy as np
 import pinocchio as pin
 from scipy.linalg.lapack import dposv
 
-from controllers.kinematics import Arm, Array, Kinematics, damped_solution
+from controllers.compiled import FilledVector, Indices, Loop, Matrix, Vector
+from controllers.kinematics import Arm, Array, Kinematics, damped_solution, fill_damped_solution
 from controllers.limits import VelocityBox
 from scenes.robots import Robot
 from scenes.targets import HandTarget, JointTarget, LinkTarget
@@ -54,20 +56,18 @@ class Guide:
     def __init__(self, kinematics: Kinematics, arm: Arm, robot: Robot, box: VelocityBox, posture: Array) -> None:
         self.kinematics, self.arm, self.box, self.posture = kinematics, arm, box, posture
         self.velocities = np.zeros(arm.joints.stop - arm.joints.start)
+        self._wish, self._rest = np.zeros(len(self.velocities)), np.zeros(len(self.velocities))
         self._hand = kinematics.hand_pose(arm)
         first, offset = arm.joints.start, arm.shoulder - robot.shoulder
         self._reach = _reach(robot)
-        # Of every place where an axis ends: its placement, the Jacobian's columns and the velocities that move it (live views), and
-        # where it is in the frame of its joint.
-        self._points = [
-            (
-                kinematics.data.oMi[joint + offset],
-                kinematics.jacobian[:, first : joint + offset],
-                self.velocities[: joint + offset - first],
-                point,
-            )
-            for joint, point in _axis_ends(robot)
-        ]
+        ends = _axis_ends(robot)
+        self._ends = np.array([point for _, point in ends])
+        self._moving = np.array([joint + offset - first for joint, _ in ends])
+        self._jacobian = kinematics.jacobian[:, arm.joints]
+        placed = [kinematics.data.oMi[joint + offset] for joint, _ in ends]
+        # Live views of Pinocchio's memory.
+        self._placed = [view for M in placed for view in (M.rotation.T.reshape(-1), M.translation)]
+        self._placements = np.empty((len(ends), 12))
 
     def reset(self) -> None:
         """Come to rest at once."""
@@ -84,12 +84,10 @@ class Guide:
             dt: [s].
             top_speed: w_max [m/s].
         """
-        wanted = self._wanted(target, positions, top_speed) if target is not None else 0.0
-        dq = self.velocities
-        dq += (wanted - dq) * (dt / (SMOOTHING_TIME + dt))
-        np.minimum(np.maximum(dq, self.box.lower, out=dq), self.box.upper, out=dq)
+        wanted = self._wanted(target, positions, top_speed) if target is not None else self._rest
+        dq, box = self.velocities, self.box
         # Each joint moves no point faster than its rate times the arm's length beyond it: mostly, that settles it.
-        if float(np.abs(dq).dot(self._reach)) > top_speed:
+        if fill_smoothed(wanted, dt / (SMOOTHING_TIME + dt), box.lower, box.upper, self._reach, dq) > top_speed:
             fastest = self.fastest_point()
             if fastest > top_speed:
                 dq *= top_speed / fastest
@@ -97,13 +95,8 @@ class Guide:
 
     def fastest_point(self) -> float:
         """Return the speed of the fastest point of the arm's axis at the present `velocities` [m/s]."""
-        fastest = 0.0
-        for placement, jacobian, velocities, local in self._points:
-            vx, vy, vz, ax, ay, az = jacobian.dot(velocities).tolist()
-            px, py, pz = placement.act(local).tolist()
-            sx, sy, sz = vx + ay * pz - az * py, vy + az * px - ax * pz, vz + ax * py - ay * px
-            fastest = max(fastest, sx * sx + sy * sy + sz * sz)
-        return fastest**0.5
+        np.concatenate(self._placed, out=self._placements.reshape(-1))
+        return fastest_of(self._placements, self._ends, self._moving, self._jacobian, self.velocities)
 
     def _wanted(self, target: HandTarget | JointTarget | LinkTarget, positions: Array, top_speed: float) -> Array:
         if isinstance(target, JointTarget):
@@ -122,7 +115,8 @@ class Guide:
             elbow = kinematics.joint_point(arm.elbow)
             J_elbow = kinematics.point_jacobian(arm, arm.elbow, elbow)
             free = damped_solution(J_elbow, shortened((target.elbow - elbow) * FOLLOW_GAIN, top_speed), 0.05)
-        return self._inside_box(J, task, free)
+        fill_inside_box(J, task, free, self.box.lower, self.box.upper, self._wish)
+        return self._wish
 
     def _pulled(self, target: LinkTarget, top_speed: float) -> Array:
         """Return q̇ (n,) inside the box with the least |J q̇ − ẋ|² + μ² |q̇|² + ρ² |J_hand q̇|²; it changes steadily with the posture."""
@@ -141,21 +135,84 @@ class Guide:
                 dq[i] = min(max(dq[i] + (gradient[i] - row.dot(dq)) / row[i], lower[i]), upper[i])
         return dq
 
-    def _inside_box(self, J: Array, task: Array, free: Array) -> Array:
-        """Return eq. (4), J^# ẋ + N q̇₀, with joints at their bounds taken out and the others doing their share."""
-        lower, upper, movable = self.box.lower, self.box.upper, J
-        fixed, dq = None, free
-        for _ in range(SATURATIONS):
-            # J^# (ẋ − J q̇₀) + q̇₀ is J^# ẋ + N q̇₀ without building N.
-            dq = damped_solution(movable, task - J.dot(free), GUIDE_DAMPING)
-            dq += free
-            if self.box.contains(dq):
-                return dq
-            beyond = (dq < lower) | (dq > upper)
-            fixed = beyond if fixed is None else fixed | beyond
-            free = np.where(fixed, np.minimum(np.maximum(dq, lower), upper), free)
-            movable = np.where(fixed, 0.0, J)
-        return self.box.clip(dq)
+
+@Loop
+def fill_inside_box(J: Matrix, task: Vector, free: Vector, lower: Vector, upper: Vector, dq: FilledVector) -> None:
+    """Fill eq. (4), q̇ = J^# ẋ + N q̇₀ (n,), with joints at their bounds taken out and the others doing their share.
+
+    Args:
+        J: (m, n).
+        task: ẋ (m,).
+        free: q̇₀ (n,), which moves the arm where that does not move the hand [rad/s].
+        lower, upper: bounds of q̇ (n,) [rad/s].
+    """
+    m, n = J.shape
+    movable, aim, missing, fixed = np.empty((m, n)), np.empty(n), np.empty(m), np.zeros(n)
+    for j in range(n):
+        aim[j] = free[j]
+        for i in range(m):
+            movable[i, j] = J[i, j]
+    for _ in range(SATURATIONS):
+        # J^# (ẋ − J q̇₀) + q̇₀ is J^# ẋ + N q̇₀ without building N.
+        for i in range(m):
+            missing[i] = task[i]
+            for j in range(n):
+                missing[i] -= J[i, j] * aim[j]
+        fill_damped_solution(movable, missing, GUIDE_DAMPING, dq)
+        inside = True
+        for j in range(n):
+            dq[j] += aim[j]
+            if not lower[j] <= dq[j] <= upper[j]:
+                inside, fixed[j] = False, 1.0
+        if inside:
+            return
+        for j in range(n):
+            if fixed[j]:
+                aim[j] = min(max(dq[j], lower[j]), upper[j])
+                for i in range(m):
+                    movable[i, j] = 0.0
+    for j in range(n):
+        dq[j] = min(max(dq[j], lower[j]), upper[j])
+
+
+@Loop
+def fill_smoothed(wanted: Vector, share: float, lower: Vector, upper: Vector, reach: Vector, dq: FilledVector) -> float:
+    """Bring q̇ (n,) nearer to what is wanted by a share of the difference, within its bounds, and return Σ |q̇_j| times `reach` (n,)."""
+    speed = 0.0
+    for j in range(len(dq)):
+        dq[j] = min(max(dq[j] + (wanted[j] - dq[j]) * share, lower[j]), upper[j])
+        speed += abs(dq[j]) * reach[j]
+    return float(speed)
+
+
+@Loop
+def fastest_of(placements: Matrix, ends: Matrix, moving: Indices, J: Matrix, dq: Vector) -> float:
+    """Return the speed of the fastest end of an axis [m/s].
+
+    Args:
+        placements: of the ends' joints: rotation by columns, then origin (ends, 12).
+        ends: in the frame of its joint (ends, 3) [m].
+        moving: how many of the arm's joints move it (ends,).
+        J: (6, n), world axes and origin.
+        dq: q̇ (n,) [rad/s].
+    """
+    fastest = 0.0
+    for k in range(len(ends)):
+        M, end = placements[k], ends[k]
+        vx = vy = vz = ax = ay = az = 0.0
+        for j in range(moving[k]):
+            vx += J[0, j] * dq[j]
+            vy += J[1, j] * dq[j]
+            vz += J[2, j] * dq[j]
+            ax += J[3, j] * dq[j]
+            ay += J[4, j] * dq[j]
+            az += J[5, j] * dq[j]
+        px = M[0] * end[0] + M[3] * end[1] + M[6] * end[2] + M[9]
+        py = M[1] * end[0] + M[4] * end[1] + M[7] * end[2] + M[10]
+        pz = M[2] * end[0] + M[5] * end[1] + M[8] * end[2] + M[11]
+        sx, sy, sz = vx + ay * pz - az * py, vy + az * px - ax * pz, vz + ax * py - ay * px
+        fastest = max(fastest, sx * sx + sy * sy + sz * sz)
+    return math.sqrt(fastest)
 
 
 def pull(kinematics: Kinematics, arm: Arm, target: LinkTarget, top_speed: float) -> tuple[Array, Array]:

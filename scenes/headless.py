@@ -13,9 +13,9 @@ from controllers.laws.situation import Law
 from scenes.history import COLUMN
 from scenes.recording import pair_label
 from scenes.roles import TargetSource
+from scenes.room import World
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
-from scenes.world import World
 
 FELT: Final = 0.01
 """Least jump of λ |J_d| that counts as felt [m/rad]; |J_d| is about 1 m/rad, and so the law is at work from λ = 0.01 on."""

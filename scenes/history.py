@@ -22,6 +22,18 @@ _HEAD: Final = len(SCALARS)
 _FIRST: Final = COLUMN["e2_b"]
 
 
+def unit_of(column: str, error_unit: str) -> str:
+    """Return the unit of a column, "" for a number without one. `error_unit`: of the squared error."""
+    known = {"t": "s", "d": "m", "law_d": "m", "e2": error_unit, "e2_b": error_unit}
+    known |= dict.fromkeys(("u", "w", "w_law", "u_b", "w_b", "w_law_b"), "m/s")
+    if column in known or column in SCALARS:
+        return known.get(column, "")
+    length = column.startswith("ball_")
+    if "_dq" in column:
+        return "m/s" if length else "rad/s"
+    return "m" if length else "rad"
+
+
 @dataclass(frozen=True)
 class Second:
     """What a step meant for the second arm that keeps clear; names and units as in `SCALARS`."""

@@ -1,29 +1,53 @@
 """Imitation (Figs 7, 8): a person's two arms drive both robots by four angles an arm, and both keep clear of each other."""
 
+from dataclasses import replace
+from functools import cache
+from typing import Final
+
+import numpy as np
+
+from controllers.kinematics import Array
+from scenes.arm_tasks.arm_task import Memory
 from scenes.arm_tasks.follow_task import JointFollower
-from scenes.arm_tasks.imitated_person import ImitatedPerson
-from scenes.person.clips import Clip
-from scenes.roles import Roles, TargetSource
-from scenes.room import SIDES
+from scenes.person.clips import REST, Clip
+from scenes.person.filter import AngleFilter
+from scenes.person.retarget import DRIVEN, Retargeter, natural_pose
+from scenes.rigs import FIELD_OF_VIEW, Camera
+from scenes.roles import Roles, Scenario, TargetSource
+from scenes.room import SIDES, Room, World, build_room
 from scenes.settings import RunSettings
-from scenes.targets import AnglesTarget
-from scenes.world import World
+from scenes.targets import AnglesTarget, Target
+
+CAMERA: Final = Camera((0.30, -0.24, 1.09), (2.45, -0.45, 0.69), 2.56, 1.34, FIELD_OF_VIEW)
+"""Shows the robots with their arms up, and the person beside them with arms stretched out."""
 
 
-def roles(world: World, settings: RunSettings) -> Roles:
-    """Return the roles. The arm that is called the person's own is driven like the other one."""
-    room = world.room
-    imitated = ImitatedPerson(world)
-    followers = {side: JointFollower(world, room.arm(side), imitated.arm(i)) for i, side in enumerate(SIDES)}
-    own, other = room.arm(settings.guided), room.other(settings.guided)
-    task, held = followers[SIDES[room.arms.index(other)]], followers[settings.guided]
-    return Roles((followers["left"], followers["right"]), own, other, task, held, (task, held))
+@cache
+def build_imitation_room() -> Room:
+    """Return the torso with two LWRs, their elbows at the sides like a person's, built once; no other room or robot fits a person."""
+    room = build_room("torso")
+    start = room.start.copy()
+    for arm, joints in zip(room.arms, natural_pose(REST), strict=True):
+        start[arm.joints.start : arm.joints.start + DRIVEN] = joints
+    return replace(room, start=start, rig=replace(room.rig, camera=CAMERA))
 
 
-def source(world: World, settings: RunSettings) -> TargetSource:
-    """Return the built-in clip as a person."""
-    del world
-    return ClipPerson(settings)
+class Imitation(Scenario):
+    """The arm that is called the person's own is driven like the other one."""
+
+    def room(self, settings: RunSettings) -> Room:
+        return build_imitation_room()
+
+    def roles(self, world: World, settings: RunSettings) -> Roles:
+        room = world.room
+        imitated = ImitatedPerson(world)
+        followers = {side: JointFollower(world, room.arm(side), imitated.arm(i)) for i, side in enumerate(SIDES)}
+        own, other = room.arm(settings.guided), room.other(settings.guided)
+        task, held = followers[SIDES[room.arms.index(other)]], followers[settings.guided]
+        return Roles((followers["left"], followers["right"]), own, other, task, held, (task, held))
+
+    def source(self, world: World, settings: RunSettings) -> TargetSource:
+        return ClipPerson(settings)
 
 
 class ClipPerson:
@@ -35,3 +59,97 @@ class ClipPerson:
     def target(self, time: float) -> AnglesTarget:
         """Return how the person's arms are at a time [s]."""
         return AnglesTarget(self._clip.angles(time))
+
+
+class ImitatedPerson:
+    """Retargets the person's angles once a tick, and filters the joints.
+
+    Args:
+        world: with two arms.
+    """
+
+    def __init__(self, world: World) -> None:
+        start = np.array([world.room.start[arm.joints] for arm in world.room.arms])
+        self._start = start
+        self._retargeter = Retargeter(world.room.rig)
+        # Two in a row, so that not even a wild input makes the desired velocity jump.
+        self._filters = AngleFilter(start[:, :DRIVEN]), AngleFilter(start[:, :DRIVEN])
+        self._time = -1.0
+        self.desired: Array = start.copy()
+        """q_d of both arms (2, n) [rad]."""
+        self.speed: Array = np.zeros_like(start)
+        """Their velocities (2, n) [rad/s]."""
+
+    @property
+    def lost_for(self) -> float:
+        """Time since the person was last seen [s]; 0 while the person is seen."""
+        return self._filters[0].lost_for
+
+    def arm(self, side: int) -> "ImitatedArm":
+        """Return one arm as a model to follow; 0 is the left one."""
+        return ImitatedArm(self, side)
+
+    def begin(self) -> None:
+        """Begin at the room's start posture."""
+        self._retargeter.reset(self._start[:, :DRIVEN])
+        for stage in self._filters:
+            stage.reset(self._start[:, :DRIVEN])
+        self.desired[:] = self._start
+        self.speed[:] = 0.0
+        self._time = -1.0
+
+    def update(self, target: Target | None, settings: RunSettings, time: float) -> None:
+        """Take in the person's angles of this tick; the second call of a tick does nothing."""
+        if time == self._time:
+            return
+        self._time = time
+        angles = target.angles if isinstance(target, AnglesTarget) else None
+        seen = None if angles is None else self._retargeter.joints(angles)
+        first, second = self._filters
+        self.desired[:, :DRIVEN] = second.step(first.step(seen, settings.dt), settings.dt)
+        self.speed[:, :DRIVEN] = second.rates
+
+    def memory(self) -> Memory:
+        """Return everything that goes on to the next tick."""
+        first, second = self._filters
+        return (self.desired.copy(), self.speed.copy(), *first.memory(), *second.memory(), *self._retargeter.memory())
+
+    def remember(self, memory: Memory) -> None:
+        """Go on from there."""
+        self.desired[:], self.speed[:] = memory[0], memory[1]
+        rest = memory[2:]
+        for stage in self._filters:
+            kept = len(stage.memory())
+            stage.remember(rest[:kept])
+            rest = rest[kept:]
+        self._retargeter.remember(rest)
+        self._time = -1.0
+
+
+class ImitatedArm:
+    """One arm of an imitated person.
+
+    Args:
+        person: the imitated person.
+        side: 0 for the left one.
+    """
+
+    def __init__(self, person: ImitatedPerson, side: int) -> None:
+        self._person, self._side = person, side
+
+    def begin(self) -> None:
+        """Begin at the room's start posture."""
+        self._person.begin()
+
+    def angles(self, target: Target | None, settings: RunSettings, time: float) -> tuple[Array, Array]:
+        """Return q_d (n,) [rad] and its velocity (n,) [rad/s]."""
+        self._person.update(target, settings, time)
+        return self._person.desired[self._side].copy(), self._person.speed[self._side]
+
+    def memory(self) -> Memory:
+        """Return the whole person's memory."""
+        return self._person.memory()
+
+    def remember(self, memory: Memory) -> None:
+        """Go on from there."""
+        self._person.remember(memory)

@@ -8,6 +8,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from scenes.law_answers import LawAnswers, LawOfFile
 from scenes.packing import WIDTHS, PackedTargets, decoded, encoded, joined
 from scenes.roles import Roles
 from scenes.settings import RunSettings
@@ -34,10 +35,26 @@ _OPEN_BYTES: Final = 120
 
 
 class Stretch(NamedTuple):
-    """A part of a run during which no setting changed."""
+    """A part of a run during which no setting changed.
+
+    Attributes:
+        answers: of the law, if it is that of a file; None if it is that of the settings.
+    """
 
     settings: RunSettings
     targets: PackedTargets
+    answers: LawAnswers | None = None
+
+    @property
+    def nbytes(self) -> int:
+        """Memory that it takes, about [B]."""
+        answers = 0 if self.answers is None else self.answers.rows.nbytes
+        return _STRETCH_BYTES + sum(array.nbytes for array in self.targets) + answers
+
+    def since(self, step: int) -> "Stretch":
+        """Return the part from a step on, which is one of them."""
+        answers = None if self.answers is None else self.answers._replace(rows=self.answers.rows[step:])
+        return Stretch(self.settings, self.targets.since(step), answers)
 
 
 @dataclass(frozen=True)
@@ -56,6 +73,11 @@ class Recorded:
     def settings(self) -> RunSettings:
         """Return the settings at the beginning."""
         return self.stretches[0].settings
+
+    @property
+    def law(self) -> LawAnswers | None:
+        """The newest answers of its law, if that is of a file, which can be replayed but not asked again; None if it is in the settings."""
+        return self.stretches[-1].answers
 
     @property
     def dt(self) -> float:
@@ -123,8 +145,7 @@ class _Chapter:
     @classmethod
     def of(cls, piece: Recorded) -> "_Chapter":
         """Return the closed chapter of a piece."""
-        nbytes = sum(array.nbytes for stretch in piece.stretches for array in stretch.targets)
-        nbytes += _CHAPTER_BYTES + _STRETCH_BYTES * len(piece.stretches)
+        nbytes = _CHAPTER_BYTES + sum(stretch.nbytes for stretch in piece.stretches)
         chapter = cls(piece.snapshot, list(piece.stretches), piece.seconds, nbytes)
         chapter.__dict__["piece"] = piece
         return chapter
@@ -143,6 +164,7 @@ class InputsLog:
         self._chapters: deque[_Chapter] = deque()
         self._settings: RunSettings | None = None
         self._roles: Roles | None = None
+        self._law: LawOfFile | None = None
         self.forget()
 
     def forget(self) -> None:
@@ -153,6 +175,7 @@ class InputsLog:
         self._codes: list[int] = []
         self._counts: list[int] = []
         self._numbers: list[bytes] = []
+        self._answers: list[bytes] = []
 
     @property
     def seconds(self) -> float:
@@ -163,12 +186,12 @@ class InputsLog:
     @property
     def nbytes(self) -> int:
         """How much memory that takes, about [B]."""
-        return self._nbytes + len(self._codes) * _OPEN_BYTES
+        return self._nbytes + (len(self._codes) + len(self._answers)) * _OPEN_BYTES
 
     def record(self, simulation: Simulation, target: Target | None) -> None:
         """Note what the next step is made with, before each; after a reset, or with other roles or another room, the log starts again."""
-        steps = simulation.steps
-        if steps != self._expected or simulation.settings is not self._settings or steps >= self._turn:
+        steps, same = simulation.steps, simulation.settings is self._settings and law_of_file(simulation) is self._law
+        if steps != self._expected or not same or steps >= self._turn:
             self._turn_over(simulation)
         code, numbers = encoded(target)
         if self._codes and self._codes[-1] == code and self._numbers[-1] == numbers:
@@ -187,11 +210,17 @@ class InputsLog:
                 notes.pop()
         self._expected -= 1
 
+    def note_answers(self, simulation: Simulation) -> None:
+        """Note what the law of a file answered in the step that was recorded, after it; nothing under the settings' law."""
+        if self._law is not None:
+            self._answers.append(np.hstack(simulation.answers).tobytes())
+
     def _turn_over(self, simulation: Simulation) -> None:
-        if simulation.steps != self._expected or simulation.roles is not self._roles:
+        law = law_of_file(simulation)
+        if simulation.steps != self._expected or simulation.roles is not self._roles or law is not self._law:
             self.forget()
         self._close_stretch()
-        self._settings, self._roles = simulation.settings, simulation.roles
+        self._settings, self._roles, self._law = simulation.settings, simulation.roles, law
         if simulation.steps >= self._turn:
             self._chapters.append(_Chapter(simulation.snapshot()))
             self._nbytes += _CHAPTER_BYTES
@@ -205,19 +234,25 @@ class InputsLog:
             np.frombuffer(b"".join(self._numbers), np.float64),
         )
 
+    def _open_stretch(self) -> Stretch:
+        assert self._settings is not None
+        answers = None
+        if self._law is not None:
+            rows = np.frombuffer(b"".join(self._answers)).reshape(len(self._answers), -1)
+            answers = LawAnswers(self._law.file, self._law.sha256, rows)
+        return Stretch(self._settings, self._packed(), answers)
+
     def _close_stretch(self) -> None:
         if not self._codes:
             return
-        assert self._settings is not None
-        targets, chapter = self._packed(), self._chapters[-1]
-        seconds = targets.steps * self._settings.dt
-        nbytes = sum(array.nbytes for array in targets) + _STRETCH_BYTES
-        chapter.stretches.append(Stretch(self._settings, targets))
+        stretch, chapter = self._open_stretch(), self._chapters[-1]
+        seconds = stretch.targets.steps * stretch.settings.dt
+        chapter.stretches.append(stretch)
         chapter.seconds += seconds
-        chapter.nbytes += nbytes
+        chapter.nbytes += stretch.nbytes
         self._seconds += seconds
-        self._nbytes += nbytes
-        self._codes, self._counts, self._numbers = [], [], []
+        self._nbytes += stretch.nbytes
+        self._codes, self._counts, self._numbers, self._answers = [], [], [], []
 
     def _forget_oldest(self) -> None:
         while len(self._chapters) > 2:
@@ -241,20 +276,21 @@ class InputsLog:
         return simulation.snapshot(), tuple(chapter.piece for chapter in self._chapters if chapter.stretches)
 
     def restore(self, pieces: Sequence[Recorded], simulation: Simulation) -> None:
-        """Take up the pieces that have led a simulation to its present state, see `cut`."""
+        """Take up the pieces that have led a simulation to its present state, see `cut`; none that had a law of another kind."""
         self.forget()
-        if not pieces:
+        law = law_of_file(simulation)
+        if not pieces or (pieces[-1].law is None) != (law is None):
             return
         self._chapters.extend(map(_Chapter.of, pieces))
         self._seconds = sum(chapter.seconds for chapter in self._chapters)
         self._nbytes = sum(chapter.nbytes for chapter in self._chapters)
         self._expected = self._turn = simulation.steps
-        self._settings, self._roles = simulation.settings, simulation.roles
+        self._settings, self._roles, self._law = simulation.settings, simulation.roles, law
 
     def window(self, seconds: float) -> Recorded | None:
         """Return the newest piece of the run: `seconds` long, up to `CHAPTER` longer, or all that there is; None if that is nothing."""
         length, chapters = 0.0, []
-        open_stretch = [Stretch(self._settings, self._packed())] if self._settings is not None and self._codes else []
+        open_stretch = [self._open_stretch()] if self._codes else []
         length = sum(stretch.targets.steps * stretch.settings.dt for stretch in open_stretch)
         for chapter in reversed(self._chapters):
             chapters.append(chapter)
@@ -267,6 +303,11 @@ class InputsLog:
         return Recorded(chapters[-1].snapshot, merged(stretches))
 
 
+def law_of_file(simulation: Simulation) -> LawOfFile | None:
+    """Return the law that a simulation has from a file; None if it is that of the settings."""
+    return simulation.law if isinstance(simulation.law, LawOfFile) else None
+
+
 def merged(stretches: list[Stretch]) -> tuple[Stretch, ...]:
     """Return the stretches with neighbours of the same settings put together."""
     groups: list[list[Stretch]] = []
@@ -276,4 +317,11 @@ def merged(stretches: list[Stretch]) -> tuple[Stretch, ...]:
             groups[-1].append(stretch)
         else:
             groups.append([stretch])
-    return tuple(Stretch(group[0].settings, joined([stretch.targets for stretch in group])) for group in groups)
+    return tuple(
+        Stretch(group[0].settings, joined([stretch.targets for stretch in group]), _joined_answers(group)) for group in groups
+    )
+
+
+def _joined_answers(stretches: list[Stretch]) -> LawAnswers | None:
+    answers = [stretch.answers for stretch in stretches if stretch.answers is not None]
+    return answers[-1]._replace(rows=np.concatenate([part.rows for part in answers])) if answers else None

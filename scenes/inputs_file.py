@@ -4,8 +4,10 @@ import errno
 import io
 import json
 import math
+import re
 import zipfile
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
@@ -16,6 +18,7 @@ from controllers.errors import BadInputFile, BadSetting, LazyText
 from controllers.kinematics import Array
 from scenes.files import read_file
 from scenes.inputs import Recorded, RecordedPerson, Stretch
+from scenes.law_answers import LawAnswers
 from scenes.packing import ANGLES, BALL, HAND, JOINTS, LINK, ROTATION, TURNED, WIDTHS, PackedTargets
 from scenes.recording import REACH, inputs_from
 from scenes.roles import TargetSource
@@ -24,7 +27,8 @@ from scenes.settings import RunSettings, changed, values
 from scenes.simulation import Simulation, Snapshot
 from scenes.targets import AnglesTarget
 
-VERSION: Final = 1
+VERSION: Final = 2
+"""Of a file with the answers of a law; any other is of version 1, for older programs."""
 FORMAT: Final = "duet inputs"
 
 LARGEST_FILE: Final = 64_000_000
@@ -52,13 +56,15 @@ def recorded_bytes(recorded: Recorded) -> bytes:
     snapshot = recorded.snapshot
     about = {
         "format": FORMAT,
-        "version": VERSION,
+        "version": 1,
         "settings": settings[0],
         "changes": changes,
         "steps": snapshot.steps,
         "time": snapshot.time,
         "memories": [len(memory) for memory in snapshot.memories],
     }
+    if recorded.law is not None:
+        about |= {"version": VERSION, "law_file": recorded.law.file, "law_sha256": recorded.law.sha256}
     targets = [stretch.targets for stretch in recorded.stretches]
     arrays: dict[str, np.ndarray] = {
         "about": np.frombuffer(json.dumps(about).encode(), np.uint8),
@@ -70,6 +76,9 @@ def recorded_bytes(recorded: Recorded) -> bytes:
         "velocities": snapshot.velocities,
     }
     arrays |= {f"robot_{i}": array for i, array in enumerate(snapshot.robot)}
+    answers = [stretch.answers.rows.ravel() for stretch in recorded.stretches if stretch.answers is not None]
+    if answers:
+        arrays["answers"] = np.concatenate(answers)
     for i, memory in enumerate(snapshot.memories):
         arrays |= {f"memory_{i}_{j}": array for j, array in enumerate(memory)}
     out = io.BytesIO()
@@ -201,7 +210,35 @@ def _recorded(arrays: dict[str, np.ndarray]) -> Recorded:
         numbers.flags.writeable = False
         stretches.append(Stretch(s, PackedTargets(targets.codes[first:last], targets.counts[first:last], numbers)))
         first = last
-    return Recorded(snapshot, tuple(stretches))
+    recorded = Recorded(snapshot, tuple(stretches))
+    return recorded if version == 1 else _with_answers(recorded, about, arrays)
+
+
+def _with_answers(recorded: Recorded, about: dict[str, Any], arrays: dict[str, np.ndarray]) -> Recorded:
+    """Return a recorded piece with the checked answers of its law."""
+    file, sha256, numbers = about["law_file"], about["law_sha256"], arrays["answers"]
+    named = (
+        isinstance(file, str) and len(file) <= 255 and len(file.splitlines()) == 1 and re.fullmatch("[0-9a-f]{64}", str(sha256))
+    )
+    _check(named, "does not name the file of its law")
+    simulation, shapes = Simulation(recorded.settings, 1), list[tuple[int, int]]()
+    for settings, targets, _ in recorded.stretches:
+        simulation.apply(settings)
+        shapes.append((targets.steps, 1 + simulation.avoiding_joints))
+    ends = np.cumsum([steps * width for steps, width in shapes])
+    _check(
+        numbers.shape == (ends[-1],),
+        "has {found} numbers as answers of its law, but its steps need {needed}",
+        found=numbers.size,
+        needed=int(ends[-1]),
+    )
+    _check(numbers.dtype == np.float64 and np.isfinite(numbers).all(), "has impossible answers of its law")
+    stretches: list[Stretch] = []
+    for stretch, shape, part in zip(recorded.stretches, shapes, np.split(numbers, ends[:-1]), strict=True):
+        rows = part.reshape(shape)
+        _check(((rows[:, 0] >= 0.0) & (rows[:, 0] <= 1.0)).all(), "has impossible answers of its law")
+        stretches.append(stretch._replace(answers=LawAnswers(file, sha256, rows)))
+    return replace(recorded, stretches=tuple(stretches))
 
 
 def _settings(about: dict[str, Any], stretches: int) -> list[RunSettings]:
@@ -282,8 +319,9 @@ def _snapshot(about: dict[str, Any], arrays: dict[str, np.ndarray], settings: Ru
         same = all(a.shape == b.shape and a.dtype == b.dtype for a, b in zip(stored, memory, strict=True))
         _check(same, "begins in another experiment")
         memories.append(stored)
-    robot = tuple(arrays[f"robot_{i}"] for i in range(4)) if "robot_0" in arrays else ()
-    _check(not robot or _is_robot(*robot, nv=len(positions)), "begins with an impossible robot")
+    # Files made before the lag had a state of its own have four parts.
+    robot = (*(arrays[f"robot_{i}"] for i in range(4)), arrays.get("robot_4", np.empty(0))) if "robot_0" in arrays else ()
+    _check(not robot or _is_robot(robot, len(positions)), "begins with an impossible robot")
     everything = [positions, velocities, *robot, *(array for memory in memories for array in memory)]
     _check(all(array.dtype.kind in "fiub" for array in everything), "begins with no numbers")
     _check(positions.dtype == velocities.dtype == np.float64, "begins with numbers of the wrong type")
@@ -292,10 +330,12 @@ def _snapshot(about: dict[str, Any], arrays: dict[str, np.ndarray], settings: Ru
     return Snapshot(settings, steps, time, positions, velocities, tuple(memories), robot)
 
 
-def _is_robot(times: Array, commands: Array, held: Array, frame: Array, nv: int) -> bool:
-    """Return whether these can be the commands on their way and the last frame, see `scenes.actuation` and `scenes.sensing`."""
-    typed = times.dtype == commands.dtype == held.dtype == np.float64 and frame.dtype == np.int64
-    shaped = times.ndim == 1 and commands.shape == (len(times), nv) and held.shape in ((0,), (nv,)) and frame.shape == ()
+def _is_robot(robot: tuple[Array, ...], nv: int) -> bool:
+    """Return whether these can be the commands on their way, the last frame and q̇, see `scenes.hardware`."""
+    times, commands, held, frame, end = robot
+    typed = times.dtype == commands.dtype == held.dtype == end.dtype == np.float64 and frame.dtype == np.int64
+    shaped = times.ndim == 1 and commands.shape == (len(times), nv) and frame.shape == ()
+    shaped = shaped and held.shape in ((0,), (nv,)) and end.shape in ((0,), (nv,)) and bool((np.abs(end) <= FASTEST).all())
     if not (typed and shaped):
         return False
     # Without a posture there was no frame.

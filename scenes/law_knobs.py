@@ -6,54 +6,37 @@ from typing import Final
 
 from scenes.headless import Summary, run
 from scenes.inputs import Recorded
+from scenes.laws import LAWS, Knob
 from scenes.rerun import Stopped, never, rerun
-from scenes.settings import LawName, LawSettings, RunSettings, changed, specs
-
-_DISTANCES: Final = (0.06, 0.09, 0.12, 0.15, 0.19, 0.24, 0.30)
-_REACHES: Final = (0.16, 0.20, 0.25, 0.30, 0.40, 0.60)
+from scenes.settings import LawSettings, RunSettings, changed, specs
 
 
 @dataclass(frozen=True)
 class LawKnob:
-    """A law with the setting that trades the hand's error for distance.
+    """A law with one of its knobs. `law`: its name."""
 
-    Attributes:
-        law: its name.
-        key: of the setting.
-        points: values of it, ascending, SI.
-        feed_forward: whether the law knows the obstacle's speed w.
-    """
+    law: str
+    setting: Knob
 
-    law: LawName
-    key: str
-    points: tuple[float, ...]
-    feed_forward: bool = False
+    @property
+    def second(self) -> bool:
+        """Whether it is not the setting by which the law's distance is chosen first."""
+        first = LAWS[self.law].distance_knob
+        return first is None or self.setting.key != first.key
 
     def at(self, settings: RunSettings, value: float) -> RunSettings:
         """Return the settings with this law and a value of its knob."""
-        law = replace(settings.law, law=self.law, feed_forward=self.feed_forward)
-        return changed(replace(settings, law=law), self.key, value)
+        law = replace(settings.law, law=self.law, feed_forward=self.setting.feed_forward)
+        settings = replace(settings, law=law)
+        for key, number in self.setting.settings(value).items():
+            settings = changed(settings, key, number)
+        return settings
 
 
-KNOBS: Final = (
-    LawKnob("smooth_priority", "dm", _DISTANCES),
-    LawKnob("smooth_priority", "v", (0.05, 0.10, 0.20, 0.30, 0.50, 0.80)),
-    LawKnob("smooth_priority", "dm", _DISTANCES, True),
-    LawKnob("barrier_qp", "dm", _DISTANCES),
-    LawKnob("barrier_qp", "gamma", (0.2, 0.5, 1.0, 2.0, 5.0, 20.0)),
-    LawKnob("barrier_qp", "dm", _DISTANCES, True),
-    LawKnob("intermediate_value", "dm", _DISTANCES),
-    LawKnob("potential_field", "eta", (0.0005, 0.001, 0.002, 0.005, 0.015, 0.05)),
-    LawKnob("null_space_avoidance", "d0", _REACHES),
-    LawKnob("task_activation", "d0", _REACHES),
-    LawKnob("continuous_inverse", "dm", _DISTANCES),
-    LawKnob("set_based_task", "dm", _DISTANCES),
-    LawKnob("set_based_task", "kr", (0.0, 1.0, 5.0, 15.0, 40.0)),
-)
-"""Of every law with a distance that can be chosen. Strict priority that is always on, and no avoidance at all, have none."""
+def knobs() -> tuple[LawKnob, ...]:
+    """Return the knobs of all laws, law by law."""
+    return tuple(LawKnob(law.name, knob) for law in LAWS.values() for knob in law.knobs)
 
-_KEYS: Final = {knob.law: knob.key for knob in reversed(KNOBS)} | {"strict_switched": "dm"}
-"""Law → key of its first knob."""
 
 MATCH: Final = 0.001
 """How near two smallest distances are to count as the same [m]."""
@@ -75,7 +58,7 @@ class KnobPoint:
 
 def knob_points(knob: LawKnob, settings: RunSettings, seconds: float) -> Iterator[KnobPoint]:
     """Yield a run of the scene's own person at every point of a knob."""
-    for value in knob.points:
+    for value in knob.setting.points:
         yield KnobPoint(value, run(knob.at(settings, value), seconds).summary)
 
 
@@ -91,7 +74,7 @@ class KnobMatch:
         reached: smallest distance of this law at `value`, or the nearest that was found [m].
     """
 
-    law: LawName
+    law: str
     key: str
     value: float | None
     wanted: float
@@ -119,14 +102,15 @@ def match_knob(
             raise Stopped
         return rerun(recorded, law, stopped=stopped).summary.d_min
 
-    law: LawName = chosen["law"]  # pyright: ignore[reportAssignmentType]
-    wanted, key = nearest(reference), _KEYS.get(law, "")
-    if not key:
+    law = str(chosen["law"])
+    wanted, knob = nearest(reference), LAWS[law].distance_knob
+    if knob is None:
         return KnobMatch(law, "", None, wanted, nearest(chosen))
+    key = knob.key
     spec = specs(LawSettings)[key]
     span = spec.high - spec.low
     found = {
-        value: nearest({**chosen, key: value}) - wanted
+        value: nearest({**chosen, **knob.settings(value)}) - wanted
         for value in (spec.low + span * (i / (_FIRST_LOOK - 1)) ** 2 for i in range(_FIRST_LOOK))
     }
     best = min(found, key=lambda value: abs(found[value]))
@@ -136,7 +120,7 @@ def match_knob(
     while ends is not None and abs(found[best]) > MATCH and len(found) < MOST_RERUNS:
         low, high = ends
         middle = (low + high) / 2.0
-        found[middle] = nearest({**chosen, key: middle}) - wanted
+        found[middle] = nearest({**chosen, **knob.settings(middle)}) - wanted
         ends = (middle, high) if (found[middle] < 0.0) == (found[low] < 0.0) else (low, middle)
         best = min(best, middle, key=lambda value: abs(found[value]))
     return KnobMatch(law, key, best if abs(found[best]) <= MATCH else None, wanted, wanted + found[best])

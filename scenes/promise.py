@@ -16,7 +16,7 @@ from controllers.kinematics import Array
 from controllers.laws.situation import FIRM_LEVER
 from controllers.limits import Authority
 from scenes.history import COLUMN, History
-from scenes.settings import HardwareSettings, LawSettings, RunSettings
+from scenes.settings import HardwareSettings, RunSettings
 
 TIE: Final = 0.05
 """Two pairs count as tied for so long before and after one replaces the other as the closest [s]."""
@@ -32,11 +32,6 @@ class Condition(Enum):
     ROBOT = "an ideal robot"
 
 
-def makes_promise(law: LawSettings) -> bool:
-    """Return whether a law is one that the promise is made for."""
-    return law.law == "smooth_priority"
-
-
 def missing(settings: RunSettings, table: Array) -> dict[Condition, NDArray[np.bool_]]:
     """Return in which steps of a history table (rows, columns) a condition is missing, condition → (rows,) of bool.
 
@@ -48,7 +43,7 @@ def missing(settings: RunSettings, table: Array) -> dict[Condition, NDArray[np.b
     two = bool(second.any())
     if two:
         w = np.where(second, 0.0, w)
-    v = law.nominal_velocity + (w if law.feed_forward else 0.0)
+    v = law.nominal_velocity + (w if law.knows_w else 0.0)
     near = table[:, COLUMN["lambda"]] > 0.5
     u, least, bound = table[:, COLUMN["u"]], table[:, COLUMN["lever"]], _at_bound(table[:, COLUMN["authority"]])
     rate = least * (v + u) - u - w

@@ -12,9 +12,9 @@ import pinocchio as pin
 from controllers.errors import BadInputFile
 from controllers.kinematics import Array
 from scenes.files import read_file
-from scenes.history import COLUMN
+from scenes.history import COLUMN, unit_of
 from scenes.simulation import Simulation
-from scenes.targets import HandTarget
+from scenes.targets import HandTarget, between
 
 POSITION_HEADER: Final = ("t", "x", "y", "z")
 POSE_HEADER: Final = (*POSITION_HEADER, "qw", "qx", "qy", "qz")
@@ -39,12 +39,7 @@ class Recording:
 
     def target(self, time: float) -> HandTarget:
         """Return where the hand should be at a time [s]."""
-        i = int(np.searchsorted(self.times, time, side="right")) - 1
-        last = len(self.times) - 1
-        i, part = max(i, 0), 0.0
-        if i < last and time > self.times[i]:
-            part = float((time - self.times[i]) / (self.times[i + 1] - self.times[i]))
-        j = min(i + 1, last)
+        i, j, part = between(self.times, time)
         position = self.positions[i] + (self.positions[j] - self.positions[i]) * part
         if self._rotations is None:
             return HandTarget(position)
@@ -141,7 +136,9 @@ def csv_header(simulation: Simulation, table: Array) -> tuple[str, ...]:
 
 
 def write_table(out: TextIO, simulation: Simulation, table: Array, settings: Mapping[str, Any]) -> None:
-    """Write a history table (rows ≥ 1, columns) as CSV, the settings as # lines on top. Same table and settings, same bytes.
+    """Write a history table (rows ≥ 1, columns) as CSV, on top of it # lines with the settings, and with the unit of every column.
+
+    The same table and settings give the same bytes.
 
     Args:
         simulation: that made the history.
@@ -149,7 +146,10 @@ def write_table(out: TextIO, simulation: Simulation, table: Array, settings: Map
     """
     for key, value in settings.items():
         out.write(f"# {key} = {value}\n")
-    out.write(",".join(csv_header(simulation, table)) + "\n")
+    header = csv_header(simulation, table)
+    units = {name: unit_of(name, simulation.error_unit) for name in header} | {"pair": "names"}
+    out.write(f"# units = {', '.join(f'{name} [{unit or 1}]' for name, unit in units.items())}\n")
+    out.write(",".join(header) + "\n")
     history, pairs = simulation.history, [pair_label(names) for names in simulation.detector.pair_names]
     numbers = [table[:, [COLUMN[name] for name in CSV_SCALARS[:-1]]]]
     rest = [table[:, [COLUMN[name] for name in CSV_SECOND]]] if _has_second(table) else []

@@ -1,19 +1,20 @@
-"""A recorded piece of a run, made again: exactly, with other settings, or in finer or coarser steps. Pure functions of plain data."""
+"""A recorded piece of a run, made again: exactly, with other settings, or in finer steps. Pure functions of plain data."""
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
-from time import perf_counter
 from typing import Any, Final
 
 import pinocchio as pin
 
-from controllers.errors import BadSetting
+from controllers.compiled import load_now
+from controllers.errors import BadSetting, LazyText
 from controllers.kinematics import Array
 from scenes.headless import Summary, summarise
 from scenes.history import COLUMN
 from scenes.inputs import Recorded, Stretch, merged
+from scenes.law_answers import ReplayedLaw
 from scenes.setting_spec import Spec
 from scenes.settings import HardwareSettings, LawSettings, RunSettings, changed, specs
 from scenes.simulation import Simulation
@@ -27,12 +28,6 @@ WHAT_IF_KEYS: Final = (*specs(LawSettings), *specs(HardwareSettings), "k", "kx")
 
 LOOK: Final = 64
 """Steps between two looks at whether the result is still wanted."""
-
-TRIAL: Final = 20
-"""Steps from which the time of a whole rerun is estimated."""
-
-COARSEST: Final = 0.020
-"""Longest step of a draft [s]: the longest that a run may have."""
 
 
 class Stopped(Exception):
@@ -69,7 +64,6 @@ class WhatIf:
         settings: those at the end of the piece, with the ones that were asked for.
         summary: of these curves.
         before: of the run as it really went, over the same time.
-        stride: how many recorded steps were made as one; 1 is exact, more is a draft that will be replaced.
     """
 
     times: Array
@@ -78,7 +72,6 @@ class WhatIf:
     settings: RunSettings
     summary: Summary
     before: Summary
-    stride: int
 
     @property
     def seconds(self) -> float:
@@ -86,11 +79,32 @@ class WhatIf:
         return float(self.times[-1] - self.times[0])
 
 
+def not_again(law: str) -> LazyText:
+    """Return why a run with a custom law cannot be computed again. `law`: name of its file."""
+    return LazyText(
+        "{law} runs in its own process, so this run cannot be computed again. The table and the pictures are available.", law=law
+    )
+
+
+def begun(recorded: Recorded, capacity: int = 1) -> Simulation:
+    """Return a simulation at the beginning of a recorded piece; a law of a file gives its recorded answers in it.
+
+    Args:
+        recorded: where to begin; the caller applies the settings of further stretches.
+        capacity: steps that the history keeps.
+    """
+    simulation = Simulation(recorded.settings, capacity)
+    if recorded.law is not None:
+        answers = [stretch.answers for stretch in recorded.stretches if stretch.answers is not None]
+        simulation.use(ReplayedLaw(answers, simulation, recorded.snapshot.steps))
+    simulation.resume(recorded.snapshot)
+    return simulation
+
+
 def rerun(
     recorded: Recorded,
     overrides: Mapping[str, object] | None = None,
     substeps: int = 1,
-    stride: int = 1,
     stopped: Callable[[], bool] = never,
 ) -> Rerun:
     """Make a recorded piece of a run again. With nothing but the first argument, the result has the bits of the run itself.
@@ -99,40 +113,35 @@ def rerun(
         recorded: state at the beginning, settings and targets.
         overrides: settings by key that are in force all the time, instead of what they were.
         substeps: into how many each step is divided; the target then goes straight from one recorded place to the next.
-        stride: how many recorded steps are made as one, with the target of the first of them. One of the two must be 1.
         stopped: asked now and then; when it says True, everything ends with `Stopped`.
 
     Raises:
         BadSetting: an override that is no setting, is impossible, or cannot be given to a recorded run.
         Stopped: see there.
     """
-    if substeps < 1 or stride < 1 or min(substeps, stride) > 1:
-        raise BadSetting(
-            "substeps = {substeps} and stride = {stride} do not go together; give whole numbers from 1, one of them 1.",
-            substeps=substeps,
-            stride=stride,
-        )
+    if substeps < 1:
+        raise BadSetting("substeps = {substeps} is too small; give a whole number from 1.", substeps=substeps)
+    if recorded.law is not None and (overrides or substeps > 1):
+        raise BadSetting(not_again(recorded.law.file))
     stretches = _stretches(recorded, overrides or {})
-    rows = sum(-(-stretch.targets.steps // stride) * substeps for stretch in stretches)
-    simulation = Simulation(stretches[0].settings, rows)
-    simulation.resume(recorded.snapshot)
+    rows = sum(stretch.targets.steps * substeps for stretch in stretches)
+    simulation = begun(replace(recorded, stretches=stretches), rows)
     seams: list[int] = []
     made = 0
     everything = [[target for target, count in s.targets.runs() for _ in range(count)] for s in stretches]
     for stretch, wishes, following in zip(stretches, everything, [*everything[1:], everything[-1][-1:]], strict=True):
         if made:
             seams.append(made)
-        for targets, dt in _in_steps(wishes, following[0], stretch.settings.dt, substeps, stride):
-            simulation.apply(replace(stretch.settings, dt=dt))
-            before: Target | None = None
-            for target in targets:
-                if made % LOOK == 0 and stopped():
-                    raise Stopped
-                if made and _kind(target) != _kind(before):
-                    seams.append(made)
-                before = target
-                simulation.step(target)
-                made += 1
+        simulation.apply(replace(stretch.settings, dt=stretch.settings.dt / substeps))
+        before: Target | None = None
+        for target in wishes if substeps == 1 else _finer([*wishes, following[0]], substeps):
+            if made % LOOK == 0 and stopped():
+                raise Stopped
+            if made and _kind(target) != _kind(before):
+                seams.append(made)
+            before = target
+            simulation.step(target)
+            made += 1
     table = simulation.history.table()
     return Rerun(table, summarise(simulation, table), tuple(sorted(set(seams))))
 
@@ -140,7 +149,7 @@ def rerun(
 def newest_steps(recorded: Recorded, seconds: float) -> int:
     """Return how many steps the last so many seconds of a piece are, at least one."""
     kept, left = 0, seconds
-    for settings, targets in reversed(recorded.stretches):
+    for settings, targets, _ in reversed(recorded.stretches):
         steps = min(targets.steps, int(left / settings.dt + 1e-6)) if math.isfinite(left) else targets.steps
         kept, left = kept + steps, left - steps * settings.dt
         if steps < targets.steps:
@@ -157,19 +166,17 @@ def newest_piece(recorded: Recorded, seconds: float, stopped: Callable[[], bool]
     ahead = recorded.steps - newest_steps(recorded, seconds)
     if not ahead:
         return recorded
-    simulation = Simulation(recorded.settings, 1)
-    simulation.resume(recorded.snapshot)
-    for i, (settings, targets) in enumerate(recorded.stretches):
-        simulation.apply(settings)
-        wishes = (target for target, count in targets.runs() for _ in range(count))
+    simulation = begun(recorded)
+    for i, stretch in enumerate(recorded.stretches):
+        simulation.apply(stretch.settings)
+        wishes = (target for target, count in stretch.targets.runs() for _ in range(count))
         for target in itertools.islice(wishes, ahead):
             if simulation.steps % LOOK == 0 and stopped():
                 raise Stopped
             simulation.step(target)
-        if ahead < targets.steps:
-            rest = Stretch(settings, targets.since(ahead)), *recorded.stretches[i + 1 :]
-            return Recorded(simulation.snapshot(), rest)
-        ahead -= targets.steps
+        if ahead < stretch.targets.steps:
+            return Recorded(simulation.snapshot(), (stretch.since(ahead), *recorded.stretches[i + 1 :]))
+        ahead -= stretch.targets.steps
     raise AssertionError("a piece has at least one step")
 
 
@@ -177,7 +184,6 @@ def what_if(
     recorded: Recorded,
     overrides: Mapping[str, object],
     before: Summary,
-    longest: float | None,
     stopped: Callable[[], bool] = never,
 ) -> WhatIf:
     """Return how a recorded piece of a run would have gone.
@@ -185,35 +191,19 @@ def what_if(
     Args:
         recorded, overrides, stopped: as in `rerun`.
         before: how it went.
-        longest: wall time that it may take [s]; a slow machine or a slow law then makes a draft, in steps up to `COARSEST` long. None
-            for the exact answer.
 
     Raises:
         BadSetting, Stopped: as `rerun`.
     """
-    stride = 1
-    if longest is not None:
-        needed = _seconds_per_step(recorded, overrides) * recorded.steps / longest
-        stride = max(min(math.ceil(needed), int(COARSEST / recorded.dt + 1e-9)), 1)
-    again = rerun(recorded, overrides, stride=stride, stopped=stopped)
+    again = rerun(recorded, overrides, stopped=stopped)
     times, distance, squared_error = (again.table[:, COLUMN[name]].copy() for name in ("t", "d", "e2"))
     settings = _stretches(recorded, overrides)[-1].settings
-    return WhatIf(times, distance, squared_error, settings, again.summary, before, stride)
-
-
-def _seconds_per_step(recorded: Recorded, overrides: Mapping[str, object]) -> float:
-    first = _stretches(recorded, overrides)[0]
-    simulation = Simulation(first.settings, TRIAL)
-    simulation.resume(recorded.snapshot)
-    begin, made = perf_counter(), 0
-    for target in itertools.islice(recorded.targets(), TRIAL):
-        simulation.step(target)
-        made += 1
-    return (perf_counter() - begin) / max(made, 1)
+    return WhatIf(times, distance, squared_error, settings, again.summary, before)
 
 
 def warm(settings: RunSettings, stopped: Callable[[], bool] = never) -> None:
-    """Make a few steps, so that all libraries and caches are ready for the first real step."""
+    """Load machine code and make a few steps, so that all libraries and caches are ready for the first real step."""
+    load_now()
     simulation = Simulation(settings, 16)
     source = simulation.source()
     for _ in range(16):
@@ -251,20 +241,6 @@ def _named(settings: RunSettings | LawSettings | HardwareSettings, keys: Mapping
         if spec is not None and spec.key in keys:
             found[f.name] = getattr(settings, f.name)
     return found
-
-
-def _in_steps(
-    wishes: list[Target | None], following: Target | None, dt: float, substeps: int, stride: int
-) -> Iterator[tuple[Iterable[Target | None], float]]:
-    """Yield targets and their time step: of everything at once, but for the rest that is no whole stride."""
-    if substeps > 1:
-        yield _finer([*wishes, following], substeps), dt / substeps
-        return
-    whole = len(wishes) // stride * stride
-    if whole:
-        yield wishes[:whole:stride], dt * stride
-    if whole < len(wishes):
-        yield wishes[whole : whole + 1], dt * (len(wishes) - whole)
 
 
 def _finer(wishes: list[Target | None], substeps: int) -> Iterator[Target | None]:

@@ -9,7 +9,6 @@ import pinocchio as pin
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
 from scenes.given_choices import add_choice
-from scenes.room_shells import TABLE_HEIGHT
 
 MIRROR: Final = np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 """Turns a posture of one arm into the mirrored posture of the other, where the bases mirror each other."""
@@ -70,6 +69,9 @@ _TORSO: Final = Rig(
     Camera((0.30, 0.0, 0.93), (2.45, -0.45, 0.69), 1.70, 0.80, FIELD_OF_VIEW),
 )
 
+
+TABLE_HEIGHT: Final = 0.75
+"""World z of the mounting face under both arms of the table [m]."""
 
 TABLE_SEPARATION: Final = 1.1
 """Distance between the bases on the table [m]."""

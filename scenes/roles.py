@@ -1,11 +1,14 @@
-"""The roles of an experiment: which task moves which arm, and which arms avoid."""
+"""What an experiment is made of, and its roles: which task moves which arm, and which arms avoid."""
 
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
 from controllers.kinematics import Arm, Array
 from scenes.arm_tasks.arm_task import ArmTask
-from scenes.settings import AvoidChoice
+from scenes.room import Room, World
+from scenes.settings import AvoidChoice, RunSettings
 from scenes.targets import Target
 
 
@@ -52,11 +55,21 @@ class NoSource:
         del time
 
 
-def mirror_signs(axes: Array) -> Array:
-    """Return (n,) +1 for every joint that keeps its sign in a mirror between left and right, −1 for the others.
+class Scenario:
+    """What an experiment is made of: where it takes place, who does what, and who moves what can be moved."""
 
-    Args:
-        axes: (3, n) of the joints at q = 0 in the base's frame, where y points to the left. A mirror turns the sense of a rotation
-            about an axis that lies in it.
-    """
-    return 1.0 - 2.0 * (abs(axes[1]) < 0.5)
+    def room(self, settings: RunSettings) -> Room:
+        """Return the room."""
+        raise NotImplementedError
+
+    def roles(self, world: World, settings: RunSettings) -> Roles:
+        """Return the roles."""
+        raise NotImplementedError
+
+    def source(self, world: World, settings: RunSettings) -> TargetSource:
+        """Return the default source of targets, used while the visitor moves nothing. `world`: as it stands now."""
+        return NoSource()
+
+    def way(self, settings: RunSettings, home: Array) -> Array:
+        """Return points (k, 3) of the way that the task prescribes to the hand [m]; (0, 3) if it does not. `home`: where it begins."""
+        return np.zeros((0, 3))

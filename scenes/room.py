@@ -1,4 +1,5 @@
-"""Rig, robots and obstacles → one Pinocchio model of everything that moves, its bodies, and the pairs that can meet."""
+"""Rig, robots and obstacles → one Pinocchio model of everything that moves, its bodies, and the pairs that can meet; and how it all
+stands now."""
 
 from dataclasses import dataclass, replace
 from functools import cache
@@ -11,41 +12,15 @@ import pinocchio as pin
 from controllers.errors import BadSetting
 from controllers.kinematics import Arm, Array, Kinematics
 from controllers.laws.situation import AUTHORITY
+from controllers.limits import VelocityBox
 from controllers.proximity import ProximityDetector
 from scenes.given_choices import makes
-from scenes.person.clips import REST
-from scenes.person.retarget import DRIVEN, natural_pose
-from scenes.rigs import ALONE, Rig, rig_named
+from scenes.rigs import Rig, rig_named
 from scenes.robots import Capsule, Robot, robot
 from scenes.robots.start_search import found_postures
 from scenes.settings import ArmName, ControlPoint, RunSettings
 
 SIDES: tuple[ArmName, ArmName] = ("left", "right")
-
-ALONE_NAME: Final = "arm"
-"""Name of an arm that stands alone."""
-
-BALL_RADIUS: Final = 0.08
-"""[m]"""
-
-POINT_RADIUS: Final = 0.05
-"""Radius of the sphere about a control point [m]."""
-
-PATH: Final = np.array([0.0, 0.64, 0.0])
-"""From A to B: what a hand does past the ball (3,) [m]."""
-
-PATH_TURN: Final = -0.60
-"""By how much the first joint is turned back where the path begins [rad]."""
-
-PATH_CLEARANCE: Final = 0.03
-"""How near to the ball's surface the way would bring the control point's without avoidance [m]."""
-
-BALL_ROOM: Final = 2.5
-"""The ball stays within this of the world's origin, along each axis [m]."""
-
-BALL_SPEED: Final = 1.5
-"""Top speed of the ball along each axis [m/s]."""
-
 
 CLEAR: Final = 0.25
 """Distance between two arms at the start that is enough [m]."""
@@ -97,15 +72,33 @@ class Room:
         return (self.rig.left_base, self.rig.right_base)[: len(self.arms)]
 
 
+class World:
+    """Positions and velocities of everything that moves, and all that is computed from them.
+
+    Args:
+        limit_gain: how softly a joint comes to rest at its stop [1/s].
+    """
+
+    def __init__(self, room: Room, limit_gain: float) -> None:
+        self.room = room
+        self.kinematics = Kinematics(room.model, room.arms)
+        self.detector = ProximityDetector(self.kinematics, room.geometry)
+        self.positions: Array = room.start.copy()
+        self.velocities: Array = np.zeros(room.model.nv)
+        model = room.model
+        self.bounds = VelocityBox(
+            model.lowerPositionLimit.copy(), model.upperPositionLimit.copy(), model.velocityLimit.copy(), limit_gain
+        )
+
+    def update(self) -> None:
+        """Compute poses, Jacobians and velocity bounds at the present positions."""
+        self.kinematics.update(self.positions)
+        self.bounds.update(self.positions)
+
+
 def room_of(settings: RunSettings) -> Room:
     """Return the room that the settings ask for."""
-    if settings.scene == "solo":
-        return build_alone(makes(settings.robot)[0])
-    if settings.scene == "ball":
-        return build_ball_room(makes(settings.robot)[0], settings.point)
-    if settings.scene == "imitation":
-        return build_imitation_room()
-    return build_room(settings.rig, settings.robot)
+    return settings.experiment.scenario.room(settings)
 
 
 @cache
@@ -115,9 +108,9 @@ def build_room(rig_name: str, robot_name: str = "lwr") -> Room:
     model, geometry = pin.Model(), pin.GeometryModel()
     arms: list[Arm] = []
     for side, base, one in zip(SIDES, (rig.left_base, rig.right_base), made, strict=True):
-        model, arm = _with_arm(model, geometry, one, side, base)
+        model, arm = with_arm(model, geometry, one, side, base)
         arms.append(arm)
-    _pair_bodies(model, geometry, "left ", "right ")
+    pair_bodies(model, geometry, "left ", "right ")
     room = Room(rig, made, model, geometry, tuple(arms), np.zeros(model.nq))
     return replace(room, start=_start_of_two(room))
 
@@ -158,75 +151,7 @@ def _start_of_two(room: Room) -> Array:
     return both[-place]
 
 
-@cache
-def build_imitation_room() -> Room:
-    """Return the torso with two LWRs, their elbows at the sides like a person's, built once; no other room or robot fits a person."""
-    room = build_room("torso")
-    start = room.start.copy()
-    for arm, joints in zip(room.arms, natural_pose(REST), strict=True):
-        start[arm.joints.start : arm.joints.start + DRIVEN] = joints
-    return replace(room, start=start)
-
-
-@cache
-def build_alone(robot_name: str = "lwr") -> Room:
-    """Return the room of one arm and nothing that it could meet, built once."""
-    made, geometry = robot(robot_name), pin.GeometryModel()
-    model, arm = _with_arm(pin.Model(), geometry, made, ALONE_NAME, ALONE.left_base)
-    return Room(ALONE, (made,), model, geometry, (arm,), _alone_start(robot_name))
-
-
-@cache
-def build_ball_room(robot_name: str = "lwr", point: ControlPoint = "hand") -> Room:
-    """Return the room of one arm and a ball, built once. The ball moves by three joints of its own."""
-    made, geometry = robot(robot_name), pin.GeometryModel()
-    model, arm = _with_arm(pin.Model(), geometry, made, ALONE_NAME, ALONE.left_base)
-    start = _alone_start(robot_name)
-    start[0] += PATH_TURN
-    first = model.nv
-    bound = np.full(3, BALL_ROOM)
-    joint = model.addJoint(
-        0, pin.JointModelTranslation(), pin.SE3.Identity(), "ball", np.zeros(3), np.full(3, BALL_SPEED), -bound, bound
-    )
-    geometry.addGeometryObject(pin.GeometryObject("ball", joint, pin.SE3.Identity(), coal.Sphere(BALL_RADIUS)))
-    if point == "arm":
-        # The pedestal cannot move.
-        _pair_bodies(model, geometry, f"{ALONE_NAME} ", "ball", movable=True)
-    else:
-        hand = model.frames[arm.hand]
-        carrier, place = (arm.elbow, pin.SE3.Identity()) if point == "elbow" else (hand.parentJoint, hand.placement)
-        shape = pin.GeometryObject(f"control point at the {point}", carrier, place, coal.Sphere(POINT_RADIUS))
-        geometry.addCollisionPair(pin.CollisionPair(geometry.addGeometryObject(shape), geometry.getGeometryId("ball")))
-    ball_start = _beside_the_path(model, arm, start, point)
-    whole = np.concatenate([start, ball_start])
-    return Room(ALONE, (made,), model, geometry, (arm,), whole, slice(first, first + 3), point)
-
-
-def _alone_start(robot_name: str) -> Array:
-    if robot_name == "lwr":
-        return ALONE.left_start.copy()
-    return found_postures(robot(robot_name), ALONE.left_base, ALONE.left_base, "left", "table")[0]
-
-
-def _beside_the_path(model: pin.Model, arm: Arm, start: Array, point: ControlPoint) -> Array:
-    """Return where the ball lies at first (3,): beyond the end of the elbow's way, or below the middle of the hand's."""
-    data = model.createData()
-    aside = BALL_RADIUS + POINT_RADIUS + PATH_CLEARANCE
-    q = np.concatenate([start, np.zeros(3)])
-    if point == "elbow":
-        ways: list[Array] = []
-        for turn in (0.0, -2.0 * PATH_TURN):
-            q[0] = start[0] + turn
-            pin.forwardKinematics(model, data, q)
-            ways.append(data.oMi[arm.elbow].translation.copy())
-        way = ways[1] - ways[0]
-        # The elbow itself would not go all the way.
-        return ways[1] + way * ((aside - 0.05) / float(np.linalg.norm(way)))
-    pin.framesForwardKinematics(model, data, q)
-    return data.oMf[arm.hand].translation + PATH / 2.0 - np.array([0.0, 0.0, aside])
-
-
-def _with_arm(model: pin.Model, geometry: pin.GeometryModel, made: Robot, name: str, base: pin.SE3) -> tuple[pin.Model, Arm]:
+def with_arm(model: pin.Model, geometry: pin.GeometryModel, made: Robot, name: str, base: pin.SE3) -> tuple[pin.Model, Arm]:
     """Return the model with one more arm, and the arm; its capsules are added to the geometry."""
     first, offset = model.nv, model.njoints - 1
     model = pin.appendModel(model, _renamed(made.model, name), 0, base)
@@ -263,7 +188,7 @@ def _capsule_placement(capsule: Capsule) -> pin.SE3:
     return pin.SE3(turn, (capsule.start + capsule.end) / 2.0)
 
 
-def _pair_bodies(model: pin.Model, geometry: pin.GeometryModel, first: str, second: str, movable: bool = False) -> None:
+def pair_bodies(model: pin.Model, geometry: pin.GeometryModel, first: str, second: str, movable: bool = False) -> None:
     """Pair the bodies of two name prefixes, without what has a constant distance, J_d ≡ 0.
 
     That is a fixed body against another, and against the part of a link that its joints do not move, such as an upper arm at its

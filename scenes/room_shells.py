@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from scenes import glb, surfaces
+from scenes import glb, rigs, surfaces
 from scenes.glb import Material
+from scenes.rigs import RIGS, TABLE_HEIGHT, TABLE_SEPARATION
 from scenes.surfaces import Array, join, moved, revolve, rounded, smooth_max, smooth_min, thinned
 
 if TYPE_CHECKING:
@@ -34,25 +35,8 @@ FEW: Final = 28
 BOARDS: Final = ("light", "dark")
 """Parts of the bench that are boards and bars: they have few triangles already, and fewer would deform them."""
 
-TABLE_HEIGHT: Final = 0.75
-"""World z of the mounting face under both arms of the table [m]."""
-
 PLATE: Final = 0.012
 """Thickness of a mounting plate; the table's top lies this much lower [m]."""
-
-SHOULDER_HEIGHT: Final = 0.92
-SHOULDER_OFFSET: Final = 0.0765
-"""World z and |y| of the base points of both arms on the torso [m]."""
-
-
-def _turn(axis: str, degrees: float) -> Array:
-    """Rotation matrix (3, 3) about "x", "y" or "z"."""
-    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    i, j = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
-    R = np.eye(3)
-    R[[i, j], [i, j]] = c
-    R[i, j], R[j, i] = -s, s
-    return R
 
 
 def _bolts(radius: float, count: int, height: float, size: float) -> trimesh.Trimesh:
@@ -89,10 +73,8 @@ def torso_meshes(coarse: bool = False) -> dict[str, trimesh.Trimesh]:
     def turned(outline: list[tuple[float, float]], radius: float, steps: int, sections: int) -> trimesh.Trimesh:
         return revolve(outline, FEW) if coarse else revolve(rounded(outline, radius, steps), sections)
 
-    bases = []
-    for side in (-1, 1):
-        R = _turn("y", 35) @ _turn("x", -60 * side) @ _turn("z", 120 * side)
-        bases.append((np.array([0, side * SHOULDER_OFFSET, SHOULDER_HEIGHT]), R))
+    rig = RIGS["torso"]
+    bases = [(base.translation, base.rotation) for base in (rig.right_base, rig.left_base)]
     heart = np.array([-0.028, 0.0, 0.875])
     column_top = heart[2] - 0.095
     foot = turned([(0, 0.0), (0.235, 0.0), (0.235, 0.012), (0.215, 0.022), (0.0, 0.022)], 0.008, 4, 72)
@@ -164,7 +146,7 @@ def torso_glb(coarse: bool = False) -> bytes:
 
 
 @functools.cache
-def table_glb(separation: float = 1.1, coarse: bool = False, plates: int = 2) -> bytes:
+def table_glb(separation: float = TABLE_SEPARATION, coarse: bool = False, plates: int = 2) -> bytes:
     """The bench of the rig "table", for bases at x = ± half the separation [m], facing each other, or (`plates` = 1) only for the
     left one; `coarse` as above."""
     name = f"table-{separation:.3f}-{plates}-{coarse:d}"
@@ -202,4 +184,4 @@ def _packed(parts: dict[str, trimesh.Trimesh], coarse: bool, whole: tuple[str, .
 
 
 def _key(*more: object) -> str:
-    return glb.source_key([__file__, glb.__file__, surfaces.__file__], *more)
+    return glb.source_key([__file__, glb.__file__, rigs.__file__, surfaces.__file__], *more)

@@ -1,7 +1,7 @@
 """What a person may set a field of the settings to: declared once for the command line, the page, links and exports."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final, TypeVar, get_args
 
@@ -10,11 +10,50 @@ from controllers.errors import BadSetting, LazyText
 T = TypeVar("T")
 
 
+SPEC: Final = "spec"
+"""Key of the metadata of a field."""
+
+
+@dataclass(frozen=True)
+class Tab:
+    """A part of a tab of the page; declares the settings that have their controls in it, in their order.
+
+    Attributes:
+        name: of the tab.
+        place: of the part in its tab.
+    """
+
+    name: str
+    place: int = 0
+
+    def number(self, default: T, key: str, label: str, text: str, *scale: Any, words: str = "") -> T:
+        """Declare a number; `scale`: unit, bounds and step, then unit and scale on the page, as in `Spec`."""
+        return field(default=default, metadata={SPEC: Spec(self, key, label, text, *scale, words=words)})
+
+    def flag(self, key: str, label: str, text: str, default: bool = False, words: str = "") -> bool:
+        """Declare a setting that is on or off."""
+        return field(default=default, metadata={SPEC: Spec(self, key, label, text, words=words)})
+
+    def choice(self, default: str, kind: Any, key: str, label: str, text: str, *labels: str) -> Any:
+        """Declare a setting with choices.
+
+        Args:
+            kind: their Literal; or, without `labels`, a function as `Spec.options`.
+            labels: what a person reads for each of them.
+
+        Raises:
+            ValueError: there are more labels than choices, or fewer.
+        """
+        options = dict(zip(get_args(kind), labels, strict=True)).copy if get_args(kind) else kind
+        return field(default=default, metadata={SPEC: Spec(self, key, label, text, options=options)})
+
+
 @dataclass(frozen=True)
 class Spec:
     """What a person may set one field to.
 
     Attributes:
+        tab: where its control stands on the page.
         key: its short name on the command line (`--dm`) and in a link (`?dm=`).
         label: its short name, such as "d_m" or "law".
         help: one line that explains it.
@@ -22,11 +61,11 @@ class Spec:
         low, high: range of a number.
         step: step of its slider, in page units.
         page_unit, page_scale: unit on the page, and page value = scale · SI value.
-        choices: of a choice, in the order shown.
-        choice_labels: what a person reads for each of them.
         words: what a symbol in `label` stands for; "" where the label is a word itself.
+        options: returns the choices in the order shown, value → what a person reads for it; none of a number or a flag.
     """
 
+    tab: Tab
     key: str
     label: str
     help: str
@@ -36,33 +75,18 @@ class Spec:
     step: float = 0.0
     page_unit: str = ""
     page_scale: float = 1.0
-    choices: tuple[str, ...] = ()
-    choice_labels: tuple[str, ...] = ()
     words: str = ""
+    options: Callable[[], Mapping[str, str]] = dict[str, str]
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """Values of a choice, in the order shown."""
+        return tuple(self.options())
 
     def title(self, say: Callable[[str], str] = str) -> str:
         """Return what stands before its control, words first: "critical distance d_m [mm]". `say`: translates words and label."""
         unit = f"[{self.page_unit}]" if self.page_unit else ""
         return " ".join(part for part in (self.words and say(self.words), say(self.label), unit) if part)
-
-
-SPEC: Final = "spec"
-"""Key of the metadata of a field."""
-
-
-def number(default: T, key: str, label: str, text: str, *scale: Any, words: str = "") -> T:
-    """Declare a number; `scale`: unit, bounds and step, then unit and scale on the page, as in `Spec`."""
-    return field(default=default, metadata={SPEC: Spec(key, label, text, *scale, words=words)})
-
-
-def flag(key: str, label: str, text: str, default: bool = False, words: str = "") -> bool:
-    """Declare a setting that is on or off."""
-    return field(default=default, metadata={SPEC: Spec(key, label, text, words=words)})
-
-
-def choice(default: str, kind: Any, key: str, label: str, text: str, *labels: str) -> Any:
-    """Declare a setting with choices. `kind`: their Literal; `labels`: what a person reads for each of them."""
-    return field(default=default, metadata={SPEC: Spec(key, label, text, choices=get_args(kind), choice_labels=labels)})
 
 
 def checked(spec: Spec, present: object, value: object, remedy_of: Callable[[str], LazyText | None] = lambda _: None) -> Any:

@@ -2,28 +2,20 @@
 
 import math
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, Literal, TypeVar, cast
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar, cast
 
 from controllers.choices import BoundsTreatment, HoldTask, Treatment
 from controllers.errors import BadSetting
+from scenes.experiments import EXPERIMENTS, HOLD, Experiment
 from scenes.given_choices import start_remedy, with_added
-from scenes.setting_spec import SPEC, Spec, checked, choice, flag, number
+from scenes.laws import DEFAULT_LAW, LAWS, LawEntry
+from scenes.setting_spec import SPEC, Spec, Tab, checked
+
+if TYPE_CHECKING:
+    from controllers.laws.situation import Law
 
 RigName = Literal["torso", "table"]
-LawName = Literal[
-    "smooth_priority",
-    "strict_priority",
-    "strict_switched",
-    "null_space_avoidance",
-    "potential_field",
-    "barrier_qp",
-    "intermediate_value",
-    "task_activation",
-    "continuous_inverse",
-    "set_based_task",
-    "unprotected",
-]
-SceneName = Literal["solo", "ball", "hold", "master_slave", "imitation"]
 ArmName = Literal["left", "right"]
 RobotName = Literal["lwr", "panda", "ur5"]
 """The makes that are always there; a robot from a file given at the start has a name of its own, see `scenes.robots.robot_files`."""
@@ -39,88 +31,110 @@ BallMotion = Literal["still", "cross"]
 ClipName = Literal["medley", "wave", "clap", "cross", "reach"]
 T = TypeVar("T")
 
+ABOVE, ABOVE_LAST, ELSEWHERE = Tab("above"), Tab("above", 1), Tab("elsewhere")
+"""No tabs: above all of them, and at places of their own."""
+
+LAW, LAW_TASK, LAW_INPUT = (Tab("Law", place) for place in range(3))
+"""The law and its numbers, what it has to keep up, and what it is given."""
+
+ARMS, ARMS_TASK, ARMS_WHO, ARMS_PERSON, ARMS_PACE, ARMS_TIME = (Tab("Arms", place) for place in range(6))
+HARDWARE: Final = Tab("Robot")
+
 
 @dataclass(frozen=True)
 class LawSettings:
     """How the avoiding arm divides itself between its task and keeping clear. SI units."""
 
-    law: LawName = choice(
-        "smooth_priority", LawName, "law", "law",
+    law: str = LAW.choice(
+        DEFAULT_LAW, lambda: {name: law.label for name, law in LAWS.items()}, "law", "law",
         "The paper's smooth change of priority, what came before and after it, or no avoidance at all.",
-        "Smooth priority (paper)", "Strict priority, always on", "Strict priority, switched at d_m", "Null-space avoidance",
-        "Potential field", "Barrier QP, all pairs", "Intermediate value", "Task activation in a hierarchy",
-        "Continuous inverse of a stack", "Set-based task, jumps at d_m", "Unprotected (task only)",
     )  # fmt: skip
-    pairs: Treatment = choice(
+    pairs: Treatment = LAW_INPUT.choice(
         "smooth", Treatment, "pairs", "pairs",
         "What the law sees: the closest pair of bodies (the paper), a smooth minimum over all pairs, or one that stays smooth "
         "also where two links are parallel.",
         "Closest pair (paper)", "Smooth minimum", "Smooth everywhere",
     )  # fmt: skip
-    critical_distance: float = number(
+    critical_distance: float = LAW.number(
         0.15, "dm", "d_m", "Critical distance: below it avoidance has full priority.",
         "m", 0.03, 0.30, 5.0, "mm", 1000.0, words="critical distance",
     )  # fmt: skip
-    order: float = number(6.0, "n", "n", "Order of λ: larger means later and steeper.", "", 1.0, 20.0, 0.5, words="order")
-    nominal_velocity: float = number(
+    order: float = LAW.number(6.0, "n", "n", "Order of λ: larger means later and steeper.", "", 1.0, 20.0, 0.5, words="order")
+    nominal_velocity: float = LAW.number(
         0.30, "v", "v", "Speed of retreat at full priority; a hand faster than this gets closer than d_m.",
         "m/s", 0.0, 1.0, 0.01, "m/s", words="speed of retreat",
     )  # fmt: skip
-    beta: float = number(
+    beta: float = LAW_INPUT.number(
         100.0, "beta", "β", "Sharpness of the smooth minimum; larger is closer to the true minimum.",
         "1/m", 20.0, 400.0, 5.0, "1/m", words="sharpness",
     )  # fmt: skip
-    convexity: float = number(
+    convexity: float = LAW_INPUT.number(
         1e-4, "eps", "ε", "Rounds the distance of two parallel links; larger is smoother, and keeps a little more distance.",
         "m²", 1e-6, 1e-3, 1.0, "mm²", 1e6, words="rounding",
     )  # fmt: skip
-    feed_forward: bool = flag(
+    feed_forward: bool = LAW_INPUT.flag(
         "ff", "add w to v", "Tell the law how fast the obstacle comes: d ≥ d_m then no longer needs w ≤ v.", words="feed-forward:"
     )
-    one_sided: bool = flag("one_sided", "one-sided", "Never slow down a retreat that is already faster than v.")
-    coupled: bool = flag(
+    one_sided: bool = LAW_INPUT.flag("one_sided", "one-sided", "Never slow down a retreat that is already faster than v.")
+    coupled: bool = LAW_INPUT.flag(
         "coupled", "coupled", "Where both arms keep clear: one row over the joints of both, instead of one row an arm."
     )
-    influence_distance: float = number(
+    influence_distance: float = LAW.number(
         0.30, "d0", "d_0", "Where null-space avoidance, the potential field and task activation begin to act.",
         "m", 0.05, 0.60, 5.0, "mm", 1000.0, words="influence distance",
     )  # fmt: skip
-    field_strength: float = number(
+    field_strength: float = LAW.number(
         0.005, "eta", "η", "Strength of the potential field.", "m² rad²/s", 0.0, 0.05, 0.001, "m² rad²/s", words="field strength"
     )
-    barrier_gain: float = number(
+    barrier_gain: float = LAW.number(
         5.0, "gamma", "γ", "How fast the barrier QP lets the distance above d_m be used up.",
         "1/s", 0.1, 40.0, 0.1, "1/s", words="barrier gain",
     )  # fmt: skip
-    restoring_gain: float = number(
+    restoring_gain: float = LAW.number(
         5.0, "kr", "k_r", "How fast the set-based task returns to d_m from below; 0 freezes the distance.",
         "1/s", 0.0, 40.0, 0.5, "1/s", words="restoring gain",
     )  # fmt: skip
+
+    @property
+    def entry(self) -> LawEntry:
+        """What is declared of the law."""
+        return LAWS[self.law]
+
+    def made(self) -> "Law":
+        """Return the law that they describe."""
+        read = {f.name: getattr(self, f.name) for f in fields(self) if f.metadata[SPEC].key in self.entry.reads}
+        law: Law = resolve_name(f"controllers.laws.{self.entry.made_by}")(**read)
+        return law
+
+    @property
+    def knows_w(self) -> bool:
+        """Whether the law is given the obstacle's speed w, and reads it."""
+        return self.feed_forward and "ff" in self.entry.reads
 
 
 @dataclass(frozen=True)
 class HardwareSettings:
     """How the arms that avoid differ from ideal ones: what is behind the commanded velocity, and what is seen. SI units; 0 is ideal."""
 
-    dead_time: float = number(
+    dead_time: float = HARDWARE.number(
         0.0, "dead", "dead time T", "How long a commanded velocity is on its way to the joints, in whole time steps.",
         "s", 0.0, 0.1, 5.0, "ms", 1000.0,
     )  # fmt: skip
-    lag: float = number(
+    lag: float = HARDWARE.number(
         0.0, "lag", "lag τ", "Time constant with which the joints reach a commanded velocity.", "s", 0.0, 0.1, 5.0, "ms", 1000.0
     )
-    joint_noise: float = number(
+    joint_noise: float = HARDWARE.number(
         0.0, "qnoise", "noise of q", "Standard deviation of what the joint sensors show, in every step.",
         "rad", 0.0, 0.02, 0.01, "°", math.degrees(1.0),
     )  # fmt: skip
-    joint_resolution: float = number(
+    joint_resolution: float = HARDWARE.number(
         0.0, "qstep", "step of q", "Resolution of the joint sensors.", "rad", 0.0, 0.02, 0.01, "°", math.degrees(1.0)
     )
-    frame_rate: float = number(
+    frame_rate: float = HARDWARE.number(
         0.0, "fps", "camera", "Frames a second in which the distance is measured; in between d and J_d stay. 0 is every step.",
         "1/s", 0.0, 100.0, 5.0, "Hz",
     )  # fmt: skip
-    distance_noise: float = number(
+    distance_noise: float = HARDWARE.number(
         0.0, "dnoise", "noise of d", "Standard deviation of the measured distance, in every frame.",
         "m", 0.0, 0.02, 0.5, "mm", 1000.0,
     )  # fmt: skip
@@ -140,71 +154,108 @@ class HardwareSettings:
 class RunSettings:
     """Who stands where and what they are asked to do. SI units."""
 
-    scene: SceneName = choice(
-        "hold", SceneName, "scene", "scene", "Which experiment.",
-        "One arm alone (eqs 1–8)", "A ball in the way (Fig. 1)", "Hold (Fig. 5)", "Master and slave (Fig. 6)",
-        "Imitation (Figs 7, 8)",
-    )  # fmt: skip
-    rig: str = choice(
+    scene: str = ABOVE.choice(
+        HOLD, lambda: {name: experiment.label for name, experiment in EXPERIMENTS.items()}, "scene", "scene", "Which experiment."
+    )
+    rig: str = ABOVE_LAST.choice(
         "torso", RigName, "rig", "rig", "Where the two arms stand.", "Torso (the paper's laboratory)", "Table, face to face"
     )
-    robot: str = choice(
+    robot: str = ABOVE.choice(
         "lwr", RobotName, "robot", "robot", "Which arms, the left one first where they differ; nothing is tied to the LWR.",
         "KUKA LWR 4+", "Franka Panda", "UR5",
     )  # fmt: skip
-    guided: ArmName = choice("right", ArmName, "guided", "your arm", "The arm that you move.", "Left", "Right")
-    task: HoldTask = choice(
+    guided: ArmName = ARMS_WHO.choice("right", ArmName, "guided", "your arm", "The arm that you move.", "Left", "Right")
+    task: HoldTask = ARMS_TASK.choice(
         "position", HoldTask, "task", "task", "What the avoiding hand keeps: its position, or its position and orientation.",
         "Hold position", "Hold pose",
     )  # fmt: skip
-    avoid: AvoidChoice = choice(
+    avoid: AvoidChoice = ARMS_WHO.choice(
         "paper", AvoidChoice, "avoid", "who avoids",
         "Which arm keeps clear. In the paper: the free arm in Fig. 5, both in Figs 6 and 7.",
         "As in the paper", "The free arm", "Your arm", "Both arms",
     )  # fmt: skip
-    start: StartName = choice(
+    start: StartName = ARMS_WHO.choice(
         "usual", StartName, "start", "start",
         "The posture that the arms begin in; in the second, your arm slides along the tie of two pairs.",
         "Usual", "Between two pairs",
     )  # fmt: skip
-    following: Following = choice(
+    following: Following = ARMS.choice(
         "mirrored", Following, "following", "slave", "How the slave copies the master's joints.", "Identical", "Mirrored"
     )
-    path: PathName = choice("stay", PathName, "path", "path", "What the hand of the single arm does.", "Stays", "Draws a circle")
-    point: ControlPoint = choice(
+    path: PathName = ARMS.choice(
+        "stay", PathName, "path", "path", "What the hand of the single arm does.", "Stays", "Draws a circle"
+    )
+    point: ControlPoint = ARMS.choice(
         "hand", ControlPoint, "point", "keeps clear", "What of the arm keeps clear of the ball.",
         "Its hand", "Its elbow", "All of it",
     )  # fmt: skip
-    ball: BallMotion = choice("still", BallMotion, "ball", "ball", "What the ball does by itself.", "Stays", "Crosses the path")
-    clip: ClipName = choice(
+    ball: BallMotion = ARMS.choice(
+        "still", BallMotion, "ball", "ball", "What the ball does by itself.", "Stays", "Crosses the path"
+    )
+    clip: ClipName = ARMS_TASK.choice(
         "medley", ClipName, "clip", "clip", "What the built-in person does.", "All in turn", "Wave", "Clap", "Cross", "Reach"
     )
-    gain: float = number(
+    gain: float = LAW_TASK.number(
         2.0, "k", "K", "How hard the avoiding hand is drawn back to its place.", "1/s", 0.0, 20.0, 0.1, "1/s", words="task gain"
     )
-    overdrive: float = number(
+    overdrive: float = LAW_TASK.number(
         1.0, "kx", "K times", "Multiplies K of the single arm, to see what happens where K dt > 2.",
         "", 1.0, 10.0, 0.5, words="task gain:",
     )  # fmt: skip
-    hand_speed: float = number(
+    hand_speed: float = ARMS_PACE.number(
         0.25, "wmax", "w_max", "A person's speed limit: nothing on your arm moves faster.",
         "m/s", 0.05, 1.0, 0.01, "m/s", words="speed limit",
     )  # fmt: skip
-    dt: float = number(
+    dt: float = ARMS_TIME.number(
         0.005, "dt", "dt", "Time step of the simulation.", "s", 0.00125, 0.020, 0.25, "ms", 1000.0, words="time step"
     )
-    limit_gain: float = number(
+    limit_gain: float = ARMS_TIME.number(
         10.0, "g", "g", "How softly a joint comes to rest at its stop.", "1/s", 1.0, 40.0, 0.5, "1/s", words="joint-stop gain"
     )
-    bounds: BoundsTreatment = choice(
+    bounds: BoundsTreatment = ARMS_TIME.choice(
         "distance", BoundsTreatment, "bounds", "bounds",
         "What is kept when joints meet their bounds: the distance rate; the direction of q̇; or the hand's velocity, too, by joints "
         "that still can.",
         "Keep the distance rate", "Shorten the whole q̇", "Saturate in the null space",
     )  # fmt: skip
-    seed: int = number(1, "seed", "seed", "Seed of the autopilot and of the sensors' noise.", "", 0, 9999, 1)
+    seed: int = ARMS_PACE.number(1, "seed", "seed", "Seed of the autopilot and of the sensors' noise.", "", 0, 9999, 1)
     law: LawSettings = field(default_factory=LawSettings)
     hardware: HardwareSettings = field(default_factory=HardwareSettings)
+
+    @property
+    def experiment(self) -> Experiment:
+        """What is declared of the experiment."""
+        return EXPERIMENTS[self.scene]
+
+    @property
+    def draws_circle(self) -> bool:
+        """Whether the hand draws a circle, so that nothing else can move it."""
+        return self.path == "circle" and "path" in self.experiment.reads
+
+    @property
+    def moves_itself(self) -> bool:
+        """Whether the experiment's own source moves what the visitor can, as long as they do not."""
+        return not self.draws_circle and not ("ball" in self.experiment.reads and self.ball == "still")
+
+    @property
+    def both_avoid(self) -> bool:
+        """Whether both arms keep clear of each other."""
+        if self.experiment.obstacle != "arm":
+            return False
+        return self.experiment.both_avoid if self.avoid == "paper" else self.avoid == "both"
+
+    @property
+    def one_row(self) -> bool:
+        """Whether both arms keep clear by one row over the joints of both: where that is chosen, and where w is added to v.
+
+        With a row an arm, each would add the other's velocity of the step before, and the sum of both would alternate from step to step.
+        """
+        return self.both_avoid and (self.law.coupled or self.law.knows_w)
+
+    @property
+    def fits_between(self) -> bool:
+        """Whether it can begin between two pairs, see `scenes.starts`."""
+        return "start" in self.experiment.reads and self.rig == "torso" and self.robot == "lwr"
 
 
 def specs(settings_type: type = RunSettings) -> dict[str, Spec]:

@@ -9,20 +9,19 @@ from controllers.kinematics import Arm, Array, Kinematics
 from controllers.laws.situation import FIRM_LEVER, Law, Unanswered, lever
 from controllers.limits import Authority, Bounded
 from controllers.proximity import Proximity, ProximityDetector
-from scenes.actuation import Actuation, before_stops
 from scenes.arm_tasks.arm_task import Memory
 from scenes.arm_tasks.hold_task import HoldTask
 from scenes.avoidance_group import AvoidanceGroup, avoidance_groups
-from scenes.experiments import EXPERIMENTS
+from scenes.hardware import Actuation, Sensing, before_stops, measured_positions
 from scenes.history import History, Sample, Second
-from scenes.law_factory import make_law
 from scenes.roles import TargetSource
-from scenes.room import Room, room_of
-from scenes.sensing import Sensing, measured_positions
-from scenes.settings import RunSettings
+from scenes.room import Room, World, room_of
+from scenes.settings import HardwareSettings, RunSettings
 from scenes.starts import start_of
 from scenes.targets import Target
-from scenes.world import World
+
+IDEAL: Final = HardwareSettings()
+"""A robot that does at once what it is told, and sees what is."""
 
 HISTORY: Final = 16_000
 """Steps kept by default: 20 s at the smallest time step."""
@@ -62,8 +61,10 @@ class Simulation:
         self._capacity = capacity
         self.near: Proximity | None = None
         """What the newest step decided by; None where that is not known, or other settings are in force."""
-        self.law: Law = make_law(settings.law)
+        self.law: Law = settings.law.made()
         self._custom_law: Law | None = None
+        self.answers: tuple[float | Array, ...] = ()
+        """What the law answered in the newest step: λ, and q̇ of each group of joints that avoids, which may be a view [rad/s]."""
         self._enter(room_of(settings))
         self.reset()
 
@@ -82,7 +83,7 @@ class Simulation:
 
     def _assign(self) -> None:
         """Assign the roles; the arms stay where they are."""
-        self.roles = EXPERIMENTS[self.settings.scene].roles(self.world, self.settings)
+        self.roles = self.settings.experiment.scenario.roles(self.world, self.settings)
         self.guided: Arm = self.roles.guided
         """The arm that the person moves."""
         self.avoiding: Arm = self.roles.avoiding
@@ -93,7 +94,7 @@ class Simulation:
     def _form(self) -> None:
         """Form the groups that avoid."""
         tasks, avoiding = self.roles.tasks, self.roles.avoiders(self.settings.avoid)
-        self._groups: tuple[AvoidanceGroup, ...] = avoidance_groups(self.world, tasks, avoiding, self.settings.law.coupled)
+        self._groups: tuple[AvoidanceGroup, ...] = avoidance_groups(self.world, tasks, avoiding, self.settings.one_row)
         nominals = {task.joints.start: group.part(task) for group in self._groups for task in group.tasks}
         # A task that does not avoid moves its joints directly.
         self._asked = [(m, nominals.get(m.joints.start, self.velocities[m.joints])) for m in tasks]
@@ -109,7 +110,7 @@ class Simulation:
         before = self.settings
         self.settings, self.near = settings, None
         if self._custom_law is None:
-            self.law = make_law(settings.law)
+            self.law = settings.law.made()
         self.world.bounds.gain = settings.limit_gain
         if settings.hardware.dead_time == 0.0:
             self._actuation.clear()
@@ -122,7 +123,7 @@ class Simulation:
         elif (settings.guided, settings.path) != (before.guided, before.path):
             self._assign()
             self._begin()
-        elif (settings.avoid, settings.law.coupled) != (before.avoid, before.law.coupled):
+        elif (settings.avoid, settings.one_row) != (before.avoid, before.one_row):
             self._form()
 
     def reset(self, positions: Array | None = None) -> None:
@@ -146,7 +147,7 @@ class Simulation:
     def use(self, law: Law | None) -> None:
         """Run a custom law instead of that of the settings; None for theirs again."""
         self._custom_law = law
-        self.law = make_law(self.settings.law) if law is None else law
+        self.law = self.settings.law.made() if law is None else law
 
     @property
     def place(self) -> Array | None:
@@ -159,6 +160,11 @@ class Simulation:
         return self.roles.task.home if isinstance(self.roles.task, HoldTask) else None
 
     @property
+    def way(self) -> Array:
+        """Points (k, 3) of the way that the task prescribes to the avoiding hand, world [m]; (0, 3) if it prescribes none."""
+        return np.zeros((0, 3)) if self.home is None else self.settings.experiment.scenario.way(self.settings, self.home)
+
+    @property
     def place_rotation(self) -> Array | None:
         """How the avoiding hand should be turned (3, 3); None if it follows joints."""
         return self.roles.task.place_rotation if isinstance(self.roles.task, HoldTask) else None
@@ -166,12 +172,17 @@ class Simulation:
     @property
     def error_unit(self) -> str:
         """Of the squared error that is recorded."""
-        return EXPERIMENTS[self.settings.scene].error_unit
+        return self.settings.experiment.error_unit
 
     def source(self) -> TargetSource:
         """Return the experiment's default source of targets, starting from the present state."""
         self.kinematics.update(self.positions)
-        return EXPERIMENTS[self.settings.scene].source(self.world, self.settings)
+        return self.settings.experiment.scenario.source(self.world, self.settings)
+
+    @property
+    def avoiding_joints(self) -> int:
+        """Number of joints that avoid: of how many a law gives q̇ in each step."""
+        return sum(len(group.nominal) for group in self._groups)
 
     def joint_label(self, joint: int, second: bool = False) -> str:
         """Return the readable name of the joint that costs authority, as recorded for the first or second arm that avoids."""
@@ -200,7 +211,7 @@ class Simulation:
     def _advance(self, target: Target | None) -> None:
         settings = self.settings
         hardware = settings.hardware
-        before = self.velocities.copy() if hardware.acts_late else None
+        before = self.velocities.copy() if hardware != IDEAL else None
         self.near = None
         if hardware.sees_wrong:
             scalars, second = self._decide_by_sensors(target)
@@ -235,6 +246,7 @@ class Simulation:
         w_law = situation.approach
         w = w_law if near.row is near.pair_row else first.approach(near.pair_row)
         wanted = law(situation)
+        self.answers = lam, wanted
         self.bound_bites = False
         s = _lever(situation.row)
         self.bounded = bounded = self._bound(first, situation.row, wanted, lam, s)
@@ -276,13 +288,19 @@ class Simulation:
             self.detector.detect()
 
     def _actuate(self, before: Array) -> None:
-        """Give the arms that avoid the velocities that their joints reach, in place of the commanded ones."""
+        """Give the arms that avoid the velocities that their joints reach, in place of the commanded ones.
+
+        Commands keep the bounds of the joints as they are seen; here the true ones do.
+        """
         dt, model = self.settings.dt, self.room.model
         reached = self._actuation.reached(self.settings.hardware, self.velocities, before, self.time, dt)
+        stopped = np.zeros(len(reached), bool)
         for group in self._groups:
-            j = group.joints
+            j, top = group.joints, model.velocityLimit[group.joints]
             stops = model.lowerPositionLimit[j], model.upperPositionLimit[j]
-            self.velocities[j] = before_stops(reached[j], self.positions[j], *stops, dt)
+            self.velocities[j] = np.clip(before_stops(reached[j], self.positions[j], *stops, dt), -top, top)
+            stopped[j] = self.velocities[j] != reached[j]
+        self._actuation.stop(stopped)
 
     def _second_keeps_clear(self, law: Law, near: Proximity, lam: float, error: float) -> tuple[float, ...]:
         """Move the second arm that keeps clear, and return its columns of the history.
@@ -292,7 +310,9 @@ class Simulation:
         second = self._groups[1]
         situation = second.situation(law, near, error)
         s = _lever(situation.row)
-        bounded = self._bound(second, situation.row, law(situation), lam, s)
+        wanted = law(situation)
+        self.answers = *self.answers, wanted
+        bounded = self._bound(second, situation.row, wanted, lam, s)
         w_law = situation.approach
         w = w_law if near.row is near.pair_row else second.approach(near.pair_row)
         second.velocities[:] = bounded.velocities
@@ -320,7 +340,10 @@ class Simulation:
         """Return the present state."""
         memories = tuple(task.memory() for task in self.roles.tasks)
         hardware = self.settings.hardware
-        robot = (*self._actuation.memory(), *self._sensing.memory()) if hardware.acts_late or hardware.sees_wrong else ()
+        robot: Memory = ()
+        if hardware != IDEAL:
+            *commands, end = self._actuation.memory()
+            robot = (*commands, *self._sensing.memory(), end)
         return Snapshot(self.settings, self.steps, self.time, self.positions.copy(), self.velocities.copy(), memories, robot)
 
     def resume(self, snapshot: Snapshot) -> None:
@@ -334,8 +357,9 @@ class Simulation:
         for task, memory in zip(self.roles.tasks, snapshot.memories, strict=True):
             task.remember(memory)
         if snapshot.robot:
-            self._actuation.remember(snapshot.robot[:2])
-            self._sensing.remember(snapshot.robot[2:])
+            times, commands, held, frame, end = snapshot.robot
+            self._actuation.remember((times, commands, end))
+            self._sensing.remember((held, frame))
 
     def sample(self) -> Sample:
         """Return the newest step, or a measurement of the present state if there is none."""

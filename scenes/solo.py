@@ -1,22 +1,34 @@
 """One arm alone (eqs 1–8): a hand that keeps its place or draws a circle, and an elbow that is free to move."""
 
+from collections.abc import Callable
+from functools import cache
 from typing import Final
 
 import numpy as np
 import pinocchio as pin
 
-from controllers.kinematics import Array
+from controllers.kinematics import Arm, Array, Kinematics
 from scenes.arm_tasks.hold_task import HoldTask
-from scenes.roles import NoSource, Roles, TargetSource
+from scenes.given_choices import makes
+from scenes.rigs import ALONE
+from scenes.robots import robot
+from scenes.robots.start_search import found_postures
+from scenes.roles import NoSource, Roles, Scenario, TargetSource
+from scenes.room import Room, World, with_arm
 from scenes.settings import RunSettings
 from scenes.targets import HandTarget
-from scenes.world import World
 
 RADIUS: Final = 0.10
 """Of the circle [m]."""
 
 LAP: Final = 8.0
 """Time of a lap [s]."""
+
+POINTS: Final = 96
+"""Of the circle as it is drawn."""
+
+ALONE_NAME: Final = "arm"
+"""Name of an arm that stands alone."""
 
 
 def circle(time: float, home: Array) -> tuple[Array, Array]:
@@ -26,21 +38,56 @@ def circle(time: float, home: Array) -> tuple[Array, Array]:
     return home + RADIUS * np.array([0.0, s, 1.0 - c]), RADIUS * rate * np.array([0.0, c, s])
 
 
-def roles(world: World, settings: RunSettings) -> Roles:
-    """Return the roles. No obstacle is near, so that no law changes the task."""
-    arm = world.room.arms[0]
-    drawing = settings.path == "circle"
-    keeper = HoldTask(world, arm, circle if drawing else None, movable=not drawing, overdriven=True)
-    return Roles((keeper,), arm, arm, keeper, None, (keeper,))
+@cache
+def build_alone(robot_name: str = "lwr") -> Room:
+    """Return the room of one arm and nothing that it could meet, built once."""
+    made, geometry = robot(robot_name), pin.GeometryModel()
+    model, arm = with_arm(pin.Model(), geometry, made, ALONE_NAME, ALONE.left_base)
+    return Room(ALONE, (made,), model, geometry, (arm,), alone_start(robot_name))
 
 
-def source(world: World, settings: RunSettings) -> TargetSource:
-    """Return the source that moves the elbow."""
-    return NoSource() if settings.path == "circle" else ElbowSway(world, settings.seed)
+def alone_start(robot_name: str) -> Array:
+    """Return q (n,) [rad] in which an arm of a make begins that stands alone."""
+    if robot_name == "lwr":
+        return ALONE.left_start.copy()
+    return found_postures(robot(robot_name), ALONE.left_base, ALONE.left_base, "left", "table")[0]
+
+
+class Solo(Scenario):
+    """No obstacle is near, so that no law changes the task."""
+
+    def room(self, settings: RunSettings) -> Room:
+        return build_alone(makes(settings.robot)[0])
+
+    def roles(self, world: World, settings: RunSettings) -> Roles:
+        arm, drawing = world.room.arms[0], settings.draws_circle
+        keeper = HoldTask(world, arm, circle if drawing else None, movable=not drawing, overdriven=True)
+        return Roles((keeper,), arm, arm, keeper, None, (keeper,))
+
+    def source(self, world: World, settings: RunSettings) -> TargetSource:
+        return NoSource() if settings.draws_circle else ElbowSway(world, settings.seed)
+
+    def way(self, settings: RunSettings, home: Array) -> Array:
+        if not settings.draws_circle:
+            return super().way(settings, home)
+        return np.array([circle(LAP * i / POINTS, home)[0] for i in range(POINTS + 1)])
+
+
+def swing(kinematics: Kinematics, arm: Arm) -> Callable[[float], HandTarget]:
+    """Return what asks for the elbow turned by an angle [rad] about the line from shoulder to wrist, while the hand stays where it is.
+
+    Args:
+        kinematics: of the posture from which the angle counts.
+    """
+    pose = kinematics.hand_pose(arm)
+    hand, rotation = pose.translation.copy(), pose.rotation.copy()
+    shoulder, elbow, wrist = (kinematics.joint_point(j) for j in (arm.shoulder, arm.elbow, arm.wrist))
+    axis = (wrist - shoulder) / np.linalg.norm(wrist - shoulder)
+    return lambda angle: HandTarget(hand, rotation, shoulder + pin.exp3(axis * angle) @ (elbow - shoulder))
 
 
 class ElbowSway:
-    """Swings the elbow to and fro about the line from shoulder to wrist, while the hand stays.
+    """Swings the elbow to and fro, while the hand stays.
 
     Args:
         world: a room with one arm, as it stands now.
@@ -48,16 +95,10 @@ class ElbowSway:
     """
 
     def __init__(self, world: World, seed: int) -> None:
-        kinematics, arm = world.kinematics, world.room.arms[0]
-        pose = kinematics.hand_pose(arm)
-        self._hand, self._rotation = pose.translation.copy(), pose.rotation.copy()
-        self._shoulder, self._elbow, wrist = (kinematics.joint_point(j) for j in (arm.shoulder, arm.elbow, arm.wrist))
-        way = wrist - self._shoulder
-        self._axis = way / np.linalg.norm(way)
+        self._swing = swing(world.kinematics, world.room.arms[0])
         random = np.random.default_rng(seed)
         self._period, self._angle = float(random.uniform(6.0, 9.0)), float(random.uniform(0.5, 0.8))
 
     def target(self, time: float) -> HandTarget:
         """Return where hand and elbow should be at a time [s]."""
-        turn = pin.exp3(self._axis * (self._angle * np.sin(2.0 * np.pi * time / self._period)))
-        return HandTarget(self._hand, self._rotation, self._shoulder + turn @ (self._elbow - self._shoulder))
+        return self._swing(self._angle * np.sin(2.0 * np.pi * time / self._period))

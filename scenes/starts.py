@@ -22,8 +22,7 @@ Found by a search over random postures, rounded to 0.01 rad."""
 
 def start_of(settings: RunSettings, room: Room) -> Array:
     """Return q (nv,) [rad, m] in which a run begins: the room's own, unless the settings name another that fits the room."""
-    fits = settings.scene == "hold" and settings.rig == "torso" and settings.robot == "lwr"
-    return BETWEEN if settings.start == "between" and fits else room.start
+    return BETWEEN if settings.start == "between" and settings.fits_between else room.start
 
 
 MOST_BYTES: Final = 100_000

@@ -1,14 +1,171 @@
-"""A grid of settings run over a scene on all cores: the same figures whatever the number of workers; and the trade-off map."""
+"""A grid of settings, read from text, and run over a scene on all cores: the same figures whatever the number of workers."""
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import Final, NamedTuple
+from dataclasses import dataclass
+from itertools import product
+from typing import Any, Final, NamedTuple
 
+from controllers.errors import BadSetting
 from scenes.children import computed
-from scenes.grids import Axis, Grid
-from scenes.headless import run
+from scenes.headless import check_length, run
 from scenes.robots.robot_files import given_at_start, take_over
-from scenes.settings import RunSettings, changed
+from scenes.settings import RunSettings, changed, specs, validate, values
+
+FORMS: Final = "write key=a:b (steps of 1), key=a:b:count (evenly spaced) or key=x,y,z"
+
+MOST_POINTS: Final = 20_000
+"""Largest grid; a point takes about a second."""
+
+Point = tuple[Any, ...]
+"""One value for each axis, in the axes' order."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A setting and the values it takes, checked, in the order given."""
+
+    key: str
+    values: tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Every combination of the axes' values; the last axis varies fastest.
+
+    Attributes:
+        settings: all that is not swept.
+        axes: at least one, each with a key of its own.
+        seconds: simulated time of a point.
+    """
+
+    settings: RunSettings
+    axes: tuple[Axis, ...]
+    seconds: float
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """How many values each axis has."""
+        return tuple(len(axis.values) for axis in self.axes)
+
+    @property
+    def size(self) -> int:
+        """How many points there are."""
+        return math.prod(self.shape)
+
+    def points(self) -> list[Point]:
+        """Return every point, in the order of the table."""
+        return list(product(*(axis.values for axis in self.axes)))
+
+    def at(self, point: Point) -> RunSettings:
+        """Return the settings of a point."""
+        settings = self.settings
+        for axis, value in zip(self.axes, point, strict=True):
+            settings = changed(settings, axis.key, value)
+        return settings
+
+    def fixed(self) -> dict[str, Any]:
+        """Return key → value of every setting that is the same at all points, in order."""
+        swept = {axis.key for axis in self.axes}
+        return {key: value for key, value in values(self.settings).items() if key not in swept}
+
+
+def read_grid(settings: RunSettings, over: Sequence[str], seconds: float) -> Grid:
+    """Return the grid that texts such as `n=1:20` describe; every point of it can be run.
+
+    Raises:
+        BadSetting: a text cannot be read, a value or a combination of values is not possible, or the grid or a run is too large.
+    """
+    if not over:
+        raise BadSetting(f"A sweep needs a setting to sweep: give --over at least once; {FORMS}.")
+    axes = tuple(read_axis(text, settings) for text in over)
+    keys = [axis.key for axis in axes]
+    for key in keys:
+        if keys.count(key) > 1:
+            raise BadSetting(f"over: {key} is swept twice; list all its values in one --over {key}=….")
+    grid = Grid(settings, axes, seconds)
+    if grid.size > MOST_POINTS:
+        raise BadSetting(f"over: the grid has {grid.size} points; take fewer values, at most {MOST_POINTS} points in all.")
+    _rehearse(grid)
+    return grid
+
+
+def _rehearse(grid: Grid) -> None:
+    """Check every point, and make one step with each combination of choices: what cannot be run is said before anything is."""
+    numbers = {axis.key for axis in grid.axes if is_number(axis)}
+    seen: set[Point] = set()
+    for point in grid.points():
+        settings = validate(grid.at(point))
+        check_length(settings, grid.seconds)
+        choices = tuple(value for axis, value in zip(grid.axes, point, strict=True) if axis.key not in numbers)
+        if choices not in seen:
+            seen.add(choices)
+            run(settings, settings.dt)
+
+
+def is_number(axis: Axis) -> bool:
+    """Return whether the axis is a scale, rather than a few choices."""
+    return not isinstance(axis.values[0], (str, bool))
+
+
+def read_axis(text: str, settings: RunSettings) -> Axis:
+    """Return the axis that a text describes.
+
+    Args:
+        text: `key=a:b` for a, a + 1 … b; `key=a:b:count` for evenly spaced values, both ends among them; `key=x,y,z` for a list.
+            Choices and flags can only be listed.
+        settings: that have these keys.
+
+    Raises:
+        BadSetting: the text cannot be read, or a value is not possible.
+    """
+    key, equals, body = text.partition("=")
+    key = key.strip().replace("-", "_")
+    if not equals or not key or not body.strip():
+        raise BadSetting(
+            f"over = {text!r} cannot be read; {FORMS}, as in n=1:20, v=0.05:0.6:12 or law=smooth_priority,unprotected."
+        )
+    known = specs(type(settings))
+    if key not in known:
+        raise BadSetting(f"over: There is no setting {key!r}; choose from {', '.join(known)}.")
+    parts = [part.strip() for part in body.split(":")]
+    if len(parts) == 1:
+        wanted: list[Any] = [part.strip() for part in body.split(",")]
+    elif isinstance(values(settings)[key], (str, bool)):
+        raise BadSetting(
+            f"over = {text!r}: {key} is no number; list its values, as in {key}={','.join(known[key].choices) or '0,1'}."
+        )
+    else:
+        wanted = _range(text, parts)
+    found = tuple(values(changed(settings, key, value))[key] for value in wanted)
+    if len(set(found)) < len(found):
+        raise BadSetting(f"over = {text!r} names a value twice; name each once.")
+    return Axis(key, found)
+
+
+def _range(text: str, parts: list[str]) -> list[float]:
+    try:
+        first, last, *more = (float(part) for part in parts)
+    except ValueError:
+        raise BadSetting(f"over = {text!r}: a, b and count must be numbers; {FORMS}.") from None
+    if len(more) > 1 or not all(map(math.isfinite, (first, last, *more))):
+        raise BadSetting(f"over = {text!r} cannot be read; {FORMS}.")
+    if not first < last:
+        raise BadSetting(f"over = {text!r}: a range goes upwards, and {first:g} is not below {last:g}; {FORMS}.")
+    if not more:
+        if first % 1.0 or last % 1.0:
+            raise BadSetting(f"over = {text!r}: steps of 1 need whole numbers at both ends; add a count, as in {text}:12.")
+        count = last - first + 1.0
+    else:
+        count = more[0]
+        if count % 1.0 or count < 2.0:
+            raise BadSetting(f"over = {text!r}: the count must be a whole number from 2, not {count:g}; {FORMS}.")
+    if count > MOST_POINTS:
+        raise BadSetting(f"over = {text!r} has {count:g} values; take at most {MOST_POINTS}.")
+    intervals = int(count) - 1
+    # Twelve digits: 0.15, not 0.15000000000000002.
+    return [float(f"{first + (last - first) * (i / intervals):.12g}") for i in range(intervals + 1)]
+
 
 FIGURES: Final = ("d_min", "share_below", "e2_max", "e2_end", "dq_step_max", "ddq_max", "pair_switches", "out_of_authority_s")
 """What is kept of a run, as named in `scenes.headless.Summary`. No wall-clock times."""
@@ -67,13 +224,12 @@ def trade_off(
     orders: Sequence[float] = TRADE_OFF_ORDERS,
     velocities: Sequence[float] = TRADE_OFF_VELOCITIES,
 ) -> Iterator[TradeOff]:
-    """Yield distance against error over a grid of n and v in the hold scene, a point a run, spread so that the first show the whole map.
+    """Yield distance against error over a grid of n and v a point a run, spread so that the first show the whole map.
 
     Args:
-        settings: everything but n, v and the scene.
+        settings: everything but n and v.
         seconds: simulated time of a point.
     """
-    settings = changed(settings, "scene", "hold")
     grid = Grid(settings, (Axis("n", tuple(orders)), Axis("v", tuple(velocities))), seconds)
     points = grid.points()
     for index in spread(len(points)):

@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+import numpy as np
+
 from controllers.kinematics import Array
 
 
@@ -56,3 +58,19 @@ class AnglesTarget(NamedTuple):
 
 
 Target = HandTarget | JointTarget | LinkTarget | BallTarget | AnglesTarget
+
+
+def quintic(s: float) -> tuple[float, float]:
+    """Return the share of a way from rest to rest that is done at s in [0, 1] of its time, and its derivative by s."""
+    return s * s * s * (10.0 + s * (6.0 * s - 15.0)), 30.0 * s * s * (1.0 - s) * (1.0 - s)
+
+
+def between(times: Array, time: float) -> tuple[int, int, float]:
+    """Return the samples before and after a time, and the share of the way from one to the other; beyond either end there is no way.
+
+    Args:
+        times: (k,) [s], strictly increasing.
+    """
+    i, last = max(int(np.searchsorted(times, time, side="right")) - 1, 0), len(times) - 1
+    share = float((time - times[i]) / (times[i + 1] - times[i])) if i < last and time > times[i] else 0.0
+    return i, min(i + 1, last), share

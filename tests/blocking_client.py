@@ -53,7 +53,8 @@ class BlockingClient:
         self._thread.start()
         try:
             self.visitor = OperatingClient(url, origin, query, **options)
-            self._run(self.visitor.connect(camera=camera))
+            # A worker process that has just been started serves late on a busy machine.
+            self._run(self.visitor.connect(60.0, camera=camera), 65.0)
         except BaseException:
             self._end()
             raise
@@ -63,7 +64,7 @@ class BlockingClient:
 
     def _end(self) -> None:
         self._loop.call_soon_threadsafe(self._loop.stop)
-        self._thread.join(5.0)
+        self._thread.join(60.0)
         self._loop.close()
 
     def __getattr__(self, name: str) -> Any:

@@ -11,12 +11,13 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Error, Page, Playwright, sync_playwright
+from playwright.sync_api import Browser, ConsoleMessage, Error, Locator, Page, Playwright, sync_playwright
 
 FAILED = pytest.StashKey[bool]()
 FLAGS = (
@@ -29,6 +30,8 @@ FLAGS = (
         "--no-first-run",
     ),
     *("--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-dev-shm-usage"),
+    # Without a graphics card, the page around the scene costs a tenth of the time if it is put together without WebGL's machinery.
+    "--disable-gpu-compositing",
 )
 _NAMES = ("google-chrome", "google-chrome-stable", "chromium", "chromium-browser", "microsoft-edge", "chrome", "msedge")
 _MAC = ("Google Chrome", "Chromium", "Microsoft Edge")
@@ -124,9 +127,20 @@ def browser() -> Iterator[Browser]:
 
 PageAt = Callable[..., Page]
 
+_UNSEEN = """window.duetUnseen = true;
+for (const name of ["drawArrays", "drawElements", "drawArraysInstanced", "drawElementsInstanced", "clear"]) {
+  const draw = window.WebGL2RenderingContext?.prototype[name];
+  if (draw) WebGL2RenderingContext.prototype[name] = function (...given) { if (!window.duetUnseen) draw.apply(this, given); };
+}"""
+"""The scene is computed, laid out and listens as always, but nothing is filled until that is asked for by `drawn`: without a graphics card
+it is most of the work of a frame."""
 
-def listen(page: Page, complaints: list[str], *expect: str) -> None:
-    """Note every console error and uncaught exception of a page, but for what matches one of the regular expressions."""
+
+def listen(page: Page, complaints: list[str], *expect: str) -> Callable[[], None]:
+    """Note every console error and uncaught exception of a page, but for what matches one of the regular expressions.
+
+    Returns what ends it.
+    """
     forgiven = re.compile("|".join((*_HARMLESS, *expect)))
 
     def hear(kind: str, text: str) -> None:
@@ -137,43 +151,92 @@ def listen(page: Page, complaints: list[str], *expect: str) -> None:
         if message.type == "error":
             hear("console", f"{message.text} {message.location.get('url', '')}")
 
+    def on_error(error: Error) -> None:
+        hear("uncaught", str(error))
+
+    def end() -> None:
+        page.remove_listener("console", on_console)
+        page.remove_listener("pageerror", on_error)
+
     page.on("console", on_console)
-    page.on("pageerror", lambda error: hear("uncaught", str(error)))
+    page.on("pageerror", on_error)
+    return end
+
+
+@pytest.fixture(scope="session")
+def used_tabs() -> list[Page]:
+    """Tabs for the next test: one that has shown the page before shows it again in half of the time."""
+    return []
+
+
+def _emptied(page: Page) -> bool:
+    """Forget all that a page has left in its tab, and return whether it is as good as new."""
+    if page.is_closed() or len(page.context.pages) > 1:
+        return False
+    try:
+        if page.url.startswith("http"):
+            page.evaluate("() => { sessionStorage.clear(); localStorage.clear(); }")
+        page.goto("about:blank")
+        page.context.clear_cookies()
+        page.mouse.up()
+        page.mouse.move(0, 0)
+    except Error:
+        return False
+    return True
 
 
 @pytest.fixture
-def page_at(browser: Browser, request: pytest.FixtureRequest) -> Iterator[PageAt]:
+def page_at(browser: Browser, used_tabs: list[Page], request: pytest.FixtureRequest) -> Iterator[PageAt]:
     """`page_at(width, height, expect=(…))` opens an empty tab of that size.
 
     A console error or an uncaught exception in the page fails the test, unless it matches one of the regular expressions in
-    `expect`. A newcomer sees the welcome, as once in a browser; others have seen it. A failed test leaves a picture of every tab in the
-    artefact folder.
+    `expect`. A newcomer sees the welcome, as once in a browser; others have seen it. A tab that has been used before has nothing left
+    of it; a test that gives its tab scripts, routes, listeners or a protocol session asks for a `fresh` one. A failed test leaves a
+    picture of every tab in the artefact folder.
     """
     complaints: list[str] = []
-    pages: list[Page] = []
+    pages: list[tuple[Page, bool]] = []
+    deaf: list[Callable[[], None]] = []
 
     def open_page(
-        width: int = 800, height: int = 600, *, expect: Sequence[str] = (), newcomer: bool = False, **options: Any
+        width: int = 800,
+        height: int = 600,
+        *,
+        expect: Sequence[str] = (),
+        newcomer: bool = False,
+        fresh: bool = False,
+        **options: Any,
     ) -> Page:
-        context = browser.new_context(viewport={"width": width, "height": height}, **options)
-        if not newcomer:
-            context.add_init_script("try { localStorage.setItem('duetWelcome', '1'); } catch {}")
-        page = context.new_page()
+        fresh = fresh or newcomer or bool(options)
+        if used_tabs and not fresh:
+            page = used_tabs.pop()
+            page.set_viewport_size({"width": width, "height": height})
+        else:
+            context = browser.new_context(viewport={"width": width, "height": height}, **options)
+            context.add_init_script(_UNSEEN)
+            if not newcomer:
+                context.add_init_script(WELCOMED)
+            page = context.new_page()
         page.context.set_default_timeout(60_000)
-        listen(page, complaints, *expect)
-        pages.append(page)
+        deaf.append(listen(page, complaints, *expect))
+        pages.append((page, fresh))
         return page
 
     yield open_page
-    if complaints or request.node.stash.get(FAILED, False):
-        for index, page in enumerate(pages):
+    failed = request.node.stash.get(FAILED, False)
+    if complaints or failed:
+        for index, (page, _) in enumerate(pages):
             name = re.sub(r"[^\w.-]+", "_", request.node.nodeid)[-120:]
             try:
-                screenshot(page, f"{name}-{index}")
+                save_picture(page, f"{name}-{index}")
             except Error as error:
                 print(f"no picture of tab {index}: {error.message}")
-    for page in pages:
-        page.context.close()
+    for (page, fresh), end in zip(pages, deaf, strict=True):
+        if not (fresh or failed or complaints) and _emptied(page):
+            end()
+            used_tabs.append(page)
+        else:
+            page.context.close()
     assert not complaints, "the page complained:\n" + "\n".join(complaints)
 
 
@@ -192,16 +255,30 @@ def close_software_note(page: Page) -> None:
     )
 
 
-def screenshot(page: Page, name: str) -> Path:
+@contextmanager
+def drawn(page: Page) -> Iterator[None]:
+    """What the page draws is filled meanwhile, beginning with its present picture."""
+    page.evaluate("() => { window.duetUnseen = false; window.__viserMutable?.requestRender?.(); }")
+    wait_frames(page, 3)
+    yield
+    page.evaluate("() => { window.duetUnseen = true; }")
+
+
+def save_picture(page: Page, name: str) -> None:
     """Save a picture as `name`.png, without viser's note about software rendering."""
     close_software_note(page)
     page.wait_for_function(
         """() => ![...document.querySelectorAll('[class*=Notification-root]')]
              .some(note => /webgl/i.test(note.textContent))"""
     )
-    path = artefacts() / f"{name}.png"
-    page.screenshot(path=path, animations="disabled")
-    return path
+    with drawn(page):
+        page.screenshot(path=artefacts() / f"{name}.png", animations="disabled")
+
+
+def screenshot(page: Page, name: str) -> None:
+    """Save a picture if `DUET_ARTIFACTS` names a folder for pictures: each takes two seconds to draw."""
+    if os.environ.get("DUET_ARTIFACTS"):
+        save_picture(page, name)
 
 
 def wait_frames(page: Page, count: int = 2) -> None:
@@ -218,19 +295,59 @@ def until(page: Page, true: Callable[[], object], what: str = "it", seconds: flo
         wait_frames(page, 1)
 
 
+WELCOMED = "try { localStorage.setItem('duetWelcome', '1'); } catch {}"
+"""A browser's first script with which no welcome is shown."""
+
+
+def lasting(page: Page, faults: Callable[[], list[str]], seconds: float = 20.0) -> list[str]:
+    """Return the faults that a page keeps for so long: a slow machine may still be at work on it when it is looked at first."""
+    found: list[str] = []
+
+    def none() -> bool:
+        found[:] = faults()
+        return not found
+
+    with suppress(AssertionError):
+        until(page, none, "a page without faults", seconds)
+    return found
+
+
 CAMERA = "[...__viserMutable.camera.position.toArray(), ...__viserMutable.camera.quaternion.toArray()]"
 
 
-def settled_view(page: Page, frames: int = 20) -> np.ndarray:
-    """The camera, once it has been put right for the page's layout and has stayed where it is for so many drawn frames."""
+STILL = 1.5
+"""A view has settled if it has stayed for so long [s]: what the page says of its layout arrives that much apart."""
+
+
+def _settled(page: Page, look: Callable[[], Any], frames: int, what: str) -> np.ndarray:
     seen: list[np.ndarray] = []
+    since = time.monotonic()
 
     def still() -> bool:
-        seen.append(np.array(page.evaluate(CAMERA)))
-        return len(seen) > frames and bool(np.allclose(seen[-frames:], seen[-1], atol=1e-6))
+        nonlocal since
+        seen.append(np.array(look(), float))
+        if len(seen) == 1 or not np.allclose(seen[-1], seen[-2], atol=1e-6):
+            del seen[:-1]
+            since = time.monotonic()
+        return len(seen) > frames and time.monotonic() - since > STILL
 
-    until(page, still, "a view that stays")
+    until(page, still, what)
     return seen[-1]
+
+
+def settled_view(page: Page, frames: int = 20) -> np.ndarray:
+    """The camera, once it has been put right for the page's layout and has stayed where it is, for so many drawn frames, too."""
+    return _settled(page, lambda: page.evaluate(CAMERA), frames, "a view that stays")
+
+
+def settled_box(page: Page, place: Locator) -> np.ndarray:
+    """Left, top, width and height [px] of what a mouse is to find, once the page around it has come to rest."""
+
+    def look() -> list[float]:
+        box = place.bounding_box()
+        return [np.nan] * 4 if box is None else [box["x"], box["y"], box["width"], box["height"]]
+
+    return _settled(page, look, 5, "a place that stays")
 
 
 _CANVAS = "(__viserMutable.canvas.querySelector?.('canvas') ?? document.querySelector('canvas[data-engine]'))"
@@ -299,7 +416,7 @@ def take_hold(page: Page, point: Callable[[], np.ndarray], held: Callable[[], ob
         try:
             point_at(page, point())
             page.mouse.down()
-            until(page, held, "taking hold", 3.0)
+            until(page, held, "taking hold", 20.0)
             return
         except AssertionError:
             page.mouse.up()

@@ -14,25 +14,46 @@ from xdist.scheduler import LoadScopeScheduling  # noqa: E402
 
 from scenes.given_choices import added_choices  # noqa: E402
 from scenes.robots.robot_files import FILES  # noqa: E402
-from tests.browser import FAILED, browser, page_at  # noqa: E402
+from tests.browser import FAILED, browser, page_at, used_tabs  # noqa: E402
 
-__all__ = ["browser", "page_at"]
+__all__ = ["browser", "page_at", "used_tabs"]
 
 settings.register_profile("ci", derandomize=True, deadline=None, print_blob=True, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("explore", deadline=None, max_examples=1000, print_blob=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci"))
 
 
+SLOW = {"browser", "house", "serve", "folder", "jupyter"}
+"""What is opened with these takes seconds: a browser, a page's server in this process or in its own, the paper's figures,
+a notebook's server."""
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _own_store(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """The store of a server that runs on this machine is not ours."""
+    os.environ["XDG_STATE_HOME"] = str(tmp_path_factory.mktemp("state"))
+
+
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    items.sort(key=lambda item: not _draws(item.path))
+    """Mark what is slow, and begin with it, so that no worker is left alone with it at the end."""
+    for item in items:
+        if isinstance(item, pytest.Function) and SLOW & set(item.fixturenames):
+            item.add_marker("slow")
+    items.sort(key=lambda item: (not _draws(item.path), "slow" not in item.keywords))
 
 
 class OneBrowser(LoadScopeScheduling):
-    """Two workers share the tests by files, and all files that draw are one to them: two browsers would be in each other's way."""
+    """Two workers share the tests by files, and all files that draw are one to them: two browsers would be in each other's way.
+
+    So are the files on figures, which are drawn once for all of them.
+    """
 
     def _split_scope(self, nodeid: str) -> str:
         file = nodeid.split("::", 1)[0]
-        return "browser" if _draws(self.config.rootpath / file) else file
+        if _draws(self.config.rootpath / file):
+            return "browser"
+        return "figures" if "/figures/" in file else file
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -1,6 +1,10 @@
-"""Imports go down only: the page may use the rooms, the rooms the mathematics, and never the other way round."""
+"""Imports go down only, from the page over the rooms to the mathematics; the names that a notebook imports are there."""
 
 import ast
+import importlib
+import pkgutil
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -62,3 +66,19 @@ def test_positive_control_imports_upwards_are_found_and_those_downwards_are_fine
     for table, found in ((UPWARDS, True), (DOWNWARDS, False)):
         for floor, sources in table.items():
             assert {source: bool(wrong(floor, source)) for source in sources} == dict.fromkeys(sources, found)
+
+
+@pytest.mark.parametrize("package", ["controllers", "scenes"])
+def test_every_public_name_is_there_and_is_no_module(package: str) -> None:
+    loaded = importlib.import_module(package)
+    names = [name for name in dir(loaded) if name in loaded._PUBLIC]
+    assert len(names) == len(loaded._PUBLIC) >= 10
+    assert not {module.name for module in pkgutil.iter_modules(loaded.__path__)} & set(names)
+    assert all(getattr(loaded, name).__doc__ for name in names if callable(getattr(loaded, name)))
+    with pytest.raises(AttributeError, match=names[0]):
+        _ = loaded.no_such_name
+
+
+def test_settings_load_no_robot() -> None:
+    code = "import sys; from scenes import RunSettings; RunSettings(); print('pinocchio' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "False"

@@ -24,6 +24,12 @@ SAME_ON_PURPOSE = {
 }
 """Names of classes and files that stand twice in the product, and why."""
 
+READ_WHOLE = {f"app/{room}/" for room in ("web", "hosting", "runtime", "session", "classroom", "page")}
+"""Rooms of which public functions and aliases of types are read, too: none stands anywhere else in the product."""
+
+OF_THE_FIELD = {"main": "what a process runs"}
+"""Names of functions that the field itself uses again and again, and what for."""
+
 RARE = ("whoever", "nobody", "somebody", "anew", "whose")
 """Words that make a sentence a riddle; each may be used so often in the product and its texts: …"""
 
@@ -40,6 +46,25 @@ def test_one_name_one_meaning() -> None:
     twice = {name: files for name, files in where.items() if len(files) > 1}
     assert {name: files for name, files in twice.items() if name not in SAME_ON_PURPOSE} == {}
     assert set(SAME_ON_PURPOSE) <= set(twice), "an exception that is none any more"
+
+
+def public_names(source: str) -> set[str]:
+    """Return the functions and aliases of types at a file's top level."""
+    body = ast.parse(source).body
+    functions = {node.name for node in body if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)}
+    targets = [node.targets[0] for node in body if isinstance(node, ast.Assign)]
+    aliases = {target.id for target in targets if isinstance(target, ast.Name) and not target.id.isupper()}
+    return {name for name in functions | aliases if not name.startswith("_") and name not in ("log", *OF_THE_FIELD)}
+
+
+def test_functions_and_aliases_have_names_of_their_own() -> None:
+    where: defaultdict[str, list[str]] = defaultdict(list)
+    for path in PRODUCT:
+        for name in public_names(path.read_text(encoding="utf-8")):
+            where[name].append(path.relative_to(ROOT).as_posix())
+    assert public_names("def a(): ...\nBoth = int | None\nC: int = 1\nD = 2\n_e = 3\nlog = None") == {"a", "Both"}
+    twice = {name: files for name, files in where.items() if len(files) > 1}
+    assert {name: files for name, files in twice.items() if any(f.startswith(tuple(READ_WHOLE)) for f in files)} == {}
 
 
 @pytest.mark.parametrize("word", RARE)

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from app.cli.main import COMMANDS
-from app.page.panels.hotkeys import HOTKEYS
+from app.page.panels.hotkeys import hotkeys
 from app.settings import Settings, from_query
 
 ROOT = Path(__file__).parents[1]
@@ -25,11 +25,19 @@ def blocks(language: str, text: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
 
 
-def test_python_block_runs() -> None:
-    (code,) = blocks("python", TEXTS)
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False)
+@pytest.mark.slow
+def test_every_example_runs_by_itself_and_prints_numbers() -> None:
+    examples = blocks("python", TEXTS)
+    assert len(examples) >= 6
+    # In one process, which loads the libraries once; every example begins with no names but its own.
+    code = (
+        f"for code in {examples!r}:\n    print('example')\n    exec(compile(code, 'example', 'exec'), {{'__name__': 'example'}})"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=240, check=False)
     assert done.returncode == 0, done.stderr
-    assert float(done.stdout.split()[0]) > 0.1
+    _, *printed = done.stdout.split("example\n")
+    assert [text for text in printed if not re.search(r"\d\.\d|\d\d", text)] == []
+    assert len(printed) == len(examples)
 
 
 def test_the_two_commands_come_first_and_are_self_contained() -> None:
@@ -41,6 +49,7 @@ def test_the_two_commands_come_first_and_are_self_contained() -> None:
     assert test.rstrip().endswith(".venv/bin/python -m pytest")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("option", sorted(set(re.findall(r"(?<!\S)`?(--[a-z-]+)", OURS))))
 def test_every_option_is_in_the_help_of_a_command(option: str) -> None:
     assert any(option in help_of(name) for name in COMMANDS)
@@ -69,5 +78,12 @@ def test_the_link_in_the_documents_is_understood() -> None:
 def test_every_key_is_in_the_table() -> None:
     text = DOCUMENTS["page.md"]
     table = text[text.index("| key | does |") : text.index("## The experiments")]
-    for hotkey in HOTKEYS:
+    for hotkey in hotkeys():
         assert hotkey.shown in table, hotkey
+
+
+def test_every_file_that_a_recipe_names_exists() -> None:
+    named = {
+        path for path in re.findall(r"`((?:app|scenes|controllers|tests)/[\w/.-]+)`", DOCUMENTS["recipes.md"]) if "<" not in path
+    }
+    assert len(named) >= 15 and [path for path in sorted(named) if not (ROOT / path).exists()] == []

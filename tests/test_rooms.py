@@ -1,6 +1,7 @@
 """The rooms of `app/`: each imports only rooms below it, nothing imports in a circle, and viser's inside is named in one file."""
 
 import re
+import subprocess
 from collections.abc import Iterator
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -105,3 +106,18 @@ def test_scripts_are_files() -> None:
     found = [file for file in FILES if script.search((ROOT / file).read_text(encoding="utf-8"))]
     assert found == []
     assert any(script.search(path.read_text(encoding="utf-8")) for path in Path(ROOT / "app").rglob("*.js"))
+
+
+def test_the_top_level_holds_the_floors_and_little_else() -> None:
+    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.splitlines()
+    top = {line.split("/", 1)[0] for line in listed if not line.startswith(".")}
+    assert top == {*("app", "controllers", "scenes", "tests"), *("pyproject.toml", "README.md", "LICENSE", "requirements.lock")}
+
+
+def test_tests_stand_in_the_rooms_that_they_test() -> None:
+    folder = ROOT / "tests" / "app"
+    rooms = {path.name for path in folder.iterdir() if path.is_dir() and path.name != "__pycache__"}
+    assert rooms <= set(ROOMS)
+    assert {room for room in ROOMS if (ROOT / "app" / room).is_dir()} <= rooms
+    loose = {path.stem.removeprefix("test_") for path in folder.glob("test_*.py")}
+    assert loose <= {path.stem for path in (ROOT / "app").glob("*.py")}

@@ -5,6 +5,7 @@ pink's defaults, joint stops as ours. The barrier's row changes its sign where t
 from the step before when no joint has moved by more than about 1e-5 of its angle.
 """
 
+from functools import partial
 from typing import Final
 
 import pink
@@ -14,10 +15,9 @@ from pink.exceptions import NoSolutionFound
 from pink.limits import ConfigurationLimit, VelocityLimit
 from pink.tasks import FrameTask, Task
 
-from app.bench.peer_hold import PEER_GAIN, Baked, GivenMotion, PeerArm
+from app.bench.peer_method import PEER_GAIN, SOLVER, Baked, GivenMotion, PairDistances, Peer
 from controllers.kinematics import Array
 
-SOLVER: Final = "daqp"
 UNBOUNDED: Final = 1e30
 """Of a joint without stops [rad]; pink takes more than 1e20 as none."""
 
@@ -28,56 +28,41 @@ class PinkGivenMotion(GivenMotion, Task):
     __repr__ = object.__repr__
 
 
-class PinkArm(PeerArm):
-    """The avoiding arm moved by pink. `pairs`: how many of the closest pairs the barrier sees."""
+class Pink(Peer):
+    """The avoiding arm moved by pink. `pairs`: how many of the closest pairs the barrier sees; None for all."""
 
-    def __init__(self, baked: Baked, pairs: int) -> None:
-        settings, room = baked.settings, baked.room
-        model = free_model(baked)
-        configuration = pink.Configuration(model, model.createData(), room.start, collision_model=room.geometry)
-        motion = PinkGivenMotion(baked.guided, model.nv, cost=None, gain=1.0)
-        super().__init__(baked, configuration, motion, NoSolutionFound)
-        self._task = FrameTask(
-            model.frames[baked.hand].name, position_cost=1.0, orientation_cost=1.0, gain=settings.gain * settings.dt
-        )
-        self._task.set_target(pin.SE3(baked.place_rotation, baked.place))
-        self._barrier = SelfCollisionBarrier(pairs, gain=PEER_GAIN, d_min=settings.law.critical_distance)
-        self._limits = [
-            ConfigurationLimit(model, config_limit_gain=settings.limit_gain * settings.dt),
-            VelocityLimit(model),
-        ]
+    unsolvable = NoSolutionFound
 
-    def solve(self) -> Array:
-        posture, tasks, given = self._configuration, [self._task], self.constraints
-        return pink.solve_ik(posture, tasks, self._dt, SOLVER, limits=self._limits, barriers=[self._barrier], constraints=given)
-
-
-def free_model(baked: Baked) -> pin.Model:
-    """Return a copy of the model in which the guided arm has no bounds."""
-    model = baked.room.model.copy()
-    lower, upper, speed = model.lowerPositionLimit.copy(), model.upperPositionLimit.copy(), model.velocityLimit.copy()
-    lower[baked.guided], upper[baked.guided], speed[baked.guided] = -UNBOUNDED, UNBOUNDED, UNBOUNDED
-    model.lowerPositionLimit, model.upperPositionLimit, model.velocityLimit = lower, upper, speed
-    return model
-
-
-class PinkEngine:
-    """An `Engine`: distances as pink sees them."""
-
-    def __init__(self, baked: Baked) -> None:
-        model, self._geometry = free_model(baked), baked.room.geometry
-        self._frame = model.frames[baked.hand].name
+    def __init__(self, baked: Baked, pairs: int | None = None) -> None:
+        super().__init__(baked)
+        settings, model, self._geometry = baked.settings, baked.room.model.copy(), baked.room.geometry
+        lower, upper, speed = model.lowerPositionLimit.copy(), model.upperPositionLimit.copy(), model.velocityLimit.copy()
+        lower[baked.guided], upper[baked.guided], speed[baked.guided] = -UNBOUNDED, UNBOUNDED, UNBOUNDED
+        model.lowerPositionLimit, model.upperPositionLimit, model.velocityLimit = lower, upper, speed
         self._configuration = pink.Configuration(model, model.createData(), baked.room.start, collision_model=self._geometry)
+        self._motion = PinkGivenMotion(baked.guided, model.nv, cost=None, gain=1.0)
+        self._hand = model.frames[baked.hand].name
+        self._task = FrameTask(self._hand, position_cost=1.0, orientation_cost=1.0, gain=settings.gain * settings.dt)
+        self._task.set_target(pin.SE3(baked.place_rotation, baked.place))
+        count = len(self._geometry.collisionPairs) if pairs is None else pairs
+        self._barrier = SelfCollisionBarrier(count, gain=PEER_GAIN, d_min=settings.law.critical_distance)
+        self._limits = [ConfigurationLimit(model, config_limit_gain=settings.limit_gain * settings.dt), VelocityLimit(model)]
 
-    def distances(self, positions: Array) -> dict[tuple[str, str], float]:
+    def solve(self, step: int) -> Array:
+        self._configuration.update(self.positions)
+        self._motion.take(self.baked, step)
+        posture, tasks, dt, given = self._configuration, [self._task], self.baked.settings.dt, [self._motion]
+        return pink.solve_ik(posture, tasks, dt, SOLVER, limits=self._limits, barriers=[self._barrier], constraints=given)
+
+    def distances(self, positions: Array) -> PairDistances:
         self._configuration.update(positions)
-        bodies, results = self._geometry.geometryObjects, self._configuration.collision_data.distanceResults
-        return {
-            (bodies[pair.first].name, bodies[pair.second].name): results[i].min_distance
-            for i, pair in enumerate(self._geometry.collisionPairs)
-        }
+        results = self._configuration.collision_data.distanceResults
+        return {pair: result.min_distance for pair, result in zip(self.baked.pairs, results, strict=True)}
 
     def hand_pose(self, positions: Array) -> tuple[Array, Array]:
         self._configuration.update(positions)
-        pose = self._configuration.get_transform_frame_to_world(self._frame)
+        pose = self._configuration.get_transform_frame_to_world(self._hand)
         return pose.translation, pose.rotation
+
+
+METHODS: Final = {"pink, all pairs +w": Pink, "pink, 3 closest pairs +w": partial(Pink, pairs=3)}

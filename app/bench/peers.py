@@ -1,14 +1,15 @@
-"""`lwr-duet bench --peers`: the hold experiment with three libraries beside our laws, in one interleaved run.
+"""`lwr-duet bench --peers`: the hold experiment with four libraries beside our laws, in one interleaved run.
 
 Every method has the same arms, capsules, pairs, joint bounds and pose to hold, and the same obstacle: the guided arm's joints from a run
-of ours. Its velocity is known only where the name ends in "+w". A whole step is timed, ours with its record in the history. The peers
-solve a general problem for the 14 joints of both arms, ours is one row for the 7 of the avoiding arm.
+of our simulation. Its velocity is known only where the name ends in "+w". A whole step is timed, ours with its record in the history. The
+peers solve a general problem for the 14 joints of both arms, ours is one row for the 7 of the avoiding arm.
 """
 
 import platform
 import statistics
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
+from importlib import import_module
 from importlib.metadata import version
 from importlib.util import find_spec
 from time import perf_counter_ns
@@ -16,7 +17,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from app.bench.peer_hold import Baked, Engine, Method, OurEngine, Ours, bake, our_laws
+from app.bench.peer_method import Baked, Method, bake
+from app.bench.peer_ours import METHODS, Ours
 from controllers.errors import BadSetting, DuetError
 from controllers.kinematics import Array
 from scenes.room import Room
@@ -24,6 +26,9 @@ from scenes.settings import RunSettings
 
 PACKAGES: Final = {"pink": "pin-pink", "mink": "mink", "mujoco": "mujoco", "qpsolvers": "qpsolvers", "daqp": "daqp"}
 """Module → package of the extra `peers`."""
+
+SOMEWHERE: Final = {"embodik": "embodik", "roboplan": "roboplan-oink"}
+"""Likewise, of those that not every machine can have."""
 
 AGREEMENT: Final = 1e-9
 """How far distances [m] and poses [m, -] of two engines may differ."""
@@ -38,9 +43,9 @@ BLOCK: Final = 100
 """Steps of one method before the next one has its turn; the first block of each is not timed."""
 
 
-def has_embodik() -> bool:
-    """Return whether embodik is installed; it is only to be had for some machines and versions of Python."""
-    return find_spec("embodik") is not None
+def peer_names() -> tuple[str, ...]:
+    """Return the peers that are installed; some are only to be had for some machines and versions of Python."""
+    return ("pink", "mink", *(name for name in SOMEWHERE if find_spec(name) is not None))
 
 
 def needs_peers() -> None:
@@ -54,32 +59,10 @@ def needs_peers() -> None:
         raise BadSetting(f"--peers needs {', '.join(absent)}, which is not installed: pip install 'lwr-duet[peers]'.")
 
 
-def _methods(baked: Baked) -> dict[str, Callable[[], Method]]:
-    from app.bench.peer_mink import MinkArm, matched_gain
-    from app.bench.peer_pink import PinkArm
-
-    pairs = len(baked.room.geometry.collisionPairs)
-    ours = {name: (lambda law=law: Ours(baked, law)) for name, law in our_laws(baked.settings.law).items()}
-    methods: dict[str, Callable[[], Method]] = {
-        **ours,
-        "pink, all pairs +w": lambda: PinkArm(baked, pairs),
-        "pink, 3 closest pairs +w": lambda: PinkArm(baked, 3),
-        "mink, all pairs +w": lambda: MinkArm(baked, matched_gain(baked.settings.dt)),
-        "mink, all pairs, default gain +w": lambda: MinkArm(baked, 0.85),
-    }
-    if has_embodik():
-        from app.bench.peer_embodik import EmbodikArm
-
-        methods |= {
-            "embodik, all pairs +w": lambda: EmbodikArm(baked, pairs, knows_speed=True),
-            "embodik, all pairs": lambda: EmbodikArm(baked, pairs, knows_speed=False),
-            "embodik, 3 closest pairs": lambda: EmbodikArm(baked, 3, knows_speed=False),
-        }
-    return methods
-
-
-def disagreement(mine: Engine, other: Engine, room: Room, postures: int = POSTURES, seed: int = 1) -> dict[str, float]:
+def disagreement(mine: Ours, other: Method, room: Room, postures: int = POSTURES, seed: int = 1) -> dict[str, float]:
     """Return the largest differences between two engines over random postures, and the smallest distance met, all in [m].
+
+    Of an engine that only says whether any pair overlaps, the difference is at least the distance at which it is wrong.
 
     Raises:
         DuetError: they do not have the same pairs.
@@ -89,23 +72,26 @@ def disagreement(mine: Engine, other: Engine, room: Room, postures: int = POSTUR
     for _ in range(postures):
         q = random.uniform(model.lowerPositionLimit, model.upperPositionLimit)
         a, b = mine.distances(q), other.distances(q)
-        if a.keys() != b.keys():
+        if isinstance(b, bool):
+            distances.append(0.0 if b == (min(a.values()) < 0.0) else abs(min(a.values())))
+        elif a.keys() != b.keys():
             pair = " / ".join(min(a.keys() ^ b.keys()))
             raise DuetError(f"Peers: {pair} is a pair in one engine and not in the other; they cannot be compared.")
-        distances += [abs(a[pair] - b[pair]) for pair in a]
+        else:
+            distances += [abs(a[pair] - b[pair]) for pair in a]
         nearest = min(nearest, *a.values())
         poses += [float(np.abs(x - y).max()) for x, y in zip(mine.hand_pose(q), other.hand_pose(q), strict=True)]
     # Unlike Python's, numpy's maximum does not overlook a nan.
     return {"distance": float(np.max(distances)), "hand_pose": float(np.max(poses)), "nearest": nearest}
 
 
-def gate(baked: Baked, engines: dict[str, Engine]) -> dict[str, dict[str, float]]:
+def gate(baked: Baked, engines: Mapping[str, Method]) -> dict[str, dict[str, float]]:
     """Return how well the engines agree with ours.
 
     Raises:
         DuetError: not well enough; a comparison would mean nothing.
     """
-    mine, found = OurEngine(baked), {}
+    mine, found = Ours(baked), {}
     for name, engine in engines.items():
         found[name] = differences = disagreement(mine, engine, baked.room)
         for what in ("distance", "hand_pose"):
@@ -129,20 +115,13 @@ def measure_peers(steps: int = 9200, settings: RunSettings | None = None) -> dic
         DuetError: the engines do not agree.
     """
     needs_peers()
-    from app.bench.peer_mink import MinkEngine
-    from app.bench.peer_pink import PinkEngine
-
-    settings = settings or RunSettings(task="pose")
-    baked = bake(settings, steps)
-    engines: dict[str, Engine] = {"pink": PinkEngine(baked), "mink": MinkEngine(baked)}
-    packages = list(PACKAGES.values())
-    if has_embodik():
-        from app.bench.peer_embodik import EmbodikEngine
-
-        engines["embodik"] = EmbodikEngine(baked)
-        packages.append("embodik")
-    agreement = gate(baked, engines)
-    methods = {name: make() for name, make in _methods(baked).items()}
+    baked = bake(settings or RunSettings(task="pose"), steps)
+    names = peer_names()
+    peers: dict[str, dict[str, Callable[[Baked], Method]]] = {
+        name: import_module(f"app.bench.peer_{name}").METHODS for name in names
+    }
+    agreement = gate(baked, {name: next(iter(made.values()))(baked) for name, made in peers.items()})
+    methods = {name: make(baked) for made in (METHODS, *peers.values()) for name, make in made.items()}
     records = _interleaved(methods, baked)
     figures = {name: _summary(record, baked) for name, record in records.items()}
     for name, method in methods.items():
@@ -153,8 +132,8 @@ def measure_peers(steps: int = 9200, settings: RunSettings | None = None) -> dic
     return {
         "version": version("lwr-duet"),
         "machine": f"{platform.machine()}, Python {platform.python_version()}, numpy {np.__version__}",
-        "packages": {package: version(package) for package in packages},
-        "settings": asdict(settings),
+        "packages": {package: version(package) for package in (*PACKAGES.values(), *map(SOMEWHERE.__getitem__, names[2:]))},
+        "settings": asdict(baked.settings),
         "steps": steps,
         "pairs": len(baked.room.geometry.collisionPairs),
         "agreement": agreement,
@@ -191,7 +170,7 @@ def _summary(record: _Record, baked: Baked) -> dict[str, float]:
     off = float(np.abs(record.positions[:, baked.guided] - baked.guided_positions).max())
     if off > AGREEMENT:
         raise DuetError(f"Peers: the obstacle was {off:.1e} rad off; all methods must have the same one.")
-    engine = OurEngine(baked)
+    engine = Ours(baked)
     d = np.array([engine.nearest(q) for q in record.positions])
     misses = np.array([engine.hand_pose(q)[0] - baked.place for q in record.positions])
     change = np.abs(np.diff(record.velocities[:, baked.avoiding], axis=0))
@@ -217,10 +196,10 @@ def peers_table(result: dict[str, Any]) -> str:
         )
     lines.append(
         f"The peers solve for the 14 joints of both arms, ours for the 7 of one. Below d_m: by more than {1000.0 * STILL_KEPT:g} mm. "
-        "+w: knows the guided arm's velocity; compare like with like."
+        "+w: knows the guided arm's velocity; compare like with like. The person's "
+        "arm, where it is computed, too, follows the hand that it is pulled by."
     )
-    if "embodik" not in result["agreement"]:
-        lines.append("embodik is left out: it is not installed.")
+    lines += [f"{name} is left out: it is not installed." for name in SOMEWHERE if name not in result["agreement"]]
     for name, row in result["agreement"].items():
         lines.append(f"{name}'s distances differ from ours by at most {row['distance']:.1e} m ({POSTURES} random postures)")
     return "\n".join(lines)

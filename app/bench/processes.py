@@ -1,4 +1,4 @@
-"""Processes of the benchmark: the server, and the clients, so that their own cost is not counted as the server's."""
+"""Processes of the benchmark: the server with the parts of its time, and the clients, so that only the server is measured."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import asyncio
 import math
 import multiprocessing
 import os
+import threading
 import time
 from collections.abc import Callable, Coroutine, Iterator
 from contextlib import contextmanager, suppress
@@ -14,6 +15,69 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from scenes.children import deaf, leave_with_parent
+
+PARTS: Final[tuple[str, ...]] = ("step", "drawing", "packing", "sending")
+"""Parts of the server's time; the rest is "other": asyncio, viser's windows, switches between threads."""
+
+
+class ServerTimes:
+    """Processor time of the server by part.
+
+    Attributes:
+        seconds: part → time so far [s].
+        longest: longest frame since this was set to 0, with all that it called [s].
+    """
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = dict.fromkeys(PARTS, 0.0)
+        self.longest = 0.0
+        self._open = threading.local()
+
+    def timed(self, function: Callable[..., Any], part: str) -> Callable[..., Any]:
+        """Return a function that adds its time to a part, without the time of the timed functions that it calls."""
+        seconds, open_parts, clock = self.seconds, self._open, time.thread_time
+
+        def call(*args: Any, **kwargs: Any) -> Any:
+            around: float = getattr(open_parts, "inside", 0.0)
+            open_parts.inside = 0.0
+            begin = clock()
+            try:
+                return function(*args, **kwargs)
+            finally:
+                whole = clock() - begin
+                seconds[part] += whole - open_parts.inside
+                open_parts.inside = around + whole
+                if part == "drawing":
+                    self.longest = max(self.longest, whole)
+
+        return call
+
+    def watch(self) -> None:
+        """Replace the functions of the program by timed ones, for the rest of the process."""
+        from app.classroom.lecture import LectureHost
+        from app.hosting.private_host import PrivateHost
+        from app.session.session import Session
+        from app.web import sending
+        from app.web.connection import FilteredConnection
+
+        for host in (PrivateHost, LectureHost):
+            host.frame = self.timed(host.frame, "drawing")
+        Session.step = self.timed(Session.step, "step")
+        sending.pack = self.timed(sending.pack, "packing")
+        FilteredConnection.send_data = self.timed(FilteredConnection.send_data, "sending")
+
+
+def limit_of(figures: dict[str, float]) -> str:
+    """Return a line with the parts of the server's time, the largest first; "" for figures without parts."""
+    parts = {name: figures.get(f"{name}_percent") for name in (*PARTS, "other")}
+    known = {name: value for name, value in parts.items() if value is not None}
+    total = figures.get("cpu_percent_of_a_core", 0.0)
+    if not known or total <= 0.0:
+        return ""
+    shares = sorted(known.items(), key=lambda entry: -entry[1])
+    words = ", ".join(f"{name} {100.0 * value / total:.0f} %" for name, value in shares)
+    return f"of {total:.0f} % of a core: {words}"
+
 
 TIMEOUT: Final = 120.0
 """Longest time for a process to start or to answer [s]."""
@@ -26,13 +90,13 @@ END: Final = "end"
 def serve_app(pipe: Connection, lecture: bool, sessions: int) -> None:
     """Serve the app; send the address, then (CPU time [s], CPU time of each part [s], longest frame [s]) for every request."""
     leave_with_parent()
-    from app.bench.server_times import ServerTimes
-    from app.settings import Settings
+    from app.bench.processes import ServerTimes
+    from app.hosting.serve_options import ServeOptions
     from app.start import start_app
 
     times = ServerTimes()
     times.watch()
-    app = start_app("127.0.0.1", 0, Settings(), sessions, lecture, ahead=True)
+    app = start_app(ServeOptions(sessions=sessions, lecture=lecture, ahead=True))
     pipe.send(app.url)
     while pipe.recv() == REQUEST:
         pipe.send((time.process_time(), dict(times.seconds), times.longest))

@@ -6,15 +6,18 @@ import sys
 import time
 from dataclasses import replace
 from time import perf_counter_ns
-from typing import Final, get_args
+from typing import Final
 
 import numpy as np
 
 from app.runtime.job_pool import JobPool
 from app.session.session import Session
 from app.settings import Settings
+from controllers.compiled import load_now
+from scenes.experiments import EXPERIMENTS, HOLD
+from scenes.laws import LAWS
 from scenes.roles import TargetSource
-from scenes.settings import LawName, RunSettings, SceneName, changed
+from scenes.settings import RunSettings, changed
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget
 
@@ -39,8 +42,8 @@ def _scenes(robot: str) -> dict[str, RunSettings]:
         "hold, smooth everywhere": base,
         RESTLESS: replace(soft, gain=20.0, hand_speed=1.0, limit_gain=1.0, law=fast),
         "hold, pose, soft minimum": replace(soft, task="pose"),
-        **{f"hold, {law}": replace(base, law=replace(base.law, law=law)) for law in get_args(LawName) if law != base.law.law},
-        **{f"{scene}, soft minimum": replace(soft, scene=scene) for scene in get_args(SceneName) if scene != base.scene},
+        **{f"hold, {law}": replace(base, law=replace(base.law, law=law)) for law in LAWS if law != base.law.law},
+        **{f"{scene}, soft minimum": replace(soft, scene=scene) for scene in EXPERIMENTS if scene != base.scene},
     }
 
 
@@ -57,6 +60,7 @@ class _Restless:
 
 def measure_steps(steps: int, robot: str = "lwr") -> dict[str, dict[str, float]]:
     """Return scene → median and 99th percentile of one step of both arms [µs], and the share of steps at a bound, all interleaved."""
+    load_now()
     runs: dict[str, tuple[Simulation, TargetSource]] = {}
     for name, settings in _scenes(robot).items():
         simulation = Simulation(settings)
@@ -89,7 +93,7 @@ def measure_run() -> dict[str, float]:
     times: list[float] = []
     for seconds in ("46", "0.005"):
         begin = time.perf_counter()
-        command = [sys.executable, "-m", "app", "run", "--scene", "hold", "--seconds", seconds]
+        command = [sys.executable, "-m", "app", "run", "--scene", HOLD, "--seconds", seconds]
         subprocess.run(command, check=True, capture_output=True)
         times.append(time.perf_counter() - begin)
     return {"wall_s": times[0], "start_s": times[1]}
@@ -104,10 +108,10 @@ def measure_what_if() -> dict[str, float]:
             session.advance(0.05)
         figures: dict[str, float] = {}
         for name, distance in (("first_s", 0.12), ("later_s", 0.17)):
-            answer = session.what_if
+            answer = session.studies.questions.what_if
             session.change("dm", distance)
             begin = time.perf_counter()
-            while session.what_if is answer and time.perf_counter() - begin < PAST:
+            while session.studies.questions.what_if is answer and time.perf_counter() - begin < PAST:
                 time.sleep(1.0 / 32.0)
                 session.advance(1.0 / 32.0)
             figures[name] = time.perf_counter() - begin

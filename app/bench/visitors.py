@@ -13,8 +13,7 @@ from multiprocessing.connection import Connection
 from typing import Final
 
 from app.bench.headless_client import HeadlessClient
-from app.bench.processes import REQUEST, TIMEOUT, process, receive, request, run_async, serve_app, used_by_tree
-from app.bench.server_times import PARTS
+from app.bench.processes import PARTS, REQUEST, TIMEOUT, process, receive, request, run_async, serve_app, used_by_tree
 
 WARM_UP: Final = 60
 """Frames that every visitor receives before the measurement: by then their pages have been built."""
@@ -97,7 +96,7 @@ async def _visit(pipe: Connection, url: str, queries: tuple[str, ...]) -> None:
 
 @contextmanager
 def _crowd(url: str, queries: tuple[str, ...]) -> Iterator[Callable[[], list[tuple[int, int, bool]]]]:
-    """Have visitors of these queries while open, in processes of their own; gives a function that counts the frames and bytes of each."""
+    """Run visitors with these queries in their own processes while open; gives a function that counts the frames and bytes of each."""
     shares = [queries[i::CLIENT_PROCESSES] for i in range(CLIENT_PROCESSES)]
     with process(run_async, _visit, url, shares[0]) as here, process(run_async, _visit, url, shares[1]) as there:
         crowds = here, there

@@ -1,1 +1,1 @@
-"""A lecture: one stage for the whole class, the teacher's control of it, polls, and breakout sessions."""
+"""A lecture: one plenary session for the whole class, the teacher's control of it, polls, and breakout sessions."""

@@ -9,6 +9,9 @@ from typing import NamedTuple
 from urllib.parse import urlsplit
 
 import segno
+from markupsafe import Markup
+
+from app.theme import PALETTES
 
 
 class Address(NamedTuple):
@@ -52,14 +55,14 @@ def own_address() -> str:
 
 
 @lru_cache(maxsize=8)
-def qr_svg(text: str, label: str = "QR code of the address") -> str:
+def qr_svg(text: str, label: str = "QR code of the address") -> Markup:
     """Return a text as a QR code: SVG without a size of its own, dark on white, with the quiet zone that cameras need."""
     out = io.BytesIO()
     # Error correction M, as a projector blurs.
     segno.make(text, error="m", micro=False).save(
-        out, kind="svg", border=4, dark="#14181c", light="#ffffff", omitsize=True, xmldecl=False, svgns=True, nl=False
+        out, kind="svg", border=4, dark=PALETTES["light"].ink, light="white", omitsize=True, xmldecl=False, svgns=True, nl=False
     )
-    return out.getvalue().decode().replace("<svg ", f'<svg role="img" aria-label="{html.escape(label)}" ', 1)
+    return Markup(out.getvalue().decode().replace("<svg ", f'<svg role="img" aria-label="{html.escape(label)}" ', 1))
 
 
 def _name(origin: str) -> str:

@@ -1,7 +1,8 @@
-"""The answers and drawings of a class for the questions of the lessons: one of every student in every round, counted without names."""
+"""The answers and drawings of a class for the questions of the lessons: one of every student in every round, counted without names; and
+where they come from."""
 
-from collections.abc import Callable, Collection, Mapping
-from typing import Any, TypeVar
+from collections.abc import Callable, Collection, Iterable, Mapping
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 from app.lessons.tally import Ballot, QuestionId, Switch, Tally, switches_between, tally_of
 from app.plots.curve_chart import Curve
@@ -22,6 +23,7 @@ class Ballots:
         self._ballots: dict[QuestionId, dict[str, Ballot]] = {}
         self._earlier: dict[QuestionId, tuple[dict[str, Ballot], ...]] = {}
         self._revealed: set[QuestionId] = set()
+        self._left_out: frozenset[str] = frozenset()
         # Every page of a class asks for the counts in every frame; they change with an answer.
         self._counts: dict[tuple[str, QuestionId, int], Any] = {}
 
@@ -55,6 +57,17 @@ class Ballots:
     def rounds_of(self, question: QuestionId) -> tuple[dict[str, Ballot], ...]:
         """Return the ballots of every round, oldest first; the last one is open until the reveal."""
         return (*self._earlier.get(question, ()), self._ballots.get(question, {}))
+
+    def counted_rounds_of(self, question: QuestionId) -> tuple[dict[str, Ballot], ...]:
+        """Return `rounds_of` a question without the ballots that are left out."""
+        rounds, left_out = self.rounds_of(question), self._left_out
+        return tuple({one: ballot for one, ballot in given.items() if one not in left_out} for given in rounds)
+
+    def leave_out(self, students: frozenset[str]) -> None:
+        """Count the ballots of all but these students; theirs are kept."""
+        if students != self._left_out:
+            self._left_out = students
+            self._counts.clear()
 
     def answer(self, question: QuestionId, student: str, choice: int) -> bool:
         """Take an answer instead of an earlier one; return whether it was taken: not after the reveal."""
@@ -100,18 +113,18 @@ class Ballots:
 
     def tally(self, question: QuestionId, choices: int, here: Collection[str]) -> Tally:
         """Return the counts of the newest round. `choices`: how many there are; `here`: the students who are present."""
-        ballots = self._ballots.get(question, {})
-        counts = self._counted("newest", question, choices, lambda: tally_of(ballots, choices))
-        return counts._replace(waiting=len(set(here) - ballots.keys()))
+        counts = self._counted("newest", question, choices, lambda: tally_of(self.counted_rounds_of(question)[-1], choices))
+        return counts._replace(waiting=len(set(here) - self._ballots.get(question, {}).keys() - self._left_out))
 
     def first_tally(self, question: QuestionId, choices: int) -> Tally | None:
         """Return the counts of the first round; None for a question that was not asked again."""
-        rounds = self._earlier.get(question)
-        return self._counted("first", question, choices, lambda: tally_of(rounds[0], choices)) if rounds else None
+        if question not in self._earlier:
+            return None
+        return self._counted("first", question, choices, lambda: tally_of(self.counted_rounds_of(question)[0], choices))
 
     def switches(self, question: QuestionId) -> tuple[Switch, ...]:
         """Return how often each pair of answers was given, in the first round and in the newest one, by one student."""
-        first, *others = self.rounds_of(question)
+        first, *others = self.counted_rounds_of(question)
         return self._counted("switches", question, 0, lambda: switches_between(first, others[-1])) if others else ()
 
     def reveal(self, question: QuestionId) -> None:
@@ -133,3 +146,53 @@ class Ballots:
 
 def _read(ballots: Round) -> dict[str, Ballot]:
     return {student: Ballot(*one) for student, one in ballots.items()}
+
+
+class Origin(Protocol):
+    """The connection of a student; see `app.web.connection.FilteredConnection`."""
+
+    @property
+    def address(self) -> str: ...
+
+    @property
+    def is_page(self) -> bool: ...
+
+
+class VoterCount(NamedTuple):
+    """How many votes a round has, from how many addresses, and how many of them without a page."""
+
+    votes: int = 0
+    addresses: int = 0
+    pageless: int = 0
+
+
+class Voters:
+    """Knows where the students of a class come from. Addresses stay in memory; behind a proxy all students share one.
+
+    Attributes:
+        pages_only: whether votes without a page are left out of every count.
+        pageless: the students without a page.
+    """
+
+    def __init__(self) -> None:
+        self.pages_only = False
+        self.pageless: set[str] = set()
+        self._addresses: dict[str, str] = {}
+
+    def restore(self, pages_only: bool, pageless: Iterable[str]) -> None:
+        self.pages_only, self.pageless = pages_only, set(pageless)
+
+    def note(self, student: str, origin: Origin) -> None:
+        """Note where a student comes from now."""
+        self._addresses[student] = origin.address
+        (self.pageless.discard if origin.is_page else self.pageless.add)(student)
+
+    @property
+    def left_out(self) -> frozenset[str]:
+        """The students who are left out of every count."""
+        return frozenset(self.pageless if self.pages_only else ())
+
+    def count(self, students: Collection[str]) -> VoterCount:
+        """Return where the votes of a round come from. `students`: who have voted."""
+        addresses = {self._addresses[student] for student in students if student in self._addresses}
+        return VoterCount(len(students), len(addresses), sum(student in self.pageless for student in students))

@@ -1,4 +1,4 @@
-"""A process of a lecture that has breakout sessions, and no stage."""
+"""A process of a lecture that has breakout sessions, and no plenary."""
 
 import logging
 from time import monotonic
@@ -6,16 +6,13 @@ from time import monotonic
 import viser
 
 from app.classroom.breakout_sessions import BreakoutSessions
-from app.classroom.class_messages import ClassState, Exploring, Present
+from app.classroom.class_messages import ClassState, Exploring, PostsToPlenary, Present
 from app.classroom.classroom import Classroom
 from app.classroom.participant import Participant
-from app.classroom.student_posts import PostsToStage
-from app.hosting.admission import Admission, Pieces
+from app.hosting.admission import Admission, Connections, Pieces
 from app.hosting.app_context import AppContext
-from app.hosting.connections import Connections
 from app.hosting.visitor_record import tab_id
-from app.hosting.worker_link import WorkerLink
-from app.hosting.worker_process import Replaced
+from app.hosting.worker_messages import Replaced, WorkerLink
 from app.i18n.speaking import set_language
 from app.session.session import Session
 from app.web.audiences import send_elsewhere
@@ -25,14 +22,14 @@ log = logging.getLogger("duet.lecture")
 
 
 class BreakoutHost:
-    """Every student who is sent here has a session. The teacher's decisions come from the stage."""
+    """Every student who is sent here has a session. The teacher's decisions come from the plenary."""
 
     def __init__(self, context: AppContext, link: WorkerLink) -> None:
         self._context, self._link = context, link
         link.wake = context.wake
         self.room = Classroom(context.workload.places)
         self.participants: dict[int, Participant] = {}
-        self._posts = PostsToStage(link, self.room)
+        self._posts = PostsToPlenary(link, self.room)
         self._breakouts = BreakoutSessions(context, self.room)
         self._expected: dict[str, Exploring] = {}
         self._early: list[viser.ClientHandle] = []
@@ -40,6 +37,7 @@ class BreakoutHost:
         self.admission = Admission(self._admit, lambda _: log.exception("a student's page could not be built"))
         self.connections = Connections(context.server, context.wake)
         context.server.gate.may_share = lambda client_id: False
+        context.server.takes_over = lambda query: True
 
     @property
     def sessions(self) -> dict[int, Session]:
@@ -68,7 +66,7 @@ class BreakoutHost:
         said = Present(self._link.index, present, self._context.workload.report)
         if said != self._said:
             self._said = said
-            self._link.to_stage(said)
+            self._link.to_plenary(said)
 
     def _listen(self) -> None:
         for message in self._link.received():
@@ -99,7 +97,7 @@ class BreakoutHost:
             if participant is not None:
                 participant.leave()
                 self._breakouts.leave(participant)
-        # The stage's message may come after the student.
+        # The plenary's message may come after the student.
         waiting = [client for client in self._early if client.client_id not in departures] + arrivals
         self._early = []
         for client in waiting:

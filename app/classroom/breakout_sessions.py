@@ -1,26 +1,89 @@
-"""Breakout sessions: students of a lecture explore in sessions of their own, which they find again when they come back."""
+"""Breakout sessions: a student explores alone beside the plenary, in this process or in another one."""
 
 import logging
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import replace
+from itertools import count
 from time import monotonic
 from typing import Final
 
-from app.classroom.breakout_workers import BreakoutWorkers
+from app.classroom.class_messages import ClassState, Exploring, Present, Progressed, Reported, StudentPosts, TakenBack
 from app.classroom.classroom import Classroom
 from app.classroom.participant import Participant
 from app.hosting.admission import Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.visitor import Visitor, open_visitor
 from app.hosting.visitor_record import VisitorRecord, tab_id
+from app.hosting.worker_messages import Replaced, WorkerLink
+from app.lessons.progress import SavedLesson
 from app.lessons.session.lesson_session import LessonSession
-from app.lessons.session.saved import SavedLesson
-from app.page.panels.server_load import ServerLoad
+from app.page.panels.server_load import ServerLoad, combined
 from app.runtime.throttled_log import ThrottledLog
+from app.session.actions import RestoreSettings
 from app.session.session import Session
-from app.settings import Settings
 from app.web.audiences import SCREEN, Audiences
-from scenes.settings import values
+
+
+class BreakoutWorkers:
+    """Sends students to other processes, and knows who is there. Belongs to the plenary's thread.
+
+    Args:
+        room: in which the students are present.
+        posts: takes what they hand in.
+    """
+
+    def __init__(self, link: WorkerLink, room: Classroom, posts: StudentPosts, changed: Callable[[], None]) -> None:
+        self._link, self._room, self._posts, self._changed = link, room, posts, changed
+        self._present: dict[int, Present] = {}
+        self._numbers = count(-1, -1)
+        self._entered: dict[str, int] = {}
+        self._said: ClassState | None = None
+
+    @property
+    def students(self) -> tuple[str, ...]:
+        """Return the students who are there."""
+        return tuple(self._entered)
+
+    def load(self, plenary: ServerLoad) -> ServerLoad:
+        """Return the load of all processes; that of the plenary has room for nothing else."""
+        return combined([plenary._replace(places=1), *(present.load for present in self._present.values())])
+
+    def send(self, student: str, begin: VisitorRecord) -> None:
+        """Send a student's next connection to a session in another process; see `Exploring`."""
+        work = self._room.work
+        self._link.to_tab(student, Exploring(student, begin, self._room.has_work(student), work.handed_in(student)))
+
+    def exchange(self) -> None:
+        """Take what the other processes say, and let them know what the teacher has decided."""
+        for message in self._link.received():
+            match message:
+                case Present(worker):
+                    self._present[worker] = message
+                    self._update()
+                case Replaced(worker):
+                    self._present.pop(worker, None)
+                    self._update()
+                case Progressed() | Reported() | TakenBack():
+                    self._posts.post_work(message)
+                case _:
+                    raise TypeError(f"the plenary does not understand {message!r}")
+        state = ClassState(self._room.free, self._room.paused)
+        if state != self._said:
+            self._said = state
+            if not state.free:
+                self._link.forget_tabs()
+            self._link.to_all(state)
+
+    def _update(self) -> None:
+        here = {student for present in self._present.values() for student in present.students}
+        for student in [student for student in self._entered if student not in here]:
+            self._room.leave(self._entered.pop(student))
+        for student in sorted(here - self._entered.keys()):
+            # Ids of connections to this process are 0 or more.
+            self._entered[student] = next(self._numbers)
+            self._room.enter(self._entered[student], student)
+        self._changed()
+
 
 log = logging.getLogger("duet.lecture")
 
@@ -28,12 +91,12 @@ SETTLE: Final = 0.25
 """Time between two assignments of places [s]."""
 
 
-Stage = tuple[Session, LessonSession]
-"""The stage's session and lessons."""
+Plenary = tuple[Session, LessonSession]
+"""The plenary's session and lessons."""
 
 
 class BreakoutSessions:
-    """The students' own sessions beside the stage.
+    """The students' own sessions beside the plenary.
 
     Attributes:
         workers: the processes that have the sessions; None where this one has them.
@@ -57,8 +120,8 @@ class BreakoutSessions:
         """Assign places in the next frame, after a decision of the teacher's."""
         self._next = 0.0
 
-    def settle(self, participants: Collection[Participant], audiences: Audiences, stage: Stage, now: float) -> None:
-        """Every `SETTLE`, assign places and move students to their own sessions or back to the stage. `now`: wall time [s]."""
+    def settle(self, participants: Collection[Participant], audiences: Audiences, plenary: Plenary, now: float) -> None:
+        """Every `SETTLE`, assign places and move students to their own sessions or back to the plenary. `now`: wall time [s]."""
         self._context.store.tidy()
         if self.workers is not None:
             self.workers.exchange()
@@ -74,12 +137,12 @@ class BreakoutSessions:
             if wanted != (one.visitor is not None) and not one.moved:
                 one.moved = True
                 if wanted and self.workers is not None:
-                    self.workers.send(one.id, self.begin(one.id, *stage))
+                    self.workers.send(one.id, self.begin(one.id, *plenary))
                 audiences.move(one.client)
 
     def begin(self, student: str, session: Session, lessons: LessonSession) -> VisitorRecord:
-        """Return a session like the stage's, with a student's own answers."""
-        return VisitorRecord({}, session.settings, self._from_stage(student, lessons))
+        """Return a session like the plenary's, with a student's own answers."""
+        return VisitorRecord({}, session.settings, self._from_plenary(student, lessons))
 
     def admit(self, participant: Participant, participants: Collection[Participant], begin: VisitorRecord) -> Pieces:
         """Give a student the session left in the store, or one with the student's last settings, or one that begins as `begin` says."""
@@ -92,7 +155,7 @@ class BreakoutSessions:
         record = replace(begin if found is None else found, query=participant.query)
         visitor = yield from open_visitor(self._context, participant.client, record.settings, record=record)
         if not visitor.is_back and found is not None and found.lessons is not None and found.lessons.open:
-            visitor.session.post(lambda: _restore(visitor.session, found.settings), "restore")
+            visitor.session.post(RestoreSettings(found.settings))
         participant.visitor = visitor
 
     def leave(self, participant: Participant) -> None:
@@ -111,16 +174,9 @@ class BreakoutSessions:
             if client_id in self._context.server.get_clients():
                 self._errors.exception("a frame of a student's page failed", error, client_id)
 
-    def _from_stage(self, student: str, lessons: LessonSession) -> SavedLesson | None:
-        """Return the stage's lesson and step with the student's own answers; None outside the lessons."""
+    def _from_plenary(self, student: str, lessons: LessonSession) -> SavedLesson | None:
+        """Return the plenary's lesson and step with the student's own answers; None outside the lessons."""
         saved = lessons.saved()
         if saved is None or not saved.open:
             return None
         return SavedLesson(self._room.progress_of(student, lessons.walk), saved.own, True)
-
-
-def _restore(session: Session, settings: Settings) -> None:
-    """Restore the settings that a student had changed within a step."""
-    for key, value in values(settings).items():
-        if values(session.settings)[key] != value:
-            session.change(key, value)

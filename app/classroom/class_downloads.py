@@ -1,4 +1,4 @@
-"""The class's report on the teacher's panel: what the class leaves behind, as a page to print or as a table."""
+"""The class's report on the teacher's panel: what the class leaves behind, as a page to print, as a table, or a file a student."""
 
 import time
 from collections.abc import Callable
@@ -7,7 +7,7 @@ from typing import Final
 
 import viser
 
-from app.export.class_report import class_report_bytes
+from app.export.class_report import class_report_bytes, class_zip_bytes
 from app.export.class_summary import ClassSummary
 from app.export.class_table import class_table_bytes
 from app.i18n.speaking import N_, set_language, tr
@@ -15,21 +15,30 @@ from app.lessons.lesson import LessonBook
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.runtime.job_pool import Job, Jobs
 from app.runtime.job_watch import JobWatch
+from app.session.actions import Action
 from app.session.session import Session
 from app.settings import Language
-from app.text.html_element import element
+from app.text.templates import macros
 
 Summaries = Callable[[], tuple[ClassSummary, ClassSummary | None]]
 """Returns what this class leaves behind so far, and what the one before has left, if anything."""
 
-KINDS: Final = ("HTML", "CSV")
+KINDS: Final = ("HTML", "CSV", "ZIP")
+
+
+class MakeReport(Action, newest_by=("client", "which", "kind")):
+    """Make the report on this class (0) or the one before (1) for a teacher. `client`: of the teacher; `kind`: its place in `KINDS`."""
+
+    client: int
+    which: int
+    kind: int
 
 
 class ClassDownloads:
-    """Two rows of buttons: for this class, and for the one before. All methods belong to the stage's thread.
+    """Two rows of buttons: for this class, and for the one before. All methods belong to the plenary's thread.
 
     Args:
-        session: the stage's.
+        session: the plenary's.
         jobs: makes the files.
         book: the lessons in the teacher's language.
     """
@@ -46,20 +55,24 @@ class ClassDownloads:
         self._client, self._session, self._summaries = client, session, summaries
         self._lessons = book.lessons
         self._language: Language = language
-        self._jobs = JobWatch(jobs, lambda: session.post(lambda: None, "news"), self._fail)
+        self._jobs = JobWatch(jobs, session.wake, self._fail)
+        session.takers["downloads", client.client_id] = self._take
 
     def build(self) -> None:
         """Add the buttons. The caller has opened the container."""
         self._row(
             N_("class report"),
-            N_("Every question with its counts, the challenges that were passed, and the reports handed in."),
+            N_(
+                "Every question with its counts, the challenges that were passed, and the reports handed in; as ZIP these alone, one file "
+                "a student, for lwr-duet grade."
+            ),
             0,
         )
         last = self._summaries()[1]
         if last is not None:
             day = time.strftime("%Y-%m-%d, %H:%M", time.localtime(last.saved))
-            ended = element("p", tr("The class before this one ended at {when}.", when=day), class_="soft")
-            self._client.gui.add_html(element("div", "", ended, class_="duet-class"))
+            ended = tr("The class before this one ended at {when}.", when=day)
+            self._client.gui.add_html(macros("page/panels/pills.html").note(ended))
             self._row(N_("its report"), N_("The same for the class before this one."), 1)
 
     def _row(self, label: str, hint: str, which: int) -> None:
@@ -68,8 +81,14 @@ class ClassDownloads:
             label,
             KINDS,
             hint,
-            lambda i: self._session.post(lambda: self._ask(which, i), ("class report", self._client.client_id, which, i)),
+            lambda i: self._session.post(MakeReport(self._client.client_id, which, i)),
         )
+
+    def _take(self, action: Action) -> bool:
+        if not (isinstance(action, MakeReport) and action.client == self._client.client_id):
+            return False
+        self._ask(action.which, action.kind)
+        return True
 
     def _ask(self, which: int, kind: int) -> None:
         set_language(self._language)
@@ -77,12 +96,16 @@ class ClassDownloads:
         if summary is None or summary.empty:
             self._notify(tr("There is nothing to report yet"), tr("Let the class answer a question first."))
             return
+        if KINDS[kind] == "ZIP" and not summary.hand_ins:
+            self._notify(tr("There is nothing to report yet"), tr("reports handed in: {count}", count=0))
+            return
         name = time.strftime("duet-class-%Y-%m-%d", time.localtime(summary.saved))
         if KINDS[kind] == "CSV":
             self._jobs.submit("class table", partial(self._send, name + ".csv"), class_table_bytes, summary, self._lessons)
         else:
-            make = class_report_bytes, summary, self._lessons, self._language
-            self._jobs.submit("class report", partial(self._send, name + ".html"), *make)
+            make = class_zip_bytes if KINDS[kind] == "ZIP" else class_report_bytes
+            send = partial(self._send, f"{name}.{KINDS[kind].lower()}")
+            self._jobs.submit("class report", send, make, summary, self._lessons, self._language)
 
     def _send(self, name: str, content: bytes) -> None:
         self._client.send_file_download(name, content, save_immediately=True)
@@ -99,4 +122,5 @@ class ClassDownloads:
 
     def close(self) -> None:
         """Drop what is being made."""
+        self._session.takers.pop(("downloads", self._client.client_id), None)
         self._jobs.close()

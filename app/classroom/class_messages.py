@@ -1,10 +1,15 @@
-"""What the stage of a lecture and its breakout sessions in other processes say to each other."""
+"""What the processes of a lecture say to each other: the plenary's and those with breakout sessions; and where a student's work goes."""
 
-from typing import NamedTuple
+from collections.abc import Hashable
+from typing import NamedTuple, Protocol
 
+from app.classroom.classroom import Classroom
+from app.classroom.student_work import clean_name
 from app.export.class_summary import HandIn
 from app.hosting.visitor_record import VisitorRecord
+from app.hosting.worker_messages import WorkerLink
 from app.page.panels.server_load import ServerLoad
+from app.session.actions import Action, ActionQueue
 
 
 class Exploring(NamedTuple):
@@ -37,22 +42,69 @@ class Present(NamedTuple):
     load: ServerLoad
 
 
-class Progressed(NamedTuple):
-    """A student's progress, as JSON."""
+class Progressed(Action, newest_by=("student",)):
+    """A student's progress in a session of their own, as JSON."""
 
     student: str
     progress: str
 
 
-class Reported(NamedTuple):
-    """A student hands in a report; see `app.classroom.teacher_control.TeacherControl.post_hand_in`."""
+class Reported(Action, newest_by=("student",)):
+    """A student hands in a report. `name`: "" for none; `progress`: of the student's own session, as JSON."""
 
     student: str
     name: str
-    progress: str
+    progress: str = ""
 
 
-class TakenBack(NamedTuple):
+class TakenBack(Action):
     """A student takes the report back."""
 
     student: str
+
+    @property
+    def control(self) -> Hashable:
+        return Reported(self.student, "").control
+
+
+WorkAction = Progressed | Reported | TakenBack
+"""What a student does with the work that can be handed in; `student`: id of the tab."""
+
+
+class StudentPosts(Protocol):
+    """Takes what students hand in."""
+
+    def post_work(self, work: WorkAction) -> None:
+        """Queue it for the next frame; from any thread."""
+        ...
+
+
+class PostsToPlenary:
+    """Sends what students hand in to the plenary's process, and keeps it in this process for their pages.
+
+    Args:
+        room: of this process.
+
+    Attributes:
+        queue: what the thread that `room` belongs to has to do.
+    """
+
+    def __init__(self, link: WorkerLink, room: Classroom) -> None:
+        self._link, self._room = link, room
+        self.queue = ActionQueue(self._handle)
+
+    def post_work(self, work: WorkAction) -> None:
+        self._link.to_plenary(work)
+        self.queue.put(work)
+
+    def _handle(self, action: Action) -> None:
+        match action:
+            case Progressed(student, progress):
+                self._room.work.note(student, progress)
+            case Reported(student, name, progress):
+                # The plenary makes the whole report; the student's page shows that there is one.
+                self._room.work.hand_in(student, HandIn(clean_name(name), progress))
+            case TakenBack(student):
+                self._room.work.take_back(student)
+            case _:
+                raise TypeError(f"nothing here does {action!r}")

@@ -1,15 +1,15 @@
-"""The state of a class: the students who are present, the question on the stage, and the teacher's decisions."""
+"""The state of a class: the students who are present, the question in the plenary, and the teacher's decisions."""
 
 from dataclasses import dataclass, replace
 
-from app.classroom.ballots import Ballots
+from app.classroom.ballots import Ballots, Origin, VoterCount, Voters
 from app.classroom.breakout_places import BreakoutPlaces
 from app.classroom.student_work import StudentWork, clean_name
 from app.export.class_summary import AskedQuestion, ClassSummary, HandIn
+from app.lessons.bookmark import Phase
 from app.lessons.curve_drawing import Drawing, checked_curve
 from app.lessons.lesson import Lesson, LessonBook, Question, Step
 from app.lessons.outcomes import AnswerVerdict, StepOutcome
-from app.lessons.phases import Phase
 from app.lessons.progress import Progress, StepProgress, from_json, to_json
 from app.lessons.step_view import StepPosition, fill, verdict
 from app.lessons.tally import Ballot, QuestionId, Switch, Tally, switches_between, tally_of
@@ -20,22 +20,22 @@ from app.plots.curve_chart import Curve
 
 @dataclass(frozen=True)
 class Poll:
-    """The question on the stage, and how the class has answered.
+    """The question in the plenary, and how the class has answered.
 
     Attributes:
         question: lesson and step.
         choices: what can be answered, as Markdown.
-        open: whether answers are taken: until the reveal, or until the outcome is on the stage.
+        open: whether answers are taken: until the reveal, or until the outcome is in the plenary.
         revealed: whether everybody sees the tally.
-        outcome: the measured result, line by line; empty before it is on the stage.
-        right: the choice that the outcome confirms; None before it is on the stage.
-        verdicts: on each choice; empty before the outcome is on the stage.
+        outcome: the measured result, line by line; empty before it is in the plenary.
+        right: the choice that the outcome confirms; None before it is in the plenary.
+        verdicts: on each choice; empty before the outcome is in the plenary.
         drawing: what is drawn; None where no curve is asked for.
-        truth: what the curves are compared with; () before the outcome is on the stage.
+        truth: what the curves are compared with; () before the outcome is in the plenary.
         first: how the class answered when it was asked for the first time; None if it was not asked again.
         switches: from the first round to this one.
         round: from 1.
-        staged: index of the answer chosen on the stage, with which the run is compared; None for none.
+        staged: indices of the answers with which the run is compared: the one chosen in the plenary, or all of a tie.
     """
 
     question: QuestionId
@@ -51,7 +51,7 @@ class Poll:
     first: Tally | None = None
     switches: tuple[Switch, ...] = ()
     round: int = 1
-    staged: int | None = None
+    staged: tuple[int, ...] = ()
 
 
 _Texts = tuple[tuple[str, ...], tuple[str, ...], tuple[AnswerVerdict | None, ...]]
@@ -67,32 +67,54 @@ class Classroom:
     Attributes:
         free: whether the students explore; otherwise they follow.
         paused: whether all sessions are paused.
-        inviting: whether the address is on every screen.
         waiting: how many students want to explore and have no place.
         load: of the server; None before it was measured.
         ballots, places: the answers, and the breakout sessions' places.
         work: what students have done in their own sessions, and have handed in.
+        voters: where the answers come from.
     """
 
     def __init__(self, most: int) -> None:
-        self.free = self.paused = self.inviting = False
+        self.free = self.paused = False
         self.waiting = 0
         self.load: ServerLoad | None = None
         self.ballots = Ballots()
         self.work = StudentWork()
         self.places = BreakoutPlaces(most)
+        self.voters = Voters()
         self._here: dict[int, str] = {}
+        self._origins: dict[int, Origin] = {}
         self._texts: dict[str, tuple[Step, StepOutcome | None, _Texts]] = {}
 
     # ---- the students -------------------------------------------------------------------------------------------------------
 
-    def enter(self, client_id: int, student: str) -> None:
-        """Add a student's connection. `student`: id of the tab."""
+    def enter(self, client_id: int, student: str, origin: Origin | None = None) -> None:
+        """Add a student's connection. `student`: id of the tab; `origin`: the connection, where it can vote."""
         self._here[client_id] = student
+        if origin is not None:
+            self._origins[client_id] = origin
+            self._look_at_voters(student)
 
     def leave(self, client_id: int) -> None:
         """Remove a connection, if it is a student's."""
         self._here.pop(client_id, None)
+        self._origins.pop(client_id, None)
+
+    def _look_at_voters(self, student: str) -> None:
+        """Note where a student comes from, before a vote counts."""
+        for client_id, origin in self._origins.items():
+            if self._here.get(client_id) == student:
+                self.voters.note(student, origin)
+        self.ballots.leave_out(self.voters.left_out)
+
+    def count_pages_only(self, pages_only: bool) -> None:
+        """Leave votes without a page out of every count, or count them again."""
+        self.voters.pages_only = pages_only
+        self.ballots.leave_out(self.voters.left_out)
+
+    def voters_of(self, poll: Poll | None) -> VoterCount:
+        """Return where the votes of the newest round come from."""
+        return VoterCount() if poll is None else self.voters.count(self.ballots.rounds_of(poll.question)[-1].keys())
 
     @property
     def here(self) -> tuple[str, ...]:
@@ -107,7 +129,7 @@ class Classroom:
     # ---- follow me, or explore ---------------------------------------------------------------------------------------------
 
     def follow(self) -> None:
-        """Call all students back to the stage."""
+        """Call all students back to the plenary."""
         self.free = False
         self.places.take_all()
 
@@ -120,11 +142,11 @@ class Classroom:
     # ---- the question ------------------------------------------------------------------------------------------------------
 
     def poll(self, walk: Walkthrough | None, book: LessonBook | None = None) -> Poll | None:
-        """Return the question on the stage; None if there is none.
+        """Return the question in the plenary; None if there is none.
 
         Args:
-            walk: the stage's; None while no lesson is open.
-            book: the lessons in the reader's language; None for the stage's.
+            walk: the plenary's; None while no lesson is open.
+            book: the lessons in the reader's language; None for the plenary's.
         """
         at = None if walk is None else walk.in_book(book)
         if walk is None or at is None or at.step.question is None:
@@ -138,17 +160,18 @@ class Classroom:
         revealed, first = ballots.revealed(question), ballots.first_tally(question, count)
         known = None if walk.phase in (Phase.PREDICT, Phase.DO) else done.outcome
         choices, outcome, verdicts = self._texts_of(lesson, step, asked, known)
+        tally = ballots.tally(question, count, self.here)
         poll = Poll(
             question,
             choices,
-            ballots.tally(question, count, self.here),
+            tally,
             done.outcome is None and not revealed,
             revealed,
             drawing=step.drawing,
             first=first,
             switches=ballots.switches(question) if first is not None else (),
             round=len(ballots.rounds_of(question)),
-            staged=done.choice,
+            staged=_staged(walk, tally, revealed),
         )
         if known is None:
             return poll
@@ -162,22 +185,24 @@ class Classroom:
         return cached[2]
 
     def answer(self, walk: Walkthrough | None, student: str, choice: int) -> bool:
-        """Take a student's answer to the question on the stage; return whether it was taken."""
+        """Take a student's answer to the question in the plenary; return whether it was taken."""
         poll = self.poll(walk)
         if poll is None or not poll.open or not 0 <= choice < len(poll.choices):
             return False
+        self._look_at_voters(student)
         return self.ballots.answer(poll.question, student, choice)
 
     def draw(self, walk: Walkthrough | None, student: str, question: QuestionId, curve: Curve) -> bool:
-        """Take a student's curve for a question, if it is on the stage; return whether it was taken."""
+        """Take a student's curve for a question, if it is in the plenary; return whether it was taken."""
         poll = self.poll(walk)
         if poll is None or not poll.open or poll.question != question or poll.drawing is None:
             return False
         checked = checked_curve(poll.drawing, curve)
+        self._look_at_voters(student)
         return checked is not None and self.ballots.draw(question, student, checked)
 
     def progress_of(self, student: str, walk: Walkthrough) -> str:
-        """Return the progress of a walkthrough, as JSON, at the stage's step and with a student's own answers."""
+        """Return the progress of a walkthrough, as JSON, at the plenary's step and with a student's own answers."""
         progress = Progress(walk.lesson.id, walk.step.id)
         for question, ballot in self.ballots.ballots_of(student).items():
             progress.steps[question] = StepProgress(choice=ballot.choice, drawing=ballot.curve)
@@ -193,8 +218,8 @@ class Classroom:
         """Take a student's report: what was done in the student's own session, and the answers given here; return whether there was any.
 
         Args:
-            walk: the stage's, for what came of the questions; None for none.
-            progress: of the student's own session, as JSON; "" on the stage.
+            walk: the plenary's, for what came of the questions; None for none.
+            progress: of the student's own session, as JSON; "" in the plenary.
         """
         if progress:
             self.work.note(student, progress)
@@ -216,7 +241,7 @@ class Classroom:
         """Return what the class leaves behind. `now`: [s since 1970]."""
         steps = {(lesson.id, step.id): step for lesson in book.lessons for step in lesson.steps}
         asked = [q for q in self.ballots.questions if q in steps and steps[q].question is not None]
-        rounds = {q: tuple(one for one in self.ballots.rounds_of(q) if one) for q in asked}
+        rounds = {q: tuple(one for one in self.ballots.counted_rounds_of(q) if one) for q in asked}
         hand_ins = sorted(self.work.hand_ins.values(), key=lambda one: (not one.name, one.name.casefold()))
         return ClassSummary(
             now,
@@ -243,3 +268,11 @@ def _make_texts(lesson: Lesson, step: Step, asked: Question, outcome: StepOutcom
         for i in range(len(choices))
     )
     return choices, outcome.lines(step, lesson.language), verdicts
+
+
+def _staged(walk: Walkthrough, tally: Tally, revealed: bool) -> tuple[int, ...]:
+    """Return the answers with which the run is compared; the run that shows why an answer is wrong has one of them."""
+    choice = walk.done.choice
+    if choice is None:
+        return ()
+    return tally.favourites if revealed and choice in tally.favourites and not walk.showing else (choice,)

@@ -1,4 +1,4 @@
-"""A lecture: one stage that all see and a teacher operates, and breakout sessions for the students."""
+"""A lecture: one plenary session that all see and a teacher operates, and breakout sessions for the students."""
 
 import logging
 from collections.abc import Callable
@@ -8,36 +8,35 @@ from time import time
 import viser
 
 from app.classroom.address import Address
-from app.classroom.breakout_sessions import BreakoutSessions
-from app.classroom.breakout_workers import BreakoutWorkers
+from app.classroom.breakout_sessions import BreakoutSessions, BreakoutWorkers
 from app.classroom.classroom import Classroom
 from app.classroom.leader import Leader
+from app.classroom.lecture_pages import PlenaryAudiences, PlenaryControls
 from app.classroom.lecture_record import LectureRecorder
 from app.classroom.participant import Participant
-from app.classroom.stage_audiences import StageAudiences
-from app.classroom.stage_controls import StageControls
+from app.classroom.presenter import INVITED, InvitedPages
 from app.classroom.teacher_control import TeacherControl
 from app.export.class_summary import ClassSummary
-from app.hosting.admission import Admission, Pieces
+from app.hosting.admission import Admission, Connections, Pieces
 from app.hosting.app_context import AppContext
-from app.hosting.attention import Attention
-from app.hosting.connections import Connections
+from app.hosting.frame_loop import Attention
 from app.hosting.teacher_key import is_teacher
 from app.i18n.reader_language import language_of, look_of, preferred
 from app.i18n.speaking import set_language
+from app.lessons.loading import in_language
 from app.lessons.session.lesson_session import LessonSession
-from app.lessons.translated_book import in_language
 from app.runtime.throttled_log import ThrottledLog
 from app.session.frame import Frame, make_frame
 from app.session.session import Session
 from app.settings import Look
-from app.web.audiences import Audiences
+from app.web.audiences import SCREEN, Audiences
 
 log = logging.getLogger("duet.lecture")
 
 
 class LectureHost:
-    """All tabs see one stage, each in its own language and look. A teacher has the controls: by the key, or without a key in the first tab.
+    """All tabs see one plenary session, each in its own language and look. A teacher has the controls: by the key, or without one in the
+    first tab.
 
     Attributes:
         control: carries out the teacher's actions.
@@ -47,35 +46,37 @@ class LectureHost:
         self._context = context
         self.room = Classroom(context.workload.places)
         interrupted = context.store.interrupted_lecture()
-        start = context.start if interrupted is None or interrupted.state is None else interrupted.settings
+        start = context.options.settings if interrupted is None or interrupted.state is None else interrupted.settings
         self.session = Session(start, context.wake, context.jobs, context.sources)
-        self.lessons = LessonSession(self.session, in_language(context.book, language_of(context.start, "en")))
+        self.lessons = LessonSession(self.session, in_language(context.book, language_of(context.options.settings, "en")))
         self._breakouts = BreakoutSessions(context, self.room)
         self.control = TeacherControl(self.room, self.session, self.lessons, self._breakouts.hurry)
         if context.link is not None:
             context.link.wake = context.wake
             self._breakouts.workers = BreakoutWorkers(context.link, self.room, self.control, self._breakouts.hurry)
-        self._leader = Leader(context.key)
-        stage = self.session, self.lessons
-        self._recorder = LectureRecorder(context.store, interrupted, stage, self.room, self._leader, context.book)
-        self.controls = StageControls(context, self.session, self.lessons, self.control, self._summaries)
+        self._leader = Leader(context.options.key)
+        plenary = self.session, self.lessons
+        self._recorder = LectureRecorder(context.store, interrupted, plenary, self.room, self._leader, context.book)
+        self.controls = PlenaryControls(context, self.session, self.lessons, self.control, self._summaries)
         self.participants: dict[int, Participant] = {}
-        self.stage = StageAudiences(context, self.session, self.lessons, self.room, self.control, self.participants)
+        self.shared = PlenaryAudiences(context, self.session, self.lessons, self.room, self.control, self.participants)
         self._errors = ThrottledLog(log)
-        self._attention, self._heard = Attention(), (0, 0)
+        self._attention, self._heard, self._told = Attention(), (0, 0), (None, None)
         self.audiences = Audiences(context.server, self._look, self._leader.gone)
         self.admission = Admission(self._admit, self._not_built)
         self.connections = Connections(context.server, context.wake)
-        # Nothing on the shared stage can be operated.
+        # Nothing in the plenary can be operated.
         context.server.gate.may_share = lambda client_id: False
         # A teacher must be able to come back after a lost connection.
-        context.server.always_admits = lambda query: is_teacher(context.key, query)
+        context.server.always_admits = lambda query: is_teacher(context.options.key, query)
+        # One student is one voter, however many tabs there are; a teacher may have several.
+        context.server.takes_over = lambda query: SCREEN not in query and not is_teacher(context.options.key, query)
 
     def _look(self, client_id: int, query: dict[str, str], accept: str) -> Look | None:
         """Return the look with which a browser watches; None for a page of its own: a teacher's, or a breakout session's."""
         if self._leader.admits(client_id, query) or self._breakouts.expects(query):
             return None
-        return look_of(query, preferred(accept), self._context.start)
+        return look_of(query, preferred(accept), self._context.options.settings)
 
     @property
     def operator(self) -> int | None:
@@ -101,7 +102,7 @@ class LectureHost:
     # ---- frame by frame ----------------------------------------------------------------------------------------------------
 
     def frame(self, now: float, elapsed: float) -> None:
-        """Advance the stage and draw it for all; then every breakout session."""
+        """Advance the plenary and draw it for all; then every breakout session."""
         set_language(self.controls.language)
         self._connect()
         set_language(self.controls.language)
@@ -117,28 +118,38 @@ class LectureHost:
         frame = make_frame(self.session, self.lessons.decide, now, elapsed, workload.budget)
         workload.drew(self.session.stepping)
         if self.room.paused and not self.room.free and not self.session.paused:
-            # The teacher has pressed Run on the stage.
+            # The teacher has pressed Run in the plenary.
             self.room.paused = False
         self._breakouts.settle(self.participants.values(), self.audiences, (self.session, self.lessons), now)
+        self.control.presenter.screens = sum(one.screen for one in self.participants.values())
         self.control.present()
         if due:
-            self._show_stage(frame)
+            self._show_plenary(frame)
             self._attention.note(now, frame.state)
         self._recorder.save(now)
+        self._tell_trouble()
         for client_id, one in list(self.participants.items()):
             if one.visitor is not None:
                 set_language(one.visitor.language)
                 one.show(self.room, None, None, one.visitor.view, one.visitor.lessons)
                 self._breakouts.frame(client_id, one.visitor, now, elapsed)
 
+    def _tell_trouble(self) -> None:
+        """Say once to the teacher who has the controls what is wrong with the store."""
+        operation, trouble = self.controls.operation, self._context.store.trouble
+        if operation is not None and trouble is not None and (operation, trouble) != self._told:
+            set_language(self.controls.language)
+            operation.notify(*trouble)
+        self._told = operation, trouble
+
     def _stirred(self) -> bool:
-        """Return whether anything has come for the stage, or from any browser, since the last frame."""
+        """Return whether anything has come for the plenary, or from any browser, since the last frame."""
         pages = [self._context.server.page_of(client_id) for client_id in self.participants]
         heard, self._heard = self._heard, (len(pages), sum(page.heard for page in pages if page is not None))
         return self.session.stirred or heard != self._heard
 
-    def _show_stage(self, frame: Frame) -> None:
-        """Draw the stage, first for the operator."""
+    def _show_plenary(self, frame: Frame) -> None:
+        """Draw the plenary, first for the operator."""
         operator = self.controls.operator
         teachers = [one for one in self.participants.values() if one.page is not None]
         for teacher in sorted(teachers, key=lambda one: one is not operator):
@@ -149,17 +160,18 @@ class LectureHost:
                 client_id = teacher.client.client_id
                 if client_id in self._context.server.get_clients():
                     self._errors.exception("a frame of a teacher's page failed", error, client_id)
-        for audience, page in self.stage.pages.items():
-            page.cover()
+        for audience, page in self.shared.pages.items():
+            page.cover(self._address("screens"))
             if audience.screen and self.control.presenter.frozen and page.shown:
                 page.flush()
                 continue
             set_language(page.language)
             poll = self.control.poll(page.book)
-            page.show(frame, poll, self._invitation)
-            for one in self.stage.watchers(audience):
+            page.show(frame, poll)
+            for one in self.shared.watchers(audience):
                 mine = None if poll is None or one.answers is None else self.room.ballots.ballot_of(poll.question, one.id)
                 one.show(self.room, poll, mine, page.view, self.lessons)
+                one.invite(self._address("all"))
             page.flush()
 
     def _show_teacher(self, teacher: Participant, frame: Frame) -> None:
@@ -167,22 +179,23 @@ class LectureHost:
         assert page is not None
         set_language(page.language)
         poll = self.control.poll(page.book)
-        page.show(frame, poll, self._invitation)
+        page.show(frame, poll)
+        teacher.invite(self._address("teachers"))
         if teacher is self.controls.operator and operation is not None:
             with teacher.client.atomic():
                 operation.show(frame)
-        screens = sum(one.screen for one in self.participants.values())
-        teacher.show_panel(self.control.presenter, self.room, poll, self.lessons, screens)
+        teacher.show_panel(self.control.presenter, self.room, poll, self.lessons)
         page.flush()
 
     def _summaries(self) -> tuple[ClassSummary, ClassSummary | None]:
         """Return what this class leaves behind so far, and what the one before has left; a teacher without a key gets only the first."""
-        last = None if self._context.key is None else self._recorder.last_class
+        last = None if self._context.options.key is None else self._recorder.last_class
         return self.room.summary(self._context.book, time()), last
 
-    @property
-    def _invitation(self) -> Address | None:
-        return self.controls.address if self.room.inviting else None
+    def _address(self, pages: InvitedPages) -> Address | None:
+        """Return the address while such pages show it."""
+        shown = INVITED.index(self.control.presenter.inviting) >= INVITED.index(pages)
+        return self.controls.address if shown else None
 
     # ---- connections -------------------------------------------------------------------------------------------------------
 
@@ -192,7 +205,7 @@ class LectureHost:
         for client_id in departures:
             self.admission.leave(client_id)
             self._leave(client_id)
-        self.stage.update(self.audiences)
+        self.shared.update(self.audiences)
         for client in arrivals:
             self.admission.come(client)
         self.admission.advance()
@@ -219,7 +232,7 @@ class LectureHost:
         if participant.teacher:
             self._build(participant, self.controls.admit)
         elif participant.audience is not None:
-            self._build(participant, self.stage.admit)
+            self._build(participant, self.shared.admit)
         else:
             # The place that it had when it connected has been taken meanwhile.
             self.audiences.move(client)

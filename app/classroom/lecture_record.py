@@ -1,4 +1,4 @@
-"""A lecture outlives a server that breaks off: the stage, the answers and the lead are stored every second. Of one that has ended the
+"""A lecture outlives a server that breaks off: the plenary, the answers and the lead are stored every second. Of one that has ended the
 summary is left."""
 
 from time import time
@@ -7,8 +7,8 @@ from typing import Final
 from app.classroom.classroom import Classroom
 from app.classroom.leader import Leader
 from app.export.class_summary import ClassSummary
-from app.hosting.resume import run_again
 from app.hosting.session_store import SessionStore
+from app.hosting.visitor import run_again
 from app.hosting.visitor_record import ClassRecord, VisitorRecord
 from app.lessons.lesson import LessonBook
 from app.lessons.session.lesson_session import LessonSession
@@ -31,12 +31,12 @@ class LectureRecorder:
         self,
         store: SessionStore,
         record: VisitorRecord | None,
-        stage: tuple[Session, LessonSession],
+        plenary: tuple[Session, LessonSession],
         room: Classroom,
         leader: Leader,
         book: LessonBook,
     ) -> None:
-        self._store, (self._session, self._lessons), self._room, self._leader = store, stage, room, leader
+        self._store, (self._session, self._lessons), self._room, self._leader = store, plenary, room, leader
         self._book, self._save_at = book, 0.0
         self._last_class = _summary_in(store.last_lecture(), record is not None, book)
         if record is not None and record.room is not None:
@@ -46,7 +46,7 @@ class LectureRecorder:
     def last_class(self) -> ClassSummary | None:
         """Return what the class before this one has left behind, for as long as records are kept."""
         last = self._last_class
-        return None if last is None or time() - last.saved > self._store.keep else last
+        return None if last is None or abs(time() - last.saved) > self._store.keep else last
 
     def _restore(self, record: VisitorRecord, room: ClassRecord) -> None:
         if record.lessons is not None:
@@ -62,9 +62,19 @@ class LectureRecorder:
         if not self._store.lasting or now < self._save_at:
             return
         self._save_at = now + SAVING
+        voters = self._room.voters
         ballots, work, (leader, students) = self._room.ballots, self._room.work, self._leader.tabs
         record = ClassRecord(
-            time(), *ballots.everything, self._room.free, leader, students, ballots.earlier, work.passed, work.hand_ins
+            time(),
+            *ballots.everything,
+            self._room.free,
+            leader,
+            students,
+            ballots.earlier,
+            work.passed,
+            work.hand_ins,
+            voters.pages_only,
+            tuple(sorted(voters.pageless)),
         )
         session = self._session
         self._store.save_lecture(
@@ -79,6 +89,8 @@ class LectureRecorder:
 def _take_up(room: Classroom, record: ClassRecord) -> None:
     room.ballots.restore(record.ballots, record.revealed, record.earlier)
     room.work.restore(record.passed, record.hand_ins)
+    room.voters.restore(record.pages_only, record.pageless)
+    room.count_pages_only(record.pages_only)
 
 
 def _summary_in(record: VisitorRecord | None, goes_on: bool, book: LessonBook) -> ClassSummary | None:

@@ -1,16 +1,17 @@
-"""One browser in a lecture: who it belongs to, and what its page has beside the stage."""
+"""One browser in a lecture: who it belongs to, and what its page has beside the plenary."""
 
 import contextlib
 
 import viser
 
+from app.classroom.address import Address
+from app.classroom.class_messages import Progressed, StudentPosts
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.classroom_html import EXPLORING, FOLLOWING, HALTED, NAMELESS, WATCHING
-from app.classroom.hand_in_box import HandInBox
+from app.classroom.overlays import Invitation
 from app.classroom.presenter import Presenter
 from app.classroom.stage_page import StagePage
-from app.classroom.student_answers import Answers, Banner, is_narrow
-from app.classroom.student_posts import StudentPosts
+from app.classroom.student_page import Answers, Banner, HandInBox, is_narrow
 from app.classroom.teacher_panel import TeacherPanel
 from app.hosting.visitor import Visitor
 from app.hosting.visitor_record import tab_id
@@ -27,7 +28,7 @@ class Participant:
 
     Args:
         teacher: whether it may lead.
-        audience: with which it watches the stage; None for a page of its own.
+        audience: with which it watches the plenary; None for a page of its own.
         control: takes what a student hands in.
 
     Attributes:
@@ -35,9 +36,9 @@ class Participant:
         lasting: whether the id outlives a reload.
         screen: whether it is a projector, and no student's.
         narrow: whether its window has no room for lesson, stage and controls beside each other.
-        page: the stage on a teacher's own page; None for all others.
-        banner, answers, hand_in, panel: what it has beside the stage; None for what it has not.
-        visitor: the student's breakout session; None while the student sees the stage.
+        page: the plenary on a teacher's own page; None for all others.
+        banner, answers, hand_in, panel, invitation: what it has beside the plenary; None for what it has not.
+        visitor: the student's breakout session; None while the student sees the plenary.
         moved: whether it was asked to connect again.
         worked: whether its student has done something that can be handed in.
     """
@@ -53,6 +54,7 @@ class Participant:
         self.answers: Answers | None = None
         self.hand_in: HandInBox | None = None
         self.panel: TeacherPanel | None = None
+        self.invitation: Invitation | None = None
         self.visitor: Visitor | None = None
         # In another language the view is a new one, and has no banner yet.
         self._view: View | None = None
@@ -67,23 +69,29 @@ class Participant:
     def leave(self) -> None:
         """Keep what a student has done in a session of their own, and drop what is being made for a teacher."""
         if self.visitor is not None and not self.visitor.superseded and self.visitor.lessons.begun:
-            self._control.post_progress(self.id, self.visitor.lessons.walk.to_json())
+            self._control.post_work(Progressed(self.id, self.visitor.lessons.walk.to_json()))
         if self.panel is not None:
             self.panel.close()
 
-    def show_panel(self, presenter: Presenter, room: Classroom, poll: Poll | None, lessons: LessonSession, screens: int) -> None:
-        """Update a teacher's panel. `poll`: the question on the stage; `lessons`: the stage's; `screens`: how many projectors there are."""
+    def invite(self, address: Address | None) -> None:
+        """Show the address over a page of the plenary; None takes it away."""
+        if self.invitation is not None:
+            with contextlib.suppress(Exception), self.client.atomic():
+                self.invitation.show(address)
+
+    def show_panel(self, presenter: Presenter, room: Classroom, poll: Poll | None, lessons: LessonSession) -> None:
+        """Update a teacher's panel. `poll`: the question in the plenary; `lessons`: the plenary's."""
         if self.panel is not None:
             with contextlib.suppress(Exception), self.client.atomic():
-                self.panel.show(presenter, room, poll, lessons, screens)
+                self.panel.show(presenter, room, poll, lessons)
 
     def show(self, room: Classroom, poll: Poll | None, mine: Ballot | None, view: View, lessons: LessonSession) -> None:
-        """Update what a student's page has beside the stage.
+        """Update what a student's page has beside the plenary.
 
         Args:
-            poll: the question on the stage.
+            poll: the question in the plenary.
             mine: what the student has handed in; None for no question, or no student.
-            view, lessons: the stage's, or the student's own ones.
+            view, lessons: the plenary's, or the student's own ones.
         """
         if self.visitor is not None and self._view is not view:
             self._view, self._shown = view, None

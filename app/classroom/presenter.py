@@ -4,14 +4,20 @@ from collections.abc import Callable
 from enum import StrEnum
 from math import ceil
 from time import monotonic
-from typing import Final, NamedTuple
+from typing import Final, Literal, NamedTuple, get_args
 
 from app.i18n.speaking import N_
-from app.lessons.phases import Phase, phases_of
+from app.lessons.bookmark import Phase, phases_of
 from app.lessons.walkthrough import Walkthrough
 
 SECONDS: Final = (30, 60, 90)
 """Times that a class can be given to answer [s]."""
+
+InvitedPages = Literal["", "screens", "teachers", "all"]
+"""Which pages show the address: none, the projectors, besides them the teachers' pages, or besides those the students'."""
+
+INVITED: Final[tuple[InvitedPages, ...]] = get_args(InvitedPages)
+"""From none to all."""
 
 
 class Station(StrEnum):
@@ -57,7 +63,7 @@ _BEFORE_THE_RUN: Final = (Station.SCENE, Station.QUESTION, Station.ANSWERS)
 
 
 class _StagePlace(NamedTuple):
-    """Where the stage's lesson is, as far as it decides what the projector shows."""
+    """Where the plenary's lesson is, as far as it decides what the projector shows."""
 
     step: tuple[str, str] | None = None
     phase: Phase | None = None
@@ -66,7 +72,7 @@ class _StagePlace(NamedTuple):
 
 
 class Presenter:
-    """What every projector of a lecture shows. Belongs to the stage's thread.
+    """What every projector of a lecture shows. Belongs to the plenary's thread.
 
     Args:
         clock: returns the time [s].
@@ -74,14 +80,18 @@ class Presenter:
     Attributes:
         station: what of the step is shown.
         blank: whether the projectors are black.
-        frozen: whether they keep their picture while the stage goes on.
+        frozen: whether they keep their picture while the plenary goes on.
         panels: whether they show the panels beside the scene, as students see them.
+        screens: how many there are.
+        inviting: which pages show the address.
     """
 
     def __init__(self, clock: Callable[[], float] = monotonic) -> None:
         self._clock = clock
         self.station = Station.SCENE
         self.blank = self.frozen = self.panels = False
+        self.screens = 0
+        self.inviting: InvitedPages = ""
         self._place = _StagePlace()
         self._asked_at: float | None = None
         self._ends_at: float | None = None
@@ -92,7 +102,7 @@ class Presenter:
         """Show what fits where the lesson is, if it has moved on since the last call.
 
         Args:
-            walk: the stage's; None while no lesson is open.
+            walk: the plenary's; None while no lesson is open.
             revealed: whether everybody sees the class's answers.
             running: whether the run is going on.
         """
@@ -125,11 +135,20 @@ class Presenter:
             self._asked_at = self._clock()
         self.station = station
 
+    @property
+    def covered(self) -> bool:
+        """Whether the projectors are blank, frozen or show the address."""
+        return self.blank or self.frozen or self.inviting != ""
+
     def uncover(self) -> bool:
-        """Show the present picture again; return whether the projectors were blank or frozen."""
-        covered = self.blank or self.frozen
-        self.blank = self.frozen = False
+        """Show the present picture again, and the address nowhere; return whether the projectors were covered."""
+        covered = self.covered
+        self.blank, self.frozen, self.inviting = False, False, ""
         return covered
+
+    def invite(self) -> None:
+        """Show the address on the projectors; where there is none, on the teacher's page."""
+        self.inviting = "screens" if self.screens else "teachers"
 
     def following(self, walk: Walkthrough) -> Station | None:
         """Return the next station of the step; None if the next step comes next."""

@@ -5,13 +5,15 @@ from typing import Final, Literal
 from urllib.parse import urlencode
 
 import viser
+from markupsafe import Markup
 
-from app.classroom.presenter import SECONDS, STATION_NAMES, Presenter, clock_text
+from app.classroom.presenter import SECONDS, STATION_NAMES, Presenter, Station, clock_text
 from app.i18n.speaking import N_, tr
 from app.lessons.session.lesson_session import LessonSession
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.settings import PageSettings
-from app.text.html_element import element
+from app.text.templates import macros
+from app.web.control_events import on_press
 
 ScreenAction = Literal[
     "on", "back", "live", "freeze", "blank", "stage", "panels", "timer 30", "timer 60", "timer 90", "timer off"
@@ -63,65 +65,68 @@ class ScreenPanel:
             lambda i: act(_LAYOUTS[i]),
         )
         gui.add_html(open_html(page, keyed))
+        on_press(self._on, lambda: act("on"))
+        on_press(self._back, lambda: act("back"))
 
-        @self._on.on_click
-        async def _(_: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-            act("on")
-
-        @self._back.on_click
-        async def _(_: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-            act("back")
-
-    def show(self, presenter: Presenter, lessons: LessonSession, screens: int) -> None:
-        """Update the controls. `screens`: how many projectors there are."""
+    def show(self, presenter: Presenter, lessons: LessonSession) -> None:
+        """Update the controls."""
         following = presenter.following(lessons.walk) if lessons.open else None
-        cover = presenter.blank, presenter.frozen, presenter.panels
-        shown = lessons.open, presenter.station, following, cover, screens
+        cover = presenter.blank, presenter.frozen, presenter.inviting, presenter.panels
+        shown = lessons.open, presenter.station, following, cover, presenter.screens
         if shown == self._shown:
             return
         self._shown = shown
-        self._state.content = state_html(presenter, screens, lessons.open)
-        self._on.label = tr("Next: {what}", what=tr(STATION_NAMES[following])) if following is not None else tr("Next step")
-        self._on.disabled = self._back.disabled = not lessons.open
+        self._state.content = state_html(presenter, lessons.open)
+        self._on.label = next_station_label(presenter, following)
+        self._on.disabled = self._back.disabled = not (lessons.open or presenter.covered)
         self._timer.show(visible=lessons.open)
         self._picture.show(2 if presenter.blank else 1 if presenter.frozen else 0)
         self._layout.show(1 if presenter.panels else 0)
 
 
-def state_html(presenter: Presenter, screens: int, in_lesson: bool) -> str:
+def next_station_label(presenter: Presenter, following: Station | None) -> str:
+    """Return what Page ↓ does. `following`: the next station of the step; None if the next step comes next."""
+    if presenter.covered:
+        return tr("Next: the picture again")
+    return tr("Next step") if following is None else tr("Next: {what}", what=tr(STATION_NAMES[following]))
+
+
+def state_html(presenter: Presenter, in_lesson: bool) -> Markup:
     """Return what the projectors show, and how many there are."""
-    pills = [element("span", tr("On the screen: {what}", what=tr(STATION_NAMES[presenter.station])))] if in_lesson else []
-    return _pills_html(*pills, element("span", tr("screens: {count}", count=screens)))
+    pills = [("", tr("On the screen: {what}", what=tr(STATION_NAMES[presenter.station])))] if in_lesson else []
+    return _pills_html(*pills, ("", tr("screens: {count}", count=presenter.screens)))
 
 
-def covers_html(presenter: Presenter) -> str:
+def covers_html(presenter: Presenter) -> Markup:
     """Return what a teacher must not forget: a covered picture, the time; "" for nothing."""
-    pills: list[str] = []
+    pills: list[tuple[str, str]] = []
     if presenter.blank:
-        pills.append(element("span", tr("the screen is black"), class_="halt"))
+        pills.append(("halt", tr("the screen is black")))
     elif presenter.frozen:
-        pills.append(element("span", tr("the screen is frozen"), class_="halt"))
+        pills.append(("halt", tr("the screen is frozen")))
+    if presenter.inviting:
+        where = tr("the address is on every page") if presenter.inviting == "all" else tr("the address is on the screen")
+        pills.append(("halt", where))
     if presenter.left == 0:
-        pills.append(element("span", tr("Time is up."), class_="halt"))
+        pills.append(("halt", tr("Time is up.")))
     elif presenter.left is not None:
-        pills.append(element("span", tr("time left: {time}", time=clock_text(presenter.left)), class_="go"))
+        pills.append(("go", tr("time left: {time}", time=clock_text(presenter.left))))
     elif presenter.asked_for is not None:
-        pills.append(element("span", tr("asked for {time}", time=clock_text(presenter.asked_for))))
-    return _pills_html(*pills) if pills else ""
+        pills.append(("", tr("asked for {time}", time=clock_text(presenter.asked_for))))
+    return _pills_html(*pills) if pills else Markup()
 
 
-def _pills_html(*pills: str) -> str:
-    return element("div", "", element("div", "", *pills, class_="duet-heads", role="status"), class_="duet-class duet-lesson")
+def _pills_html(*pills: tuple[str, str]) -> Markup:
+    return macros("page/panels/pills.html").in_class([pills], live=True)
 
 
-def open_html(page: PageSettings, keyed: bool) -> str:
+def open_html(page: PageSettings, keyed: bool) -> Markup:
     """Return the button that opens a projector's window, with the teacher's key if there is one, and how to go on; see the script
     `presenter.js`."""
     query = {"screen": "1", "profile": "projector", "lang": page.language}
     if page.language == "auto":
         del query["lang"]
-    button = element("button", tr("Open the screen"), type="button", class_="duet-open-screen", data_query=urlencode(query))
     how = tr("Drag the new window to the projector and press F11.")
     keys = tr("By key or clicker, here and in that window:") if keyed else tr("By key or clicker, here:")
-    keys += " " + tr("Page ↓ goes on, Page ↑ back, B makes it black, F freezes it.")
-    return element("div", "", button, element("p", f"{how} {keys}", class_="soft"), class_="duet-class duet-lesson")
+    more = tr("Page ↓ goes on, Page ↑ back, B makes it black, F freezes it.")
+    return macros("classroom/screen.html").opener(urlencode(query), f"{how} {keys} {more}")

@@ -1,4 +1,4 @@
-"""The stage of a lecture in the language and look of one audience, or of one teacher; over it the class's answers and the address."""
+"""The stage of a lecture in the language and look of one audience, or of one teacher; over it the class's answers."""
 
 from collections.abc import Callable
 
@@ -6,13 +6,13 @@ import viser
 
 from app.classroom.address import Address
 from app.classroom.classroom import Poll
-from app.classroom.classroom_html import overlay_html, poll_html
+from app.classroom.classroom_html import poll_html, tied_html
+from app.classroom.overlays import ScreenView
 from app.classroom.presenter import Presenter
-from app.classroom.screen_view import ScreenView
 from app.i18n.speaking import set_language
 from app.lessons.lesson import LessonBook
+from app.lessons.loading import in_language
 from app.lessons.session.lesson_session import LessonSession
-from app.lessons.translated_book import in_language
 from app.page.lessons.lesson_panel import ORDER
 from app.page.view import View
 from app.session.frame import Frame
@@ -53,10 +53,6 @@ class StagePage:
         set_language(language)
         with host.atomic():
             self.view = View(host, session, clients, lessons, look, self.book, folds=False)
-            self._addresses = [host.gui.add_html("")]
-            with self.view.plots_tab:
-                # A folded panel is not on the page; one of several is.
-                self._addresses.append(host.gui.add_html(""))
             self._screen = None if presenter is None else ScreenView(host.gui, presenter, lessons, self.book)
         self._poll: viser.GuiHtmlHandle | None = None
         self._shown: Poll | None = None
@@ -69,18 +65,14 @@ class StagePage:
                 self.view.welcome(client)
         screen.show(poll)
 
-    def cover(self) -> None:
-        """Make a projector black, or show its picture again, which may be frozen."""
+    def cover(self, address: Address | None) -> None:
+        """Make a projector black, or show the address on it, or its picture again, which may be frozen."""
         if self._screen is not None:
-            self._screen.cover()
+            set_language(self.language)
+            self._screen.cover(address)
 
-    def show(self, frame: Frame, poll: Poll | None, inviting: Address | None) -> None:
-        """Draw a frame.
-
-        Args:
-            poll: the question on the stage, in this language; its tally is shown after the reveal.
-            inviting: the address, while it is on every screen.
-        """
+    def show(self, frame: Frame, poll: Poll | None) -> None:
+        """Draw a frame. `poll`: the question on the stage, in this language; its tally is shown after the reveal."""
         self.shown = True
         with self._host.atomic():
             if self._presenter is not None and self._screen is not None:
@@ -90,14 +82,10 @@ class StagePage:
             if self._poll is None and tab is not None:
                 with tab:
                     self._poll = gui.add_html("", order=ORDER["verdict"] - 0.5)
-                    self._addresses.append(gui.add_html("", order=0.2))
             # The curves of a whole class are not drawn in every frame.
             if self._poll is not None and poll != self._shown:
                 self._shown = poll
-                self._poll.content = poll_html(poll) if poll is not None and poll.revealed else ""
-            address = "" if inviting is None else overlay_html(inviting)
-            for handle in self._addresses:
-                handle.content = address
+                self._poll.content = poll_html(poll) + tied_html(poll) if poll is not None and poll.revealed else ""
 
     def flush(self) -> None:
         """Send the frame at once."""

@@ -1,24 +1,39 @@
-"""Carries out the teacher's actions and takes the students' answers, on the stage."""
+"""Carries out the teacher's actions and takes the students' answers, in the plenary."""
 
 from collections.abc import Callable
 
+from app.classroom.class_messages import Progressed, Reported, TakenBack, WorkAction
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.presenter import Presenter, Station
 from app.classroom.screen_panel import TIMERS
-from app.classroom.teacher_panel import Action
+from app.classroom.teacher_panel import TeacherAction
 from app.lessons.curve_drawing import median_curve
 from app.lessons.lesson import LessonBook
 from app.lessons.session.lesson_actions import Choose, Draw, GoBack, GoOn, ResetStep, StartOrPause
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.tally import QuestionId
 from app.lessons.walkthrough import Walkthrough
+from app.page.lessons.drawing_board import TakeDrawing
 from app.plots.curve_chart import Curve
-from app.session.action_queue import ActionQueue
+from app.session.actions import Action, ActionQueue
 from app.session.session import Session
 
 
+class Teach(Action, newest_by=("what",)):
+    """Do what a teacher asks for."""
+
+    what: TeacherAction
+
+
+class Answer(Action, newest_by=("student",)):
+    """Take a student's answer, from 0. `student`: id of the tab."""
+
+    student: str
+    choice: int
+
+
 class TeacherControl:
-    """All methods but those that post belong to the stage's thread.
+    """All methods but those that post belong to the plenary's thread.
 
     Args:
         decided: called after every action.
@@ -30,41 +45,52 @@ class TeacherControl:
 
     def __init__(self, room: Classroom, session: Session, lessons: LessonSession, decided: Callable[[], None]) -> None:
         self._room, self._session, self._lessons, self._decided = room, session, lessons, decided
-        self.answers = ActionQueue()
+        self.answers = ActionQueue(self._take_answer)
         self.presenter = Presenter()
+        session.takers["class"] = self._take
 
     @property
     def _walk(self) -> Walkthrough | None:
         return self._lessons.walk if self._lessons.open else None
 
     def poll(self, book: LessonBook | None = None) -> Poll | None:
-        """Return the question on the stage; None if there is none. `book`: the lessons in the reader's language; None for the stage's."""
+        """Return the question in the plenary; None if there is none. `book`: the lessons in the reader's language; None for its own."""
         return self._room.poll(self._walk, book)
 
-    def post(self, action: Action) -> None:
+    def post(self, action: TeacherAction) -> None:
         """Queue an action of the teacher's for the next frame; from any thread."""
-        self._session.post(lambda: self._act(action), ("teacher", action))
+        self._session.post(Teach(action))
 
     def post_answer(self, student: str, choice: int) -> None:
         """Queue a student's answer for the next frame; from any thread. `student`: id of the tab."""
-        self.answers.put(lambda: self._answer(student, choice), student)
+        self.answers.put(Answer(student, choice))
 
-    def post_progress(self, student: str, progress: str) -> None:
-        """Queue the progress of a student's own session, as JSON; from any thread."""
-        self.answers.put(lambda: self._room.work.note(student, progress), (student, "progress"))
+    def post_work(self, work: WorkAction) -> None:
+        """Queue what a student hands in for the next frame; from any thread."""
+        self.answers.put(work)
 
-    def post_hand_in(self, student: str, name: str, progress: str = "") -> None:
-        """Queue a student's report; from any thread. `name`: "" for none; `progress`: of the student's own session, as JSON."""
-        self.answers.put(lambda: self._hand_in(student, name, progress), (student, "report"))
+    def _take_answer(self, action: Action) -> None:
+        room = self._room
+        match action:
+            case Answer(student, choice):
+                room.answer(self._walk, student, choice)
+            case TakeDrawing(board, text):
+                board.take(text)
+            case Progressed(student, progress):
+                room.work.note(student, progress)
+            case Reported(student, name, progress):
+                room.hand_in(self._lessons.walk if self._lessons.begun else None, student, name, progress)
+            case TakenBack(student):
+                room.work.take_back(student)
+            case _:
+                raise TypeError(f"nothing here does {action!r}")
 
-    def post_take_back(self, student: str) -> None:
-        """Queue that a student's report is deleted; from any thread."""
-        self.answers.put(lambda: self._room.work.take_back(student), (student, "report"))
+    def _take(self, action: Action) -> bool:
+        if isinstance(action, Teach):
+            self._act(action.what)
+        return isinstance(action, Teach)
 
-    def _hand_in(self, student: str, name: str, progress: str) -> None:
-        self._room.hand_in(self._lessons.walk if self._lessons.begun else None, student, name, progress)
-
-    def _act(self, action: Action) -> None:
+    def _act(self, action: TeacherAction) -> None:
         room, presenter = self._room, self.presenter
         match action:
             case "follow":
@@ -78,8 +104,14 @@ class TeacherControl:
                 self._reveal()
             case "again":
                 self._ask_again()
+            case "pages":
+                room.count_pages_only(not room.voters.pages_only)
             case "invite":
-                room.inviting = not room.inviting
+                presenter.invite()
+            case "invite all":
+                presenter.inviting = "all"
+            case "hide":
+                presenter.inviting = ""
             case "on":
                 self._go_on()
             case "back":
@@ -99,19 +131,21 @@ class TeacherControl:
     # ---- the projector -----------------------------------------------------------------------------------------------------
 
     def present(self) -> None:
-        """Have the projectors follow the stage; once a frame."""
+        """Make the projectors follow the plenary; once a frame."""
         poll = self.poll()
         self.presenter.follow(self._walk, poll is not None and poll.revealed, not self._session.paused)
 
     def _go_on(self) -> None:
-        """Show the next station of the step. A projector that is black or frozen only comes back."""
+        """Show the next station of the step. A projector that is black or frozen, or shows the address, only comes back."""
         presenter, walk, lessons, session = self.presenter, self._walk, self._lessons, self._session
         if presenter.uncover() or walk is None:
             return
         poll = self.poll()
         match presenter.station:
             case Station.SCENE if poll is not None:
-                presenter.show(Station.ANSWERS if poll.revealed else Station.QUESTION)
+                presenter.show(Station.QUESTION)
+            case Station.QUESTION if poll is not None and poll.revealed:
+                presenter.show(Station.ANSWERS)
             case Station.QUESTION if poll is not None and poll.tally.answered:
                 self._reveal()
             case Station.SCENE | Station.QUESTION | Station.ANSWERS:
@@ -133,7 +167,9 @@ class TeacherControl:
             return
         poll = self.poll()
         match presenter.station:
-            case Station.QUESTION | Station.ANSWERS:
+            case Station.ANSWERS:
+                presenter.show(Station.QUESTION)
+            case Station.QUESTION:
                 presenter.show(Station.SCENE)
             case Station.RUN if poll is not None and not walk.showing:
                 if not self._session.paused:
@@ -176,8 +212,5 @@ class TeacherControl:
             self._lessons.act(ResetStep())
 
     def draw(self, student: str, question: QuestionId, curve: Curve) -> None:
-        """Take a student's curve."""
+        """Take a student's curve for a question, as long as that takes answers."""
         self._room.draw(self._walk, student, question, curve)
-
-    def _answer(self, student: str, choice: int) -> None:
-        self._room.answer(self._walk, student, choice)

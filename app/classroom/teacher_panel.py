@@ -8,22 +8,23 @@ import viser
 from app.classroom.address import Address
 from app.classroom.class_downloads import ClassDownloads
 from app.classroom.classroom import Classroom, Poll
-from app.classroom.classroom_html import heads_html, join_html, poll_html
+from app.classroom.classroom_html import heads_html, join_html, poll_html, voters_html
 from app.classroom.presenter import Presenter
 from app.classroom.screen_panel import ScreenAction, ScreenPanel, covers_html
 from app.i18n.speaking import N_, tr
 from app.lessons.session.lesson_session import LessonSession
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.hotkeys import PRESENTER_KEYS
-from app.page.panels.notes_panel import ORDER, NotesView
+from app.page.panels.teachers_tab import ORDER, NotesView
 from app.settings import PageSettings
+from app.web.control_events import on_command, on_press
 from app.web.viser_internals import HotkeyKey
 
-ClassAction = Literal["follow", "free", "pause", "reveal", "again", "invite"]
-"""The teacher's actions for the class: all students to the stage or to breakout sessions, pause or resume, reveal the answers, ask again,
-show or hide the address."""
+ClassAction = Literal["follow", "free", "pause", "reveal", "again", "pages", "invite", "invite all", "hide"]
+"""The teacher's actions for the class: all students to the plenary or to breakout sessions, pause or resume, reveal the answers, ask again,
+leave out or count votes without a page, show the address on the screen or on all pages, or nowhere."""
 
-Action = ClassAction | ScreenAction
+TeacherAction = ClassAction | ScreenAction
 """All actions of a teacher."""
 
 COMMANDS: Final[tuple[tuple[str, HotkeyKey, ClassAction], ...]] = (
@@ -31,9 +32,11 @@ COMMANDS: Final[tuple[tuple[str, HotkeyKey, ClassAction], ...]] = (
     (N_("Class: pause everybody, or go on"), "P", "pause"),
     (N_("Class: reveal the answers to everybody"), "V", "reveal"),
     (N_("Class: ask again"), "Q", "again"),
-    (N_("Class: show the address on every screen"), "J", "invite"),
+    (N_("Class: the address on the screen, or away"), "J", "invite"),
 )
 """Label, key with Alt and Shift, action."""
+
+INVITING: Final[tuple[ClassAction, ...]] = ("hide", "invite", "invite all")
 
 
 class TeacherPanel:
@@ -49,7 +52,7 @@ class TeacherPanel:
     def __init__(
         self,
         client: viser.ClientHandle,
-        act: Callable[[Action], None],
+        act: Callable[[TeacherAction], None],
         address: Address,
         notes: Mapping[str, str] | None,
         page: PageSettings,
@@ -69,7 +72,8 @@ class TeacherPanel:
                 tr("Follow me: everybody sees this stage. Explore freely: everybody has a session of their own."),
                 lambda i: act(("follow", "free")[i]),
             )
-            self._poll = gui.add_html("")
+            self._poll, self._voters = gui.add_html(""), gui.add_html("")
+            self._pages = self._button(tr("Leave out votes without a page"), "pages", "gray", viser.Icon.FILTER)
             self._reveal = self._button(tr("Reveal to everybody"), "reveal", None, viser.Icon.EYE)
             self._again = self._button(tr("Ask again"), "again", "gray", viser.Icon.REFRESH)
             self._pause = self._button(tr("Pause everybody"), "pause", "gray", viser.Icon.HAND_STOP)
@@ -82,25 +86,24 @@ class TeacherPanel:
                 self._notes = NotesView(gui, notes)
         with tabs.add_tab(tr("Join"), viser.Icon.QRCODE):
             gui.add_html(join_html(address))
-            self._invite = self._button(tr("Show it on every screen"), "invite", None, viser.Icon.QRCODE)
+            self._invite = ChoiceButtons(
+                gui,
+                "shown",
+                (N_("Nowhere"), N_("On the screen"), N_("On every page")),
+                N_("On the screen: where there is no projector, this page shows it. × here or Page ↓ takes it away everywhere."),
+                lambda i: act(INVITING[i]),
+            )
         for name, key, action in COMMANDS:
             self._command(name, key, action)
         for hotkey in PRESENTER_KEYS:
             hotkey.add_to(gui, act)
-        self._free = False
+        self._free = self._inviting = False
         self._shown: object = None
 
     def _button(
         self, label: str, action: ClassAction, color: Literal["gray"] | None, icon: viser.IconName | None
     ) -> viser.GuiButtonHandle:
-        button = self._gui.add_button(label, color=color, icon=icon)
-
-        @button.on_click
-        async def _(event: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-            del event
-            self._act(action)
-
-        return button
+        return on_press(self._gui.add_button(label, color=color, icon=icon), lambda: self._act(action))
 
     def _command(self, name: str, key: HotkeyKey, action: ClassAction) -> None:
         command = self._gui.add_command(
@@ -111,32 +114,39 @@ class TeacherPanel:
             icon=viser.Icon.SCHOOL,
         )
 
-        @command.on_trigger
-        async def _(event: viser.CommandEvent) -> None:
-            del event
-            self._act("follow" if action == "free" and self._free else action)
+        def act() -> None:
+            undo: ClassAction = "follow" if action == "free" else "hide"
+            undoes = (action == "free" and self._free) or (action == "invite" and self._inviting)
+            self._act(undo if undoes else action)
 
-    def show(self, presenter: Presenter, room: Classroom, poll: Poll | None, lessons: LessonSession, screens: int) -> None:
-        """Update all tabs. `poll`: the question on the stage; `lessons`: the stage's; `screens`: how many projectors there are."""
-        self._screen.show(presenter, lessons, screens)
+        on_command(command, act)
+
+    def show(self, presenter: Presenter, room: Classroom, poll: Poll | None, lessons: LessonSession) -> None:
+        """Update all tabs. `poll`: the question in the plenary; `lessons`: the plenary's."""
+        self._screen.show(presenter, lessons)
+        self._inviting = presenter.inviting != ""
+        self._invite.show(2 if presenter.inviting == "all" else int(self._inviting))
         self._covers.content = covers_html(presenter)
         if self._notes is not None:
             self._notes.show(lessons)
         self._downloads.show()
-        shown = room.heads, room.free, room.paused, room.inviting, room.waiting, len(room.work.hand_ins), poll, room.load
+        voters, pages_only, reports = room.voters_of(poll), room.voters.pages_only, len(room.work.hand_ins)
+        shown = room.heads, room.free, room.paused, room.waiting, reports, poll, room.load, voters, pages_only
         if shown == self._shown:
             return
         self._shown, self._free = shown, room.free
         self._heads.content = heads_html(room)
         self._mode.show(1 if room.free else 0)
-        # Before the reveal only the teacher sees the tally; afterwards it is on the stage, and here too.
+        # Before the reveal only the teacher sees the tally; afterwards it is in the plenary, and here too.
         self._poll.content = poll_html(poll, live=not poll.revealed) if poll is not None else ""
+        self._voters.content = voters_html(voters)
+        self._pages.visible = voters.pageless > 0
+        self._pages.label = tr("Count votes without a page") if pages_only else tr("Leave out votes without a page")
         self._reveal.visible = poll is not None and not poll.revealed
         self._reveal.disabled = poll is None or not poll.tally.answered
         # Two rounds with a talk between them: the first one need not be revealed.
         self._again.visible = poll is not None and (not poll.open or poll.tally.answered > 0)
         self._pause.label = tr("Let everybody go on") if room.paused else tr("Pause everybody")
-        self._invite.label = tr("Hide it again") if room.inviting else tr("Show it on every screen")
 
     def close(self) -> None:
         """Drop every report that is being made."""

@@ -3,12 +3,17 @@
 import json
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 from app.cli.options import RunOptions, chosen
-from app.runtime.output_file import written
 from app.runtime.terminal import ending_at_once
 from controllers.errors import BadSetting
+from scenes.files import written
 from scenes.settings import RunSettings
+
+SECONDS: Final = 10.0
+FAIR: Final = 2.0
+"""How long a visitor is watched [s], and how long while another one disturbs the server."""
 
 
 @dataclass(frozen=True)
@@ -19,8 +24,8 @@ class Bench:
     """Save the figures to this JSON file."""
     compare: Path | None = None
     """Print ratios to the figures in this JSON file."""
-    seconds: float = 10.0
-    """How long a visitor is watched [s]."""
+    seconds: float = 0.0
+    """How long a visitor is watched [s]; 0 takes 10, and 2 for each row of --fair, which then ends within two minutes."""
     steps: int = 9200
     """Steps measured of each scene."""
     robot: str = "lwr"
@@ -30,7 +35,8 @@ class Bench:
     robot_right: str = ""
     """The right arm where the two differ."""
     peers: bool = False
-    """Instead, the hold experiment beside pink, mink and embodik: the same arms and inputs, interleaved (needs the extra `peers`)."""
+    """Instead, the hold experiment beside pink, mink, embodik and roboplan: the same arms and inputs, interleaved (needs the
+    extra `peers`)."""
     fair: bool = False
     """Instead, what a visitor's page has left while another floods the server, sends heavy messages, or comes with a class."""
     sessions: tuple[int, ...] = ()
@@ -46,7 +52,8 @@ def bench(command: Bench) -> int:
     if any(count < 1 for count in command.sessions):
         raise BadSetting("--sessions must be at least 1.")
     with ending_at_once():
-        from app.bench.measurements import compare, measure, measure_capacity, measure_fairness, read_figures, table_text
+        from app.bench.fairness import measure_fairness
+        from app.bench.measurements import compare, measure, measure_capacity, printed, read_figures
         from app.bench.peers import measure_peers, peers_table
 
     arms = {"robot": command.robot, "robot_left": command.robot_left, "robot_right": command.robot_right}
@@ -55,12 +62,12 @@ def bench(command: Bench) -> int:
     if command.peers:
         result = measure_peers(command.steps)
         print(peers_table(result))
+    elif command.fair:
+        result = printed(measure_fairness(command.seconds or FAIR))
     else:
-        if command.sessions:
-            result = measure_capacity(command.sessions, command.seconds)
-        else:
-            result = measure_fairness(command.seconds) if command.fair else measure(command.steps, command.seconds, robot)
-        print(table_text(result))
+        seconds = command.seconds or SECONDS
+        rows = measure_capacity(command.sessions, seconds) if command.sessions else measure(command.steps, seconds, robot)
+        result = printed(rows)
     if before is not None:
         print(compare(result, before))
     if command.out is not None:

@@ -5,9 +5,9 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from app.runtime.output_file import written
 from app.runtime.terminal import ending_at_once
 from controllers.errors import BadSetting
+from scenes.files import written
 
 
 @dataclass(frozen=True)
@@ -33,11 +33,9 @@ def figures(command: Figures) -> int:
     with ending_at_once():
         import matplotlib
 
-        from app.figures.drawn_figure import save
-        from app.figures.figure_list import chosen
+        from app.figures.drawn_figure import Plan, save
+        from app.figures.figure_list import Section, chosen, report
         from app.figures.figure_style import STYLE
-        from app.figures.figures_report import Section, report
-        from app.figures.run_plan import Plan
         from app.version import duet_version
         from scenes.setting_spec import checked
         from scenes.settings import RunSettings, specs

@@ -1,35 +1,95 @@
-"""`lwr-duet grade`: a table of marks for a folder of laws and lab reports that students have handed in."""
+"""`lwr-duet new-law`, `law-test` and `grade`: a law file to begin with, its test, and marks for a folder of laws and lab reports."""
 
 import csv
 import os
 import sys
+import tempfile
 import threading
+import zipfile
+import zlib
 from collections import defaultdict
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass, field
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import tyro
 
 from app.cli.sweep import cores
-from app.runtime.output_file import written
 from app.runtime.terminal import ending_at_once
 from controllers.errors import BadSetting
-from scenes.files import read_file, readable
+from scenes.files import read_file, readable, replacing, written
 
 if TYPE_CHECKING:
     from app.custom_law.marked import LawMarks, MarkingLimits
     from app.export.report_record import StepRecord
 
+
+@dataclass(frozen=True)
+class NewLaw:
+    """Write a file with a law of your own: the paper's, to begin with."""
+
+    path: tyro.conf.Positional[Path]
+    """Where to, such as my_law.py."""
+
+
+@dataclass(frozen=True)
+class LawTest:
+    """Put a law of your own through six tests, and say why it fails."""
+
+    path: tyro.conf.Positional[Path]
+    """The file, such as my_law.py."""
+
+
+def new_law(command: NewLaw) -> int:
+    """Write the file; return the exit code.
+
+    Raises:
+        BadSetting: the file exists, or cannot be written.
+    """
+    path = command.path
+    template = Path(__file__).parents[1] / "custom_law" / "template.py"
+    text = template.read_text(encoding="utf-8").replace("my_law.py", readable(path.name))
+    if os.path.lexists(path):
+        raise BadSetting(f"{path} is there already and is left alone; give another name.")
+    try:
+        with replacing(path) as new:
+            new.write_text(text, encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise BadSetting(f"{path}: cannot be written ({error.strerror}); give a name in a folder that exists.") from None
+    print(f"{path} holds the paper's law. Next: lwr-duet law-test {path}, lwr-duet serve --law-file {path}")
+    return 0
+
+
+def law_test(command: LawTest) -> int:
+    """Print one line for each test; return the exit code, 0 if all are passed, else 1.
+
+    Raises:
+        BadInputFile: there is no such file, or it cannot be read.
+    """
+    with ending_at_once():
+        from app.custom_law.examination import examine, verdict_table
+
+    verdicts = list(examine(command.path))
+    print(verdict_table(command.path, verdicts))
+    return 0 if all(verdict.passed for verdict in verdicts) else 1
+
+
 KINDS: Final = {".py": "law", ".html": "report", ".htm": "report"}
 """Ending of a file → what it holds."""
+
+MOST_PARTS: Final = 2000
+MOST_BYTES: Final = 2**29
+"""Files that are read of a ZIP file, and their size together [bytes]."""
 
 LONGEST: Final = 2000
 """Characters of a cell."""
 
 ISOLATION: Final = {
-    "network": "only the network was closed to these files: they could write where you can. Grade in a container or a virtual machine.",
+    "network": "only the network was closed to these files: they could read and write what you can. Grade in a container or "
+    "a virtual machine.",
     "none": "nothing but time, memory and number of processes was limited: the files could do what you can do. Grade in a container or "
     "a virtual machine.",
 }
@@ -38,12 +98,12 @@ ISOLATION: Final = {
 
 @dataclass(frozen=True)
 class Grade:
-    """Put every law (*.py) in a folder and below through the six tests, read every lab report (*.html), and write a table of marks.
+    """Put every law (*.py) in a folder or a ZIP file through the six tests, read every lab report (*.html), and write a table of marks.
 
     A law is worth a point a test; a report one for each right prediction and each challenge that is passed. A report can be forged."""
 
     folder: tyro.conf.Positional[Path]
-    """With what was handed in."""
+    """With what was handed in, and folders in it; or a ZIP file of that, such as the teacher's page saves."""
     csv: Path = Path("marks.csv")
     """The table: one row a file, with the reason for every failure."""
     jobs: int = 0
@@ -77,21 +137,44 @@ def grade(command: Grade) -> int:
     with ending_at_once():
         from app.custom_law.marked import MarkingLimits
         from app.custom_law.trials import TRIALS
-    if not command.folder.is_dir():
-        raise BadSetting(f"{command.folder}: there is no such folder; give the one with what was handed in.")
     if command.jobs < 0 or not 1.0 <= command.seconds <= 3600.0:
         raise BadSetting("grade needs jobs from 1, or 0 for half of the cores, and seconds from 1 to 3600.")
-    paths = handed_in(command.folder)
-    if not paths:
-        raise BadSetting(f"{command.folder}: holds no law (*.py) and no lab report (*.html).")
     if not command.csv.absolute().parent.is_dir():
         raise BadSetting(f"csv = {command.csv}: there is no folder {command.csv.absolute().parent}; make it first.")
     limits = MarkingLimits(seconds=command.seconds)
-    with written(command.csv, "csv") as new:
-        rows = _graded(command, paths, limits)
-        write_marks(new, rows, tuple(TRIALS))
+    with unpacked(command.folder) as folder:
+        paths = handed_in(folder)
+        if not paths:
+            raise BadSetting(f"{command.folder}: holds no law (*.py) and no lab report (*.html).")
+        with written(command.csv, "csv") as new:
+            rows = _graded(replace(command, folder=folder), paths, limits)
+            write_marks(new, rows, tuple(TRIALS))
     print(f"{command.csv}: {len(rows)} files.")
     return 0
+
+
+@contextmanager
+def unpacked(given: Path) -> Iterator[Path]:
+    """Give a folder, or one with the content of a ZIP file while open.
+
+    Raises:
+        BadSetting: it is neither, or what it holds is too much.
+    """
+    if given.is_dir():
+        yield given
+        return
+    with tempfile.TemporaryDirectory(prefix="duet-grade-") as folder:
+        try:
+            with zipfile.ZipFile(given) as archive:
+                parts = [part for part in archive.infolist() if Path(part.filename).suffix.lower() in KINDS]
+                if len(parts) > MOST_PARTS or sum(part.file_size for part in parts) > MOST_BYTES:
+                    raise BadSetting(
+                        f"{given}: holds more than {MOST_PARTS} files or {MOST_BYTES >> 20} MiB; grade a part of it."
+                    )
+                archive.extractall(folder, parts)
+        except (OSError, RuntimeError, ValueError, NotImplementedError, zlib.error, zipfile.BadZipFile):
+            raise BadSetting(f"{given}: is no folder and no ZIP file; give the one with what was handed in.") from None
+        yield Path(folder)
 
 
 def handed_in(folder: Path) -> list[Path]:
@@ -137,7 +220,7 @@ def graded(path: Path, folder: Path, limits: "MarkingLimits", stopped: threading
         return row
     try:
         if kind == "law":
-            marks = marked(readable(path.name), read_file(path, LARGEST), limits, folder, stopped.is_set)
+            marks = marked(readable(path.name), read_file(path, LARGEST), limits, stopped.is_set)
             _take_marks(row, marks)
         else:
             _take_records(row, report_record.read_records(read_file(path, report_record.LARGEST)))

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 from tqdm import tqdm
 
 from app.cli.sweep import cores
-from app.runtime.output_file import written
 from app.runtime.terminal import ending_at_once
 from controllers.errors import BadSetting
+from scenes.files import written
 from scenes.settings import RunSettings, values
 
 if TYPE_CHECKING:

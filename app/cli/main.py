@@ -1,6 +1,5 @@
 """The command line: reads the arguments and calls the command that they name; `serve` without one."""
 
-import logging
 import sys
 from collections.abc import Callable
 from typing import Any, Final
@@ -9,15 +8,14 @@ import tyro
 
 from app.cli.bench import Bench, bench
 from app.cli.figures import Figures, figures
-from app.cli.grade import Grade, grade
-from app.cli.handout import Handout, handout
+from app.cli.grade import Grade, LawTest, NewLaw, grade, law_test, new_law
 from app.cli.hunt import Hunt, hunt
-from app.cli.laws import LawTest, NewLaw, law_test, new_law
-from app.cli.lessons import Lessons, lessons
+from app.cli.lessons import Handout, Lessons, handout, lessons
 from app.cli.robots import Robots, robots
 from app.cli.run import RunCommand, run
 from app.cli.serve import Serve, serve
 from app.cli.sweep import Sweep, sweep
+from app.runtime.terminal import write_log
 from controllers.errors import DuetError
 
 COMMANDS: Final[dict[str, tuple[type, Callable[[Any], int]]]] = {
@@ -49,7 +47,7 @@ def main(arguments: list[str] | None = None) -> int:
         "Without a command it serves the page.",
         args=arguments,
     )
-    logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s")
+    write_log()
     _, function = COMMANDS[arguments[0]]
     try:
         return function(command)

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 from tqdm import tqdm
 
 from app.cli.options import Flat, StartOptions, chosen
-from app.runtime.output_file import written
 from app.runtime.terminal import ending_at_once
 from controllers.errors import BadInputFile, BadSetting
-from scenes.files import readable
+from scenes.experiments import IMITATION
+from scenes.files import readable, written
 from scenes.settings import RunSettings, specs, values
 
 if TYPE_CHECKING:
@@ -51,6 +51,7 @@ def run(command: RunCommand) -> int:
     """
     with ending_at_once():
         from app.custom_law.custom_law import CustomLaw
+        from app.export.csv_table import law_heading
         from scenes.headless import check_length
         from scenes.headless import run as simulate
         from scenes.recording import write_table
@@ -77,7 +78,7 @@ def run(command: RunCommand) -> int:
         header = {
             **values(settings),
             **({"start_file": readable(start_file.name)} if start_file else {}),
-            **({"law_file": readable(command.law_file.name)} if command.law_file else {}),
+            **(law_heading(law.file, law.sha256) if law is not None else {}),
             "seconds": command.seconds,
             "inputs": next((readable(path.name) for path in (command.inputs, command.bvh, command.video) if path), "autopilot"),
         }
@@ -103,14 +104,14 @@ def _start_file(command: RunCommand) -> Path | None:
 
 def _target_source(command: RunCommand, settings: RunSettings) -> "TargetSource | None":
     """Return the source of the targets; None for the experiment's own."""
-    from app.session.input_sources import MODEL_REMEDY, PersonTarget, from_bvh
+    from app.session.input_source import MODEL_REMEDY, PersonTarget, from_bvh
     from scenes.inputs_file import read_person
 
     given = [name for name in ("inputs", "bvh", "video") if getattr(command, name) is not None]
     if len(given) > 1:
         raise BadSetting(f"{' and '.join(f'--{name}' for name in given)} are several sources for one person; give one of them.")
-    if given and given[0] != "inputs" and settings.scene != "imitation":
-        raise BadSetting(f"--{given[0]} is a person to imitate; add --scene imitation.")
+    if given and given[0] != "inputs" and settings.experiment.follows != "person":
+        raise BadSetting(f"--{given[0]} is a person to imitate; add --scene {IMITATION}.")
     if command.inputs is not None:
         return read_person(command.inputs, settings)
     if command.bvh is not None:

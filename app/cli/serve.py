@@ -4,21 +4,21 @@ import os
 import signal
 import socket
 import webbrowser
-from collections.abc import Mapping
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Final, Literal
 from urllib.parse import quote
 
 import tyro
 
 from app.cli.options import AllOptions, Flat, chosen
 from app.cli.sweep import cores
-from app.hosting.door import Door
+from app.hosting.dispatcher import Dispatcher
+from app.hosting.serve_options import ServeOptions
 from app.hosting.store_file import StoreLock, usual_path
-from app.hosting.teacher_key import chosen_key
-from app.hosting.worker_process import WorkerStart
+from app.hosting.teacher_key import AUTO, chosen_key
+from app.hosting.worker_messages import WorkerStart
 from app.runtime.terminal import INTERRUPTED, ending_at_once, terminated
 from app.settings import Settings
 from app.web.listening import listen, url_of
@@ -46,7 +46,7 @@ SMALLEST_STORE: Final = 1.0
 class Serve:
     """Open the page: two arms in the browser, one is yours, the other keeps clear."""
 
-    host: str = "127.0.0.1"
+    host: str = ServeOptions.host
     """Address to listen on; 0.0.0.0 lets the whole network in."""
     port: int = 8080
     """Port to listen on."""
@@ -55,7 +55,7 @@ class Serve:
     sessions: int | Literal["auto"] = "auto"
     """Most tabs with a session of their own at once; in a lecture, most students who explore by themselves. `auto`: as many as this
     machine carries at 20 frames a second; the start says about how many that is."""
-    watchers: int = 200
+    watchers: int = ServeOptions.watchers
     """Most pages open in a lecture at once; visitors with the key always get in."""
     workers: int | Literal["auto"] = "auto"
     """Processes that share the visitors, started as they are needed; `auto` for as many as the machine has cores."""
@@ -81,12 +81,12 @@ class Serve:
     store: str | None = None
     """File that keeps what visitors do when the server ends, or `memory` to keep it no longer than the server runs; without this
     option a file in your home folder."""
-    keep: float = 24.0
+    keep: float = ServeOptions.keep / 3600.0
     """How long a visitor's work is kept after the last visit [hours]."""
-    store_size: float = 500.0
+    store_size: float = ServeOptions.most_bytes / 1e6
     """Largest size of that file [MB]; beyond it the work of those who left first is deleted."""
     lessons: Path | None = None
-    """Folder of lessons instead of our own ten; see app/lessons/README.md."""
+    """Folder of lessons instead of our own; see app/lessons/README.md."""
     settings: Flat[AllOptions] = field(default_factory=AllOptions)  # type: ignore[valid-type]
     """What the page shows at first."""
 
@@ -95,7 +95,7 @@ def serve(command: Serve) -> int:
     """Serve the page until Ctrl+C or SIGTERM; return the exit code.
 
     Raises:
-        BadSetting, BadInputFile, PortInUse, StoreInUse: before anything is served.
+        BadSetting, BadInputFile, PortInUse, StoreRefused: before anything is served.
     """
     for name, count in (("sessions", command.sessions), ("watchers", command.watchers)):
         if isinstance(count, int) and count < 1:
@@ -109,27 +109,33 @@ def serve(command: Serve) -> int:
     settings = chosen(command.settings, Settings())
     given = command.key or os.environ.get(KEY_VARIABLE)
     key = chosen_key(None if given is None else readable(given))
-    served: dict[str, Any] = {
-        "settings": settings,
-        "sessions": None if command.sessions == "auto" else command.sessions,
-        "lecture": command.lecture,
-        "key": key,
-        "allowed_origins": command.allow_origin,
-        "lessons": command.lessons,
-        "watchers": command.watchers,
-        "ahead": True,
-        "store": usual_path() if command.store is None else None if command.store == MEMORY else Path(command.store),
-        "keep": 3600.0 * command.keep,
-        "most_bytes": round(1e6 * command.store_size),
-    }
-    sources = command.bvh, command.camera, command.video, command.pose_model, command.law_file
+    workers = _workers(command)
+    options = ServeOptions(
+        host=command.host,
+        port=command.port,
+        settings=settings,
+        sessions=None if command.sessions == "auto" else command.sessions,
+        watchers=command.watchers,
+        lecture=command.lecture,
+        key=key,
+        allowed_origins=command.allow_origin,
+        bvh=command.bvh,
+        camera=command.camera,
+        video=command.video,
+        pose_model=command.pose_model,
+        law_file=command.law_file,
+        lessons=command.lessons,
+        ahead=True,
+        store=usual_path() if command.store is None else None if command.store == MEMORY else Path(command.store),
+        keep=3600.0 * command.keep,
+        most_bytes=round(1e6 * command.store_size),
+        loops=min(workers, cores()),
+    )
     try:
-        workers = _workers(command)
-        served["loops"] = min(workers, cores())
         if workers == 1:
-            _serve_alone(command, key, served, sources)
+            _serve_alone(command, options)
         else:
-            _serve_with_workers(command, key, served, sources, workers)
+            _serve_with_workers(command, options, workers)
     except KeyboardInterrupt:
         return INTERRUPTED
     return 0
@@ -155,60 +161,55 @@ def _workers(command: Serve) -> int:
     return command.workers
 
 
-def _serve_alone(command: Serve, key: str | None, served: Mapping[str, Any], named: tuple[Any, ...]) -> None:
+def _serve_alone(command: Serve, options: ServeOptions) -> None:
     """Serve the page in this process until Ctrl+C."""
     if hasattr(signal, "SIGUSR1"):
         # There are no workers to replace.
         signal.signal(signal.SIGUSR1, signal.SIG_IGN)
     with ending_at_once():
-        from app.session.input_sources import find_input_sources
         from app.start import start_app
 
-        sources = find_input_sources(*named)
-        try:
-            app = start_app(command.host, command.port, sources=sources, **served)
-        except Exception:
-            sources.close()
-            raise
+        app = start_app(options)
     try:
-        _announce(command, key, app.server.get_port(), app.context.workload.places)
+        _announce(command, options.key, app.server.get_port(), app.context.workload.places)
         app.wait()
     finally:
         app.close(terminated())
 
 
-def _serve_with_workers(command: Serve, key: str | None, served: Mapping[str, Any], named: tuple[Any, ...], most: int) -> None:
+def _serve_with_workers(command: Serve, options: ServeOptions, most: int) -> None:
     """Serve the page in worker processes until Ctrl+C."""
-    store: Path | None = served["store"]
     with ExitStack() as held:
-        listener = listen(command.host, command.port)
+        listener = listen(options.host, options.port)
         port = listener.getsockname()[1]
         held.callback(listener.close)
-        if store is not None:
+        if options.store is not None:
             # Where there can be no lock there can be no file, which the workers say.
             with suppress(OSError):
-                held.callback(StoreLock(store).release)
+                held.callback(StoreLock(options.store).release)
         # The robots that were read from files are known to this process only.
         given = None
         if added_choices():
             from scenes.robots.robot_files import given_at_start
 
             given = given_at_start()
-        door = Door(listener, WorkerStart(command.host, port, served, named, given), most)
+        dispatcher = Dispatcher(listener, WorkerStart(replace(options, port=port), given), most)
         try:
-            door.run(lambda places: _announce(command, key, port, places))
+            dispatcher.run(lambda places: _announce(command, options.key, port, places))
         except Exception:
             # A lecture goes on with the next server.
-            door.close(True)
+            dispatcher.close(True)
             raise
         except BaseException:
-            door.close(terminated())
+            dispatcher.close(terminated())
             raise
 
 
 def _announce(command: Serve, key: str | None, port: int, places: int) -> None:
+    made = (command.key or os.environ.get(KEY_VARIABLE)) == AUTO
     link = url_of(command.host, port) + (f"/?key={quote(key, safe='')}" if key else "")
-    print(f"Duet is at {link}   (Ctrl+C ends it)", flush=True)
+    # The output of a service is its log: it has no key but the one that only it can tell.
+    print(f"Duet is at {link if made or not key else link.partition('=')[0] + '=KEY'}   (Ctrl+C ends it)", flush=True)
     if command.lecture:
         from app.classroom.address import find_address
 

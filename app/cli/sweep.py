@@ -53,8 +53,7 @@ def sweep(command: Sweep) -> int:
         from app.sweep.dask_cluster import on_dask
         from app.sweep.heatmaps import draw_maps
         from app.sweep.sweep_files import SweepFiles
-        from scenes.grids import read_grid
-        from scenes.sweep import run_points
+        from scenes.sweep import read_grid, run_points
 
     settings: RunSettings = chosen(command.settings, RunSettings())
     if command.workers < 0:

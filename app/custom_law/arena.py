@@ -2,20 +2,53 @@
 
 import math
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
-from typing import Final
+from typing import Final, Protocol
 
 import numpy as np
 
-from app.custom_law.trial_result import Candidate
+from app.custom_law.law_limits import LawProblem
 from controllers.errors import LazyText
 from controllers.kinematics import Array
-from controllers.laws.situation import Situation
+from controllers.laws.situation import Law, Situation
+from scenes.experiments import HOLD, SOLO
 from scenes.history import COLUMN
-from scenes.settings import LawSettings, RunSettings, SceneName
+from scenes.laws import NO_AVOIDANCE
+from scenes.settings import LawSettings, RunSettings
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget, Target
+
+
+@dataclass(frozen=True)
+class TrialResult:
+    """Of one test.
+
+    Attributes:
+        reason: which one, and by how much it holds or fails; a `Message`.
+        numbers: behind it, SI units.
+    """
+
+    name: str
+    passed: bool
+    reason: str
+    numbers: dict[str, float]
+
+
+class Candidate(Law, Protocol):
+    """A law that may fail.
+
+    Attributes:
+        problem: why it has; None if it has not.
+        seconds: time that its newest call took [s].
+    """
+
+    @property
+    def problem(self) -> LawProblem | None: ...
+
+    @property
+    def seconds(self) -> float: ...
+
 
 CRITICAL_DISTANCE: Final = 0.15
 """d_m that the tests ask for [m]."""
@@ -43,9 +76,9 @@ class TrialStopped(Exception):
     """The law failed, or takes so long that the test would not end; the message says why."""
 
 
-def enter(scene: SceneName, law: Candidate | None, dt: float = DT, path: str = "stay") -> Simulation:
+def enter(scene: str, law: Candidate | None, dt: float = DT, path: str = "stay") -> Simulation:
     """Return an experiment at its start, with a law of its own or (None) unprotected."""
-    settings = RunSettings(scene=scene, dt=dt, law=LawSettings(law="unprotected", critical_distance=CRITICAL_DISTANCE))
+    settings = RunSettings(scene=scene, dt=dt, law=LawSettings(law=NO_AVOIDANCE, critical_distance=CRITICAL_DISTANCE))
     simulation = Simulation(replace(settings, path=path))  # pyright: ignore[reportArgumentType]
     if law is not None:
         simulation.law = law
@@ -92,7 +125,7 @@ def largest_error(table: Array) -> float:
 @cache
 def error_of_the_task_alone() -> float:
     """Return the largest |e| of two seconds of the circle with nothing to keep clear of [m]."""
-    simulation = enter("solo", None, path="circle")
+    simulation = enter(SOLO, None, path="circle")
     for _ in range(round(2.0 / DT)):
         simulation.step(None)
     return largest_error(simulation.history.table())
@@ -119,7 +152,7 @@ def put_the_ball_away(simulation: Simulation) -> None:
 @cache
 def overlapping() -> tuple[float, ...]:
     """Return a posture q (nv,) in which the arms overlap by `DEPTH`: the guided arm was pushed into an unprotected one."""
-    simulation = enter("hold", None)
+    simulation = enter(HOLD, None)
     goal = HandTarget(simulation.kinematics.hand_pose(simulation.avoiding).translation.copy())
     while simulation.sample().distance > -DEPTH:
         simulation.step(goal)

@@ -1,6 +1,7 @@
-"""A student's law: a file with a function `law(situation)`, run in a process of its own."""
+"""A custom law: a file with a function `law(situation)`, run in a process of its own."""
 
 import errno
+import hashlib
 import math
 from pathlib import Path
 from time import monotonic
@@ -16,6 +17,7 @@ from controllers.errors import BadInputFile, LazyText
 from controllers.kinematics import Array
 from controllers.laws.situation import Situation, Unanswered
 from scenes.files import read_file, readable
+from scenes.law_answers import LawOfFile
 
 LOOK: Final = 0.5
 """Time between two looks at the file [s]."""
@@ -36,8 +38,8 @@ _REMEMBERED: Final = 4096
 """Values of λ kept: a curve is drawn again and again at the same distances."""
 
 
-class CustomLaw:
-    """A law (see `controllers.laws.situation.Law`) that calls `law(situation)` of a file, in a process of its own.
+class CustomLaw(LawOfFile):
+    """A law that calls `law(situation)` of a file, in a process of its own.
 
     The first call starts the process, and a changed file restarts it; there is never more than one. Where the law
     fails, q̇ = 0: the arm freezes until the file has changed, or `restart`, and `problem` says why. Methods raise no exception of the
@@ -54,6 +56,7 @@ class CustomLaw:
     Attributes:
         problem: why it is not in force; None if all is well. After the file has changed, the old one's stays until the new one has
             given velocities; `refresh` asks it for some, so that it also disappears while nothing moves.
+        sha256: of the file as it was read last, in hexadecimal digits.
         need: time that a call takes inside the law, averaged over the last ten or so [s]; 0 before the first one.
 
     Raises:
@@ -71,7 +74,7 @@ class CustomLaw:
         waits: bool = False,
         text: bytes | None = None,
     ) -> None:
-        self.path = path.absolute()
+        self.path, self.file = path.absolute(), readable(path.name)
         self.limits = limits
         self.problem: LawProblem | None = None
         self.need = 0.0
@@ -79,6 +82,7 @@ class CustomLaw:
         self._process: LawProcess | None = None
         self._stamp = _stamp(self.path)
         self._text = read_law(self.path) if text is None else text
+        self.sha256 = hashlib.sha256(self._text).hexdigest()
         self._looked = monotonic()
         self._idle = False
         """Whether no process is to be started: the law has failed, or is closed."""
@@ -176,10 +180,6 @@ class CustomLaw:
             return np.zeros(len(distances))
         return self._curve(ActivationsQuestion(distances.tobytes()), len(distances))
 
-    def line_rate(self, distance: float, pull: float, approach: float, square: float) -> float:
-        """Return J_d q̇ [m/s] of an arm of which only one joint moves the distance, see `Law.line_rate`; nan where it is not known."""
-        return float(self.line_rates(np.array([distance]), pull, approach, square)[0])
-
     def line_rates(self, distances: Array, pull: float, approach: float, square: float) -> Array:
         """Return `line_rate` (k,) at distances (k,) for a chart: the newest answer, of a moment ago; nan until there is one."""
         return self._curve(RatesQuestion(distances.tobytes(), pull, approach, square), len(distances))
@@ -209,6 +209,7 @@ class CustomLaw:
         if text == self._text and self.problem is None:
             return False
         self._text = text
+        self.sha256 = hashlib.sha256(text).hexdigest()
         if self._process is not None or self._idle:
             self.restart()
         return True
@@ -257,9 +258,7 @@ class CustomLaw:
             self._fail(failed.problem)
             return None
         except OSError as error:
-            self._fail(
-                problem_of(readable(self.path.name), LazyText("its process could not be started: {error}", error=str(error)))
-            )
+            self._fail(problem_of(self.file, LazyText("its process could not be started: {error}", error=str(error))))
             return None
         # The file, not the class, has the last word.
         self.__dict__["wants_all_pairs"] = self._process.wants_all_pairs

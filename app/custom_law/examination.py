@@ -1,16 +1,99 @@
-"""The six tests of a file, run in the background one after another; every verdict appears as soon as it is known."""
+"""The six tests on a file: at once, or in the background one after another, where every verdict appears as soon as it is known."""
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from time import perf_counter
 from typing import NamedTuple
 
-from app.custom_law.custom_law import read_law
-from app.custom_law.examine import examine_one
-from app.custom_law.trial_result import TrialResult
-from app.custom_law.trials import TRIALS
+from app.custom_law import trials
+from app.custom_law.arena import TrialResult
+from app.custom_law.custom_law import CustomLaw, read_law
+from app.custom_law.law_limits import LawLimits, without_core
+from app.custom_law.trials import TRIALS, examine_law
 from app.runtime.job_pool import Job, Jobs
-from controllers.errors import LazyText
+from controllers.errors import DuetError, LazyText
+from controllers.kinematics import Array
+from controllers.laws.situation import Situation
 from scenes.files import readable
+
+
+class Dropped(DuetError):
+    """The tests were given up."""
+
+
+def examine(
+    path: Path,
+    limits: LawLimits = LawLimits(),  # noqa: B008 (frozen)
+    only: Sequence[str] | None = None,
+    text: bytes | None = None,
+    stopped: Callable[[], bool] = lambda: False,
+) -> Iterator[TrialResult]:
+    """Yield the verdict of each test on a file as soon as it is known; a law that fails in one is restarted for the next one.
+
+    Args:
+        only: names of the tests to be made; None for all six.
+        text: the file as it is to be tested, whatever it holds by now; None for what it holds.
+        stopped: asked before every call whether to give up.
+
+    Raises:
+        BadInputFile: there is no such file, or it cannot be read.
+        Dropped: it was `stopped`.
+    """
+    with _Examined(path, limits, text, stopped) as law:
+
+        def again() -> None:
+            if law.problem is not None:
+                law.problem = None
+                law.restart()
+
+        if not law.load():
+            # It cannot even be loaded: one reason for all.
+            reason = law.problem.text if law.problem is not None else "the file could not be loaded."
+            yield from (TrialResult(name, False, reason, {}) for name in only or trials.TRIALS)
+            return
+        for name in only or trials.TRIALS:
+            yield from examine_law(law, again, (name,))
+
+
+def examine_one(path: Path, text: bytes, name: str, stopped: Callable[[], bool]) -> TrialResult:
+    """Return the verdict of one test on a file; see `examine`. For a process of its own."""
+    return next(examine(path, only=(name,), text=text, stopped=stopped))
+
+
+class _Examined(CustomLaw):
+    """A law that waits to be loaded, and stops on request. It times the calls, since a file can change the clock of its process."""
+
+    def __init__(self, path: Path, limits: LawLimits, text: bytes | None, stopped: Callable[[], bool]) -> None:
+        super().__init__(path, limits, waits=True, text=text)
+        self._stopped = stopped
+        self._seconds = float("nan")
+
+    def __call__(self, situation: Situation) -> Array:
+        if self._stopped():
+            raise Dropped("The tests were given up.")
+        begin = perf_counter() - self._without_core
+        velocities = super().__call__(situation)
+        # Its process may wait for a core while this one still works, which then counts twice.
+        self._seconds = max(perf_counter() - self._without_core - begin, super().seconds)
+        return velocities
+
+    @property
+    def seconds(self) -> float:
+        """Return the time that the newest call took, as seen from here, without the time during which a process waited for a core [s]."""
+        return self._seconds
+
+    @property
+    def _without_core(self) -> float:
+        return without_core(os.getpid()) + (without_core(self.pid) if self.pid is not None else 0.0)
+
+
+def verdict_table(path: Path, verdicts: list[TrialResult]) -> str:
+    """Return the verdicts as text: one line a test, and how many passed."""
+    width = max(len(verdict.name) for verdict in verdicts)
+    lines = [f"{'pass' if v.passed else 'FAIL'}  {v.name:{width}}  {v.reason}" for v in verdicts]
+    passed = sum(v.passed for v in verdicts)
+    return "\n".join([*lines, f"{readable(path.name)}: {passed} of {len(verdicts)} tests passed."])
 
 
 class ExaminationProgress(NamedTuple):

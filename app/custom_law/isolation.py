@@ -1,8 +1,9 @@
-"""A process of its own for an untrusted file: `python -m app.custom_law.isolation all|none FOLDER HIDDEN COMMAND …` runs a command with
+"""A process of its own for an untrusted file: `python -m app.custom_law.isolation all|none FOLDER SEEN COMMAND …` runs a command with
 limits, and with `all` on Linux, where the system allows it, in namespaces of its own.
 
-There it sees no process but its own, has no network, and can write to nothing but FOLDER, which is empty, in memory, and gone with it;
-HIDDEN is empty, too. When its first process ends, all others do. Where the system does not allow it, only the limits are left.
+There it sees no process but its own, has no network, and reads no file but the system's programs and libraries and what SEEN names
+(paths with os.pathsep between them). It can write to nothing but FOLDER, which is empty, in memory, and gone with it. When its first
+process ends, all others do. Where the system does not allow it, only the limits are left.
 """
 
 import contextlib
@@ -20,14 +21,19 @@ FILE: Final = 16 * 2**20
 ROOM: Final = 64 * 2**20
 """Of the folder in memory [bytes]."""
 DESCRIPTORS: Final = 256
+SYSTEM: Final = (
+    *("/bin", "/lib", "/lib32", "/lib64", "/sbin", "/usr", "/nix/store", "/gnu/store"),
+    *("/etc/alternatives", "/etc/ld.so.cache", "/etc/localtime", "/dev/null", "/dev/random", "/dev/urandom", "/dev/zero"),
+)
+"""Of the system, what Python and its libraries may need."""
 
 UNAVAILABLE: Final = 96
 """Exit code of a try for which the system gives no permission."""
 
 _USER, _MOUNTS, _PROCESSES, _NETWORK, _MESSAGES = 0x10000000, 0x00020000, 0x20000000, 0x40000000, 0x08000000
 """Namespaces, `CLONE_NEW…` of <sched.h>."""
-_PRIVATE: Final = 1 << 14 | 1 << 18
-"""`MS_REC | MS_PRIVATE` of <sys/mount.h>."""
+_PRIVATE, _BIND, _DETACH = 1 << 14 | 1 << 18, 1 << 14 | 1 << 12, 2
+"""`MS_REC | MS_PRIVATE`, `MS_REC | MS_BIND` and `MNT_DETACH` of <sys/mount.h>."""
 _SET_ATTRIBUTES: Final = 442
 """System call `mount_setattr`, the same number on every architecture."""
 _RECURSIVE, _READ_ONLY, _HERE = 0x8000, 1, -100
@@ -38,13 +44,17 @@ _DEATH_SIGNAL, _DUMPABLE, _NO_NEW_PRIVILEGES = 1, 4, 38
 
 def main() -> None:
     """Run the command in the best isolation that there is; its last argument becomes the name of that."""
-    wanted, folder, hidden, *command = sys.argv[1:]
+    wanted, folder, seen, *command = sys.argv[1:]
     limit_resources()
     levels: list[tuple[str, Callable[[], None]]] = [("none", lambda: os.chdir(folder))]
     if sys.platform == "linux":
         _prctl(_DEATH_SIGNAL, signal.SIGKILL)
         if wanted == "all":
-            levels = [("full", lambda: _own_world(folder, hidden)), ("network", lambda: _own_network(folder)), *levels]
+            levels = [
+                ("full", lambda: _own_world(folder, seen.split(os.pathsep))),
+                ("network", lambda: _own_network(folder)),
+                *levels,
+            ]
     if os.name != "posix":
         os.chdir(folder)
         os.execv(command[0], [*command, "none"])
@@ -80,26 +90,52 @@ def guard_memory() -> None:
         _prctl(_DUMPABLE, 0)
 
 
-def _own_world(folder: str, hidden: str) -> None:
-    """Enter all namespaces; returns in the first process of the new one, which its parent waits for."""
+def _own_world(folder: str, seen: list[str]) -> None:
+    """Enter all namespaces, with a root of its own; returns in the first process of the new one, which its parent waits for."""
     _enter(_USER | _MOUNTS | _PROCESSES | _NETWORK | _MESSAGES)
     child = os.fork()
     if child:
         os._exit(_ended(child))
     _prctl(_DEATH_SIGNAL, signal.SIGKILL)
     _call("mount", None, b"/", None, ctypes.c_ulong(_PRIVATE), None)
+    _mount(b"tmpfs", folder)
+    for path in sorted({*SYSTEM, *seen}):
+        _show(path, folder + path)
+    for made in ("/proc", folder):
+        os.makedirs(folder + made, exist_ok=True)
     read_only = (ctypes.c_uint64 * 4)(_READ_ONLY, 0, 0, 0)
-    _call("syscall", ctypes.c_long(_SET_ATTRIBUTES), _HERE, b"/", _RECURSIVE, read_only, ctypes.c_size_t(32))
-    if hidden:
-        _call("mount", b"tmpfs", os.fsencode(hidden), b"tmpfs", ctypes.c_ulong(_READ_ONLY), None)
-    _call("mount", b"tmpfs", os.fsencode(folder), b"tmpfs", ctypes.c_ulong(0), f"size={ROOM}".encode())
-    _call("mount", b"proc", b"/proc", b"proc", ctypes.c_ulong(0), None)
+    _call("syscall", ctypes.c_long(_SET_ATTRIBUTES), _HERE, os.fsencode(folder), _RECURSIVE, read_only, ctypes.c_size_t(32))
+    _mount(b"tmpfs", folder + folder, f"size={ROOM}")
+    _mount(b"proc", folder + "/proc")
+    os.chdir(folder)
+    # The old root lies on top of the new one, until it is taken away.
+    _call("pivot_root", b".", b".")
+    _call("umount2", b".", _DETACH)
     with contextlib.suppress(OSError), open("/proc/sys/kernel/pid_max", "w", encoding="ascii") as file:
         # Since Linux 6.14 each of these namespaces has a number of its own; 301 is the least.
         file.write(str(300 + PROCESSES))
     os.chdir(folder)
     _limit_processes(PROCESSES)
     _prctl(_NO_NEW_PRIVILEGES, 1)
+
+
+def _mount(kind: bytes, place: str, options: str = "") -> None:
+    _call("mount", kind, os.fsencode(place), kind, ctypes.c_ulong(0), options.encode())
+
+
+def _show(path: str, place: str) -> None:
+    """Show a file or a folder, if there is one, at a place; a link at the top level stays a link."""
+    if not os.path.exists(path) or (os.path.exists(place) and os.path.samefile(path, place)):
+        return
+    os.makedirs(os.path.dirname(place), exist_ok=True)
+    if os.path.islink(path) and path.count("/") == 1:
+        os.symlink(os.readlink(path).lstrip("/"), place)
+        return
+    if os.path.isdir(path):
+        os.makedirs(place, exist_ok=True)
+    else:
+        open(place, "ab").close()
+    _call("mount", os.fsencode(path), os.fsencode(place), None, ctypes.c_ulong(_BIND), None)
 
 
 def _own_network(folder: str) -> None:

@@ -1,4 +1,4 @@
-"""A student's file: loading and calling it in its own process, and error messages in its terms."""
+"""A law's file: loading and calling it in its own process, and error messages in its terms."""
 
 import contextlib
 import inspect
@@ -10,10 +10,30 @@ from types import CodeType
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from app.custom_law.student_situation import Array, one_joint
 from controllers.errors import LazyText, joined
 from controllers.laws.situation import Situation
+
+Array = NDArray[np.float64]
+"""As in `controllers.kinematics`; the law's process does without the libraries of that."""
+
+JOINTS = 7
+"""Of the arm in `one_joint`: laws like to build 7 × 7 matrices."""
+
+LOOSE = 100.0
+"""Bounds in `one_joint` [rad/s]: none that anything would meet."""
+
+
+def one_joint(distance: float, pull: float, approach: float, square: float) -> Situation:
+    """Return a situation in which only the first joint moves the distance, with |J_d|² = `square`, 1 if that is 0; see `Law.line_rate`."""
+    length = square**0.5 if square > 0.0 else 1.0
+    nominal, row = np.zeros(JOINTS), np.zeros(JOINTS)
+    nominal[0], row[0] = -pull / length, length
+    bound = np.full(JOINTS, LOOSE)
+    near = np.array([distance]), np.array([approach])
+    return Situation(np.zeros(JOINTS), nominal, row, distance, approach, None, -bound, bound, row[None, :].copy(), *near)
+
 
 FILENAME: Final = "<own law>"
 """What the file is called in tracebacks: plain letters, whatever its real name, so that every tool can print it."""

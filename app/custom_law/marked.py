@@ -11,13 +11,14 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import IO, Any, Final
 
 import app
-from app.custom_law.isolation import PROCESSES
+from app.custom_law.examination import examine
+from app.custom_law.isolation import PROCESSES, guard_memory
 from app.custom_law.law_limits import LawLimits
 from app.custom_law.trials import TRIALS
 from scenes.children import ONE_THREAD
@@ -73,7 +74,6 @@ def marked(
     name: str,
     text: bytes,
     limits: MarkingLimits = MarkingLimits(),
-    hidden: Path | None = None,
     stopped: Callable[[], bool] = lambda: False,
 ) -> LawMarks:
     """Return the marks of a file.
@@ -81,13 +81,12 @@ def marked(
     Args:
         name: of the file, for its messages.
         text: what it holds.
-        hidden: a folder that it must not read, where the system allows that.
         stopped: asked now and then whether to give up.
     """
     marks = LawMarks()
     with tempfile.TemporaryDirectory(prefix="duet-marking-", ignore_cleanup_errors=True) as folder:
         token = secrets.token_hex(8)
-        process = _started(folder, _hideable(hidden, Path(folder)), name, token, limits)
+        process = _started(folder, name, token, limits)
         lines: queue.Queue[str | None] = queue.Queue()
         for work, arguments in ((_feed, (process.stdin, text)), (_read, (process.stdout, lines))):
             threading.Thread(target=work, args=arguments, daemon=True).start()
@@ -100,14 +99,14 @@ def marked(
     return marks
 
 
-def _started(folder: str, hidden: str, name: str, token: str, limits: MarkingLimits) -> "subprocess.Popen[bytes]":
+def _started(folder: str, name: str, token: str, limits: MarkingLimits) -> "subprocess.Popen[bytes]":
     environment = {key: os.environ[key] for key in _KEPT if key in os.environ} | ONE_THREAD
     environment |= {"PYTHONPATH": str(_ROOT), "PYTHONDONTWRITEBYTECODE": "1", "PYTHONUTF8": "1", _TOKEN: token}
     environment |= dict.fromkeys(("HOME", "TMPDIR", "TEMP", "TMP"), folder)
     python = [sys.executable, "-P", "-m"]
-    tests = [*python, "app.custom_law.marking", json.dumps(asdict(limits.law)), name]
+    tests = [*python, "app.custom_law.marked", json.dumps(asdict(limits.law)), name]
     return subprocess.Popen(
-        [*python, "app.custom_law.isolation", "all" if limits.isolated else "none", folder, hidden, *tests],
+        [*python, "app.custom_law.isolation", "all" if limits.isolated else "none", folder, _seen(), *tests],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
@@ -117,12 +116,17 @@ def _started(folder: str, hidden: str, name: str, token: str, limits: MarkingLim
     )
 
 
-def _hideable(hidden: Path | None, folder: Path) -> str:
-    """Return a folder if nothing that the tests need is in it, else ""."""
-    needed = (_ROOT, Path(sys.prefix), Path(sys.base_prefix), Path(sys.executable), folder)
-    if hidden is None or any(path.resolve().is_relative_to(hidden.resolve()) for path in needed):
-        return ""
-    return str(hidden.resolve())
+def _seen() -> str:
+    """Return what the tests read beside the system: Python, its packages, and our own."""
+    pythons = {Path(place) for place in (sys.prefix, sys.base_prefix, Path(sys.executable).resolve().parent.parent)}
+    libraries = map(Path, filter(os.path.isabs, os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)))
+    paths = [
+        *(python / part for python in pythons for part in ("bin", "lib", "lib64", "pyvenv.cfg")),
+        *(_ROOT / part for part in ("app", "controllers", "scenes")),
+        *(Path(place) for place in sys.path if Path(place).name in ("site-packages", "dist-packages")),
+        *libraries,
+    ]
+    return os.pathsep.join(sorted({str(place) for path in paths for place in (path, path.resolve())}))
 
 
 def _feed(stream: IO[bytes], text: bytes) -> None:
@@ -212,3 +216,21 @@ def _end(process: "subprocess.Popen[bytes]", token: str) -> None:
         if stream is not None:
             with contextlib.suppress(OSError):
                 stream.close()
+
+
+def main() -> None:
+    """Make the tests."""
+    limits, name, level = sys.argv[1:]
+    guard_memory()
+    text = sys.stdin.buffer.read()
+    _write({"isolation": level})
+    for verdict in examine(Path(name), LawLimits(**json.loads(limits)), text=text):
+        _write(asdict(verdict) | {"reason": str(verdict.reason)})
+
+
+def _write(line: Mapping[str, object]) -> None:
+    print(json.dumps(line), flush=True)
+
+
+if __name__ == "__main__":
+    main()

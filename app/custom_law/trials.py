@@ -11,9 +11,10 @@ from typing import Final
 import numpy as np
 
 from app.custom_law import arena
-from app.custom_law.trial_result import Candidate, TrialResult
+from app.custom_law.arena import Candidate, TrialResult
 from app.i18n.speaking import N_
 from controllers.errors import LazyText
+from scenes.experiments import BALL, HOLD, SOLO
 from scenes.history import COLUMN
 from scenes.recording import pair_label
 
@@ -36,7 +37,7 @@ PASSAGE: Final = 5.5
 HALVED: Final = 0.65
 """Half the time step leaves at most this share of the largest step of q̇: 1/2 if q̇ is smooth, 1 at a jump."""
 QUICK: Final = 1e-3
-"""Time that a call may take [s]."""
+"""Time that a call may take, with the way to the law and back [s]."""
 
 
 def examine_law(law: Candidate, again: Callable[[], None] = lambda: None, only: Sequence[str] | None = None) -> list[TrialResult]:
@@ -69,7 +70,7 @@ def _outcome(passed: bool, held: str, failed: str, numbers: dict[str, float], **
 
 def keeps_its_distance(law: Candidate) -> Outcome:
     """d ≥ d_m against a hand that is slower than v (Fig. 5)."""
-    simulation = arena.enter("hold", law)
+    simulation = arena.enter(HOLD, law)
     source = simulation.source()
     table = arena.play(simulation, law, (source.target(i * arena.DT) for i in range(round(APPROACH / arena.DT))))
     d = table[:, COLUMN["d"]]
@@ -89,7 +90,7 @@ def keeps_its_distance(law: Candidate) -> Outcome:
 
 def leaves_the_task_alone(law: Candidate) -> Outcome:
     """|e| stays small where nothing is near: in an empty room (d = ∞), and beside a ball that is 2.5 d_m away."""
-    empty = arena.enter("solo", law, path="circle")
+    empty = arena.enter(SOLO, law, path="circle")
     error = arena.largest_error(arena.play(empty, law, [None] * round(2.0 / arena.DT)))
     task_alone = arena.error_of_the_task_alone()
     numbers = {"empty_room": error, "task_alone": task_alone}
@@ -97,7 +98,7 @@ def leaves_the_task_alone(law: Candidate) -> Outcome:
         limit = task_alone + UNTOUCHED
         parts = {"limit": _mm(limit), "by": _mm(error - limit)}
         return False, LazyText("|e| ≤ {limit} in an empty room (d = ∞) fails by {by}.", **parts), numbers
-    beside = arena.enter("ball", law)
+    beside = arena.enter(BALL, law)
     arena.put_the_ball_away(beside)
     table = arena.play(beside, law, [None] * round(REST / arena.DT))
     error, d = arena.largest_error(table), float(table[0, COLUMN["d"]])
@@ -110,7 +111,7 @@ def leaves_the_task_alone(law: Candidate) -> Outcome:
 
 def gets_out(law: Candidate) -> Outcome:
     """From 50 mm of overlap to d_m within 2 s, and out of it for good."""
-    simulation = arena.enter("hold", law)
+    simulation = arena.enter(HOLD, law)
     simulation.reset(np.array(arena.overlapping()))
     d = arena.play(simulation, law, [None] * round(STAY / arena.DT))[:, COLUMN["d"]]
     late = d[round(ESCAPE / arena.DT) :]
@@ -137,7 +138,7 @@ def is_smooth(law: Candidate) -> Outcome:
     """Half the time step, half the largest step of q̇, past a ball with one control point (Fig. 1)."""
     largest: list[float] = []
     for dt in (2.0 * arena.DT, arena.DT):
-        simulation = arena.enter("ball", law, dt=dt)
+        simulation = arena.enter(BALL, law, dt=dt)
         table = arena.play(simulation, law, [None] * round(PASSAGE / dt))
         velocities = simulation.history.velocities(table)[:, simulation.avoiding.joints]
         largest.append(float(np.abs(np.diff(velocities, axis=0)).max()))

@@ -1,4 +1,4 @@
-"""Messages between the page and the process of a student's law: msgpack over a `multiprocessing.connection.Connection`.
+"""Messages between the page and the process of a custom law: msgpack over a `multiprocessing.connection.Connection`.
 
 Arrays travel as the bytes of their numbers (float64), since a call must cost a small part of a tick. Nothing is pickled.
 """
@@ -11,7 +11,7 @@ from msgspec import MsgspecError, Struct
 from msgspec.msgpack import Decoder, Encoder
 from msgspec.structs import astuple
 
-from app.custom_law.student_situation import Array
+from app.custom_law.law_file import Array
 from controllers.errors import LazyText
 from controllers.laws.situation import Situation
 
@@ -99,7 +99,7 @@ class TextParts(Struct, array_like=True):
         """Return the text.
 
         Raises:
-            ValueError: the template is not one of ours; a law may write to the connection itself.
+            ValueError: the template is no template of a text; a law may write to the connection itself.
         """
         parts = self.parts
         if parts is None:

@@ -1,25 +1,27 @@
 """What a class leaves behind as one HTML page that prints well: the questions with their counts, the challenges, the reports handed in."""
 
-import html
+import io
+import re
 import time
+import zipfile
 from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+
+from markupsafe import Markup
 
 from app.export.class_summary import AskedQuestion, ClassSummary, HandIn
-from app.export.lab_report import Done, rich_html, step_entry
-from app.export.report_html import entry_html, locked_page, lowered
-from app.export.tally_html import bars_html, cloud_html, switches_text, tie_text
+from app.export.handout_html import PaperStep
+from app.export.lab_report import Done, lesson_title, rich_html, step_entry
+from app.export.report_html import ReportEntry, locked_page, plain_svg, report_html
+from app.export.tally_html import cloud_html, switches_text, tie_text
 from app.i18n.speaking import set_language, tr
+from app.lessons.bookmark import fitting
 from app.lessons.lesson import Lesson
 from app.lessons.outcomes import reference
-from app.lessons.phases import fitting
 from app.lessons.progress import from_json
-from app.lessons.step_view import fill
-from app.lessons.tally import QuestionId
-from app.recording.provenance import made_here
+from app.lessons.tally import QuestionId, Tally
+from app.recording.run_file import made_here
 from app.settings import Language
-from app.text.html_element import element
-from app.text.lesson_text import inline_html, plain
 from scenes.rerun import Stopped, never
 
 
@@ -33,14 +35,18 @@ def class_report_bytes(
         stopped: asked now and then; when it says True, everything ends with `Stopped`.
     """
     set_language(language)
-    title = tr("Class report")
-    parts = [element("h1", title), element("p", " · ".join(_about(summary)), class_="about"), _overview(summary, lessons)]
-    for section in (_questions(summary, lessons), _reports(summary, lessons)):
-        for part in section:
-            if stopped():
-                raise Stopped
-            parts.append(part)
-    return locked_page(title, ("report.css", "class_report.css"), parts).encode()
+    return locked_page(
+        "export/class_report.html",
+        tr("Class report"),
+        ("report.css", "class_report.css"),
+        about=_about(summary),
+        overview=list(_overview(summary, lessons)),
+        questions=_questions(summary, lessons, stopped),
+        reports=_reports(summary, lessons, stopped),
+        lesson_title=lesson_title,
+        rich=rich_html,
+        svg=plain_svg,
+    ).encode()
 
 
 def _about(summary: ClassSummary) -> Iterator[str]:
@@ -50,88 +56,97 @@ def _about(summary: ClassSummary) -> Iterator[str]:
     yield f"{tr('Made by Duet')} {made_here()['duet']}"
 
 
-def _overview(summary: ClassSummary, lessons: Sequence[Lesson]) -> str:
-    """Return the table of all steps that were asked about, or have a challenge that was passed."""
+def _overview(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[tuple[Lesson, int, tuple[str, ...]]]:
+    """Yield all steps that were asked about, or have a challenge that was passed, each with how many answered, the shares that were right
+    in the first and the last round, and how many passed the challenge."""
     asked = summary.asked_in(lessons)
-    names = "", tr("answered"), tr("right, first time"), tr("right, last time"), tr("passed the challenge")
-    rows: list[str] = []
     for lesson, index in _steps(lessons, {*asked, *summary.passed}):
         step = lesson.steps[index]
         question = lesson.id, step.id
-        cells = [element("td", "", f"{lesson.number}.{index + 1}&ensp;{inline_html(step.title)}")]
+        answered = ("", "", "")
         one, right = asked.get(question), None if step.question is None else step.question.right
-        if one is None or right is None:
-            cells += [element("td")] * 3
-        else:
+        if one is not None and right is not None:
             first, last = one.rounds[0], one.rounds[-1]
             shares = [f"{tally.share(right)} %" if any(tally.counts) else "" for tally in (first, last)]
-            cells += [element("td", text) for text in (str(last.answered), shares[0], shares[1] if len(one.rounds) > 1 else "")]
-        cells.append(element("td", "" if step.challenge is None else str(summary.passed.get(question, 0))))
-        rows.append(element("tr", "", *cells))
-    if not rows:
-        return ""
-    head = element("thead", "", element("tr", "", *(element("th", name) for name in names)))
-    return element("table", "", head, element("tbody", "", *rows), class_="overview")
+            answered = str(last.answered), shares[0], shares[1] if len(one.rounds) > 1 else ""
+        passed = "" if step.challenge is None else str(summary.passed.get(question, 0))
+        yield lesson, index, (*answered, passed)
 
 
-def _questions(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[str]:
+@dataclass(frozen=True)
+class _Question(PaperStep):
+    """A step with a question, and how a class has answered it."""
+
+    asked: AskedQuestion
+
+    @property
+    def counts(self) -> list[str]:
+        """Return how many have answered, a text a round."""
+        rounds = enumerate(self.asked.rounds, 1)
+        return [tr("Round {number}: {count} answered", number=number, count=tally.answered) for number, tally in rounds]
+
+    @property
+    def rounds(self) -> list[tuple[int, Tally]]:
+        """Return number and counts of the first and the last round."""
+        rounds = list(enumerate(self.asked.rounds, 1))
+        return [rounds[0], rounds[-1]] if len(rounds) > 1 else rounds
+
+    @property
+    def words(self) -> tuple[str, str]:
+        """Return what is said to a tie, and how many have changed their answer."""
+        right = None if self.step.question is None else self.step.question.right
+        return tie_text(self.asked.rounds[-1]), switches_text(self.asked.switches, right)
+
+    @property
+    def cloud(self) -> Markup:
+        """Return the curves of the class over the outcome."""
+        return cloud_html(self.step.drawing, self.rounds, () if self.outcome is None else self.outcome.curve)
+
+
+def _questions(summary: ClassSummary, lessons: Sequence[Lesson], stopped: Callable[[], bool]) -> Iterator[_Question]:
     asked = summary.asked_in(lessons)
-    before: Lesson | None = None
     for lesson, index in _steps(lessons, asked):
-        if lesson is not before:
-            yield _chapter(lesson)
-        before = lesson
-        yield _question(lesson, index, asked[lesson.id, lesson.steps[index].id])
+        if stopped():
+            raise Stopped
+        step = lesson.steps[index]
+        yield _Question(lesson, index, replace(reference(step, step.setup), reference=False), asked[lesson.id, step.id])
 
 
-def _chapter(lesson: Lesson) -> str:
-    title = tr("Lesson {number}: {title}", number=lesson.number, title=plain(lesson.title))
-    return element("h2", title, class_="chapter")
-
-
-def _question(lesson: Lesson, index: int, asked: AskedQuestion) -> str:
-    step = lesson.steps[index]
-    assert step.question is not None
-    outcome = replace(reference(step, step.setup), reference=False)
-    rounds = list(enumerate(asked.rounds, 1))
-    shown = [rounds[0], rounds[-1]] if len(rounds) > 1 else rounds
-    choices = [fill(step, choice.text, outcome, lesson.language) for choice in step.question.choices]
-    words = (tie_text(asked.rounds[-1]), switches_text(asked.switches, step.question.right))
-    counts = [tr("Round {number}: {count} answered", number=number, count=tally.answered) for number, tally in rounds]
-    measured = [element("li", "", lowered(html.escape(line))) for line in outcome.lines(step, lesson.language)]
-    return element(
-        "article",
-        "",
-        element("h3", "", f"{lesson.number}.{index + 1}&ensp;{inline_html(step.title)}"),
-        element("div", "", rich_html(fill(step, step.question.text, None, lesson.language)), class_="question"),
-        element(
-            "div",
-            "",
-            element("p", " · ".join(counts), class_="about"),
-            bars_html(choices, shown, step.question.right),
-            *(element("p", text) for text in words if text),
-            cloud_html(step.drawing, shown, outcome.curve),
-            class_="duet-poll",
-        ),
-        element("dl", "", element("dt", tr("Measured")), element("dd", "", element("ul", "", *measured))) if measured else "",
-    )
-
-
-def _reports(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[str]:
-    if summary.hand_ins:
-        yield element("h2", tr("Reports handed in"), class_="reports")
+def _reports(
+    summary: ClassSummary, lessons: Sequence[Lesson], stopped: Callable[[], bool]
+) -> Iterator[tuple[str, list[ReportEntry]]]:
     for one, name in zip(summary.hand_ins, report_names(summary.hand_ins), strict=True):
-        yield element("section", "", element("h2", name), *_report(one, lessons), class_="report")
+        if stopped():
+            raise Stopped
+        yield name, list(_entries(one, lessons))
 
 
-def _report(report: HandIn, lessons: Sequence[Lesson]) -> Iterator[str]:
+def _entries(report: HandIn, lessons: Sequence[Lesson]) -> Iterator[ReportEntry]:
     steps = from_json(report.progress).steps
-    before: Lesson | None = None
     for lesson, index in _steps(lessons, steps):
-        if lesson is not before:
-            yield element("h3", tr("Lesson {number}: {title}", number=lesson.number, title=plain(lesson.title)), class_="chapter")
-        before, step = lesson, lesson.steps[index]
-        yield entry_html(step_entry(Done(lesson, index, fitting(step, steps[lesson.id, step.id]))), rich_html)
+        step = lesson.steps[index]
+        yield step_entry(Done(lesson, index, fitting(step, steps[lesson.id, step.id])))
+
+
+def class_zip_bytes(
+    summary: ClassSummary, lessons: Sequence[Lesson], language: Language, stopped: Callable[[], bool] = never
+) -> bytes:
+    """Return the reports that were handed in as a ZIP archive of one lab report a student, without plots of runs, for `lwr-duet grade`.
+
+    Args:
+        lessons, language, stopped: as in `class_report_bytes`.
+    """
+    set_language(language)
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for number, (one, name) in enumerate(zip(summary.hand_ins, report_names(summary.hand_ins), strict=True), 1):
+            if stopped():
+                raise Stopped
+            page = report_html(tr("Lab report"), list(_entries(one, lessons)), None, about=name, rich=rich_html)
+            # The number keeps apart what is the same without the characters that a file's name must not have.
+            plain_name = re.sub(r"[^\w ()-]", "_", name)
+            archive.writestr(f"{number:03d} {plain_name}.html", page)
+    return out.getvalue()
 
 
 def report_names(reports: Sequence[HandIn]) -> list[str]:

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from app.recording.provenance import made_here
+from app.recording.run_file import made_here
 from controllers.kinematics import Array
 from scenes.history import COLUMN
 from scenes.inputs import Recorded
@@ -46,32 +46,40 @@ def changes(recorded: Recorded) -> tuple[tuple[float, str, Any], ...]:
     return tuple(found)
 
 
-def csv_bytes(recorded: Recorded, seconds: float, table: Array | None = None, stopped: Callable[[], bool] = never) -> bytes:
+def csv_bytes(recorded: Recorded, seconds: float, stopped: Callable[[], bool] = never) -> bytes:
     """Return the table as a file's content, compressed if it is larger than `LARGEST`; the same piece gives the same bytes.
 
     Args:
         recorded: the piece; its last `seconds` are written.
         seconds: inf for all.
-        table: its newest rows, where it cannot be made again because it had a law of one's own; None to make it again.
         stopped: see `scenes.rerun.rerun`.
 
     Raises:
         BadSetting: it cannot be made here.
     """
-    table = newest(recorded, rerun(recorded, stopped=stopped).table if table is None else table, seconds)
+    table = newest(recorded, rerun(recorded, stopped=stopped).table, seconds)
     if stopped():
         raise Stopped
     first = float(table[0, COLUMN["t"]])
     settings: dict[str, Any] = {"duet": made_here()["duet"], **values(recorded.settings)}
     for time, key, value in changes(recorded):
+        if recorded.law is not None and key == "law":
+            continue
         if time <= first + 1e-9:
             settings[key] = value
         else:
             settings[f"from {time:.6g} s on: {key}"] = value
+    if recorded.law is not None:
+        settings |= law_heading(recorded.law.file, recorded.law.sha256)
     out = io.StringIO()
     write_table(out, Simulation(recorded.settings, 1), table, settings)
     data = out.getvalue().encode()
     return data if len(data) <= LARGEST else gzip.compress(data, 6, mtime=0)
+
+
+def law_heading(file: str, sha256: str) -> dict[str, str]:
+    """Return what the head of a table says of a law of one's own in place of the settings' law: its file, as it was at the end."""
+    return {"law": file, "law_sha256": sha256}
 
 
 def csv_suffix(data: bytes) -> str:

@@ -13,14 +13,12 @@ from app.export.jobs import file_name, picture, player
 from app.export.lab_report import Done, lab_bytes
 from app.export.python_snippet import Snippet, as_python
 from app.i18n.speaking import N_, spoken
-from app.recording.replay_player import ReplayPlayer, not_again
 from app.recording.run_file import SUFFIX, Loaded, Verdict, load_run, saved_bytes
-from app.runtime.job_pool import Job, Jobs
-from app.runtime.job_watch import JobWatch
+from app.session.replay_player import ReplayPlayer
 from app.session.session import Session
 from controllers.errors import LazyText
-from controllers.kinematics import Array
 from scenes.inputs import KEEP
+from scenes.rerun import not_again
 
 Kind = Literal["run", "csv", "png", "svg", "html", "python"]
 KINDS: Final[tuple[Kind, ...]] = get_args(Kind)
@@ -52,55 +50,36 @@ class File(NamedTuple):
     content: bytes
 
 
-class News(NamedTuple):
-    """A message to the visitor, in English, for `tr`."""
-
-    title: str
-    text: str
-
-
 class ExportQueue:
     """All methods belong to the thread that advances the session.
 
     Args:
-        background: runs the jobs.
-
-    Attributes:
-        player: replays in the session's place, and collects finished jobs, when it is advanced once a frame.
+        player: the session's; it collects the finished jobs.
     """
 
-    def __init__(self, session: Session, background: Jobs) -> None:
-        self._session = session
-        # An empty post wakes the session.
-        self._jobs = JobWatch(background, lambda: session.post(lambda: None, "news"), self._fail)
-        self.player = ReplayPlayer(session, self._jobs, self._notify)
+    def __init__(self, session: Session, player: ReplayPlayer) -> None:
+        self._session, self.player, self._jobs = session, player, player.jobs
         self._files: list[File] = []
-        self._news: list[News] = []
         self._snippet: str | None = None
 
     def ask(self, kind: Kind, seconds: float) -> None:
         """Submit an export of the last `seconds` [s] of the run that is shown, live or replayed."""
-        recorded, law = self.player.recorded(seconds), self.player.custom_law
+        recorded = self.player.recorded(seconds)
         if recorded is None:
             self._notify(N_("There is nothing to export yet"), N_("Let it run for a moment."))
             return
         language = spoken().language
         page, name = self._session.settings.page, file_name(recorded, KEEP if kind == "run" else seconds)
-        table: Array | None = None
-        if law is not None:
-            if kind in ("run", "html", "python"):
-                self._notify(N_("This export is not available for this run"), not_again(law))
-                return
-            table = self._session.simulation.history.table(recorded.steps)
+        if recorded.law is not None and kind == "python":
+            self._notify(N_("This export is not available for this run"), not_again(recorded.law.file))
+            return
         match kind:
             case "run":
                 live = self._session.simulation.history
                 last = live.table(1).tobytes() if self.player.replay is None else None
                 self._jobs.submit(kind, self._file(name + SUFFIX), saved_bytes, recorded, last)
             case "csv":
-                self._jobs.submit(
-                    kind, lambda data: self._file(name + csv_suffix(data))(data), csv_bytes, recorded, seconds, table
-                )
+                self._jobs.submit(kind, lambda data: self._file(name + csv_suffix(data))(data), csv_bytes, recorded, seconds)
             case "html":
                 self._jobs.submit(kind, self._file(name + ".html"), player, language, recorded, seconds, page)
             case "python":
@@ -109,8 +88,7 @@ class ExportQueue:
                     kind, lambda snippet: self._take_python(snippet, name), as_python, whole, recorded, seconds, name
                 )
             case _:
-                arguments = language, recorded, seconds, page.details, kind, table
-                self._jobs.submit(kind, self._file(f"{name}.{kind}"), picture, *arguments)
+                self._jobs.submit(kind, self._file(f"{name}.{kind}"), picture, language, recorded, seconds, page.details, kind)
 
     def ask_report(self, done: Sequence[Done]) -> None:
         """Submit a lab report on steps of lessons."""
@@ -141,13 +119,7 @@ class ExportQueue:
         self.player.watch_file(loaded.recorded, name)
 
     def _notify(self, title: str, text: str) -> None:
-        self._news.append(News(title, text))
-
-    def _fail(self, job: Job) -> None:
-        if job.kind == "film":
-            self.player.leave()
-        title = N_("This file was not loaded") if job.kind == "load" else N_("The export failed")
-        self._notify(title, job.message)
+        self.player.news.append((title, text))
 
     @property
     def busy(self) -> str:
@@ -157,10 +129,6 @@ class ExportQueue:
     def take_files(self) -> list[File]:
         files, self._files = self._files, []
         return files
-
-    def take_news(self) -> list[News]:
-        news, self._news = self._news, []
-        return news
 
     def take_snippet(self) -> str | None:
         snippet, self._snippet = self._snippet, None

@@ -5,19 +5,22 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from app.export.report_html import ReportEntry, lowered, report_html
+from markupsafe import Markup
+
+from app.export.report_html import ReportEntry, report_html
 from app.export.report_record import StepRecord
 from app.i18n.speaking import set_language, tr
+from app.lessons.bookmark import phases_of
 from app.lessons.curve_drawing import drawing_svg
 from app.lessons.labels import sentence
 from app.lessons.lesson import Lesson, Step
-from app.lessons.phases import phases_of
 from app.lessons.progress import StepProgress
 from app.lessons.reference_runs import begin, person_of
 from app.lessons.runs import Setup, settings_text
 from app.lessons.step_view import StepPosition, make_view
 from app.settings import Language, Settings
 from app.text.lesson_text import inline_html, lesson_html, plain
+from app.text.templates import lowered
 from scenes.inputs import InputsLog, Recorded
 from scenes.rerun import Stopped, never
 from scenes.settings import RunSettings, values
@@ -43,6 +46,11 @@ class Done:
     @property
     def step(self) -> Step:
         return self.lesson.steps[self.index]
+
+
+def lesson_title(lesson: Lesson) -> str:
+    """Return number and title of a lesson, in the language that is spoken here."""
+    return tr("Lesson {number}: {title}", number=lesson.number, title=plain(lesson.title))
 
 
 def report_title(done: Sequence[Done]) -> str:
@@ -78,7 +86,7 @@ def lab_bytes(done: Sequence[Done], language: Language, stopped: Callable[[], bo
     return report_html(report_title(done), entries, settings, about=about, rich=rich_html).encode()
 
 
-def rich_html(text: str) -> str:
+def rich_html(text: str) -> Markup:
     """Return a lesson's text as HTML: a line without a paragraph of its own, where it is one."""
     if "\n" in text.strip() or "$$" in text:
         return lesson_html(text)
@@ -110,7 +118,7 @@ def step_entry(one: Done, recorded: Recorded | None = None, name: str = "", stop
         attempts=view.attempts,
         passed=view.passed if view.challenge else None,
         words=progress.words,
-        chapter=tr("Lesson {number}: {title}", number=lesson.number, title=plain(lesson.title)),
+        chapter=lesson_title(lesson),
         settings=_settings(recorded.stretches[-1].settings) if recorded is not None else "",
         plot=_svg(recorded, step, name, stopped) if recorded is not None else "",
         drawing=drawing_svg(step.drawing, curves.drawn, curves.truth) if step.drawing is not None and curves is not None else "",

@@ -67,8 +67,13 @@
 
   // --- curves
   const strips = film.panels.some((panel) => panel.rows.length);
-  const style = getComputedStyle(document.documentElement);
-  const colour = (name) => style.getPropertyValue(name).trim();
+  // A canvas wants a colour as it is, not as a pair for light and dark: an element resolves it.
+  const probe = document.body.appendChild(document.createElement("i"));
+  probe.hidden = true;
+  const colour = (name) => {
+    probe.style.color = `var(${name})`;
+    return getComputedStyle(probe).color;
+  };
   const plots = film.panels.map((panel, index) => {
     const figure = document.createElement("figure");
     const caption = document.createElement("figcaption");
@@ -162,8 +167,8 @@
     const pen = fresh(plot.curves, f);
     const { panel } = plot;
     const down = panel.rows.length ? panel.rows.map((name, i) => [i, name]) : ticks(f.low, f.high, (f.bottom - f.top) / 26);
-    pen.strokeStyle = colour("--rule");
-    pen.fillStyle = colour("--faint");
+    pen.strokeStyle = colour("--line");
+    pen.fillStyle = colour("--soft");
     pen.lineWidth = 1;
     pen.textAlign = "right";
     pen.textBaseline = "middle";
@@ -229,7 +234,7 @@
     const pen = fresh(plot.cursor, f);
     const x = f.x(time);
     const i = place(plot.times, time + 1e-6);
-    pen.strokeStyle = colour("--cursor");
+    pen.strokeStyle = colour("--ink");
     pen.lineWidth = 1;
     pen.beginPath();
     pen.moveTo(x, f.top);

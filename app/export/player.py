@@ -15,18 +15,21 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from markupsafe import Markup
 
 from app.export.csv_table import newest
 from app.export.recorded_curves import Curves, Panel
 from app.export.scene_film import PLACE, RATE, TURN, Filmed, film_scene
 from app.i18n.speaking import spoken, tr
 from app.lessons.runs import page_value
-from app.recording.provenance import made_here
+from app.recording.run_file import made_here, made_with
 from app.settings import PageSettings
-from app.stage.contact_skin import contact_assets
-from app.web.page_assets import PageAssets, software_rendering, translation
+from app.stage.contact_view import contact_assets
+from app.text.templates import macros
+from app.web.pages import PageAssets, software_rendering, translation
 from app.web.viser_internals import VISER_VERSION, client_html
 from scenes.inputs import Recorded
+from scenes.law_answers import LawAnswers
 from scenes.rerun import never, rerun
 from scenes.settings import RunSettings
 
@@ -55,48 +58,33 @@ def player_html(recorded: Recorded, seconds: float, page: PageSettings, stopped:
     whole = rerun(recorded, stopped=stopped).table
     panels = Curves(recorded, newest(recorded, whole, seconds), page.theme, stopped).panels(page.details)
     filmed = film_scene(recorded, seconds, page, stopped)
-    return assembled(filmed, panels, recorded.stretches[-1].settings, page.theme == "dark").encode()
+    return assembled(filmed, panels, recorded.stretches[-1].settings, page.theme == "dark", recorded.law).encode()
 
 
-def assembled(filmed: Filmed, panels: tuple[Panel, ...], run: RunSettings, dark: bool) -> str:
-    """Return the page."""
+def assembled(filmed: Filmed, panels: tuple[Panel, ...], run: RunSettings, dark: bool, own: LawAnswers | None = None) -> str:
+    """Return the page. `own`: of the law of a file; None for the settings' law."""
     client = client_html()
     scene = base64.b64encode(filmed.scene).decode()
     film = base64.b64encode(packed_film(filmed, panels)).decode()
     title, law = page_value("scene", run.scene), page_value("law", run.law.law).replace("d_m", "dₘ")
-    numbers = (
-        f"{law}; dₘ = {1000.0 * run.law.critical_distance:g} mm, n = {run.law.order:g}, v = {run.law.nominal_velocity:g} m/s, "
-        f"K = {run.gain:g}/s; Duet {made_here()['duet']}"
-    )
+    numbers = f"K = {run.gain:g}/s; Duet {made_here()['duet']}"
+    if own is None:
+        of_law = f"dₘ = {1000.0 * run.law.critical_distance:g} mm, n = {run.law.order:g}, v = {run.law.nominal_velocity:g} m/s"
+        numbers = f"{law}; {of_law}, {numbers}"
+    else:
+        numbers = f"{tr(made_with(own.file, own.sha256))} {numbers}"
     assets = translation() + software_rendering() + contact_assets()
     assets += PageAssets((_HERE / "embedded_scene.js",), constants={"scene": scene, "dark": dark})
-    head = (
-        f'<meta http-equiv="Content-Security-Policy" content="{LOCKED}">'
-        f"<!-- The 3-D view is viser {VISER_VERSION}, Apache License 2.0, github.com/viser-project/viser -->"
-        f"{assets.style_html()}{assets.script_html()}"
-    )
-    player = PageAssets((_HERE / "player.js",), (_HERE / "player.css",))
-    options = "".join(f'<option value="{s}"{" selected" if s == "1" else ""}>{s}×</option>' for s in SPEEDS)
-    body = (
-        f'<section id="duet-plots" aria-label="{_said("Plots")}">'
-        f"<h1>{html.escape(title)}<small>{html.escape(numbers)}</small></h1></section>"
-        f'<footer id="duet-bar"><button id="duet-play" aria-label="{_said("Play")}">▶</button>'
-        f'<input id="duet-time" type="range" min="0" max="1" step="1" value="0" aria-label="{_said("Time")}">'
-        f'<select id="duet-speed" aria-label="{_said("Speed")}">{options}</select><output id="duet-clock"></output></footer>'
-        f'<script type="text/plain" id="duet-film">{film}</script>'
-        f"{player.style_html()}{player.script_html()}"
-    )
+    made = macros("export/player.html")
+    head = made.head(Markup(LOCKED), VISER_VERSION, assets)
+    body = made.body(title, numbers, SPEEDS, film, PageAssets((_HERE / "player.js",), (_HERE / "player.css",)))
     client = re.sub(r"<title>.*?</title>", lambda _: f"<title>Duet: {html.escape(title)}</title>", client, count=1)
     spoken_here = spoken().language
     lang = "en" if spoken_here == "pseudo" else spoken_here
     client = client.replace('<html lang="en">', f'<html lang="{lang}" data-words="{spoken_here}">', 1)
     client = client.replace('<meta charset="utf-8" />', f'<meta charset="utf-8" />{head}', 1)
     place = client.rindex("</body>")
-    return client[:place] + body + client[place:]
-
-
-def _said(english: str) -> str:
-    return html.escape(tr(english))
+    return f"{client[:place]}{body}{client[place:]}"
 
 
 def packed_film(filmed: Filmed, panels: tuple[Panel, ...]) -> bytes:

@@ -15,18 +15,18 @@ from app.export.recorded_curves import NOT_OVER_TIME, OF_OTHER_RUNS, Curves, Pan
 from app.figures.figure_style import COLOURS, DPI, FAINT, INK, STYLE, sheet
 from app.i18n.speaking import tr
 from app.lessons.runs import page_value
-from app.plots.activation_curve import FAR, ORDERS, distances
-from app.plots.laws_chart import LAW_NAMES, all_laws
-from app.recording.provenance import made_here
-from app.recording.replay import Replay
-from app.session.contact import contact
-from app.session.relevant_settings import OBSTACLE
+from app.plots.law_charts import FAR, ORDERS, all_laws, distances
+from app.recording.run_file import made_here
+from app.session.frame import contact
+from app.session.replay import Replay
 from app.settings import Details
 from app.theme import PALETTES
 from controllers.activation import activation
 from controllers.kinematics import Array
 from scenes.history import COLUMN
 from scenes.inputs import Recorded
+from scenes.law_answers import LawAnswers
+from scenes.laws import LAWS
 from scenes.rerun import Stopped, never, rerun
 from scenes.settings import LawSettings, RunSettings
 
@@ -51,7 +51,6 @@ def picture_bytes(
     seconds: float,
     details: Details,
     kind: Kind,
-    table: Array | None = None,
     stopped: Callable[[], bool] = never,
     only: tuple[str, ...] = (),
 ) -> bytes:
@@ -60,7 +59,6 @@ def picture_bytes(
     Args:
         recorded: the piece; its last `seconds` are shown, inf for all.
         details: what is shown beside the first two plots.
-        table: its newest rows, where it cannot be made again because it had a law of one's own; None to make it again.
         stopped: asked now and then; when it says True, everything ends with `Stopped`.
         only: names of plots that stand for the first two, as in a step of a lesson.
 
@@ -69,7 +67,7 @@ def picture_bytes(
     """
     # The style belongs to this picture, not to others that are drawn in this process.
     with matplotlib.rc_context(STYLE):
-        figure = _figure(recorded, seconds, details, table, stopped, only)
+        figure = _figure(recorded, seconds, details, stopped, only)
         out = io.BytesIO()
         if kind == "png":
             figure.savefig(out, format="png", dpi=DPI, metadata={"Software": None})
@@ -92,7 +90,7 @@ def inline_svg(
         name: letters and digits; a prefix that makes the ids of the picture unique on the page.
         recorded, seconds, details, stopped, only: as in `picture_bytes`.
     """
-    return embedded(picture_bytes(recorded, seconds, details, "svg", None, stopped, only).decode(), name)
+    return embedded(picture_bytes(recorded, seconds, details, "svg", stopped, only).decode(), name)
 
 
 def embedded(svg: str, name: str) -> str:
@@ -110,7 +108,6 @@ def _figure(
     recorded: Recorded,
     seconds: float,
     details: Details,
-    table: Array | None,
     stopped: Callable[[], bool],
     only: tuple[str, ...] = (),
 ) -> Figure:
@@ -118,10 +115,10 @@ def _figure(
     if charts and details == "none":
         details = cast(Details, charts[0])
     time_plots_only = tuple(name for name in only if name not in (*NOT_OVER_TIME, *OF_OTHER_RUNS))
-    if table is not None and (details in NOT_OVER_TIME or details == "stability"):
+    if recorded.law is not None and (details in NOT_OVER_TIME or details == "stability"):
         # They ask the laws of the settings.
         details = "none"
-    whole = rerun(recorded, stopped=stopped).table if table is None else table
+    whole = rerun(recorded, stopped=stopped).table
     curves = Curves(recorded, newest(recorded, whole, seconds), stopped=stopped)
     other = details if details in NOT_OVER_TIME else ""
     panels = curves.panels("none" if other else details, time_plots_only)
@@ -143,9 +140,9 @@ def _figure(
         replay = Replay(recorded)
         replay.seek(replay.end)
         _chart(grid[-1], other, replay, curves)
-    said = caption(recorded.stretches[-1].settings)
+    said = caption(recorded.stretches[-1].settings, recorded.law)
     size = 8.5 * min(1.0, LONGEST_CAPTION / len(said.replace("$", "")))
-    figure.suptitle(said, x=0.012, ha="left", fontsize=size, color="#57606a")
+    figure.suptitle(said, x=0.012, ha="left", fontsize=size, color=PALETTES["light"].soft)
     return figure
 
 
@@ -201,8 +198,10 @@ def _activation(axes: Axes, replay: Replay, curves: Curves, xs: np.ndarray, law:
     axes.set_title(tr("activation λ over the distance the law acts on, and where this run was"), pad=5.0)
     for order in ORDERS:
         ys = [activation(d, law.critical_distance, order) for d in xs.tolist()]
-        axes.plot(xs, ys, color="#8b949e", linewidth=0.9, label="_")
-        axes.text(law.critical_distance * 0.34 ** (-1.0 / order), 0.34, f"n = {order:g}", color="#57606a", fontsize=8.5)
+        axes.plot(xs, ys, color=PALETTES["light"].faint, linewidth=0.9, label="_")
+        axes.text(
+            law.critical_distance * 0.34 ** (-1.0 / order), 0.34, f"n = {order:g}", color=PALETTES["light"].soft, fontsize=8.5
+        )
     axes.plot(xs, [replay.simulation.law.activation(d) for d in xs.tolist()], color=COLOURS.activation, linewidth=1.9)
     visited = curves.table[:, [COLUMN["law_d"], COLUMN["lambda"]]]
     axes.plot(*visited.T, linestyle="none", marker="o", markersize=2.2, color=COLOURS.activation, alpha=0.35, markeredgewidth=0)
@@ -218,17 +217,20 @@ def _laws(axes: Axes, replay: Replay, xs: np.ndarray, law: LawSettings) -> None:
     for i, (name, each) in enumerate(all_laws(law).items()):
         own = name == law.law
         ys = [each.line_rate(d, now.pull, now.approach, now.square) for d in xs.tolist()]
-        axes.plot(xs, ys, color=colours[i], linewidth=2.4 if own else 1.1, label=tr(LAW_NAMES[name]), zorder=3.0 if own else 2.0)
+        colour, label = colours[i % len(colours)], tr(LAWS[name].short)
+        axes.plot(xs, ys, color=colour, linewidth=2.4 if own else 1.1, label=label, zorder=3.0 if own else 2.0)
     largest = min(max(abs(now.pull), law.nominal_velocity, abs(now.approach), 0.08) * 1.3, LONGEST)
     axes.set_ylim(-largest, largest)
     axes.plot([now.distance], [now.rate], marker="o", markersize=6.0, color=INK, linestyle="none", label=tr("now"), zorder=4.0)
     axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8.5, borderaxespad=0.0)
 
 
-def caption(run: RunSettings) -> str:
-    """Return one line that says what was run."""
+def caption(run: RunSettings, own: LawAnswers | None = None) -> str:
+    """Return one line that says what was run. `own`: of the law of a file; None for the settings' law."""
     law, begin = run.law, f"Duet {made_here()['duet']} · {page_value('scene', run.scene)}"
-    if run.scene not in OBSTACLE:
+    if own is not None:
+        begin += " · " + own.file.replace("$", r"\$")
+    if own is not None or run.experiment.obstacle == "nothing":
         return f"{begin} · K = {run.gain:g}/s, dt = {1000.0 * run.dt:g} ms"
     return (
         f"{begin} · {mathtext(page_value('law', law.law)).replace('d_m', '$d_m$')} · $d_m$ = "

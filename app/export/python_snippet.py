@@ -6,8 +6,6 @@ from dataclasses import fields, is_dataclass
 from typing import Any, Final, NamedTuple
 
 from app.recording.run_file import SUFFIX, saved_bytes
-from app.session.relevant_settings import OBSTACLE
-from scenes.experiments import EXPERIMENTS
 from scenes.inputs import Recorded, encoded
 from scenes.inputs_file import recorded_bytes
 from scenes.rerun import LOOK, Stopped, never, newest_piece, newest_steps
@@ -138,8 +136,8 @@ figure.savefig("{name}.png")  # A notebook shows it by itself, too.
 
 def _plot(settings: RunSettings, name: str, d_m: str) -> str:
     """Return the lines that draw d over time with d_m (an expression), and e²; of an arm alone, e²."""
-    above = DISTANCE_AND_ERROR.format(d_m=d_m) if settings.scene in OBSTACLE else ERROR
-    return above + END.format(unit=EXPERIMENTS[settings.scene].error_unit, name=name)
+    above = DISTANCE_AND_ERROR.format(d_m=d_m) if settings.experiment.obstacle != "nothing" else ERROR
+    return above + END.format(unit=settings.experiment.error_unit, name=name)
 
 
 def is_fresh(recorded: Recorded, stopped: Callable[[], bool] = never) -> bool:

@@ -12,21 +12,20 @@ from app.export.thinning import thinned
 from app.i18n.speaking import tr
 from app.plots.pair_strips import ROWS, pair_name
 from app.plots.plot_choice import cells
-from app.plots.stability_section import task_error
+from app.plots.stability_text import task_error
 from app.plots.time_plots import colour_of, time_plot_of
-from app.plots.time_series import DRIVEN, FARTHEST, JOINTS, RESTING, resting
-from app.recording.replay import Replay
-from app.session.contact import contact
+from app.plots.time_series import DRIVEN, FARTHEST, JOINTS, resting
 from app.session.elbow_swivel import Swivel
+from app.session.frame import contact
+from app.session.replay import Replay
 from app.settings import Details, Theme
 from app.theme import PALETTES, Palette
 from controllers.kinematics import Array
 from controllers.stability import analyse
 from scenes.history import COLUMN
 from scenes.inputs import Recorded
-from scenes.rerun import Stopped, never
+from scenes.rerun import Stopped, begun, never
 from scenes.settings import RunSettings
-from scenes.simulation import Simulation
 
 MOMENTS: Final = 240
 """At which section III is looked at."""
@@ -113,7 +112,8 @@ class Curves:
     def __init__(self, recorded: Recorded, table: Array, theme: Theme = "light", stopped: Callable[[], bool] = never) -> None:
         self._recorded, self._stopped = recorded, stopped
         self._palette: Palette = PALETTES[theme]
-        self._simulation = Simulation(recorded.stretches[-1].settings, 1)
+        self._simulation = begun(recorded)
+        self._simulation.apply(self.settings)
         self.table, ends = thinned(table)
         """Of at most `POINTS` rows."""
         self._steps = ends + (recorded.steps - len(table))
@@ -196,7 +196,7 @@ class Curves:
         columns = self.table[:, [COLUMN[name] for name in ("u", "w_law", "u_b")]].tolist()
         for i, (place, (u, w, u_b)) in enumerate(zip(self._stretches().tolist(), columns, strict=True)):
             run = stretches[place].settings
-            if run.law.law in RESTING:
+            if run.law.entry.rests and self._recorded.law is None:
                 found[i] = min(resting(run, u, w, None if math.isnan(u_b) else u_b), FARTHEST)
         return found
 
@@ -220,9 +220,8 @@ class Curves:
 
     def _section(self) -> Panel:
         run, title = self.settings, tr("smallest eigenvalue of sym(M) over K, and 1 − λρ²")
-        laws = {stretch.settings.law.law for stretch in self._recorded.stretches}
-        one_row_for_two = run.law.coupled and len(self._simulation.roles.avoiders(run.avoid)) > 1
-        if not laws <= {"smooth_priority", "unprotected"} or one_row_for_two or run.gain <= 0.0:
+        by_eq_12 = all(stretch.settings.law.entry.of_section_iii for stretch in self._recorded.stretches)
+        if self._recorded.law is not None or not by_eq_12 or run.one_row or run.gain <= 0.0:
             note = tr("Section III is about eq. (12), one arm and a gain K > 0; of this run it says nothing.")
             return Panel(title, "", self.times, (), (0.0, 1.0), note=note)
         replay = Replay(self._recorded)

@@ -1,20 +1,21 @@
 """A lab report as one HTML page that prints well: predictions beside outcomes, plots, settings, and a student's own words."""
 
-import html
-import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from markupsafe import Markup, escape
+
 from app.export.report_record import StepRecord, records_html
 from app.i18n.speaking import spoken, tr
 from app.lessons.runs import page_value
-from app.recording.provenance import made_here
+from app.recording.run_file import made_here
 from app.session.relevant_settings import matters
 from app.settings import Settings
-from app.theme import PALETTES
+from app.text.templates import render
+from app.theme import css_variables, symbol_rules
 from scenes.settings import RunSettings, specs, values
 
 LOCKED: Final = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
@@ -68,7 +69,7 @@ def report_html(
     settings: Settings | None,
     *,
     about: str = "",
-    rich: Callable[[str], str] = html.escape,
+    rich: Callable[[str], str] = escape,
 ) -> str:
     """Return the page. Nothing in it loads anything or runs, and everything that a person wrote is escaped.
 
@@ -82,102 +83,42 @@ def report_html(
     Raises:
         ValueError: a plot is no plain <svg> element.
     """
-    parts = [f"<h1>{html.escape(title)}</h1>"]
     made = f"{tr('Made by Duet')} {made_here()['duet']}"
-    parts.append(f'<p class="about">{html.escape(f"{about} · {made}" if about else made)}</p>')
-    for before, entry in zip(("", *(entry.chapter for entry in entries)), entries, strict=False):
-        if entry.chapter not in ("", before):
-            parts.append(f'<h2 class="chapter">{html.escape(entry.chapter)}</h2>')
-        parts.append(entry_html(entry, rich))
-    if settings is not None:
-        parts.append(f"<h2>{html.escape(tr('Settings of the last run'))}</h2>{_table(settings)}")
-    parts.append(records_html([entry.record for entry in entries if entry.record is not None]))
-    return locked_page(title, ("report.css",), parts)
-
-
-def locked_page(title: str, styles: Sequence[str], parts: Sequence[str]) -> str:
-    """Return an HTML page that loads and runs nothing, in the reader's language.
-
-    Args:
-        styles: names of style sheets in this folder.
-        parts: of the body, as HTML.
-    """
-    sheet = "".join(Path(__file__).with_name(name).read_text(encoding="utf-8") for name in styles)
-    return (
-        f'<!doctype html>\n<html lang="{html.escape(spoken().language)}"><head><meta charset="utf-8">'
-        f'<meta http-equiv="Content-Security-Policy" content="{LOCKED}">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{html.escape(title)}</title><style>{sheet}{_symbol_colours()}</style></head><body>\n"
-        + "\n".join(parts)
-        + "\n</body></html>\n"
+    return locked_page(
+        "export/report.html",
+        title,
+        ("report.css",),
+        about=f"{about} · {made}" if about else made,
+        entries=entries,
+        rich=lambda text: Markup(rich(text)),
+        svg=plain_svg,
+        settings=None if settings is None else _rows(settings),
+        records=records_html([entry.record for entry in entries if entry.record is not None]),
     )
 
 
-def entry_html(entry: ReportEntry, rich: Callable[[str], str]) -> str:
-    """Return one step of a report; see `report_html` for `rich`."""
-    parts: list[str] = []
+def locked_page(template: str, title: str, styles: Sequence[str], **values: object) -> str:
+    """Return an HTML page that loads and runs nothing, in the reader's language.
 
-    def add(name: str, content: str) -> None:
-        parts.append(f"<dt>{html.escape(name)}</dt><dd>{content}</dd>")
-
-    if entry.question:
-        add(tr("Question"), rich(entry.question))
-    if entry.prediction:
-        mark = "" if entry.right is None else _mark(entry.right, tr("right"), tr("not so"))
-        add(tr("Prediction"), mark + rich(entry.prediction))
-    if entry.drawing:
-        _check_svg(entry.drawing)
-        add(tr("Drawn"), f'<figure class="drawing">{entry.drawing}</figure>{html.escape(entry.drawing_verdict)}')
-    measured = _list([rich(line) for line in entry.outcome])
-    if entry.because.strip():
-        reason = f"<div><b>{html.escape(tr('Because'))}</b><p>{html.escape(entry.because)}</p></div>"
-        outcome = f"<div><b>{html.escape(tr('Measured'))}</b>{measured}</div>" if entry.outcome else ""
-        add(tr("Reason and outcome"), f'<div class="beside">{reason}{outcome}</div>')
-    elif entry.outcome:
-        add(tr("Measured"), measured)
-    if entry.verdict:
-        add(tr("Verdict"), rich(entry.verdict))
-    if entry.passed is not None:
-        tries = f"{html.escape(tr('attempts'))}: {entry.attempts}" if entry.attempts else ""
-        lines = [("✓ " if met else "✗ ") + rich(line) for line, met in entry.judgements]
-        add(tr("Challenge"), _mark(entry.passed, tr("passed"), tr("not passed")) + tries + (_list(lines) if lines else ""))
-    if entry.settings:
-        add(tr("Settings"), lowered(html.escape(entry.settings)))
-    if entry.words.strip():
-        add(tr("In my own words"), f'<span class="words">{html.escape(entry.words)}</span>')
-    if entry.plot:
-        _check_svg(entry.plot)
-    plot = f"<figure>{entry.plot}</figure>" if entry.plot else ""
-    return f"<article><h3>{html.escape(entry.title)}</h3><dl>{''.join(parts)}</dl>{plot}</article>"
-
-
-def _symbol_colours() -> str:
-    """Return the rules for the symbols in formulas: on paper as on the page."""
-    light = PALETTES["light"]
-    symbols = {
-        "lam": light.activation,
-        "dm": light.critical,
-        "v": light.velocity,
-        "u": light.pull,
-        "w": light.approach,
-        "d": light.distance,
-        "e": light.error,
-    }
-    return "".join(f"svg .{name} {{ color: {colour}; }}\n" for name, colour in symbols.items())
-
-
-def _mark(good: bool, yes: str, no: str) -> str:
-    return f'<span class="mark {"right" if good else "wrong"}">{"✓" if good else "✗"} {html.escape(yes if good else no)}</span>'
-
-
-def _list(lines: list[str]) -> str:
-    return f"<ul>{''.join(f'<li>{line}</li>' for line in lines)}</ul>"
+    Args:
+        template: that extends "export/page.html".
+        styles: names of style sheets in this folder.
+        values: that the template names.
+    """
+    files = "".join(Path(__file__).with_name(name).read_text(encoding="utf-8") for name in styles)
+    sheet = Markup(f":root{{color-scheme:only light}}{css_variables()}{files}{symbol_rules('svg')}")
+    return render(template, title=title, language=spoken().language, locked=Markup(LOCKED), sheet=sheet, **values)
 
 
 _FOREIGN: Final = frozenset({"script", "foreignObject", "iframe", "image", "a", "animate", "set"})
 
 
-def _check_svg(svg: str) -> None:
+def plain_svg(svg: str) -> Markup:
+    """Return an <svg> element as it is, which holds shapes and text alone.
+
+    Raises:
+        ValueError: it holds anything else.
+    """
     try:
         root = ET.fromstring(svg)
     except ET.ParseError as error:
@@ -186,20 +127,10 @@ def _check_svg(svg: str) -> None:
     keys = [key for element in root.iter() for key in element.attrib]
     if names[0] != "svg" or _FOREIGN.intersection(names) or any(key.lower().startswith("on") for key in keys):
         raise ValueError("a plot is no plain <svg> element: only shapes and text belong there")
+    return Markup(svg)
 
 
-def _table(settings: Settings) -> str:
-    head = "".join(f"<th>{html.escape(name)}</th>" for name in (tr("setting"), tr("value"), tr("meaning")))
-    present = values(settings.run)
-    rows = "".join(
-        f"<tr><td>{lowered(html.escape(tr(spec.label)))}</td><td>{html.escape(page_value(key, present[key]))}</td>"
-        f"<td>{html.escape(tr(spec.help))}</td></tr>"
-        for key, spec in specs(RunSettings).items()
-        if matters(key, settings)
-    )
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
-
-
-def lowered(escaped: str) -> str:
-    """Return text with its subscripts: d_m → d<sub>m</sub>."""
-    return re.sub(r"(?<!\w)([^\W\d_])_([A-Za-z0-9]{1,5})(?!\w)", r"\1<sub>\2</sub>", escaped)
+def _rows(settings: Settings) -> list[tuple[str, str, str]]:
+    """Return label, value and meaning of the settings that matter."""
+    present, known = values(settings.run), specs(RunSettings).items()
+    return [(spec.label, page_value(key, present[key]), spec.help) for key, spec in known if matters(key, settings)]

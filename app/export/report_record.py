@@ -10,6 +10,10 @@ from collections.abc import Sequence
 from dataclasses import astuple, dataclass, fields
 from typing import Any, Final
 
+from markupsafe import Markup
+
+from app.text.templates import element
+
 LARGEST: Final = 32 * 2**20
 """Largest report that is read [bytes]."""
 
@@ -41,12 +45,12 @@ class StepRecord:
 _NAMES: Final = [one.name for one in fields(StepRecord)]
 
 
-def records_html(records: Sequence[StepRecord]) -> str:
+def records_html(records: Sequence[StepRecord]) -> Markup:
     """Return the element; "" for no records."""
     if not records:
-        return ""
+        return Markup()
     data = {"version": 1, "columns": _NAMES, "steps": [astuple(record) for record in records]}
-    return f'<template id="duet-report" data-record="{html.escape(json.dumps(data))}"></template>'
+    return element("template", id="duet-report", data_record=json.dumps(data))
 
 
 def read_records(page: bytes) -> tuple[StepRecord, ...]:

@@ -16,12 +16,12 @@ import numpy as np
 import viser
 import zstandard
 
-from app.recording.past import Past
-from app.recording.replay import Replay
 from app.session.frame import freeze
+from app.session.replay import Replay
+from app.session.shown import Past
 from app.settings import PageSettings, Settings
+from app.stage.camera_view import view_of
 from app.stage.stage import Stage
-from app.stage.stage_camera import view_of
 from app.web.server import DuetServer
 from scenes.inputs import Recorded
 from scenes.rerun import Stopped, never

@@ -5,21 +5,19 @@ from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
+from numpy.typing import NDArray
 
-from app.figures.drawn_figure import Drawn, shown
+from app.figures.drawn_figure import Drawn, Plan, shown
 from app.figures.figure_style import COLOURS, DASHES, MARKERS, SERIES, sheet
 from app.figures.laws_compared import JUMPS, growth
-from app.figures.run_plan import Plan
 from controllers.kinematics import Array
 from scenes.headless import Summary
-from scenes.law_knobs import KNOBS, KnobPoint, LawKnob, knob_points
+from scenes.law_knobs import KnobPoint, LawKnob, knob_points, knobs
+from scenes.laws import LAWS
 from scenes.settings import RunSettings, specs
 
 SEEDS: Final = 5
 """Persons; every law is run on the motion of each."""
-
-SYMBOLS: Final = {"dm": "d_m", "v": "v", "gamma": "γ", "eta": "η", "d0": "d_0", "kr": "k_r"}
-"""Key of a knob → its symbol."""
 
 ZOOM: Final = (0.13, 0.18)
 """Smallest distances of the second panel [m]."""
@@ -38,9 +36,8 @@ class KnobCurve:
     @property
     def label(self) -> str:
         """Name of the law and its knob."""
-        choice = specs(RunSettings)["law"]
-        law = choice.choice_labels[choice.choices.index(self.knob.law)].partition(",")[0].removesuffix(" (paper)")
-        return f"{law}{' with w' if self.knob.feed_forward else ''}, over {SYMBOLS[self.knob.key]}"
+        setting = self.knob.setting
+        return f"{LAWS[self.knob.law].short}{' with w' if setting.feed_forward else ''}, over {specs()[setting.key].label}"
 
     def at(self, d_min: float) -> Array:
         """Return e² (seeds,) where the smallest distance is so large [m²], between the runs; nan where no value of the knob keeps it."""
@@ -82,7 +79,7 @@ def draw(plan: Plan) -> Drawn:
     length, dt = plan.either(30.0, 10.0), 0.01
     base = plan.settings(dt=dt)
     d_m = base.law.critical_distance
-    curves = [_curve(plan, knob, base, length) for knob in KNOBS]
+    curves = [_curve(plan, knob, base, length) for knob in knobs()]
     figure = sheet(7.2, 6.4)
     whole, near = figure.subplots(2, 1, height_ratios=(1.0, 1.15))
     for curve in curves:
@@ -91,7 +88,7 @@ def draw(plan: Plan) -> Drawn:
         axes.axvline(d_m, color=COLOURS.critical, linestyle=DASHES[4], linewidth=1.3)
         axes.set_ylabel("largest $e^2$ [m²]")
     whole.set(xlim=(-0.1, 0.32), ylim=(0, 0.2))
-    whole.axvspan(*ZOOM, color="#8b949e", alpha=0.12, linewidth=0)
+    whole.axvspan(*ZOOM, color=COLOURS.faint, alpha=0.12, linewidth=0)
     bottom, top = _span([value for curve in curves for value in curve.e2.mean(0)[_inside(curve.d_min.mean(0))]])
     near.set(xlim=ZOOM, ylim=(bottom, top), xlabel="smallest $d$ [m]; below: the grey part, means only")
     figure.legend(*near.get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=8.5)
@@ -103,29 +100,29 @@ def draw(plan: Plan) -> Drawn:
 
 def _curve(plan: Plan, knob: LawKnob, base: RunSettings, length: float) -> KnobCurve:
     if plan.quick:
-        knob = replace(knob, points=knob.points[1::3])
+        knob = replace(knob, setting=knob.setting._replace(points=knob.setting.points[1::3]))
     runs: list[list[KnobPoint]] = []
     rows: list[list[object]] = []
     for seed in range(plan.seed, plan.seed + plan.either(SEEDS, 2)):
         runs.append(list(knob_points(knob, replace(base, seed=seed), length)))
         rows += [
-            [knob.law, int(knob.feed_forward), knob.key, point.value, seed, s.d_min, s.e2_max, s.ddq_max]
+            [knob.law, int(knob.setting.feed_forward), knob.setting.key, point.value, seed, s.d_min, s.e2_max, s.ddq_max]
             for point in runs[-1]
             for s in (point.summary,)
         ]
     d_min, e2 = (
         np.array([[getattr(point.summary, name) for point in points] for points in runs]) for name in ("d_min", "e2_max")
     )
-    return KnobCurve(knob, np.array(knob.points), d_min, e2, rows)
+    return KnobCurve(knob, np.array(knob.setting.points), d_min, e2, rows)
 
 
 def _draw_curve(whole: Axes, near: Axes, curve: KnobCurve) -> None:
     """Draw the mean of all persons; above, also each of them, thin. A colour is a law, a dash one of its knobs."""
     knob = curve.knob
-    place = list(dict.fromkeys(other.law for other in KNOBS)).index(knob.law)
-    colour, marker = SERIES[place], MARKERS[place]
-    paper = place == 0 and knob.key == "dm" and not knob.feed_forward
-    dash = DASHES[1] if knob.feed_forward else DASHES[2] if knob.key in ("v", "gamma", "kr") else DASHES[0]
+    place = list(dict.fromkeys(other.law for other in knobs())).index(knob.law)
+    colour, marker = SERIES[place % len(SERIES)], MARKERS[place % len(MARKERS)]
+    paper = place == 0 and knob.setting.key == "dm" and not knob.setting.feed_forward
+    dash = DASHES[1] if knob.setting.feed_forward else DASHES[2] if knob.second else DASHES[0]
     for d, e2 in zip(curve.d_min, curve.e2, strict=True):
         whole.plot(d, e2, color=colour, linewidth=0.6, alpha=0.3, zorder=1.5)
     label = curve.label.replace("d_m", "$d_m$").replace("d_0", "$d_0$").replace("k_r", "$k_r$")
@@ -150,15 +147,15 @@ def _span(values: list[float]) -> tuple[float, float]:
 
 
 def _price(plan: Plan, curve: KnobCurve, base: RunSettings, length: float) -> Price | None:
-    """Return what the law costs where it keeps d_m on average; None where no value of the knob does."""
+    """Return what the law costs where it keeps d_m on average; None where no value of the knob does, or for few persons."""
     d_m = base.law.critical_distance
-    value = curve.value_at(d_m)
-    if np.isnan(value):
+    value, e2 = curve.value_at(d_m), curve.at(d_m)
+    if np.isnan(value) or np.isnan(e2).mean() > 0.5:
         return None
     steps = (base.dt, base.dt / 2.0)
     summaries: list[Summary] = [plan.run(replace(curve.knob.at(base, value), dt=dt), length).summary for dt in steps]
     p = round(growth(summaries, steps), 2) + 0.0
-    return Price(curve, value, curve.at(d_m), summaries[-1].ddq_max, p, min(s.step_us_median for s in summaries))
+    return Price(curve, value, e2, summaries[-1].ddq_max, p, min(s.step_us_median for s in summaries))
 
 
 def _found(curves: list[KnobCurve], prices: list[Price], base: RunSettings) -> list[str]:
@@ -169,18 +166,20 @@ def _found(curves: list[KnobCurve], prices: list[Price], base: RunSettings) -> l
         "step [µs] | needs w |",
         "|---|---|---|---|---|---|---|",
     ]
-    for price in sorted(prices, key=lambda price: float(np.nanmean(price.e2)) if not np.isnan(price.e2).all() else np.inf):
-        e2 = price.e2[~np.isnan(price.e2)]
+    persons = common(prices)
+    for price in sorted(prices, key=lambda price: float(price.e2[persons].mean()) if persons.any() else 0.0):
+        e2, spec = price.e2[persons], specs()[price.curve.knob.setting.key]
         error = f"{e2.mean():.4f} ({e2.min():.4f} to {e2.max():.4f})" if len(e2) else "–"
-        knob = f"{SYMBOLS[price.curve.knob.key]} = {price.value:.3g} {specs()[price.curve.knob.key].unit}".rstrip()
+        knob = f"{spec.label} = {price.value:.3g} {spec.unit}".rstrip()
         lines.append(
             f"| {price.curve.label} | {knob} | {error} | {price.acceleration:.3g} | {price.growth:.2f} | {price.step:.0f} | "
-            f"{'yes' if price.curve.knob.feed_forward else 'no'} |"
+            f"{'yes' if price.curve.knob.setting.feed_forward else 'no'} |"
         )
     sentences = [
         "\n".join(lines),
         f"Every law on the same motion of {len(curves[0].d_min)} persons; its knob is set so that the smallest distance is d_m on "
-        f"average, and e² is read there, person by person. q̈ and p are of the first person, at dt = {500 * base.dt:g} ms; p near 1 is a "
+        f"average, and e² is read there, person by person: of the {np.count_nonzero(persons)} for whom every law of the table keeps d_m. "
+        f"q̈ and p are of the first person, at dt = {500 * base.dt:g} ms; p near 1 is a "
         "jump.",
     ]
     paper = next((price for price in prices if price.curve is curves[0]), None)
@@ -191,12 +190,20 @@ def _found(curves: list[KnobCurve], prices: list[Price], base: RunSettings) -> l
     return sentences
 
 
+def common(prices: list[Price]) -> NDArray[np.bool_]:
+    """Return for which persons (seeds,) all laws keep the distance."""
+    return ~np.isnan(np.sum([price.e2 for price in prices], axis=0)) if prices else np.zeros(0, np.bool_)
+
+
 def _out_of_reach(curve: KnobCurve, paper: KnobCurve, d_m: float) -> str:
     """Return how near to d_m a law comes that no value of its knob brings there, and its error against the paper's law at that distance."""
     d_min = curve.d_min.mean(0)
     nearest = int(np.abs(d_min - d_m).argmin())
     there = _between(float(d_min[nearest]), paper.d_min.mean(0), paper.e2.mean(0))
     against = "" if np.isnan(there) else f", against {there:.4f} m² of the paper's law at that distance"
+    reached = np.count_nonzero(~np.isnan(curve.at(d_m)))
+    if reached and d_min.min() <= d_m <= d_min.max():
+        return f"{curve.label}: with the values of the knob that were tried it keeps d_m for {reached} of {len(curve.d_min)} persons only."
     return (
         f"{curve.label}: no value of the knob that was tried brings the smallest distance to d_m, only to {1000 * d_min.min():.0f} to "
         f"{1000 * d_min.max():.0f} mm; at {1000 * d_min[nearest]:.0f} mm e² is {curve.e2.mean(0)[nearest]:.4f} m²{against}."
@@ -217,7 +224,7 @@ def _verdict(paper: Price, other: Price) -> str:
     ]
     if other.growth > JUMPS and paper.growth <= JUMPS:
         costs.append("its q̇ jumps")
-    if other.curve.knob.feed_forward:
+    if other.curve.knob.setting.feed_forward:
         costs.append("it needs the obstacle's speed w")
     return (
         f"{other.curve.label} {word}: e² is {ratio:.2f} times the paper's law's, smaller for {wins} of {int(both.sum())} persons; "

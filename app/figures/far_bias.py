@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from app.figures.drawn_figure import Drawn, shown
+from app.figures.drawn_figure import Drawn, Plan, shown
 from app.figures.figure_style import COLOURS, DASHES, sheet
-from app.figures.run_plan import Plan
 from controllers import budget
 from scenes.headless import Run
 from scenes.history import COLUMN

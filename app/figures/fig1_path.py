@@ -8,17 +8,15 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 from matplotlib.patheffects import withStroke
 
-from app.figures.drawn_figure import Drawn, shown
+from app.figures.drawn_figure import Drawn, Plan, shown
 from app.figures.figure_style import COLOURS, DASHES, INK, sheet
-from app.figures.render import Viewpoint, render
-from app.figures.room_meshes import arms, ball, furniture
-from app.figures.run_plan import Plan
+from app.figures.render import Viewpoint, arms, ball, furniture, render
 from controllers.kinematics import Array, Kinematics
-from scenes.ball import REST, TRAVEL, path
+from scenes.ball import BALL_RADIUS, POINT_RADIUS, REST, TRAVEL, path
+from scenes.experiments import BALL
 from scenes.headless import Run
 from scenes.history import COLUMN
 from scenes.rigs import Camera
-from scenes.room import BALL_RADIUS, POINT_RADIUS
 
 CAMERA: Final = Camera((-0.05, 0.17, 1.24), (2.6, -0.9, 0.55), 1.35, 1.02, float(np.radians(26.0)))
 OUTLINE: Final = withStroke(linewidth=3.0, foreground="white", alpha=0.8)
@@ -31,7 +29,7 @@ GHOST: Final = 0.34
 
 
 def draw(plan: Plan) -> Drawn:
-    settings = plan.settings({"pairs": "single"}, scene="ball", point="hand", ball="still")
+    settings = plan.settings({"pairs": "single"}, scene=BALL, point="hand", ball="still")
     length = REST + TRAVEL + REST
     run = plan.shared(settings, length)
     finer = plan.run(replace(settings, dt=settings.dt / 2.0), length)
@@ -108,7 +106,7 @@ def _side(axes: Axes, ways: tuple[Array, Array, Array], nearest: int, clear: flo
     for way in (wanted, hand):
         ahead = (way - centre) @ along
         flat.append(np.stack([ahead, np.linalg.norm(way - centre - ahead[:, None] * along, axis=1)], 1))
-    axes.add_patch(Circle((0.0, 0.0), BALL_RADIUS, facecolor="#c1271b", alpha=0.85, linewidth=0))
+    axes.add_patch(Circle((0.0, 0.0), BALL_RADIUS, facecolor=COLOURS.approach, alpha=0.85, linewidth=0))
     axes.text(0.0, 0.035, "ball", color="white", ha="center", va="center", fontsize=10)
     reach = BALL_RADIUS + POINT_RADIUS + clear
     axes.add_patch(Circle((0.0, 0.0), reach, facecolor="none", edgecolor=COLOURS.critical, linestyle=DASHES[2], linewidth=1.4))

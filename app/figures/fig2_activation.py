@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from app.figures.drawn_figure import Drawn
+from app.figures.drawn_figure import Drawn, Plan
 from app.figures.figure_style import COLOURS, DASHES, sheet, tag
-from app.figures.run_plan import Plan
 from controllers.activation import activation
 
 CRITICAL_DISTANCE = 0.1

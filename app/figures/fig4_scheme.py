@@ -5,9 +5,8 @@ from typing import Final, NamedTuple
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch
 
-from app.figures.drawn_figure import Drawn
+from app.figures.drawn_figure import Drawn, Plan
 from app.figures.figure_style import COLOURS, INK, PALE, sheet
-from app.figures.run_plan import Plan
 
 
 class SchemeBlock(NamedTuple):

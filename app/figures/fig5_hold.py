@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from app.figures.drawn_figure import Drawn, shown
+from app.figures.drawn_figure import Drawn, Plan, shown
 from app.figures.figure_style import COLOURS, DASHES, stack, tag
-from app.figures.run_plan import Plan
 from app.plots.time_plots import CEILING
 from app.plots.time_series import resting
 from controllers.kinematics import Array

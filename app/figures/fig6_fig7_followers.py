@@ -7,11 +7,11 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.axes import Axes
 
-from app.figures.drawn_figure import Drawn, shown
+from app.figures.drawn_figure import Drawn, Plan, shown
 from app.figures.fig5_hold import FELT, kept, largest_step, switches
 from app.figures.figure_style import COLOURS, DASHES, INK, sheet, stack
-from app.figures.run_plan import Plan
 from controllers.kinematics import Array
+from scenes.experiments import IMITATION, MASTER_SLAVE
 from scenes.headless import Run
 from scenes.history import COLUMN
 from scenes.settings import RunSettings
@@ -24,7 +24,7 @@ SHOWN: Final = 4
 
 
 def master_slave(plan: Plan) -> Drawn:
-    settings = plan.settings({"pairs": "single"}, scene="master_slave")
+    settings = plan.settings({"pairs": "single"}, scene=MASTER_SLAVE)
     length = plan.either(30.0, 8.0)
     run = plan.shared(settings, length)
     slave = run.simulation.avoiding
@@ -92,7 +92,7 @@ def imitation(plan: Plan) -> Drawn:
 def imitation_settings(plan: Plan) -> RunSettings:
     """Return the settings of Figs 7 and 8."""
     # A short run begins with what brings the arms together.
-    return plan.settings({"pairs": "single"}, scene="imitation", clip=plan.either("medley", "clap"))
+    return plan.settings({"pairs": "single"}, scene=IMITATION, clip=plan.either("medley", "clap"))
 
 
 def imitation_seconds(plan: Plan) -> float:

@@ -9,12 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
 
 from app.figures import fig5_hold as hold
-from app.figures.drawn_figure import Drawn, shown
+from app.figures.drawn_figure import Drawn, Plan, shown
 from app.figures.fig6_fig7_followers import imitation_seconds, imitation_settings
 from app.figures.figure_style import COLOURS, INK, sheet
-from app.figures.render import Mesh, Viewpoint, render
-from app.figures.room_meshes import arms, furniture, meshes
-from app.figures.run_plan import Plan
+from app.figures.render import Mesh, Viewpoint, arms, furniture, meshes, render
 from app.theme import blend
 from controllers.kinematics import Array
 from scenes.headless import Run

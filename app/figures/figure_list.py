@@ -1,8 +1,8 @@
-"""All figures: the paper's by number and name, ours by name."""
+"""All figures, the paper's by number and name and ours by name; and the report of what these very runs came to."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 from app.figures import equal_safety, slide_loss
 from app.figures import far_bias as bias
@@ -17,8 +17,7 @@ from app.figures import pair_switches as switches
 from app.figures import resting_distance as resting
 from app.figures import section3_stability as stability
 from app.figures import speed_threshold as threshold
-from app.figures.drawn_figure import Drawn
-from app.figures.run_plan import Plan
+from app.figures.drawn_figure import Drawn, Plan
 from controllers.errors import BadSetting
 
 
@@ -183,3 +182,41 @@ def chosen(only: str) -> tuple[FigureEntry, ...]:
             raise BadSetting(f"only = {word[:40]!r} is no figure; choose from {numbers} or {names}.")
     wanted = {by_word[word].name for word in asked}
     return tuple(entry for entry in CATALOGUE if not asked or entry.name in wanted)
+
+
+class Section(NamedTuple):
+    """What the report says of one figure: the figure, and the sentences found."""
+
+    entry: FigureEntry
+    found: Sequence[str]
+
+
+def report(sections: Sequence[Section], plan: Plan, version: str) -> str:
+    """Return the report as Markdown, for the folder in which the figures are."""
+    lines = [
+        "# The paper's figures, drawn from our own runs",
+        "",
+        "T. Petrič and L. Žlajpah, *Smooth Transition Between Tasks on a Kinematic Control Level: Application to Self Collision "
+        "Avoidance for Two Kuka LWR Robots*, IEEE ROBIO 2011.",
+        "",
+        f"Made by `lwr-duet figures --seed {plan.seed}{' --quick' if plan.quick else ''}`, version {version}. Every number below comes "
+        "from the runs of this call; the settings are on top of every CSV file, and the same call writes the same bytes of CSV. "
+        "v, n, K and the time step are not in the paper: they are ours, as is the person who moves the arms.",
+        "",
+        "The text of the paper that we had has lost its zeros and ones: d_m = 0.15 m in Fig. 5 is read from damaged text (0.05 m would "
+        "fit too), and so is the axis of e², read as 0 to 0.2 m².",
+        "",
+    ]
+    if plan.quick:
+        lines += ["**Quick**: shorter runs and fewer points than the figures are meant to have.", ""]
+    for entry, found in sections:
+        stem = entry.stem
+        lines += [f"## {entry.heading}", "", f"![{entry.heading}]({stem}.png)", "", f"**The paper.** {entry.paper}", ""]
+        lines += ["**What we found.**", ""]
+        for sentence in found:
+            # A table stands by itself.
+            lines += [sentence, ""] if sentence.startswith("|") else [f"- {sentence}"]
+        if lines[-1]:
+            lines.append("")
+        lines += [f"[{stem}.csv]({stem}.csv) · [{stem}.png]({stem}.png) · [{stem}.svg]({stem}.svg)", ""]
+    return "\n".join(lines)

@@ -8,9 +8,9 @@ from matplotlib.figure import Figure
 from app.theme import PALETTES
 
 COLOURS: Final = PALETTES["light"]
-INK: Final = "#24292f"
-FAINT: Final = "#d5dae0"
-PALE: Final = "#f3f5f8"
+INK: Final = COLOURS.ink
+FAINT: Final = COLOURS.line
+PALE: Final = COLOURS.panel
 
 WIDTH: Final = 5.2
 """Of a figure [inch]; at half the width of a page its type is as large as the paper's."""
@@ -35,7 +35,7 @@ DASHES: Final[tuple[Any, ...]] = (
 
 MARKERS: Final = ("o", "s", "^", "D", "v", "P", "p", "X", "*", "h", "<", ">")
 
-SERIES: Final = (*COLOURS.joints, "#2a93c9", "#c1271b", "#5c7a00", "#24292f", "#00879a")
+SERIES: Final = (*COLOURS.joints, COLOURS.resting, COLOURS.approach, "#5c7a00", INK, "#00879a")
 """Colours of things that have no symbol of their own."""
 
 STYLE: Final[dict[Any, Any]] = {
@@ -46,16 +46,16 @@ STYLE: Final[dict[Any, Any]] = {
     "axes.titlelocation": "left",
     "axes.labelsize": 10.5,
     "axes.labelcolor": INK,
-    "axes.edgecolor": "#8b949e",
+    "axes.edgecolor": COLOURS.faint,
     "axes.linewidth": 0.8,
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.grid": True,
     "axes.axisbelow": True,
-    "grid.color": "#e6e9ed",
+    "grid.color": COLOURS.hair,
     "grid.linewidth": 0.8,
-    "xtick.color": "#57606a",
-    "ytick.color": "#57606a",
+    "xtick.color": COLOURS.soft,
+    "ytick.color": COLOURS.soft,
     "xtick.labelcolor": INK,
     "ytick.labelcolor": INK,
     "xtick.labelsize": 9.5,

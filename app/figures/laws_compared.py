@@ -7,9 +7,8 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 
-from app.figures.drawn_figure import Drawn, shown
+from app.figures.drawn_figure import Drawn, Plan, shown
 from app.figures.figure_style import COLOURS, DASHES, MARKERS, SERIES, sheet
-from app.figures.run_plan import Plan
 from controllers.kinematics import Kinematics
 from controllers.laws.situation import AUTHORITY
 from controllers.laws.task_space import free_part
@@ -17,7 +16,7 @@ from controllers.proximity import ProximityDetector
 from controllers.tasks import TASK_DIMENSION
 from scenes.headless import Run, Summary
 from scenes.history import COLUMN
-from scenes.settings import RunSettings, specs
+from scenes.laws import LAWS
 
 TOLERANCE: Final = 2e-4
 """What counts as still on the threshold [m]: a law that rests on d_m itself overshoots by some of dt."""
@@ -25,9 +24,8 @@ TOLERANCE: Final = 2e-4
 JUMPS: Final = 0.4
 """If the largest q̈ grows faster than dt to the power of minus this, something jumps; a jump of q̇ makes it 1, a continuous q̇ 0."""
 
-
-IN_NULL_SPACE: Final = ("null_space_avoidance", "continuous_inverse")
-"""Laws that divide by what the hand leaves of J_d."""
+FAST: Final = 10.0
+"""A law whose q̈ is so many times the paper's law's changes fast, even if nothing jumps."""
 
 SLIDE: Final = 0.01
 """Closest points that move farther than this in a step have slid along their bodies [m]: no arm is that fast."""
@@ -107,13 +105,12 @@ def cause(label: str, jump: Jump, hand_first: bool) -> str:
 
 def variants() -> dict[str, dict[str, Any]]:
     """Return label → changed settings, for every law."""
-    choice = specs(RunSettings)["law"]
     found: dict[str, dict[str, Any]] = {}
-    for law, label in zip(choice.choices, choice.choice_labels, strict=True):
-        found[label.replace("d_m", "$d_m$")] = {"law": law}
-        if law == "barrier_qp":
+    for name, law in LAWS.items():
+        found[law.label.replace("d_m", "$d_m$")] = {"law": name}
+        if law.has_barrier:
             # A barrier function needs the obstacle's speed.
-            found["Barrier QP with $w$"] = {"law": law, "feed_forward": True}
+            found[f"{law.short} with $w$"] = {"law": name, "feed_forward": True}
     return found
 
 
@@ -130,7 +127,7 @@ def draw(plan: Plan) -> Drawn:
         run = plan.run(plan.settings(law, rig="table", dt=finest), length)
         runs[label].append(run.summary)
         if growth(runs[label], steps) > JUMPS:
-            jumps.append(cause(label.replace("$", ""), largest_jump(run), law["law"] in IN_NULL_SPACE))
+            jumps.append(cause(label.replace("$", ""), largest_jump(run), LAWS[law["law"]].in_null_space))
     figure = sheet(6.0, 10.4)
     layout: list[Any] = [["d", "d zoom", "table"], ["e", "e zoom", "table"], ["a", "a", "table"]]
     panels = figure.subplot_mosaic(layout, width_ratios=(1.0, 1.0, 1.75))
@@ -244,6 +241,19 @@ def _found(runs: dict[str, list[Summary]], steps: Sequence[float], critical: flo
         "A continuous velocity has the same largest q̈ at every dt, p = 0; a jump asks for twice the acceleration at half the time step, "
         "p = 1, which no real arm can follow. Here every law sees the distance that is smooth everywhere, so that neither a change of "
         "the closest pair nor two parallel links make it jump.",
+        *_sorted_by_change(plain, steps),
         *jumps,
         "Each of the others has few settings of its own, left at their defaults: this is no contest; see `equal_safety` for one.",
     ]
+
+
+def _sorted_by_change(runs: dict[str, list[Summary]], steps: Sequence[float]) -> list[str]:
+    """Return which laws' q̇ jumps, and which changes fast without a jump; the first law is what the others are compared with."""
+    paper = next(iter(runs.values()))[-1].ddq_max
+    jump = [label for label, summaries in runs.items() if growth(summaries, steps) > JUMPS]
+    fast = [label for label, summaries in runs.items() if label not in jump and summaries[-1].ddq_max > FAST * paper]
+    said = {
+        f"q̇ jumps (p above {JUMPS:g})": jump,
+        f"q̇ changes fast, more than {FAST:g} times the paper's law's, but does not jump": fast,
+    }
+    return [f"{what}: {', '.join(labels) if labels else 'none'}." for what, labels in said.items()]

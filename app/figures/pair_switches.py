@@ -4,9 +4,8 @@ from typing import Final
 
 import numpy as np
 
-from app.figures.drawn_figure import Drawn, shown
+from app.figures.drawn_figure import Drawn, Plan, shown
 from app.figures.figure_style import COLOURS, DASHES, stack
-from app.figures.run_plan import Plan
 from controllers.choices import Treatment
 from scenes.headless import Summary
 

@@ -5,9 +5,8 @@ from typing import Final
 import numpy as np
 
 from app.figures import fig5_hold as hold
-from app.figures.drawn_figure import Drawn, shown
+from app.figures.drawn_figure import Drawn, Plan, shown
 from app.figures.figure_style import COLOURS, DASHES, INK, stack
-from app.figures.run_plan import Plan
 from controllers.activation import activation
 from controllers.kinematics import Array, Kinematics
 from controllers.proximity import ProximityDetector

@@ -3,9 +3,8 @@
 from dataclasses import replace
 from typing import Final, get_args
 
-from app.figures.drawn_figure import Drawn, shown
+from app.figures.drawn_figure import Drawn, Plan, shown
 from app.figures.figure_style import COLOURS, DASHES, MARKERS, sheet
-from app.figures.run_plan import Plan
 from controllers.choices import Treatment
 from scenes.settings import RunSettings, specs
 
@@ -22,8 +21,7 @@ def draw(plan: Plan) -> Drawn:
     """d_m − d_min over v."""
     speeds = plan.either((0.0, 0.02, 0.05, 0.08, 0.1, 0.12, 0.15, 0.2, 0.25, 0.3), (0.05, 0.3))
     base = replace(plan.settings(start="between", avoid="guided"), seed=SEED)
-    choice = specs(RunSettings)["pairs"]
-    names = dict(zip(choice.choices, choice.choice_labels, strict=True))
+    names = specs(RunSettings)["pairs"].options()
     figure = sheet(3.1)
     axes = figure.subplots()
     rows: list[list[object]] = []

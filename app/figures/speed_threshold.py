@@ -4,15 +4,14 @@ from typing import Final
 
 import numpy as np
 
-from app.figures.drawn_figure import Drawn, shown
+from app.figures.drawn_figure import Drawn, Plan, shown
 from app.figures.fig5_hold import approach
 from app.figures.figure_style import COLOURS, DASHES, sheet
-from app.figures.run_plan import Plan
-from scenes.autopilot import Autopilot
 from scenes.headless import Run
 from scenes.room import build_room
 from scenes.settings import RunSettings
 from scenes.targets import HandTarget
+from scenes.two_arms import Autopilot
 
 SCRIPT: Final = 46.0
 """Length of the person's script at its own pace [s]."""

@@ -1,11 +1,14 @@
-"""Pages of new visitors are built one at a time and piece by piece, so that all others have their frames meanwhile."""
+"""Which browsers have come and gone; pages of newcomers are built one at a time and piece by piece, while all others have their frames."""
 
+import threading
 from collections import deque
 from collections.abc import Callable, Generator
 from time import perf_counter
 from typing import Final
 
 import viser
+
+from app.web.server import DuetServer
 
 SLICE: Final = 0.008
 """Wall time in one frame after which no further piece of a page is built [s]."""
@@ -47,6 +50,10 @@ class Admission:
         if self._current is not None and self._current[0].client_id == client_id:
             self._give_up()
 
+    def send_on(self, count: int) -> list[viser.ClientHandle]:
+        """Drop as many clients as wait, at most so many, those first that came last; return them."""
+        return [self._waiting.pop() for _ in range(min(count, len(self._waiting)))]
+
     def advance(self) -> None:
         """Go on with the first client's page for `SLICE`, at least by one piece; the next page waits for another frame."""
         if self._current is None and self._waiting:
@@ -73,3 +80,31 @@ class Admission:
         if self._current is not None:
             self._current[1].close()
             self._current = None
+
+
+class Connections:
+    """Collects connections and disconnections on the network's thread for the frame loop's. `wake`: asks for a frame at once."""
+
+    def __init__(self, server: DuetServer, wake: Callable[[], None]) -> None:
+        self._arrivals: list[viser.ClientHandle] = []
+        self._departures: set[int] = set()
+        self._lock = threading.Lock()
+
+        @server.on_client_connect
+        async def _(client: viser.ClientHandle) -> None:
+            with self._lock:
+                self._arrivals.append(client)
+            wake()
+
+        @server.on_client_disconnect
+        async def _(client: viser.ClientHandle) -> None:
+            with self._lock:
+                self._departures.add(client.client_id)
+            wake()
+
+    def changes(self) -> tuple[list[viser.ClientHandle], set[int]]:
+        """Return the clients that have connected and are still there, and the ids of those that have disconnected, since the last call."""
+        with self._lock:
+            arrivals, self._arrivals = self._arrivals, []
+            departures, self._departures = self._departures, set()
+        return [client for client in arrivals if client.client_id not in departures], departures

@@ -4,13 +4,13 @@ import threading
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from app.hosting.serve_options import ServeOptions
 from app.hosting.session_store import SessionStore
-from app.hosting.worker_link import WorkerLink
+from app.hosting.worker_messages import WorkerLink
 from app.hosting.workload import Workload
 from app.lessons.lesson import LessonBook
 from app.runtime.job_pool import Jobs
-from app.session.input_sources import InputSources
-from app.settings import Settings
+from app.session.input_source import InputSources
 from app.web.server import DuetServer
 
 
@@ -19,29 +19,25 @@ class AppContext:
     """The parts that all hosts and visitors share.
 
     Attributes:
-        start: settings of a link without a query.
+        options: with which the server was started.
         jobs: computes in the background for all sessions.
         sources: input sources beside the built-in ones.
         book: the lessons, in English.
-        key: of the teacher's link (`?key=…`), None if there is no teacher.
-        notes: the teacher's, Markdown by lesson id.
+        notes: the teacher's, Markdown by lesson id; none where there is no key.
         store: what visitors who have gone left behind.
         workload: what the rounds take, and how many private sessions there may be at once.
-        listening: the address to which the server is bound.
         link: to the other processes of a lecture; None where there is one process.
         frame_due: set to ask for a frame at once.
     """
 
     server: DuetServer
-    start: Settings
+    options: ServeOptions
     jobs: Jobs
     sources: InputSources
     book: LessonBook
-    key: str | None
     notes: Mapping[str, str]
     store: SessionStore
     workload: Workload
-    listening: str
     link: WorkerLink | None = None
     frame_due: threading.Event = field(default_factory=threading.Event)
 

@@ -1,4 +1,4 @@
-"""The one thread that simulates and draws."""
+"""The one thread that simulates and draws, and when a page has its next frame: seldom while it rests or its tab is out of sight."""
 
 import logging
 import threading
@@ -8,7 +8,7 @@ from time import perf_counter
 from typing import Final
 
 from app.runtime.throttled_log import ThrottledLog
-from app.web.client_buffer import waking_together
+from app.web.sending import waking_together
 
 log = logging.getLogger("duet.hosts")
 
@@ -20,6 +20,9 @@ SOONEST: Final = 0.008
 
 STUCK: Final = 3.0
 """A frame that takes longer than this counts as stuck [s]."""
+
+MOST_WORK, LONGEST = 15.0, 120.0
+"""A frame that takes more of the processor's time, or of any time, does not come to its end [s]."""
 
 
 class FrameLoop:
@@ -42,6 +45,7 @@ class FrameLoop:
         self._frame, self._due, self._note, self._clock = frame, due, note, clock
         self._stopped = False
         self._began = self._beat = clock()
+        self._worked = self._seen = 0.0
         self._errors = ThrottledLog(log)
         self._thread = threading.Thread(target=self._run, name="duet-frames", daemon=True)
 
@@ -50,6 +54,16 @@ class FrameLoop:
 
     def is_at_work(self) -> bool:
         return self._clock() - self._began < STUCK
+
+    def hangs(self) -> bool:
+        """Return whether a frame comes to no end, however slow the machine is: it neither works nor waits for a processor, or works too
+        long. To be asked every few seconds."""
+        worked, seen = _processor_time(self._thread), self._seen
+        self._seen = worked
+        if self.is_at_work():
+            return False
+        # Even a busy machine gives a thread that wants one a processor now and then.
+        return worked == seen or worked - self._worked > MOST_WORK or self._clock() - self._began > LONGEST
 
     def stop(self) -> None:
         """Stop, and wait until the last frame is done."""
@@ -60,7 +74,7 @@ class FrameLoop:
     def round(self) -> tuple[float, float]:
         """Make one frame; return before when there is no further one, and until when there is none unless it is asked for [s]."""
         now, last = self._clock(), self._began
-        self._began = now
+        self._began, self._worked = now, _processor_time(self._thread)
         try:
             with waking_together():
                 self._frame(now, now - last)
@@ -78,3 +92,55 @@ class FrameLoop:
             soonest, beat = self.round()
             time.sleep(max(soonest - self._clock(), 0.0))
             self._due.wait(max(beat - self._clock(), 0.0))
+
+
+def _processor_time(thread: threading.Thread) -> float:
+    """Return how long a thread has had a processor, or the whole process where the system does not tell [s]."""
+    if thread.ident is None or not hasattr(time, "pthread_getcpuclockid"):
+        return time.process_time()
+    return time.clock_gettime(time.pthread_getcpuclockid(thread.ident))
+
+
+LIVELY: Final = 3.0
+"""So long after anything has happened, a page has a frame in every round: a camera may still be on its way [s]."""
+
+RESTING: Final = 0.5
+"""Time between two frames of a page on which nothing happens [s]."""
+
+UNSEEN: Final = 1.0
+"""Time between two frames of a page that is out of sight, so that a file it was asked for is still sent [s]."""
+
+
+class Attention:
+    """What one page has been doing lately. All times are wall time [s]."""
+
+    def __init__(self) -> None:
+        self._lively_until = self._next = 0.0
+        self._hidden = self._paused = False
+        self._state: object = None
+
+    def due(self, now: float, hidden: bool, paused: bool, stirred: bool) -> bool:
+        """Return whether a page has a frame in this round.
+
+        Args:
+            hidden: whether its tab is out of sight.
+            paused: whether its run stands still.
+            stirred: whether its browser has sent anything, or anything that it waited for has come, since the last frame.
+        """
+        turned = (hidden, paused) != (self._hidden, self._paused)
+        self._hidden, self._paused = hidden, paused
+        if stirred or turned:
+            self._lively_until = now + LIVELY
+        if not turned and now < self._next and (hidden or self.rests(now)):
+            return False
+        self._next = now + (UNSEEN if hidden else RESTING)
+        return True
+
+    def note(self, now: float, state: object) -> None:
+        """Take note of a frame that was drawn. `state`: equal to the last one's if it reads the same."""
+        if not self._paused or state != self._state:
+            self._lively_until, self._state = now + LIVELY, state
+
+    def rests(self, now: float) -> bool:
+        """Return whether nothing has happened for a while."""
+        return now >= self._lively_until

@@ -8,10 +8,10 @@ from functools import partial
 from typing import Final, get_args
 
 from app.i18n.catalogue import words_of
-from app.i18n.reader_language import KNOWN
 from app.lessons.lesson import LessonBook
-from app.lessons.translated_book import in_language
+from app.lessons.loading import in_language
 from app.runtime.job_pool import Jobs
+from app.settings import LANGUAGES
 from app.stage.stage import furniture_glb
 from controllers.errors import DuetError
 from scenes.glb import NotStored, stored_only
@@ -47,12 +47,12 @@ class Preparation:
         self._thread.join()
 
     def _run(self) -> None:
-        for language in KNOWN:
+        for language in LANGUAGES:
             words_of(language)
             in_language(self._book, language)
             if self._ended.wait(PAUSE):
                 return
-        for number, draw in enumerate(drawn()):
+        for number, draw in enumerate(mesh_makers()):
             try:
                 with stored_only():
                     draw()
@@ -64,7 +64,7 @@ class Preparation:
                 return
 
 
-def drawn() -> Iterator[Callable[[], object]]:
+def mesh_makers() -> Iterator[Callable[[], object]]:
     """Yield a function for every mesh, which reads it from the user's cache or makes it."""
     for coarse in (False, True):
         for rig in ROOMS:

@@ -4,18 +4,18 @@ import logging
 
 import viser
 
-from app.hosting.admission import Admission, Pieces
+from app.hosting.admission import Admission, Connections, Pieces
 from app.hosting.app_context import AppContext
-from app.hosting.connections import Connections
 from app.hosting.teacher_key import is_mistaken, is_teacher
 from app.hosting.visitor import Visitor, open_visitor
 from app.hosting.visitor_record import same_tab, tab_id
-from app.page.panels.key_notice import name_mistake
-from app.page.panels.notes_panel import TeachersTab
+from app.hosting.worker_messages import MakeRoom, WorkerLink
+from app.page.panels.teachers_tab import TeachersTab, name_mistake
 from app.page.view import View
 from app.runtime.throttled_log import ThrottledLog
 from app.session.session import Session
 from app.settings import from_query
+from app.web.audiences import send_elsewhere
 from app.web.request import request_query
 
 log = logging.getLogger("duet.hosts")
@@ -59,6 +59,8 @@ class PrivateHost:
                 self.visitors.pop(client_id).leave()
         for client in arrivals:
             self.admission.come(client)
+        if self._context.link is not None:
+            self._make_room(self._context.link)
         self._context.server.max_clients = self._context.workload.places
         self.admission.advance()
         if self.admission.busy:
@@ -72,10 +74,19 @@ class PrivateHost:
                 if client_id in self._context.server.get_clients():
                     self._errors.exception("a frame of a visitor's page failed", error, client_id)
 
+    def _make_room(self, link: WorkerLink) -> None:
+        """Send tabs that wait for their pages to another worker, once there is one with more room."""
+        for message in link.received():
+            # Without a file, what a tab comes back for is here.
+            if isinstance(message, MakeRoom) and self._context.store.lasting:
+                for client in self.admission.send_on(self._context.server.count_clients() - message.share):
+                    link.let_go(tab_id(request_query(client)) or "")
+                    send_elsewhere(self._context.server, client)
+
     def _admit(self, client: viser.ClientHandle) -> Pieces:
         """Build a visitor's page piece by piece; it is drawn once it is whole."""
         context, query = self._context, request_query(client)
-        settings, problems = from_query(query, context.start)
+        settings, problems = from_query(query, context.options.settings)
         # The tab's earlier connection may not have been noticed to be gone, or the tab was doubled and keeps a session of its own.
         before = [one for one in self.visitors.values() if tab_id(query) is not None and tab_id(one.query) == tab_id(query)]
         for visitor in before:
@@ -95,12 +106,12 @@ class PrivateHost:
             # The earlier connection turned out to be broken while the page was built.
             parked[0].close()
         self.visitors[client.client_id] = visitor
-        if is_mistaken(context.key, query):
+        if is_mistaken(context.options.key, query):
             name_mistake(client)
 
     def _show_notes(self, client_id: int, visitor: Visitor) -> None:
         """Show the notes to a teacher; in another language the page, and the notes with it, is a new one."""
-        if not is_teacher(self._context.key, visitor.query):
+        if not is_teacher(self._context.options.key, visitor.query):
             return
         with visitor.client.atomic():
             if client_id not in self._notes or self._notes[client_id][0] is not visitor.view:

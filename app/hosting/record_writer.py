@@ -1,20 +1,28 @@
 """Writes and reads visitors' records in a thread of its own, so that no frame waits for the disk."""
 
+import fcntl
 import logging
-import sqlite3
 import threading
 import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass, field
-from datetime import datetime
+from math import inf
 from pathlib import Path
 from typing import Final
 
-from app.hosting.record_bytes import DamagedRecord, joined, packed, split, unpacked
-from app.hosting.store_file import Change, StoreFile, StoreInUse, StoreLock, Unusable, is_damage, is_usable, mending, set_aside
-from app.hosting.visitor_record import VisitorRecord
+from app.hosting.store_file import Change, StoreFile, StoreLock, is_passing
+from app.hosting.store_mending import is_usable, last_aside, mending, set_aside
+from app.hosting.visitor_record import (
+    DamagedRecord,
+    VisitorRecord,
+    joined_record,
+    record_from_bytes,
+    record_to_bytes,
+    split_record,
+    tab_id,
+)
 from app.runtime.throttled_log import ThrottledLog
 from scenes.inputs import Recorded
 
@@ -45,7 +53,7 @@ class _Written:
 class RecordWriter:
     """Keeps records in a file. `put` and `ask` return at once, from any thread.
 
-    A file that cannot be used is renamed; one that cannot be written is tried again every `AGAIN`.
+    A file that cannot be used is set aside, and what can be read of it goes on; one that cannot be written is tried again every `AGAIN`.
 
     Args:
         path: of the file.
@@ -56,23 +64,24 @@ class RecordWriter:
 
     Attributes:
         problem: why records cannot be written now; "" if they can.
+        aside: name of the damaged file that was set aside last, and when [s since 1970]; "" and 0 if there is none.
 
     Raises:
-        StoreInUse: another server holds the file.
+        StoreRefused: another server or program has the file.
     """
 
     def __init__(
         self, path: Path, keep: float, most_bytes: int, *, owned: bool = True, clock: Callable[[], float] = time.time
     ) -> None:
-        self.path, self.problem = path, ""
-        self._keep, self._most_bytes, self._owned, self._clock = keep, most_bytes, owned, clock
+        self.path, self.problem, self.aside = path, "", ("", 0.0)
+        self._retention, self._most_bytes, self._owned, self._clock = keep, most_bytes, owned, clock
         self._lock: StoreLock | None = None
         self._file: StoreFile | None = None
         self._waiting: dict[str, VisitorRecord] = {}
         self._asked: list[tuple[str, Future[VisitorRecord | None]]] = []
         self._written: dict[str, _Written] = {}
         self._guard, self._wake, self._ended = threading.Lock(), threading.Event(), False
-        self._retry_at = self._clean_at = 0.0
+        self._failed_at = self._cleaned_at = self._replaced_at = -inf
         self._errors = ThrottledLog(log)
         if owned:
             # Where there can be no lock there can be no file, which is said below.
@@ -83,7 +92,7 @@ class RecordWriter:
         self._thread.start()
 
     def put(self, tab: str, record: VisitorRecord) -> None:
-        """Have a record written instead of the tab's earlier one."""
+        """Queue a record, which is written instead of the tab's earlier one."""
         with self._guard:
             self._waiting.pop(tab, None)
             self._waiting[tab] = record
@@ -91,7 +100,7 @@ class RecordWriter:
                 del self._waiting[next(iter(self._waiting))]
 
     def ask(self, tab: str) -> "Future[VisitorRecord | None]":
-        """Have a tab's record read; None comes out if there is none, or none that can be read."""
+        """Queue the reading of a tab's record; its result is None if there is none, or none that can be read."""
         answer: Future[VisitorRecord | None] = Future()
         with self._guard:
             self._asked.append((tab, answer))
@@ -111,8 +120,10 @@ class RecordWriter:
             self._wake.wait(BEAT)
             self._wake.clear()
             self._turn()
-        self._retry_at = 0.0
-        self._turn()
+        for _ in range(2):
+            # Also into a file that is new since the first time.
+            self._failed_at = -inf
+            self._turn()
         if self._file is not None:
             self._file.close()
         if self._lock is not None:
@@ -120,10 +131,11 @@ class RecordWriter:
 
     def _turn(self) -> None:
         now = self._clock()
-        if now >= self._retry_at:
+        # The clock may have been set back.
+        if abs(now - self._failed_at) >= AGAIN:
             self._try(self._write)
-            if now >= self._clean_at:
-                self._clean_at = now + CLEANING
+            if abs(now - self._cleaned_at) >= CLEANING:
+                self._cleaned_at = now
                 self._try(self._clean)
         with self._guard:
             asked, self._asked = self._asked, []
@@ -134,19 +146,36 @@ class RecordWriter:
         """Do something with the file; what goes wrong is said and tried again."""
         try:
             work()
-        except (sqlite3.Error, OSError, Unusable, StoreInUse) as error:
-            found_open = self._file is not None and not self._file.is_replaced()
-            self._close_file()
-            if is_damage(error) or isinstance(error, Unusable):
-                self._set_aside(error, found_open)
-                return
-            self._retry_at = self._clock() + AGAIN
-            if not self.problem:
-                log.warning("visitors' records cannot be written to %s (%s); it is tried again", self.path, error)
-            self.problem = str(error)
         except Exception as error:
-            # Of one record; the next one may be better.
-            self._errors.exception("visitors' records were not written", error)
+            self._failed(error)
+
+    def _failed(self, error: Exception) -> None:
+        """Set the file aside if its content is at fault; else try again later."""
+        found_open = self._file is not None and not self._file.is_replaced()
+        self._close_file()
+        # A second fault so soon is not the old file's.
+        if is_passing(error) or abs(self._clock() - self._replaced_at) < CLEANING:
+            self._wait(error)
+            return
+        try:
+            with mending(self.path):
+                # Another worker may have done it meanwhile.
+                if found_open or not is_usable(self.path, self._most_bytes):
+                    self._replaced_at = self._clock()
+                    aside, count = set_aside(self.path, self._most_bytes, self._replaced_at)
+                    log.warning(
+                        "the file of visitors %s is damaged (%s); it is now %s, and its %d readable records go on in a new one",
+                        *(self.path, error, aside.name, count),
+                    )
+            self._open()
+        except Exception as trouble:
+            self._wait(trouble)
+
+    def _wait(self, error: Exception) -> None:
+        self._failed_at = self._clock()
+        if not self.problem:
+            log.warning("visitors' records cannot be written to %s (%s); it is tried again", self.path, error)
+        self.problem = _without_path(error)
 
     def _open(self) -> None:
         if self._lock is None and self._owned:
@@ -155,27 +184,17 @@ class RecordWriter:
             # Another worker has found it damaged.
             self._close_file()
         if self._file is None:
-            self._file = StoreFile(self.path, self._most_bytes)
-            self._file.clean(self._clock() - self._keep)
+            with mending(self.path, fcntl.LOCK_SH):
+                self._file = StoreFile(self.path, self._most_bytes)
+            # By this process or another one.
+            self.aside = last_aside(self.path)
+            self._file.clean(self._clock(), self._retention)
 
     def _close_file(self) -> None:
         self._written.clear()
         if self._file is not None:
             self._file.close()
             self._file = None
-
-    def _set_aside(self, reason: BaseException, certain: bool) -> None:
-        try:
-            with mending(self.path):
-                # Another worker may have done it meanwhile.
-                if certain or not is_usable(self.path):
-                    aside = set_aside(self.path, datetime.fromtimestamp(self._clock()))
-                    log.warning(
-                        "the file of visitors %s %s; it is now %s, and a new one was begun", self.path, reason, aside.name
-                    )
-                self._open()
-        except (OSError, sqlite3.Error, Unusable, StoreInUse) as error:
-            self._retry_at, self.problem = self._clock() + AGAIN, str(error)
 
     def _write(self) -> None:
         with self._guard:
@@ -189,7 +208,7 @@ class RecordWriter:
                 self._add(tab, record, changes, after)
             if changes:
                 self._file.write(changes)
-        except (sqlite3.Error, OSError, Unusable, StoreInUse):
+        except Exception:
             with self._guard:
                 # What has come meanwhile is newer.
                 self._waiting = {**waiting, **self._waiting}
@@ -205,14 +224,14 @@ class RecordWriter:
         if before is None:
             before = self._known(tab)
         try:
-            whole, parts = split(record)
-            head = packed(whole)
-            new = {name: packed(piece) for name, piece in parts.items() if before.parts.get(name) is not piece}
+            whole, parts = split_record(record)
+            head = record_to_bytes(whole)
+            new = {name: record_to_bytes(piece) for name, piece in parts.items() if before.parts.get(name) is not piece}
         except Exception as error:
             self._errors.exception("a visitor's record cannot be written", error)
             return
         gone = before.parts.keys() - parts.keys()
-        if head == before.head and not new and not gone and now - before.saved < CLEANING:
+        if head == before.head and not new and not gone and abs(now - before.saved) < CLEANING:
             return
         changes.append(Change(tab, now, None if head == before.head else head, new, gone))
         after[tab] = _Written(head, parts, now)
@@ -224,9 +243,9 @@ class RecordWriter:
 
     def _clean(self) -> None:
         now = self._clock()
-        self._written = {tab: one for tab, one in self._written.items() if now - one.saved < 2.0 * CLEANING}
+        self._written = {tab: one for tab, one in self._written.items() if abs(now - one.saved) < 2.0 * CLEANING}
         if self._file is not None:
-            for tab in self._file.clean(now - self._keep):
+            for tab in self._file.clean(now, self._retention):
                 self._written.pop(tab, None)
 
     def _read(self, tab: str) -> VisitorRecord | None:
@@ -235,18 +254,35 @@ class RecordWriter:
         if waiting is not None:
             return waiting
         try:
-            found = None if self._file is None else self._file.read(tab)
-            if found is None or found[0] < self._clock() - self._keep:
+            found = self._found(tab)
+            if found is None or found[0] < self._clock() - self._retention:
                 return None
-            record: VisitorRecord = unpacked(found[1], VisitorRecord)
-        except (sqlite3.Error, DamagedRecord) as error:
+            record: VisitorRecord = record_from_bytes(found[1], VisitorRecord)
+            if tab_id(record.query) != tab_id({"resume": tab}):
+                raise DamagedRecord("it is of another tab")
+            parts: dict[str, Recorded] = {}
+            for name, content in found[2].items():
+                try:
+                    parts[name] = record_from_bytes(content, Recorded)
+                except DamagedRecord as error:
+                    log.warning("a part of a visitor's record in %s cannot be read (%s)", self.path, error)
+            self._written[tab] = _Written(found[1], parts, found[0])
+            return joined_record(record, parts)
+        except Exception as error:
             log.warning("a visitor's record in %s cannot be read (%s)", self.path, error)
             return None
-        parts: dict[str, Recorded] = {}
-        for name, content in found[2].items():
-            try:
-                parts[name] = unpacked(content, Recorded)
-            except DamagedRecord as error:
-                log.warning("a part of a visitor's record in %s cannot be read (%s)", self.path, error)
-        self._written[tab] = _Written(found[1], parts, found[0])
-        return joined(record, parts)
+
+    def _found(self, tab: str) -> tuple[float, bytes, dict[str, bytes]] | None:
+        """Return what the file has of a tab; if it is damaged, what could be read of it."""
+        try:
+            return None if self._file is None else self._file.read(tab)
+        except Exception as error:
+            if is_passing(error):
+                raise
+            self._failed(error)
+            return None if self._file is None else self._file.read(tab)
+
+
+def _without_path(error: Exception) -> str:
+    """Return what an error says that anybody may read."""
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)

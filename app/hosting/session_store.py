@@ -4,18 +4,17 @@ from collections.abc import Callable, Generator, Mapping
 from concurrent.futures import wait
 from dataclasses import dataclass, replace
 from time import monotonic, time
-from typing import Final
+from typing import Final, NamedTuple
 
 from app.hosting.record_writer import RecordWriter
+from app.hosting.serve_options import ServeOptions
 from app.hosting.visitor_record import VisitorRecord, link_of, tab_id
+from app.i18n.speaking import N_
 from app.lessons.session.lesson_session import LessonSession
 from app.session.session import Session
 
 AWAY: Final = 600.0
 """How long a live session waits for its visitor [s]."""
-
-KEEP: Final = 24.0 * 3600.0
-"""How long a record is kept [s]."""
 
 MOST_SESSIONS: Final = 8
 """Live sessions that are kept at once; the oldest makes room. Each holds the history of its run."""
@@ -24,10 +23,34 @@ MOST_RECORDS: Final = 300
 """Records that are kept in memory at once, where there is no file; the oldest makes room."""
 
 LECTURE: Final = "lecture"
-"""In place of a tab's id, for the stage of a lecture; too short to be one."""
+"""In place of a tab's id, for the plenary of a lecture; too short to be one."""
 
 LOOK: Final = 0.002
 """How long a frame waits at a time for a record that is being read [s]."""
+
+
+_NOT_SAVED: Final = (
+    N_("This cannot be saved now"),
+    N_("The server's disk cannot be written. Go on; saving is tried again."),
+)
+_DAMAGED: Final = (
+    N_("Earlier work may be missing"),
+    N_("The server's file was damaged. What could be read of it is here, and what you do now is saved."),
+)
+
+
+class StoreState(NamedTuple):
+    """What becomes of the records, in words that the network may see.
+
+    Attributes:
+        lasting: whether they outlive the server.
+        problem: why they cannot be written now; "" if they can.
+        set_aside: name of the damaged file that was set aside last; "" if there is none.
+    """
+
+    lasting: bool
+    problem: str
+    set_aside: str
 
 
 @dataclass(frozen=True)
@@ -49,7 +72,9 @@ class SessionStore:
         file: where records outlive the server; None for memory alone.
     """
 
-    def __init__(self, keep: float = KEEP, clock: Callable[[], float] = monotonic, file: RecordWriter | None = None) -> None:
+    def __init__(
+        self, keep: float = ServeOptions.keep, clock: Callable[[], float] = monotonic, file: RecordWriter | None = None
+    ) -> None:
         self.keep, self._clock, self._file = keep, clock, file
         self._records: dict[str, tuple[VisitorRecord, float]] = {}
         self._parked: dict[str, _Parked] = {}
@@ -64,9 +89,17 @@ class SessionStore:
         return self._file is not None
 
     @property
-    def problem(self) -> str:
-        """Return why nothing can be written now; "" if all is well."""
-        return "" if self._file is None else self._file.problem
+    def state(self) -> StoreState:
+        file = self._file
+        return StoreState(False, "", "") if file is None else StoreState(True, file.problem, file.aside[0])
+
+    @property
+    def trouble(self) -> tuple[str, str] | None:
+        """Return title and text, in English, of what visitors have to know now; None if all is well."""
+        if self._file is None:
+            return None
+        lately = abs(time() - self._file.aside[1]) < AWAY
+        return _NOT_SAVED if self._file.problem else _DAMAGED if lately else None
 
     def save(self, record: VisitorRecord) -> None:
         """Keep a visitor's record instead of an earlier one."""
@@ -81,7 +114,7 @@ class SessionStore:
         self.tidy()
 
     def save_lecture(self, record: VisitorRecord) -> None:
-        """Keep the stage of a lecture, where records outlive the server."""
+        """Keep the plenary of a lecture, where records outlive the server."""
         if self._file is not None:
             self._file.put(LECTURE, record)
 
@@ -90,9 +123,9 @@ class SessionStore:
         return None if self._file is None else self._file.ask(LECTURE).result()
 
     def interrupted_lecture(self) -> VisitorRecord | None:
-        """Return the stage of a lecture that broke off less than `AWAY` ago; None if there is none. Waits for the disk."""
+        """Return the plenary of a lecture that broke off less than `AWAY` ago; None if there is none. Waits for the disk."""
         record = self.last_lecture()
-        lately = record is not None and record.room is not None and time() - record.room.saved < AWAY
+        lately = record is not None and record.room is not None and abs(time() - record.room.saved) < AWAY
         return record if lately else None
 
     def recall(self, query: Mapping[str, str]) -> Generator[None, None, VisitorRecord | None]:

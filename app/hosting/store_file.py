@@ -3,14 +3,14 @@
 import fcntl
 import os
 import sqlite3
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
-from datetime import datetime
+import stat
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Final, NamedTuple
 
 import platformdirs
 
+from app.hosting.sqlite_pages import PAGE, Pages, is_whole
 from controllers.errors import DuetError
 
 APPLICATION: Final = 0x44754574
@@ -18,9 +18,6 @@ APPLICATION: Final = 0x44754574
 
 VERSION: Final = 1
 """Of the tables and of what is in them; a file of another one is set aside."""
-
-MOST_BYTES: Final = 500_000_000
-"""Largest file, if no other size is chosen [B]."""
 
 _TABLES: Final = """
 CREATE TABLE tabs (tab TEXT PRIMARY KEY, saved REAL NOT NULL, head BLOB NOT NULL);
@@ -30,14 +27,26 @@ CREATE TABLE parts (
 CREATE INDEX by_age ON tabs (saved);
 """
 
-_DAMAGED: Final = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
+_SQLITE: Final = b"SQLite format 3\0"
+"""What every file of SQLite begins with."""
 
-_SIDES: Final = ("-wal", "-shm")
-"""What SQLite adds to the name of a file that it writes to."""
+_MODES: Final = (1, 2)
+"""Valid values of the bytes 18 and 19, which say how it is written and read."""
+
+_PASSING: Final = (
+    sqlite3.SQLITE_BUSY,
+    sqlite3.SQLITE_LOCKED,
+    sqlite3.SQLITE_FULL,
+    sqlite3.SQLITE_IOERR,
+    sqlite3.SQLITE_CANTOPEN,
+    sqlite3.SQLITE_READONLY,
+    sqlite3.SQLITE_PROTOCOL,
+)
+"""What SQLite says of a disk or of another process, and not of the content."""
 
 
-class StoreInUse(DuetError):
-    """Another server holds the file; the message names the remedy."""
+class StoreRefused(DuetError):
+    """The file belongs to another server or another program; the message names the remedy."""
 
 
 class Unusable(Exception):
@@ -70,18 +79,22 @@ class StoreLock:
     """Holds a store for one server until it is released or its process dies. Worker processes open the file without it.
 
     Raises:
-        StoreInUse: another server holds it.
+        StoreRefused: another server holds it, or it is no store.
         OSError: there can be no file.
     """
 
     def __init__(self, path: Path) -> None:
+        if not _is_free_or_store(path):
+            raise StoreRefused(
+                f"{path} is not a store of Duet; name another file with --store, or keep nothing with --store memory."
+            )
         path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
         self._file = os.open(path.with_name(path.name + ".lock"), os.O_RDWR | os.O_CREAT, 0o600)
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             os.close(self._file)
-            raise StoreInUse(
+            raise StoreRefused(
                 f"Another server keeps its visitors in {path}; give this one a file of its own with --store other.sqlite, "
                 "or --store memory to keep nothing."
             ) from None
@@ -94,46 +107,49 @@ class StoreFile:
     """The records in a file. Each process opens it for itself; in a process it belongs to one thread at a time.
 
     Args:
-        path: made if it does not exist, for the user alone.
+        path: made for the user alone if it does not exist; the mode of another one stays.
         most_bytes: beyond this the tabs that were saved longest ago are deleted.
 
     Raises:
-        Unusable: what is there is damaged, or not of this version; `set_aside` makes room.
-        sqlite3.Error, OSError: the file cannot be opened.
+        Unusable: what is there is damaged, or not of this version; see `app.hosting.store_mending`.
+        sqlite3.Error, OSError: the file cannot be opened, or is damaged, see `is_passing`.
     """
 
     def __init__(self, path: Path, most_bytes: int) -> None:
         self._path, self._most_bytes = path, most_bytes
         path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
         os.close(os.open(path, os.O_RDWR | os.O_CREAT, 0o600))
-        path.chmod(0o600)
         self._number = path.stat().st_ino
         self.connection = sqlite3.connect(path, timeout=2.0, isolation_level=None, check_same_thread=False)
         try:
             self._prepare()
-        except BaseException as error:
+        except BaseException:
             self.connection.close()
-            if is_damage(error):
-                raise Unusable(f"is damaged ({error})") from None
             raise
 
     def _prepare(self) -> None:
         execute = self.connection.execute
+        with self._path.open("rb") as file:
+            head = file.read(20)
+        if head and not (head.startswith(_SQLITE) and head[18] in _MODES and head[19] in _MODES):
+            # With an unknown mode it could be read and never written.
+            raise Unusable("its head is damaged")
         (tables,) = execute("SELECT count(*) FROM sqlite_master").fetchone()
-        if not tables:
+        if not tables and self._pragma("page_count") <= 1:
+            execute(f"PRAGMA page_size = {PAGE}")
             execute("PRAGMA auto_vacuum = INCREMENTAL")
             execute("PRAGMA journal_mode = WAL")
             self.connection.executescript(
                 f"BEGIN; PRAGMA application_id = {APPLICATION}; PRAGMA user_version = {VERSION}; {_TABLES} COMMIT;"
             )
         if execute("PRAGMA application_id").fetchone()[0] != APPLICATION:
-            raise Unusable("is not a file of this program")
+            raise Unusable("it is not of this program")
         (version,) = execute("PRAGMA user_version").fetchone()
         if version != VERSION:
-            raise Unusable(f"is of version {version}, and this program reads {VERSION}")
-        (state,) = execute("PRAGMA quick_check(1)").fetchone()
+            raise Unusable(f"it is of version {version}, and this program reads {VERSION}")
+        (state,) = execute("PRAGMA integrity_check(1)").fetchone()
         if state != "ok":
-            raise Unusable(f"is damaged ({state})")
+            raise Unusable(str(state))
         execute("PRAGMA journal_mode = WAL")
         # A killed server loses nothing; only a machine without power may lose the last moments.
         execute("PRAGMA synchronous = NORMAL")
@@ -179,9 +195,13 @@ class StoreFile:
         """Return the names of a tab's parts."""
         return [name for (name,) in self.connection.execute("SELECT name FROM parts WHERE tab = ?", (tab,))]
 
-    def clean(self, before: float) -> set[str]:
-        """Delete the tabs that were saved before a time [s since 1970], and the oldest beyond the limit; return which."""
-        execute = self.connection.execute
+    def clean(self, now: float, keep: float) -> set[str]:
+        """Delete the tabs that were saved longer ago than they are kept, and the oldest beyond the limit; return which.
+
+        A tab that was saved by a clock that has been set back since counts as saved now.
+        """
+        execute, before = self.connection.execute, now - keep
+        execute("UPDATE tabs SET saved = ? WHERE saved > ?", (now, now))
         gone = {tab for (tab,) in execute("DELETE FROM tabs WHERE saved < ? RETURNING tab", (before,)).fetchall()}
         while self._used > self._most_bytes:
             oldest = execute(
@@ -208,41 +228,27 @@ class StoreFile:
         self.connection.close()
 
 
-def is_damage(error: BaseException) -> bool:
-    """Return whether an error says that the content of a file is damaged."""
-    return isinstance(error, sqlite3.DatabaseError) and getattr(error, "sqlite_errorcode", 0) & 0xFF in _DAMAGED
+def is_passing(error: BaseException) -> bool:
+    """Return whether an error may be over at the next try, so that it says nothing about the content of the file."""
+    if isinstance(error, sqlite3.Error):
+        code = getattr(error, "sqlite_errorcode", 0)
+        return code & 0xFF in _PASSING and code != sqlite3.SQLITE_IOERR_SHORT_READ
+    return isinstance(error, OSError | MemoryError | StoreRefused)
 
 
-def is_usable(path: Path) -> bool:
-    """Return whether a file can be read and written, or made.
-
-    Raises:
-        sqlite3.Error, OSError: it cannot be opened now.
-    """
+def _is_free_or_store(path: Path) -> bool:
+    """Return whether a path is free, or that of a store, whole or damaged."""
     try:
-        StoreFile(path, MOST_BYTES).close()
-    except Unusable:
-        return False
-    return True
-
-
-@contextmanager
-def mending(path: Path) -> Iterator[None]:
-    """Let one process at a time replace a file that cannot be used."""
-    lock = os.open(path.with_name(path.name + ".mending"), os.O_RDWR | os.O_CREAT, 0o600)
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        yield
-    finally:
-        os.close(lock)
-
-
-def set_aside(path: Path, now: datetime) -> Path:
-    """Rename a file that cannot be used, with what SQLite has added to it, and return its new path."""
-    aside = path.with_name(f"{path.name}.damaged-{now:%Y%m%d-%H%M%S}")
-    for end in _SIDES:
-        side = path.with_name(path.name + end)
-        if side.exists():
-            side.rename(aside.with_name(aside.name + end))
-    path.rename(aside)
-    return aside
+        if not stat.S_ISREG(path.stat().st_mode):
+            return False
+    except (FileNotFoundError, NotADirectoryError):
+        return True
+    pages = Pages(path)
+    head = pages.page(1)
+    sign, tables = head[68:72], head[103:105]
+    if head[: len(_SQLITE)] == _SQLITE[: len(head)] and not any(sign + tables):
+        # Just begun, or cut off.
+        return True
+    if b"\0" in head and (sign == APPLICATION.to_bytes(4, "big") or _TABLES[:40].strip().encode() in head):
+        return True
+    return any(isinstance(row[-1], bytes) and is_whole(row[-1]) for row in pages.rows())

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from time import monotonic
 from typing import Final
 
-from app.web.index_page import KEY_LATER
+from app.web.traffic_limits import Allowance
 from controllers.errors import BadSetting
 
 AUTO: Final = "auto"
@@ -15,7 +15,10 @@ SHORTEST: Final = 8
 """Shortest key [characters]."""
 
 PERIOD: Final = 1.0
-"""Least time between a wrong key and the next key that is checked, from one address [s]."""
+"""Time between the answers to two wrong keys from one address [s]."""
+
+LONGEST: Final = 5.0
+"""Longest wait for an answer to a wrong key [s]; the library gives a request 10 s."""
 
 MOST_ADDRESSES: Final = 1000
 """Addresses of wrong keys that are remembered."""
@@ -38,7 +41,8 @@ def chosen_key(asked: str | None) -> str | None:
 
 
 class Guesses:
-    """Lets every address try one wrong key a second; until then no key from there is checked. Behind a proxy all share one address.
+    """Has wrong keys wait for their answers, one `PERIOD` after the other from one address, each on its own connection. The right key never
+    waits: behind a proxy a student who guesses has the teacher's address.
 
     Belongs to the network's thread.
 
@@ -49,21 +53,17 @@ class Guesses:
 
     def __init__(self, key: str | None, clock: Callable[[], float] = monotonic) -> None:
         self._key, self._clock = key, clock
-        self._wrong: dict[str, float] = {}
+        self._wrong: dict[str, Allowance] = {}
 
-    def turn_away(self, address: str, query: Mapping[str, str]) -> str:
-        """Return why a browser is turned away for now; "" if it may come in, with a right or a wrong key."""
-        if self._key is None or not query.get("key"):
-            return ""
-        now = self._clock()
-        if now - self._wrong.get(address, -PERIOD) < PERIOD:
-            return KEY_LATER
-        if is_mistaken(self._key, query):
-            self._wrong.pop(address, None)
-            self._wrong[address] = now
-            if len(self._wrong) > MOST_ADDRESSES:
-                del self._wrong[next(iter(self._wrong))]
-        return ""
+    def delay(self, address: str, query: Mapping[str, str]) -> float:
+        """Return how long a request waits for its answer [s]."""
+        if not is_mistaken(self._key, query):
+            return 0.0
+        answers = self._wrong.pop(address, None) or Allowance(1.0 / PERIOD, 0.0)
+        self._wrong[address] = answers
+        if len(self._wrong) > MOST_ADDRESSES:
+            del self._wrong[next(iter(self._wrong))]
+        return min(answers.spend(1.0, self._clock()), LONGEST)
 
 
 def is_teacher(key: str | None, query: Mapping[str, str]) -> bool:

@@ -1,6 +1,8 @@
-"""One visitor with a private session: the session, the page that shows it, and the controls."""
+"""One visitor with a private session: the session, the page that shows it, the controls, and what a link or a record asks for."""
 
-from collections.abc import Generator
+import logging
+from collections.abc import Generator, Iterator, Mapping
+from math import inf
 from time import perf_counter
 from typing import Final
 
@@ -8,29 +10,28 @@ import viser
 
 from app.hosting.admission import Pieces
 from app.hosting.app_context import AppContext
-from app.hosting.attention import Attention
-from app.hosting.resume import open_link, run_again
-from app.hosting.visitor_record import VisitorRecord, same_tab, tab_id
+from app.hosting.frame_loop import Attention
+from app.hosting.visitor_record import VisitorRecord, lesson_link, same_tab, tab_id
 from app.i18n.reader_language import language_of
-from app.i18n.speaking import N_, set_language
+from app.i18n.speaking import set_language
+from app.lessons.loading import in_language
+from app.lessons.runs import LONGEST
 from app.lessons.session.lesson_session import LessonSession
-from app.lessons.translated_book import in_language
 from app.page.operation import Operation
 from app.page.panels.welcome import Welcome, is_for_newcomers
 from app.page.view import View
+from app.session.clock import NOT_THE_VISITORS
 from app.session.frame import freeze, make_frame
-from app.session.halt import NOT_THE_VISITORS
 from app.session.session import Session
-from app.settings import Language, Settings
+from app.settings import WHOLE, Language, Settings
 from app.web.request import browser_language, request_query
+from controllers.errors import LazyText
 
 SAVING: Final = 1.0
 """Time from one record to the next [s]; the file follows at once."""
 
 SAVING_AT_REST: Final = 30.0
 """The same where nothing happens [s]: the record is kept for a while after the tab was last there."""
-
-NOT_SAVED: Final = N_("The server's disk cannot be written. Go on; saving is tried again.")
 
 
 class Visitor:
@@ -61,7 +62,7 @@ class Visitor:
         self._welcomes = welcomes and parked is None and record is None and is_for_newcomers(self.query)
         self._welcome: Welcome | None = None
         self.is_back, self.superseded = parked is not None, False
-        self._save_at, self._warned = 0.0, False
+        self._saved_at, self._trouble = -inf, None
         self._attention, self._heard = Attention(), 0
         self.session = parked[0] if parked else Session(settings, context.wake, context.jobs, context.sources)
         self._browser: Language = browser_language(client)
@@ -139,22 +140,24 @@ class Visitor:
             self.view.show(frame)
             self.operation.show(frame)
             if self._welcome is not None:
-                self._welcome.show()
+                self._welcome.show(frame)
             self._keep_record(now)
         self.client.flush()
         self._attention.note(now, frame.state)
         return True
 
     def _keep_record(self, now: float) -> None:
-        """Hand over the record every `SAVING`, and say once if it cannot be written. `now`: wall time [s]."""
+        """Hand over the record every `SAVING`, after a rest at once, and say once what is wrong with the store. `now`: wall time [s]."""
         store = self._context.store
-        if not store.lasting or self.superseded or tab_id(self.query) is None or now < self._save_at:
+        if not store.lasting or self.superseded or tab_id(self.query) is None:
             return
-        self._save_at = now + (SAVING_AT_REST if self._attention.rests(now) else SAVING)
-        self.save()
-        if store.problem and not self._warned:
-            self.operation.notify("This cannot be saved now", NOT_SAVED)
-        self._warned = bool(store.problem)
+        if now >= self._saved_at + (SAVING_AT_REST if self._attention.rests(now) else SAVING):
+            self._saved_at = now
+            self.save()
+        trouble = store.trouble
+        if trouble is not None and trouble != self._trouble:
+            self.operation.notify(*trouble)
+        self._trouble = trouble
 
     def save(self) -> None:
         """Keep settings and progress in the store."""
@@ -203,3 +206,57 @@ def open_visitor(
             visitor.session.close()
         raise
     return visitor
+
+
+log = logging.getLogger("duet.hosts")
+
+
+def open_link(run: LessonSession, query: Mapping[str, str], record: VisitorRecord | None) -> tuple[str, ...]:
+    """Open the lesson of a link, or resume a visitor's record; return a message for every part of the link that is not possible.
+
+    Args:
+        record: of the visitor; by the same lesson link its lesson is open again, by another one only its progress counts.
+    """
+    lesson, step = lesson_link(query)
+    if record is not None and record.lessons is not None:
+        same = lesson_link(record.query) == (lesson, step)
+        run.resume(record.lessons, reopen=same)
+        if same:
+            return ()
+    if not lesson:
+        return (LazyText("step = {step} needs lesson = … beside it.", step=step),) if step else ()
+    index, problem = step_of(step)
+    by_number = lesson.isascii() and lesson.isdecimal()
+    known = [str(one.number) if by_number else one.id for one in run.book.lessons]
+    # 03 is lesson 3.
+    name = str(int(lesson)) if by_number else lesson
+    if name not in known:
+        names = ", ".join(known) or LazyText("none: the folder holds no lesson")
+        return (LazyText("There is no lesson {id}; choose from {names}.", id=lesson, names=names),)
+    run.enter(known.index(name), index)
+    if query.get(WHOLE) == "1":
+        run.vary(query)
+    return (problem,) if problem else ()
+
+
+def run_again(session: Session, lessons: LessonSession, record: VisitorRecord) -> Iterator[None]:
+    """Go on with the run of a record, after its settings and its lesson; yield every few steps that are made again for it."""
+    saved = record.lessons if lessons.open else None
+    if record.state is None or (saved is not None and saved.now is None):
+        # The run that shows why an answer is wrong begins again.
+        return
+    try:
+        yield from session.go_on_from(record.state, LONGEST if saved is not None else 0.0)
+        lessons.run_goes_on(saved is not None and saved.measured)
+    except Exception:
+        log.exception("a session could not go on from its record, and begins again")
+        session.reset()
+
+
+def step_of(text: str) -> tuple[int, str]:
+    """Return the step of a link, from 0, and the message if its text is not valid, else ""."""
+    if not text:
+        return 0, ""
+    if text.isascii() and text.isdecimal() and int(text) >= 1:
+        return int(text) - 1, ""
+    return 0, LazyText("step = {step} is not a number from 1.", step=text)

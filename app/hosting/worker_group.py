@@ -1,4 +1,4 @@
-"""The worker processes behind one door: which one has a tab, and how they are started, replaced and renewed. Imports nothing slow."""
+"""The worker processes behind the dispatcher: which one has a tab, and how they are started, replaced and renewed. Imports nothing slow."""
 
 import logging
 import secrets
@@ -12,32 +12,16 @@ from pathlib import Path
 from time import monotonic
 from typing import Any, Final
 
-from app.hosting.worker_process import (
-    AtWork,
-    ClientCount,
-    Failed,
-    ForAll,
-    ForgetTabs,
-    ForTab,
-    Ready,
-    Relayed,
-    Replaced,
-    StartJobs,
-    Stop,
-    ToStage,
-    WorkerProcess,
-    WorkerStart,
-)
+from app.hosting import worker_messages as messages
+from app.hosting.worker_messages import WorkerStart
+from app.hosting.worker_process import WorkerProcess
 from app.runtime.job_address import JobAddress, start_job_server
 from controllers.errors import DuetError
 
 log = logging.getLogger("duet.workers")
 
 FEW: Final = 2
-"""Browsers at every worker from which on another worker is started."""
-
-CROWD: Final = 4
-"""Browsers at a worker from which on new ones wait for a worker that is just starting."""
+"""Browsers for each worker from which on another worker is started."""
 
 MOST_TABS: Final = 20_000
 """Tabs that are remembered."""
@@ -45,14 +29,17 @@ MOST_TABS: Final = 20_000
 SHORT_LIFE: Final = 10.0
 """A worker that ends sooner than this is not replaced at once [s]."""
 
-BREATHS: Final = (0.5, 1.0, 2.0, 5.0, 15.0)
+RESTART_DELAYS: Final = (0.5, 1.0, 2.0, 5.0, 15.0)
 """How long each next replacement waits then [s]."""
 
 LOOK: Final = 5.0
 """Time between two looks at whether the workers are at work [s]."""
 
-MOST_SILENT: Final = 3
-"""A worker is ended at the next look after so many silent ones; a machine that was asleep has missed but one."""
+LATE: Final = 1.0
+"""A look that is later than this says nothing of the workers: they had no processor either [s]."""
+
+MOST_SILENT, MOST_STOPPING = 3, 12
+"""A worker is ended at the next look after so many silent ones; one that is to stop saves everything meanwhile."""
 
 PATIENCE: Final = 10.0
 """How long the workers may take to end [s]."""
@@ -64,10 +51,10 @@ class WorkerGroup:
     Args:
         selector: calls the data of a key when its file has something to read.
         start: what every worker serves; `run`, `jobs` and `index` are filled in here.
-        most: workers at once; in a lecture, besides the one with the stage.
+        most: workers at once; in a lecture, besides the one with the plenary.
 
     Attributes:
-        workers: the one with the stage of a lecture is the first.
+        workers: the one with the plenary of a lecture is the first.
         places: sessions that all have at once, as the worker says that was ready last.
     """
 
@@ -81,7 +68,7 @@ class WorkerGroup:
         self._next_look = monotonic() + LOOK
         self._short: dict[int, int] = {}
         self._tabs: OrderedDict[str, int] = OrderedDict()
-        self._lecture = bool(start.app.get("lecture", False))
+        self._lecture = start.options.lecture
         self._exploring: dict[str, tuple[int, bytes]] = {}
         self._decided: bytes | None = None
         self._to_renew: deque[int] = deque()
@@ -94,7 +81,9 @@ class WorkerGroup:
         """Let the workers save everything, and end them. `goes_on`: see `Stop`."""
         every = [*self.workers, *([] if self._successor is None else [self._successor[1]])]
         for worker in every:
-            worker.send(Stop(goes_on))
+            worker.send(messages.Stop(goes_on))
+            for connection in worker.waiting:
+                connection.close()
         until = monotonic() + PATIENCE
         for worker in every:
             worker.close(max(until - monotonic(), 0.1))
@@ -112,7 +101,7 @@ class WorkerGroup:
     # ---- tabs --------------------------------------------------------------------------------------------------------------
 
     def worker_of(self, tab: str) -> WorkerProcess:
-        """Return the worker of a tab: always the same one; a new tab's has the fewest browsers. In a lecture it is that of the stage,
+        """Return the worker of a tab: always the same one; a new tab's has the fewest browsers. In a lecture it is that of the plenary,
         or of the tab's breakout session. `tab`: "" for a request that is not a tab's."""
         if self._lecture:
             return self.workers[self._exploring[tab][0] if tab in self._exploring else 0]
@@ -129,15 +118,13 @@ class WorkerGroup:
             self._tabs.popitem(last=False)
 
     def _place(self) -> int:
+        """Return the worker for a newcomer: of those that serve, the one with the fewest browsers."""
         now = monotonic()
         loads = [worker.load(now) for worker in self.workers]
-        if min(loads) >= FEW and len(loads) < self._most and self._begin(len(loads)):
+        if sum(loads) >= FEW * len(loads) and len(loads) < self._most and self._begin(len(loads)):
             loads.append(0)
         serving = [index for index, worker in enumerate(self.workers) if worker.ready]
-        best = min(serving, key=loads.__getitem__, default=0)
-        if serving and loads[best] < CROWD:
-            return best
-        return min(range(len(loads)), key=loads.__getitem__)
+        return min(serving or range(len(loads)), key=loads.__getitem__)
 
     def _place_explorer(self) -> int | None:
         """Return the worker for one more breakout session: that with the fewest, or a new one; None if none can be started."""
@@ -157,34 +144,39 @@ class WorkerGroup:
             self._ended(worker)
             return
         match message:
-            case Ready(places):
+            case messages.Ready(places):
                 self.places = places
                 self._ready(worker)
-            case AtWork():
+            case messages.AtWork():
                 worker.silent = 0
-            case Failed(text):
+            case messages.Failed(text):
                 if not self.is_serving:
                     raise DuetError(text)
                 log.error("a worker cannot start: %s", text)
-            case ClientCount(count):
+            case messages.ClientCount(count):
                 worker.clients = count
                 self._share_counts()
-            case StartJobs():
+            case messages.Load(report):
+                worker.report = report
+                worker.send(messages.LoadElsewhere(tuple(one.report for one in self.workers if one is not worker and one.report)))
+            case messages.LetGo(tab):
+                self._tabs.pop(tab, None)
+            case messages.StartJobs():
                 self._start_jobs()
-            case ToStage(content):
-                self.workers[0].send(Relayed(content))
-            case ForTab(tab, content):
+            case messages.ToPlenary(content):
+                self.workers[0].send(messages.Relayed(content))
+            case messages.ForTab(tab, content):
                 # Where a tab has explored before, its session may be parked.
                 index = self._tabs.pop(tab, None) or self._place_explorer()
                 if index is not None:
                     self._remember(tab, index)
                     self._exploring[tab] = index, content
-                    self.workers[index].send(Relayed(content))
-            case ForAll(content):
+                    self.workers[index].send(messages.Relayed(content))
+            case messages.ForAll(content):
                 self._decided = content
                 for other in self.workers[1:]:
-                    other.send(Relayed(content))
-            case ForgetTabs():
+                    other.send(messages.Relayed(content))
+            case messages.ForgetTabs():
                 self._exploring.clear()
             case _:
                 log.error("a worker says %r", message)
@@ -217,7 +209,7 @@ class WorkerGroup:
                 raise
             log.error("a worker cannot be started: %s", error)
             if index < len(self.workers):
-                self._due[index] = monotonic() + BREATHS[-1]
+                self._due[index] = monotonic() + RESTART_DELAYS[-1]
             return False
         if index < len(self.workers):
             self._put(index, worker)
@@ -235,7 +227,7 @@ class WorkerGroup:
     def _inform(self, index: int) -> None:
         if index and self._decided is not None:
             for content in (self._decided, *(content for place, content in self._exploring.values() if place == index)):
-                self.workers[index].send(Relayed(content))
+                self.workers[index].send(messages.Relayed(content))
 
     def _ready(self, worker: WorkerProcess) -> None:
         if self._successor is not None and worker is self._successor[1]:
@@ -243,7 +235,7 @@ class WorkerGroup:
             worker.has_started = True
             old = self.workers[self._successor[0]]
             old.ready = False
-            old.send(Stop())
+            old.send(messages.Stop())
             return
         self._serve(self.workers.index(worker))
 
@@ -252,18 +244,22 @@ class WorkerGroup:
         self.is_serving = True
         if self._lecture:
             for other in self.workers[:1] if index else self.workers[1:]:
-                other.send(Replaced(index))
+                other.send(messages.Replaced(index))
             if len(self.workers) == 1:
                 # A class that is sent to explore does not wait for its start.
                 self._begin(1)
+        else:
+            serving = [worker for worker in self.workers if worker.ready]
+            share = sum(worker.load(monotonic()) for worker in serving) // len(serving) + 1
+            for worker in serving:
+                worker.send(messages.MakeRoom(share))
         self._share_counts()
 
     def _ended(self, worker: WorkerProcess) -> None:
         """Put another worker in the place of one that has ended; its tabs come to that one."""
         self._selector.unregister(worker.control)
-        waiting, worker.waiting = worker.waiting, deque()
         worker.close(1.0)
-        worker.waiting, worker.clients = waiting, 0
+        worker.clients = 0
         worker.ready = worker.has_served = False
         if not self.is_serving:
             raise DuetError(f"The page cannot be served: its process has ended with code {worker.process.returncode}.")
@@ -283,7 +279,7 @@ class WorkerGroup:
             return
         self._short[index] = self._short.get(index, 0) + 1 if now - worker.began < SHORT_LIFE else 0
         short = self._short[index]
-        self._due[index] = now + (BREATHS[min(short, len(BREATHS)) - 1] if short else 0.0)
+        self._due[index] = now + (RESTART_DELAYS[min(short, len(RESTART_DELAYS)) - 1] if short else 0.0)
         log.warning("worker %d has ended with code %s; another one takes its place", index + 1, worker.process.returncode)
 
     def renew(self) -> None:
@@ -304,7 +300,7 @@ class WorkerGroup:
             return
         index = self._to_renew.popleft()
         if self._lecture and index == 0:
-            # A stage that ends by itself ends the class; one that breaks off goes on.
+            # A plenary that ends by itself ends the class; one that breaks off goes on.
             self.workers[0].process.kill()
         elif index not in self._due:
             # One that is due is about to load the program as it is now.
@@ -324,11 +320,11 @@ class WorkerGroup:
     def look_after(self, now: float) -> None:
         """Start the workers that are due, and end those that hang. `now`: the time [s]."""
         if now >= self._next_look:
-            self._next_look = now + LOOK
-            for worker in self.workers:
+            late, self._next_look = now - self._next_look > LATE, now + LOOK
+            for worker in () if late else self.workers:
                 # One that is to stop must also come to its end: its successor waits for that.
                 worker.silent = worker.silent + 1 if worker.has_served else 0
-                if worker.silent > MOST_SILENT:
+                if worker.silent > (MOST_SILENT if worker.ready else MOST_STOPPING):
                     log.error("a worker draws nothing any more, and is ended")
                     worker.process.kill()
         for index in [index for index, due in self._due.items() if due <= now]:

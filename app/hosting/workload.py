@@ -1,10 +1,13 @@
-"""What the rounds of a frame loop take, and with it how many sessions it carries and how long each may step."""
+"""What the rounds of a frame loop take, and how many sessions a machine carries: estimated from the speed of its steps, then corrected."""
 
+import math
+import time
 from typing import Final
 
-from app.hosting.capacity import affordable
-from app.page.panels.server_load import ServerLoad
+from app.page.panels.server_load import ServerLoad, combined
 from app.session.clock import SLOWEST, budget_of
+from scenes.settings import RunSettings
+from scenes.simulation import Simulation
 
 MEMORY: Final = 3.0
 """Rounds are averaged over about so long [s]."""
@@ -30,15 +33,23 @@ class Workload:
     Attributes:
         sessions: that had a frame in the last round.
         report: of this process, for the teacher.
+        elsewhere: reports of the other processes.
     """
 
     def __init__(self, places: int, loops: int = 1, corrected: bool = False) -> None:
         self.places, self._loops, self._corrected = places, loops, corrected
         self.report = ServerLoad(0, 0, max(places // loops, 1), 0)
+        self.elsewhere: tuple[ServerLoad, ...] = ()
         self._drawn, self._stepping = 0, 0.0
         self.sessions = 0
         self._work = self._drawing = self._mean_sessions = self._interval = 0.0
         self._since_report = 0.0
+
+    @property
+    def everywhere(self) -> ServerLoad:
+        """How busy all processes are; one that has drawn nothing yet is not the slowest."""
+        reports = [self.report, *self.elsewhere]
+        return combined([one for one in reports if one.frames] or reports)
 
     @property
     def budget(self) -> float:
@@ -68,3 +79,42 @@ class Workload:
             self._since_report = 0.0
             frames, load = round(1.0 / max(self._interval, 1e-9)), round(100.0 * self._work / SLOWEST)
             self.report = ServerLoad(frames, self.sessions, max(self.places // self._loops, 1), load)
+
+
+HEADROOM: Final = 0.9
+"""Part of a frame that sessions may fill."""
+
+DRAWING: Final = 20.0
+"""What drawing and sending one session's frame costs, in steps of the room that a newcomer sees."""
+
+BATCHES, BATCH = 5, 20
+"""The steps that are timed: the quickest batch counts, as whatever else runs makes it slower only."""
+
+
+def step_seconds() -> float:
+    """Measure how much processor time one step takes here, in some 10 ms [s]."""
+    run = RunSettings()
+    simulation, least = Simulation(run), math.inf
+    source = simulation.source()
+    for _ in range(BATCHES):
+        begin = time.thread_time()
+        for _ in range(BATCH):
+            simulation.step(source.target(simulation.time))
+        least = min(least, (time.thread_time() - begin) / BATCH)
+    return least
+
+
+def places(step: float, loops: int = 1) -> int:
+    """Estimate how many sessions have 1 / `SLOWEST` frames a second at once, each at real time.
+
+    Args:
+        step: see `step_seconds` [s].
+        loops: processes with a frame loop each, and a core for each.
+    """
+    session = (SLOWEST / RunSettings().dt + DRAWING) * step
+    return affordable(session) * loops
+
+
+def affordable(session: float) -> int:
+    """Return how many sessions fit into one frame loop, at least one. `session`: what each takes of a round [s]."""
+    return max(int(HEADROOM * SLOWEST / max(session, 1e-9)), 1)

@@ -24,6 +24,17 @@ CONTEXT: Final = "\x04"
 _NOTHING: Final[Mapping[str, str]] = MappingProxyType({})
 
 
+class Count(int):
+    """A whole number that chooses its word in a text: {pairs:pair|pairs}, or in Slovene for one, two, three or four, and more."""
+
+    def __format__(self, spec: str) -> str:
+        forms = spec.split("|")
+        if len(forms) == 1:
+            return super().__format__(spec)
+        number = self % 100 if len(forms) > 2 else self
+        return forms[min({1: 0, 2: 1, 3: 2, 4: 2}.get(number, 3), len(forms) - 1)]
+
+
 @dataclass(frozen=True)
 class Words:
     """The texts of one language.
@@ -47,6 +58,7 @@ class Words:
         translated = self.otherwise(text) if found is None else found
         if not parts:
             return translated
+        parts = {name: Count(part) if type(part) is int else part for name, part in parts.items()}
         try:
             return translated.format(**parts)
         except (KeyError, IndexError, ValueError):

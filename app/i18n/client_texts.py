@@ -7,7 +7,7 @@ from typing import Final
 
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_
-from app.settings import Language
+from app.settings import TRANSLATIONS
 
 LOST: Final = N_("Connection lost – trying again…")
 """Shown by `connection.js` when the server is gone, …"""
@@ -15,11 +15,10 @@ SILENT: Final = N_("The server does not answer – waiting…")
 """… when it is silent, …"""
 KEPT_OUT: Final = N_("Duet does not know this address. Start it with --allow-origin {name}")
 """… when it refuses the page's address, …"""
-
 CROWDED: Final = N_("This page is open in too many tabs. Close some of them, then reload this one.")
 """… when one tab was duplicated too often, …"""
-WAIT: Final = N_("A wrong key has just been tried from here. Wait: yours is tried in a second…")
-"""… and when keys are tried too fast."""
+OPEN_TWICE: Final = N_("Duet is open in another tab of this browser. Click here to go on in this one.")
+"""… and when a student has opened another tab."""
 
 NO_PICTURE: Final = N_("No picture: WebGL is switched off in this browser")
 WHAT_WORKS: Final = N_("Lessons, plots, numbers and controls work all the same; the arrow keys move the hand, J and K the elbow.")
@@ -47,12 +46,12 @@ OURS: Final = (
     LOADING,
     SOFTWARE,
     CROWDED,
+    OPEN_TWICE,
     SILENT,
     KEPT_OUT,
     NO_PICTURE,
     WHAT_WORKS,
     WHAT_TO_SWITCH_ON,
-    WAIT,
     *ICON_NAMES.values(),
     N_("more"),
     N_("dismiss this message"),
@@ -102,9 +101,7 @@ VISERS: Final = (
 
 ALL: Final = (*OURS, *VISERS)
 
-_CATALOGUES: Final[tuple[Language, ...]] = ("de", "sl", "pseudo")
-
 
 def translations() -> dict[str, dict[str, str]]:
     """Return language → English text → text of everything on the list, for the page's script `translation.js`."""
-    return {name: {english: words_of(name)(english) for english in ALL} for name in _CATALOGUES}
+    return {name: {english: words_of(name)(english) for english in ALL} for name in (*TRANSLATIONS, "pseudo")}

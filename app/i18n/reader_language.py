@@ -3,10 +3,7 @@
 from collections.abc import Mapping
 
 from app.i18n.catalogue import Words
-from app.settings import LOOKS, Language, Look, Settings, from_query
-
-KNOWN: tuple[Language, ...] = ("en", "de", "sl")
-"""Languages that a browser can ask for."""
+from app.settings import LANGUAGES, LOOKS, Language, Look, Settings, from_query
 
 
 def preferred(accept: str) -> Language:
@@ -18,7 +15,7 @@ def preferred(accept: str) -> Language:
     for entry in accept[:1000].split(","):
         tag, _, weight = entry.partition(";")
         name = tag.strip().lower().split("-")[0]
-        found: Language | None = next((one for one in KNOWN if name in (one, "*")), None)
+        found: Language | None = next((one for one in LANGUAGES if name in (one, "*")), None)
         quality = _quality(weight)
         if found is not None and quality > best[0]:
             best = quality, found
@@ -61,8 +58,8 @@ def language_asked(query: Mapping[str, str], accept: str) -> Language:
         query: of the link.
         accept: header `Accept-Language` of the request.
     """
-    known: dict[str, Language] = {"pseudo": "pseudo", **{one: one for one in KNOWN}}
-    return known.get(query.get("lang", "")) or preferred(accept)
+    asked = query.get("lang", "")
+    return asked if asked in (*LANGUAGES, "pseudo") else preferred(accept)
 
 
 def mark_html(words: Words) -> str:

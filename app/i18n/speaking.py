@@ -26,6 +26,11 @@ def tr(text: str, /, **parts: object) -> str:
     return spoken()(text, **parts)
 
 
+def decimal(number: str) -> str:
+    """Return a number with the decimal sign of the current language."""
+    return number.replace(".", tr("decimal sign\x04."))
+
+
 def tr_all(texts: Iterable[str]) -> tuple[str, ...]:
     """Return several texts in the current language."""
     return tuple(tr(text) for text in texts)

@@ -4,12 +4,44 @@ One run a kernel: every cell that shows it shows the same one. It ends with the 
 """
 
 import atexit
+import html
+import secrets
+from pathlib import Path
 from typing import Final
+from urllib.parse import urlencode
 
-from app.jupyter.inline_page import inline_html
+from app.i18n.catalogue import words_of
+from app.i18n.speaking import N_
 from app.jupyter.notebook_run import NotebookRun
-from app.settings import Settings
+from app.settings import ALONE, LANGUAGES, Settings
+from app.web.pages import PageAssets
 from scenes.settings import changed
+
+SCRIPT: Final = Path(__file__).parent / "static" / "inline_page.js"
+
+RUN_AGAIN: Final = N_("Run this cell to see Duet here.")
+ENDED: Final = N_("This Duet has ended. Run the cell again.")
+NO_PROXY: Final = N_(
+    "This Jupyter cannot show Duet here: install jupyter-server-proxy where Jupyter runs, and start it again. On the computer where "
+    "the kernel runs you can open Duet in a tab:"
+)
+
+
+def inline_html(server: NotebookRun, height: int) -> str:
+    """Return the output of a cell. `height`: of the page [px]."""
+    place = f"duet-{secrets.token_hex(8)}"
+    texts = {language: {"ended": words_of(language)(ENDED), "noProxy": words_of(language)(NO_PROXY)} for language in LANGUAGES}
+    inline = {
+        "place": place,
+        "port": server.port,
+        "run": server.server_run,
+        "query": urlencode({"key": server.key, ALONE: 1, "resume": secrets.token_hex(16)}),
+        "height": height,
+        "texts": texts,
+    }
+    # The sentence is what is left of the output where Jupyter does not run the scripts of a notebook.
+    return f'<div id="{place}">{html.escape(RUN_AGAIN)}</div>{PageAssets((SCRIPT,), constants={"inline": inline}).script_html()}'
+
 
 __all__ = ["close", "show"]
 

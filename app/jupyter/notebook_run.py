@@ -4,11 +4,13 @@ import secrets
 from collections.abc import Callable
 from concurrent.futures import Future
 from time import perf_counter
-from typing import Final, TypeVar
+from typing import Any, Final, TypeVar
 
 from app.classroom.lecture import LectureHost
+from app.hosting.serve_options import ServeOptions
 from app.hosting.teacher_key import is_teacher
 from app.recording.outcome import columns_of
+from app.session.actions import Action
 from app.session.session import Session
 from app.settings import Settings
 from app.start import start_app
@@ -25,6 +27,13 @@ PATIENCE: Final = 30.0
 """How long a question waits for its answer [s]."""
 
 
+class Ask(Action, newest_by=("answer",)):
+    """Answer a question of the kernel's, once."""
+
+    question: Callable[[Session], Any]
+    answer: Future[Any]
+
+
 class NotebookRun:
     """One run that all cells of a notebook show. All methods may be called from the kernel's thread at any time.
 
@@ -39,11 +48,12 @@ class NotebookRun:
 
     def __init__(self, settings: Settings) -> None:
         self.key = secrets.token_urlsafe(32)
-        self._app = start_app("127.0.0.1", 0, settings, sessions=1, lecture=True, key=self.key, watchers=1)
+        self._app = start_app(ServeOptions(settings=settings, sessions=1, watchers=1, lecture=True, key=self.key))
         # The kernel does not know under which address a hub is opened, but no page of others has the key.
         self._app.server.trusts = lambda query: is_teacher(self.key, query)
         assert isinstance(self._app.host, LectureHost)
         self._session = self._app.host.session
+        self._session.takers["notebook"] = self._take
         self._closed = False
 
     @property
@@ -135,6 +145,14 @@ class NotebookRun:
             self._closed = True
             self._app.close()
 
+    def _take(self, action: Action) -> bool:
+        if isinstance(action, Ask) and not action.answer.done():
+            try:
+                action.answer.set_result(action.question(self._session))
+            except Exception as error:
+                action.answer.set_exception(error)
+        return isinstance(action, Ask)
+
     def _ask(self, question: Callable[[Session], T]) -> T:
         """Return the answer to a question that is put between two frames, on the session's own thread.
 
@@ -144,18 +162,9 @@ class NotebookRun:
         if self._closed:
             raise DuetError("This Duet is closed; duet.show() opens a new one.")
         answer: Future[T] = Future()
-
-        def reply() -> None:
-            if answer.done():
-                return
-            try:
-                answer.set_result(question(self._session))
-            except Exception as error:
-                answer.set_exception(error)
-
         until = perf_counter() + PATIENCE
         while perf_counter() < until:
-            self._session.post(reply, answer)
+            self._session.post(Ask(question, answer))
             try:
                 return answer.result(AGAIN)
             except TimeoutError:

@@ -1,15 +1,21 @@
-"""Attempts at a challenge: whether a run counts, and what is said if it does not."""
+"""Attempts at a challenge: whether a run counts and what is said if it does not, and what a custom law is worth."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import inf
+from typing import ClassVar, Final
 
+from app.custom_law.arena import TrialResult
+from app.custom_law.law_limits import LawProblem
+from app.custom_law.trials import TRIALS, WHY, examine_law
 from app.i18n.speaking import N_
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Challenge
-from app.lessons.outcomes import Attempt, judge
-from controllers.errors import LazyText
-from scenes.settings import RunSettings
+from app.lessons.outcomes import Attempt, Judgement, judge
+from controllers.errors import LazyText, joined
+from controllers.kinematics import Array
+from controllers.laws.situation import Law, Situation
+from scenes.settings import LawSettings, RunSettings
 from scenes.simulation import Simulation
 
 
@@ -18,19 +24,22 @@ class RunWatch:
 
     Attributes:
         mixed: whether settings have changed in the middle of it.
+        run: its number; each restart has the next one.
     """
 
     def __init__(self) -> None:
-        self.mixed = False
+        self.mixed, self.run = False, 0
         self._seen: tuple[int, RunSettings] | None = None
 
     def begin(self) -> None:
         self._seen, self.mixed = None, False
+        self.run += 1
 
     def see(self, simulation: Simulation) -> None:
         """Take note of the run as it is now; fewer steps than before mean a restart."""
         steps, settings = simulation.steps, simulation.settings
         if self._seen is None or steps < self._seen[0] or self._seen[0] == 0:
+            self.run += self._seen is not None and steps < self._seen[0]
             self.mixed = False
         elif settings != self._seen[1]:
             self.mixed = True
@@ -54,6 +63,8 @@ def attempted(
         finished: whether the run is as long as the challenge asks for.
         mixed: see `RunWatch`.
     """
+    if challenge.criteria and simulation.steps == 0:
+        return Attempt(False, (), LazyText(N_("Press Run first.")))
     attempt = judge(challenge, Evidence(simulation, inf if yours else challenge.setup.seconds), said)
     note, seconds = "", f"{challenge.setup.seconds:g} s"
     if challenge.criteria and mixed:
@@ -61,3 +72,53 @@ def attempted(
     elif challenge.criteria and not yours and not finished:
         note = N_("The run is not over yet. Let it go on to {seconds}, then try again.")
     return replace(attempt, passed=False, note=LazyText(note, seconds=seconds)) if note else attempt
+
+
+TESTS: Final = tuple(TRIALS)
+"""Names, in their order."""
+
+
+class StandIn:
+    """A law that never fails, as the tests want one."""
+
+    wants_all_pairs: ClassVar[bool] = True
+    wants_task: ClassVar[bool] = True
+    problem: LawProblem | None = None
+    seconds: float = 0.0
+    """A built-in law is quick on any machine."""
+
+    def __init__(self, law: Law | Callable[[Situation], Array]) -> None:
+        self._law = law
+
+    def __call__(self, situation: Situation) -> Array:
+        return self._law(situation)
+
+    def activation(self, distance: float) -> float:
+        """Return nothing: no test asks for λ."""
+        del distance
+        return 0.0
+
+    def line_rate(self, distance: float, pull: float, approach: float, square: float) -> float:
+        """Return nan: no test asks for it."""
+        del distance, pull, approach, square
+        return float("nan")
+
+
+def attempt_of(verdicts: Sequence[TrialResult]) -> Attempt:
+    """Return how a controller did; a test that fails says why it is asked for."""
+    judgements: list[Judgement] = []
+    for verdict in verdicts:
+        why = () if verdict.passed else (LazyText(WHY[verdict.name]),)
+        outcome = LazyText("{test}: {reason}", test=LazyText(verdict.name), reason=verdict.reason)
+        judgements.append(Judgement(verdict.name, verdict.passed, joined((outcome, *why), " "), None))
+    return Attempt.of(judgements)
+
+
+def examine(law: StandIn, only: Sequence[str] = TESTS) -> Attempt:
+    """Return the result of a built-in law. `only`: names of the tests to run."""
+    return attempt_of(examine_law(law, only=only))
+
+
+def stand_in(name: str) -> StandIn:
+    """Return a built-in law, by name, with d_m and v as the tests ask for."""
+    return StandIn(LawSettings(law=name).made())

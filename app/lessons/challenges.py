@@ -2,18 +2,19 @@
 
 import re
 from functools import partial
-from typing import Final, get_args
+from typing import Final
 
+from app.lessons.attempts import TESTS
 from app.lessons.blocks import Table, is_number, shown
-from app.lessons.law_challenge import TESTS
 from app.lessons.lesson import Challenge, Compared, Criterion, Forecast, Measurement, Trial
 from app.lessons.measures.quantity import QUANTITIES, checked_parameters, read_parameters
 from app.lessons.room_places import start_positions
 from app.lessons.runs import Setup
 from app.lessons.setups import read_changes, read_setup, read_start
+from scenes.laws import LAWS
 from scenes.null_motions import has_null_motions
 from scenes.room import room_of
-from scenes.settings import LawName, specs
+from scenes.settings import specs
 
 MOST_COMPARED: Final = 4
 
@@ -82,7 +83,9 @@ def read_challenge(table: Table, setup: Setup) -> Challenge | None:
         within = entry.number("within", 0.05, 1e-6, 1.0)
         forecasts.append(Forecast(read_measurement(entry, run), changes, within))
     custom_law, keep, sliders = given.flag("own_law"), given.text("keep", "", 40), given.flag("null_motions")
-    if sliders and (run.run.scene != "solo" or run.run.path != "stay" or not has_null_motions(room_of(run.run).arms[0])):
+    if sliders and (
+        run.run.experiment.obstacle != "nothing" or run.run.draws_circle or not has_null_motions(room_of(run.run).arms[0])
+    ):
         raise given.fault("null_motions", "null_motions needs the scene solo, the path stay, and a robot of 7 joints.")
     search = given.choice("search", [key for key, spec in specs().items() if not spec.choices], "") if given.has("search") else ""
     if search and not criteria:
@@ -134,7 +137,7 @@ def read_trials(
         name = entry.text("name", f"attempt {number}", 60)
         run = read_setup(entry, setup.folder, challenge.setup.changes, challenge.setup)
         said = tuple(_said(entry, x, measurements) for x in entry.any("forecasts", []))
-        law = entry.choice("law", get_args(LawName), "") if entry.has("law") else ""
+        law = entry.choice("law", LAWS, "") if entry.has("law") else ""
         fails = entry.words("fails", known, len(known))
         if len(said) != len(challenge.forecasts):
             raise entry.fault(

@@ -8,11 +8,11 @@ from typing import Final, Literal
 
 from app.custom_law import template
 from app.lessons import FOLDER
+from app.lessons.attempts import StandIn, examine, stand_in
+from app.lessons.bookmark import Phase
 from app.lessons.curve_drawing import ENOUGH, Drawing, flat_line
-from app.lessons.law_challenge import StandIn, examine, stand_in
-from app.lessons.lesson import Challenge, Lesson, LessonBook, Step, Trial
+from app.lessons.lesson import AT_ONCE, Challenge, Lesson, LessonBook, Step, Trial
 from app.lessons.outcomes import reference
-from app.lessons.phases import Phase
 from app.lessons.reference_runs import measured, simulated, wanted
 from app.lessons.runs import Input, Setup
 from app.lessons.walkthrough import Walkthrough
@@ -74,6 +74,11 @@ def check_lesson(book: LessonBook, lesson: Lesson) -> tuple[Walk, ...]:
     if unsaid and lesson.steps[0].setup.folder == FOLDER:
         text = f"no “### {unsaid[0]}” under the title: the list of lessons shows it"
         walks.append(Walk(lesson.id, "", "lesson", "list", False, False, text, 0.0))
+    early = [f"{step.id}: {what}" for number, step in enumerate(lesson.steps) for what in shown_early(book, lesson, number)]
+    if early:
+        walks.append(
+            Walk(lesson.id, "", "lesson", "questions", False, False, f"shown while it is asked: {', '.join(early)}", 0.0)
+        )
     untried = [s.id for s in lesson.steps if s.challenge is not None and not any(not t.fails for t in s.trials)]
     if untried:
         text = f"no declared attempt passes the challenge of {', '.join(untried)}"
@@ -120,7 +125,8 @@ def _reference(book: LessonBook, lesson: Lesson) -> str:
             supported = step.question.supported(outcome.answer(step.question))
             expected = supported in (None, step.question.right) if not step.question.expects else supported == step.question.right
             _ensure(expected, f"{where}: measured {outcome.answer(step.question)}, which does not speak for the right answer")
-            _ensure(walk.verdict is not None and walk.verdict.right, f"{where}: the right answer is not called right")
+            verdict = walk.view().verdict
+            _ensure(verdict is not None and verdict.right, f"{where}: the right answer is not called right")
         found += [m.text(values[0]) for m, values in zip(step.measurements, outcome.values, strict=True)]
         while walk.phase is not walk.phases[-1]:
             walk.next()
@@ -144,7 +150,7 @@ def _wrong_answer(book: LessonBook, lesson: Lesson, number: int, answer: int) ->
     outcome = walk.observe(simulated(walk.setup))
     if walk.phase is Phase.DO:
         walk.next()
-    verdict = walk.verdict
+    verdict = walk.view().verdict
     _ensure(verdict is not None and not verdict.right, "the wrong answer is called right")
     assert verdict is not None and question is not None
     decides = outcome.answer(question)
@@ -162,6 +168,17 @@ def _wrong_answer(book: LessonBook, lesson: Lesson, number: int, answer: int) ->
             _ensure(not speaks, f"the run that shows why gives {decides}: it speaks for the wrong answer")
         text += f", and {m.text(why.values[0][0])} in the run that shows why"
     return text
+
+
+def shown_early(book: LessonBook, lesson: Lesson, number: int) -> Iterator[str]:
+    """Yield what the page says of the law while a step's question waits for its answer."""
+    walk = Walkthrough(book)
+    walk.go(lesson.id, number)
+    if walk.step.question is None:
+        return
+    if walk.law_shown:
+        yield "λ and what follows from it, on the card of the line of contact"
+    yield from (f"the plot {plot}" for plot in walk.plots if plot in AT_ONCE)
 
 
 def _drawn(book: LessonBook, lesson: Lesson, number: int, flat: bool) -> str:

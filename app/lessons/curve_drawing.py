@@ -8,6 +8,7 @@ from statistics import fmean, median
 from typing import Final, NamedTuple
 
 import numpy as np
+from markupsafe import Markup
 
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_, tr
@@ -18,7 +19,6 @@ from app.plots.curve_chart import COLUMNS, Curve, CurveAxis, Line, curve_chart
 from app.settings import Language
 from controllers.activation import activation
 from controllers.kinematics import Array
-from scenes.experiments import EXPERIMENTS
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ def read_drawing(table: Table, setup: Setup) -> Drawing | None:
         raise entry.fault(
             "y", f"y = {y_name!r} over x = {x_name!r} is no curve; draw another quantity than x, and none but x is time."
         )
-    if "error" in (x_name, y_name) and EXPERIMENTS[setup.run.scene].error_unit != "m²":
+    if "error" in (x_name, y_name) and setup.run.experiment.error_unit != "m²":
         raise entry.fault("y", f"the error of the scene {setup.run.scene} is one of joints; draw another quantity.")
     x, y = (_axis(entry, key, name, setup) for key, name in (("x_range", x_name), ("y_range", y_name)))
     formula = entry.choice("truth", ("run", "formula"), "run") == "formula"
@@ -229,7 +229,7 @@ def flat_line(truth: Curve) -> Curve:
 
 def drawing_svg(
     drawing: Drawing, drawn: Curve, truth: Curve, others: tuple[Curve, ...] = (), earlier: tuple[Curve, ...] = ()
-) -> str:
+) -> Markup:
     """Return the axes with the curves over them, as an <svg> element in the current language.
 
     Args:
@@ -250,7 +250,7 @@ def drawing_svg(
     return curve_chart(drawing.x, drawing.y, tuple(lines), axes_text(drawing))
 
 
-def board_svg(drawing: Drawing, drawn: Curve) -> str:
+def board_svg(drawing: Drawing, drawn: Curve) -> Markup:
     """Return the axes to draw on, as an <svg> element; the script `drawing.js` changes the line of the class "pencil"."""
     return curve_chart(drawing.x, drawing.y, (Line(drawn, "pencil", "", 2.4),), axes_text(drawing))
 

@@ -46,6 +46,11 @@ class Evidence:
         """Return whether the run is here from its first step on."""
         return self.rows > 0 and float(self.table[0, COLUMN["t"]]) == 0.0
 
+    @property
+    def has_obstacle(self) -> bool:
+        """Return whether there is something to keep clear of, and a step was made."""
+        return self.rows > 0 and bool(np.isfinite(self.column("d")).any())
+
     def column(self, name: str) -> Array:
         """Return one column (rows,), see `scenes.history.SCALARS`."""
         return self.table[:, COLUMN[name]]

@@ -1,17 +1,19 @@
-"""Names of measured numbers and of compared runs, as a person reads them."""
+"""Names of measured numbers and of compared runs, and what a run that shows why an answer is wrong does otherwise, in words."""
 
+import math
 import re
+from dataclasses import dataclass
 from typing import Final
 
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_
-from app.lessons.lesson import Compared, Measurement
+from app.lessons.lesson import Choice, Compared, Measurement
 from app.lessons.measures.quantity import QUANTITIES, shown_parameter
 from app.lessons.room_places import Anchor
-from app.lessons.runs import settings_text
+from app.lessons.runs import Input, Pairs, Setup, page_value, settings_text, unlike
 from app.settings import Language, Settings
 from controllers.errors import LazyText
-from scenes.settings import specs
+from scenes.settings import specs, values
 
 _BALL: Final[dict[Anchor, str]] = {
     "goal": N_("the ball {gap} off the goal"),
@@ -29,7 +31,7 @@ def label_text(m: Measurement) -> LazyText:
     """Return the name of a measurement; {angle} and the like in it are its parameters."""
     parameters = dict(m.parameters)
     if m.name == "setting":
-        return LazyText(specs(Settings)[str(parameters["key"])].label)
+        return LazyText(specs(Settings)[str(parameters["key"])].label.replace("d_m", "dₘ"))
     return LazyText(QUANTITIES[m.name].label, **{name: shown_parameter(name, value) for name, value in parameters.items()})
 
 
@@ -54,3 +56,64 @@ def compared_text(compared: Compared, language: Language = "en") -> str:
     elif compared.start is not None:
         parts.append(words(N_("another posture at the start")))
     return ", ".join(parts)
+
+
+_SCRIPTS: Final = {
+    "elbow_to": N_("the elbow swings by {angle} to either side"),
+    "hand_to": N_("the hand is led to another place"),
+    "push": N_("you push at {speed}"),
+}
+"""Script → what is done in it, where it is all that differs."""
+
+
+@dataclass(frozen=True)
+class Contrast:
+    """The run that shows why an answer is wrong, beside the step's own.
+
+    Attributes:
+        headline: whether the answer is right here, and what differs.
+        keys: settings that differ.
+        here: what differs, as it is in this run.
+        asked: as it is in the step's own run.
+        names: short names of the two runs, for a legend.
+    """
+
+    headline: str
+    keys: tuple[str, ...]
+    here: str
+    asked: str
+    names: tuple[str, str]
+
+
+def contrast_of(asked: Setup, choice: Choice, language: Language) -> Contrast | None:
+    """Return in what the run of a wrong answer differs from the step's own; None where the answer has no run."""
+    if choice.why is None:
+        return None
+    words, run = words_of(language), asked.run
+    changes = unlike(run, choice.why.run)
+    start = choice.why.start if choice.why.start != asked.start else None
+    here = compared_text(Compared(changes, start), language)
+    if not here:
+        here = _done(choice.why.input, language)
+    before = values(run)
+    unchanged = tuple((key, before[key]) for key, _ in changes)
+    asked_text = settings_text(unchanged, language) if changes else words(N_("as in the question"))
+    return Contrast(
+        words(N_("Here you would be right: {what}") if choice.otherwise else N_("Here, too, you are wrong: {what}"), what=here),
+        tuple(key for key, _ in changes),
+        here,
+        asked_text,
+        (_chosen(changes, language) or here, _chosen(unchanged, language) or asked_text),
+    )
+
+
+def _chosen(changes: Pairs, language: Language) -> str:
+    """Return a choice without the name of its setting; "" where more than one choice differs."""
+    return page_value(*changes[0], language) if len(changes) == 1 and isinstance(changes[0][1], str) else ""
+
+
+def _done(given: Input, language: Language) -> str:
+    parameters = {key: value for key, value in given.parameters if isinstance(value, float)}
+    text = _SCRIPTS.get(given.name, N_("another movement"))
+    angle, speed = math.degrees(parameters.get("angle", 0.0)), parameters.get("speed", 0.0)
+    return words_of(language)(text, angle=f"{angle:.0f}°", speed=f"{speed:g} m/s")

@@ -7,23 +7,25 @@ from app.lessons.curve_drawing import Drawing
 from app.lessons.measures.quantity import Value, shown_value, significant_digits
 from app.lessons.room_places import Start
 from app.lessons.runs import Pairs, Setup
+from app.plots.plot_choice import first_plots, possible_details
 from app.settings import Language
 from controllers.errors import BadSetting, LazyText
+from scenes.settings import RunSettings
 
 Camera = Literal["room", "hand", "elbow", "between", "top"]
 """From where one looks: at the whole, close to the hand or the elbow, at the line between the arms, from above."""
 
-_ALWAYS: Final = ("joints", "rates", "microscope")
-_OBSTACLE: Final = ("distance", "error", "lambda", *_ALWAYS, "speeds", "curve", "laws", "pairs", "stability")
+_COMPUTED: Final = ("none", "map", "safety")
+"""Plots that no step shows: no further one, and those that are computed in the background."""
 
-PLOTS: Final[dict[str, tuple[str, ...]]] = {
-    "solo": ("hand", "elbow", *_ALWAYS),
-    "ball": _OBSTACLE,
-    "hold": _OBSTACLE,
-    "master_slave": (*_OBSTACLE, "follow"),
-    "imitation": (*_OBSTACLE, "follow"),
-}
-"""Scene → plots that a step may show: those of `app.settings.Details`, and the two that the page shows by itself."""
+
+def possible_plots(run: RunSettings) -> tuple[str, ...]:
+    """Return the plots that a step may show: the two that the page shows by itself, and of `app.settings.Details`."""
+    return (*first_plots(run), *(name for name in possible_details(run) if name not in _COMPUTED))
+
+
+AT_ONCE: Final = ("curve", "laws", "stability")
+"""Plots that say what a law does before anything has run."""
 
 MOST_PLOTS: Final = 2
 MOST_NUMBERS: Final = 3
@@ -155,7 +157,7 @@ class Challenge:
         setup: with what it begins; the student may change the settings.
         criteria: all must hold.
         forecasts: all must be near enough.
-        own_law: whether a controller of the student's own is to pass the six tests of `app.custom_law.trials`.
+        custom_law: whether a custom law is to pass the six tests of `app.custom_law.trials`.
         null_motions: whether the student has a slider for each of the arm's motions that leave the hand where it is.
         search: key of the setting that the student looks for by trying, so that the tries are plotted; "" if none is.
         keep: name under which the student's motion is kept for a later step; "" if it is not.
@@ -177,7 +179,7 @@ class Trial:
 
     Attributes:
         forecasts: what is said beforehand, in the order of the challenge's; a text names a measurement that gives the number.
-        law: name of the law that stands in for the student's own.
+        law: name of the law that stands in for the custom law.
         fails: identities of the inequalities that are missed, all of them; empty if it passes.
     """
 
@@ -228,11 +230,6 @@ class Step:
     @property
     def yours(self) -> bool:
         return self.setup.input.kind == "yours"
-
-    @property
-    def early_plots(self) -> tuple[str, ...]:
-        """Return the plots before the prediction: the law's curve would give a drawing away."""
-        return tuple(plot for plot in self.plots if self.drawing is None or plot != "curve")
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from app.lessons.bookmark import is_finished
 from app.lessons.lesson import Lesson, LessonBook
-from app.lessons.phases import is_finished
 from app.lessons.walkthrough import Walkthrough
 
 

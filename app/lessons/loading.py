@@ -1,23 +1,67 @@
-"""A folder of Markdown files → lessons. A file that cannot be read is named with its line; the others still load."""
+"""A folder of Markdown files → lessons and a teacher's notes. A file that cannot be read is named with its line; the others still load."""
 
 import errno
 import os
 import re
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 from app.lessons import FOLDER
 from app.lessons.lesson import Lesson, LessonBook, LessonProblem, Step
 from app.lessons.markdown import Chapter, Fault, Sheet, read_items, read_sheet
-from app.lessons.steps import check_head, head_texts, read_lesson, read_step, step_texts
-from app.settings import Language
+from app.lessons.steps import LEFT_DOLLAR, check_head, head_texts, read_lesson, read_step, step_texts
+from app.settings import TRANSLATIONS, Language
+from app.text.lesson_text import left_dollar
 from app.text.picture import picture_problems
 from scenes.files import read_file
 
-LANGUAGES: Final[tuple[Language, ...]] = ("en", "de", "sl")
-"""English is complete; the others fall back to it."""
+_STEP: Final = re.compile(r"^## +(\d{1,3})\b[.:]? *(.*)$")
+
+
+class StepNotes(NamedTuple):
+    """What is for one step.
+
+    Attributes:
+        number: of the step, from 1.
+        title: as the teacher reads it; may be empty.
+    """
+
+    number: int
+    title: str
+    text: str
+
+
+class Notes(NamedTuple):
+    """What a file of notes says.
+
+    Attributes:
+        title: of the whole; may be empty.
+        text: Markdown, about the whole lesson; may be empty.
+        steps: in the order of the file.
+    """
+
+    title: str
+    text: str
+    steps: tuple[StepNotes, ...]
+
+
+def read_notes(text: str) -> Notes:
+    """Return the parts of a file of notes; whatever is under no step's heading is about the whole lesson. Never raises."""
+    parts: list[tuple[int, str, list[str]]] = [(0, "", [])]
+    for line in text.strip().splitlines():
+        found = _STEP.match(line)
+        if found is None:
+            parts[-1][2].append(line)
+        else:
+            parts.append((int(found[1]), found[2].strip(), []))
+    whole = parts[0][2]
+    title = re.sub("^#+ *", "", whole[0]) if whole and whole[0].startswith("#") else ""
+    about = "\n".join(whole[1:] if title else whole).strip()
+    return Notes(title, about, tuple(StepNotes(number, name, "\n".join(lines).strip()) for number, name, lines in parts[1:]))
+
 
 MOST_BYTES: Final = 200_000
 """Largest lesson file."""
@@ -68,12 +112,12 @@ def _load(path: Path, lessons: list[Lesson]) -> Iterator[LessonProblem]:
         if any(other.id == lesson.id or other.number == lesson.number for other in lessons):
             raise Fault(1, "another lesson has the same number or name; every lesson has its own.")
         lessons.append(lesson)
-    elif name[3] not in (*LANGUAGES[1:], "notes"):
-        raise Fault(1, f"there is no language {name[3]}; choose from {', '.join(LANGUAGES[1:])}.")
+    elif name[3] not in (*TRANSLATIONS, "notes"):
+        raise Fault(1, f"there is no language {name[3]}; choose from {', '.join(TRANSLATIONS)}.")
     elif not os.path.lexists(path.with_name(f"{name[1]}-{name[2]}.md")):
         raise Fault(1, f"belongs to {name[1]}-{name[2]}.md, which is not there.")
     elif name[3] == "notes":
-        yield from _pictures_of_notes(path)
+        yield from _faults_of_notes(path)
 
 
 def load_notes(folder: Path = FOLDER) -> dict[str, str]:
@@ -95,13 +139,15 @@ def load_notes(folder: Path = FOLDER) -> dict[str, str]:
     return notes
 
 
-def _pictures_of_notes(path: Path) -> Iterator[LessonProblem]:
-    """Yield what is wrong with the pictures of a teacher's notes; `load_notes` leaves out a file that cannot be read."""
+def _faults_of_notes(path: Path) -> Iterator[LessonProblem]:
+    """Yield what is wrong with the pictures and formulas of a teacher's notes; `load_notes` leaves out a file that cannot be read."""
     try:
-        lines = _text(path).splitlines()
+        text = _text(path)
     except Fault:
         return
-    for number, line in enumerate(lines, 1):
+    if (left := left_dollar(text)) is not None:
+        yield LessonProblem(path.name, left + 1, LEFT_DOLLAR)
+    for number, line in enumerate(text.splitlines(), 1):
         for problem in picture_problems(line, path.parent, not line.startswith("#")):
             yield LessonProblem(path.name, number, problem)
 
@@ -201,3 +247,12 @@ def _with_texts(step: Step, part: Chapter) -> Step:
         challenge=challenge,
         hints=hints,
     )
+
+
+_load_once = cache(load_lessons)
+
+
+def in_language(book: LessonBook, language: Language) -> LessonBook:
+    """Return the same lessons with the texts that lie beside them in another language; what is not translated stays English."""
+    folder = next((step.setup.folder for lesson in book.lessons for step in lesson.steps if step.setup.folder), None)
+    return book if folder is None or language not in TRANSLATIONS else _load_once(folder, language)

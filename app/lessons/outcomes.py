@@ -1,7 +1,9 @@
 """What came out: measured numbers, verdicts on predictions, judgements on challenges. Pure functions of evidence."""
 
+import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_
@@ -11,12 +13,35 @@ from app.lessons.labels import compared_text, label_of, label_text
 from app.lessons.lesson import Challenge, Criterion, Forecast, Measurement, Question, Step
 from app.lessons.measures.quantity import Value, measure, shown_value
 from app.lessons.reference_runs import comparisons, drawn, measured, wanted
-from app.lessons.runs import Pairs, Setup, changes_text, settings_text, value_text
+from app.lessons.runs import Pairs, Setup, changes_text, settings_text, unlike, value_text
 from app.lessons.texts import Measured
 from app.plots.curve_chart import Curve
 from app.settings import Language
 from controllers.errors import LazyText
 from scenes.settings import RunSettings, specs, values
+
+BEYOND_CRITICAL: Final = {"distance_at": False, "smallest_distance": False, "distance_margin": True}
+"""Names of the measurements that are a distance → whether it is d − d_m instead of d."""
+
+FARTHEST: Final = 1.0
+"""Largest |d| that can be guessed [m]."""
+
+
+def asks_for_distance(step: Step) -> bool:
+    """Return whether a step's answers differ by one distance."""
+    question = step.question
+    if question is None or question.ratio or step.drawing is not None or not question.expects:
+        return False
+    return step.measurements[0].name in BEYOND_CRITICAL and len(set(question.expects)) == len(question.expects)
+
+
+def guessed_answer(step: Step, distance: float) -> int | None:
+    """Return the index of the answer that a distance [m] speaks for; None if it speaks for none, or the step asks for no distance."""
+    if step.question is None or not asks_for_distance(step) or not math.isfinite(distance) or abs(distance) > FARTHEST:
+        return None
+    from_critical = BEYOND_CRITICAL[step.measurements[0].name]
+    critical = float(values(step.setup.run)["dm"])
+    return step.question.supported(distance - critical if from_critical else distance)
 
 
 @dataclass(frozen=True)
@@ -49,7 +74,7 @@ class StepOutcome:
         """Return every number with its name as a person reads it, and what has to be said about the run.
 
         Args:
-            tabled: identities of measurements whose comparisons are read in a table elsewhere.
+            tabled: identities of measurements that have a table of their comparisons elsewhere.
         """
         lines, words = list[str](), words_of(language)
         for m, found in zip(step.measurements, self.values, strict=True):
@@ -94,12 +119,6 @@ def reference(step: Step, setup: Setup) -> StepOutcome:
     return StepOutcome(found, True, True, curve=curve)
 
 
-def unlike(asked: RunSettings, had: RunSettings) -> Pairs:
-    """Return the settings of a run, by key, that differ from those asked for."""
-    before, after = values(asked), values(had)
-    return tuple((key, value) for key, value in after.items() if before[key] != value)
-
-
 @dataclass(frozen=True)
 class AnswerVerdict:
     """What is said to a prediction.
@@ -127,8 +146,11 @@ class Judgement:
 
     id: str
     passed: bool
-    text: str
+    text: LazyText
     value: Value
+
+
+_NO_NOTE = LazyText("")
 
 
 @dataclass(frozen=True)
@@ -137,7 +159,7 @@ class Attempt:
 
     passed: bool
     judgements: tuple[Judgement, ...]
-    note: str = ""
+    note: LazyText = _NO_NOTE
 
     @classmethod
     def of(cls, judgements: Sequence[Judgement]) -> "Attempt":

@@ -2,15 +2,19 @@
 
 import json
 import math
-from dataclasses import asdict, dataclass, field
-from typing import Any, Final, NamedTuple
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from typing import Annotated, Any, Final, NamedTuple, get_type_hints
+
+import msgspec
 
 from app.lessons.measures.quantity import Value
-from app.lessons.outcomes import Attempt, Judgement, StepOutcome
-from app.lessons.runs import Pairs
+from app.lessons.outcomes import Attempt, StepOutcome
 from app.plots.curve_chart import COLUMNS, Curve
 from app.settings import Settings
 from controllers.errors import LazyText
+from scenes.inputs import Recorded
+from scenes.roles import TargetSource
 from scenes.settings import specs
 
 VERSION: Final = 1
@@ -56,18 +60,18 @@ class StepProgress:
         tries: at a challenge that asks for the value of a setting, oldest first.
     """
 
-    choice: int | None = None
+    choice: Annotated[int, msgspec.Meta(ge=0, le=99)] | None = None
     outcome: StepOutcome | None = None
     why: StepOutcome | None = None
-    hints: int = 0
-    attempts: int = 0
+    hints: Annotated[int, msgspec.Meta(ge=0, le=99)] = 0
+    attempts: Annotated[int, msgspec.Meta(ge=0)] = 0
     passed: bool = False
     last: Attempt | None = None
     words: str = ""
     because: str = ""
     tries: tuple[Try, ...] = ()
     drawing: Curve = ()
-    guess: float | None = None
+    guess: Value = None
 
     @property
     def predicted(self) -> bool:
@@ -78,6 +82,11 @@ class StepProgress:
     def untouched(self) -> bool:
         """Return whether nothing was done here."""
         return self == StepProgress()
+
+    def note(self, attempt: Attempt, again: bool = False) -> None:
+        """Take note of an attempt at the challenge. `again`: at the same run as the newest one, which counts once."""
+        self.attempts += not again
+        self.last, self.passed = attempt, self.passed or attempt.passed
 
 
 @dataclass
@@ -120,102 +129,112 @@ def _plain(data: Any) -> Any:
 def from_json(text: str) -> Progress:
     """Return the progress in a JSON text; a part that cannot be read is left out, and nothing is raised."""
     try:
-        data = json.loads(text)
-    except (ValueError, RecursionError):
+        whole = msgspec.json.decode(text, type=_Whole)
+    except (msgspec.MsgspecError, RecursionError, UnicodeEncodeError):
         return Progress()
-    if not isinstance(data, dict) or data.get("version") != VERSION:
-        return Progress()
-    progress = Progress(_word(data.get("lesson")), _word(data.get("step")), _word(data.get("phase")))
-    steps = data.get("steps")
-    for entry in steps if isinstance(steps, list) else []:
-        if isinstance(entry, dict) and _word(entry.get("lesson")) and _word(entry.get("step")):
-            progress.steps[_word(entry["lesson"]), _word(entry["step"])] = StepProgress(
-                _count(entry.get("choice"), 99),
-                _outcome(entry.get("outcome")),
-                _outcome(entry.get("why")),
-                _count(entry.get("hints"), 99) or 0,
-                _count(entry.get("attempts"), 10**9) or 0,
-                entry.get("passed") is True,
-                _attempt(entry.get("last")),
-                str(entry.get("words") or "")[:MOST_WORDS],
-                str(entry.get("because") or "")[:LONGEST_REASON],
-                _tries(entry.get("tries")),
-                _curve(entry.get("drawing")),
-                _value(entry.get("guess")),
-            )
+    place = {name: _read(getattr(whole, name), _Word, "") for name in ("lesson", "step", "phase")}
+    progress = Progress(**place) if whole.version == VERSION else Progress()
+    for entry in _read(whole.steps, list[dict[str, Any]], []) if whole.version == VERSION else []:
+        lesson, step = (_read(entry.get(name), _Word, "") for name in ("lesson", "step"))
+        if lesson and step:
+            progress.steps[lesson, step] = _step(entry)
     return progress
 
 
-def _word(value: object) -> str:
-    return value[:80] if isinstance(value, str) else ""
+_Word = Annotated[str, msgspec.Meta(max_length=80)]
 
 
-def _count(value: object, most: int) -> int | None:
-    return value if isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= most else None
+class _Whole(msgspec.Struct):
+    version: int
+    lesson: Any = ""
+    step: Any = ""
+    phase: Any = ""
+    steps: Any = []
 
 
-def _outcome(data: object) -> StepOutcome | None:
-    if not isinstance(data, dict) or not isinstance(data.get("values"), list):
-        return None
-    rows = [row for row in data["values"] if isinstance(row, list)]
-    values = tuple(tuple(_value(v) for v in row) for row in rows)
-    return StepOutcome(
-        values, data.get("complete") is True, data.get("reference") is True, _pairs(data.get("unlike")), _curve(data.get("curve"))
-    )
-
-
-def _value(value: object) -> Value:
-    if value in ("inf", "-inf"):
-        return float(str(value))
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        return None
+def _read(value: object, kind: Any, otherwise: Any) -> Any:
+    """Return plain data as a type, or something else where it is none."""
     try:
-        number = float(value)
-    except OverflowError:
+        return msgspec.convert(value if kind in (str, _Word) else _numbers(value), kind, dec_hook=_text)
+    except (msgspec.MsgspecError, RecursionError):
+        return otherwise
+
+
+def _numbers(data: Any) -> Any:
+    """Return data with the infinities that `_plain` wrote as words."""
+    if isinstance(data, dict):
+        return {key: _numbers(value) for key, value in data.items()}
+    if isinstance(data, list):
+        return [_numbers(value) for value in data]
+    return float(data) if data in ("inf", "-inf") else data
+
+
+def _step(entry: dict[str, Any]) -> StepProgress:
+    fresh = StepProgress()
+    done = StepProgress(**{name: _read(entry.get(name), kind, getattr(fresh, name)) for name, kind in _KINDS.items()})
+    done.words, done.because = done.words[:MOST_WORDS], done.because[:LONGEST_REASON]
+    done.tries, done.drawing = done.tries[-MOST_TRIES:], _whole_curve(done.drawing)
+    done.outcome, done.why = _possible(done.outcome), _possible(done.why)
+    return done
+
+
+_KINDS: Final = get_type_hints(StepProgress, include_extras=True)
+
+
+def _whole_curve(curve: Curve) -> Curve:
+    return curve if len(curve) == COLUMNS else ()
+
+
+def _possible(outcome: StepOutcome | None) -> StepOutcome | None:
+    """Return an outcome without settings that there are not."""
+    if outcome is None:
         return None
-    return number if math.isfinite(number) else None
-
-
-def _curve(data: object) -> Curve:
-    return tuple(_value(v) for v in data) if isinstance(data, list) and len(data) == COLUMNS else ()
-
-
-def _pairs(data: object) -> Pairs:
     known = specs(Settings)
-    return tuple(
-        (str(pair[0]), pair[1])
-        for pair in (data if isinstance(data, list) else [])
-        if isinstance(pair, list)
-        and len(pair) == 2
-        and pair[0] in known
-        and isinstance(pair[1], (str, int, float))
-        and (not known[pair[0]].choices or pair[1] in known[pair[0]].choices)
+    unlike = tuple(
+        (key, value)
+        for key, value in outcome.unlike
+        if key in known and isinstance(value, (str, int, float)) and (not known[key].choices or value in known[key].choices)
     )
+    return replace(outcome, unlike=unlike, curve=_whole_curve(outcome.curve))
 
 
-def _tries(data: object) -> tuple[Try, ...]:
-    found = [row for row in data if isinstance(row, list) and len(row) == 3] if isinstance(data, list) else []
-    numbers = [(_value(setting), _value(measured), met is True) for setting, measured, met in found[-MOST_TRIES:]]
-    return tuple(Try(a, b, met) for a, b, met in numbers if a is not None and b is not None)
-
-
-def _attempt(data: object) -> Attempt | None:
-    if not isinstance(data, dict) or not isinstance(data.get("judgements"), list):
-        return None
-    judgements = tuple(
-        Judgement(_word(j.get("id")), j.get("passed") is True, _text(j.get("text")), _value(j.get("value")))
-        for j in data["judgements"]
-        if isinstance(j, dict)
-    )
-    return Attempt(data.get("passed") is True, judgements, _text(data.get("note")))
-
-
-def _text(data: object) -> str:
-    """Return a `LazyText`, or "" for what is none."""
-    if not isinstance(data, dict) or not isinstance(data.get("template"), str) or not isinstance(data.get("parts"), dict):
-        return ""
-    parts = {name: _text(part) if isinstance(part, dict) else part for name, part in data["parts"].items()}
+def _text(kind: type, data: object) -> object:
+    """Return a `LazyText` of what `_plain` made of it."""
+    if kind is not LazyText:
+        raise NotImplementedError(f"{kind} is no plain data")
+    parts = msgspec.convert(data or {"template": "", "parts": {}}, _Parts)
     try:
-        return LazyText(data["template"], **parts)
-    except (LookupError, ValueError, TypeError, AttributeError):
-        return ""
+        filled = {name: _text(LazyText, part) if isinstance(part, dict) else part for name, part in parts.parts.items()}
+        return LazyText(parts.template, **filled)
+    except (LookupError, TypeError, AttributeError) as error:
+        raise ValueError("the parts of a text do not fit") from error
+
+
+class _Parts(msgspec.Struct):
+    template: str
+    parts: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class SavedLesson:
+    """What outlives a connection.
+
+    Attributes:
+        progress: the walkthrough's JSON.
+        own: the visitor's settings outside the lessons.
+        open: whether a lesson was open.
+        seen: (lesson, step) → the run in which the visitor saw what came of it.
+        now: the settings of the open step's run, which the visitor may have changed; None while no lesson is open.
+        kept: what the visitor did in runs that a later step takes up, by name.
+        said: (lesson, step) → the forecasts that were typed there.
+        measured: whether the present run was measured already.
+    """
+
+    progress: str
+    own: Settings
+    open: bool
+    seen: Mapping[tuple[str, str], Recorded] = field(default_factory=dict)
+    now: Settings | None = None
+    kept: Mapping[str, TargetSource] = field(default_factory=dict)
+    said: Mapping[tuple[str, str], tuple[float | None, ...]] = field(default_factory=dict)
+    measured: bool = False

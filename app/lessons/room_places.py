@@ -9,7 +9,9 @@ import pinocchio as pin
 
 from controllers.errors import BadSetting
 from controllers.kinematics import Array, Kinematics
-from scenes.room import BALL_RADIUS, BALL_ROOM, PATH, POINT_RADIUS, Room
+from scenes.ball import BALL_RADIUS, BALL_ROOM, PATH, POINT_RADIUS
+from scenes.room import Room
+from scenes.solo import swing
 
 Anchor = Literal["hand", "goal", "middle", "elbow"]
 """Origin of a place: the hand at the start, the end of its way past the ball, the middle of that way, the elbow."""
@@ -104,7 +106,5 @@ def start_positions(room: Room, start: Start | None) -> Array | None:
 
 def mark_places(room: Room, angles: Sequence[float]) -> Array:
     """Return the elbow's place at the start, turned about the line from shoulder to wrist by each angle (k, 3) [m]."""
-    kinematics, arm = _standing(room), room.arms[0]
-    shoulder, elbow, wrist = (kinematics.joint_point(j) for j in (arm.shoulder, arm.elbow, arm.wrist))
-    axis = (wrist - shoulder) / np.linalg.norm(wrist - shoulder)
-    return np.array([shoulder + pin.exp3(axis * angle) @ (elbow - shoulder) for angle in angles])
+    turned = swing(_standing(room), room.arms[0])
+    return np.array([turned(angle).elbow for angle in angles])

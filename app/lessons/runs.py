@@ -1,6 +1,7 @@
 """One run as data: who stands where, who moves, for how long; and settings as a person reads them."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final, Literal
 
@@ -10,7 +11,7 @@ from app.lessons.room_places import Start
 from app.settings import Language, Settings
 from controllers.errors import LazyText, joined
 from scenes.setting_spec import Spec
-from scenes.settings import RunSettings, changed, specs
+from scenes.settings import RunSettings, changed, specs, values
 
 Pairs = tuple[tuple[str, Any], ...]
 """Key and value, in order: a dictionary that can be compared and hashed."""
@@ -67,8 +68,9 @@ class Setup:
             settings = changed(settings, key, value)
         return settings
 
-    @property
+    @cached_property
     def run(self) -> RunSettings:
+        # Asked for in every frame of a lesson.
         return self.settings(Settings()).run
 
     def with_changes(self, changes: Pairs) -> "Setup":
@@ -80,11 +82,17 @@ def merged(first: Pairs, then: Pairs) -> Pairs:
     return tuple((dict(first) | dict(then)).items())
 
 
+def unlike(asked: RunSettings, had: RunSettings) -> Pairs:
+    """Return the settings of a run, by key, that differ from those asked for."""
+    before, after = values(asked), values(had)
+    return tuple((key, value) for key, value in after.items() if before[key] != value)
+
+
 def value_text(key: str, value: object) -> str:
     """Return a setting's value as a person reads it on the page, with its unit; words are a `LazyText`."""
     spec: Spec = specs(Settings)[key]
     if spec.choices:
-        return LazyText(spec.choice_labels[spec.choices.index(str(value))]) if spec.choice_labels else str(value)
+        return LazyText(spec.options()[str(value)])
     if isinstance(value, bool):
         return LazyText("on") if value else LazyText("off")
     if isinstance(value, (int, float)):
@@ -109,4 +117,4 @@ def changes_text(changes: Pairs) -> LazyText:
 
 def settings_text(changes: Pairs, language: Language | None = None) -> str:
     """Return settings as a person reads them, in a language; None for that of the page."""
-    return (spoken() if language is None else words_of(language))(changes_text(changes))
+    return (spoken() if language is None else words_of(language))(changes_text(changes)).replace("d_m", "dₘ")

@@ -6,18 +6,18 @@ from dataclasses import dataclass
 from typing import Any, Final, Literal
 
 import numpy as np
-import pinocchio as pin
 
 from app.lessons.measures.quantity import read_parameters
 from app.lessons.room_places import RoomPlace, ball_centre
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
-from scenes.autopilot import quintic
+from scenes.ball import BALL_RADIUS, POINT_RADIUS
+from scenes.experiments import EXPERIMENTS, Moved, Obstacle
 from scenes.null_motions import NullMotions
 from scenes.roles import TargetSource
-from scenes.room import BALL_RADIUS, POINT_RADIUS
 from scenes.simulation import Simulation
-from scenes.targets import BallTarget, HandTarget, JointTarget, Target
+from scenes.solo import swing
+from scenes.targets import BallTarget, HandTarget, JointTarget, Target, quintic
 
 Motion = Callable[[float], Target]
 """The target at a time [s]."""
@@ -100,18 +100,9 @@ def elbow_to(simulation: Simulation, angle: float = 0.4, period: float = 8.0) ->
 
     Parameters: angle to either side about the line from shoulder to wrist [rad]; period, there, across and back [s].
     """
-    kinematics, arm = simulation.kinematics, simulation.avoiding
-    kinematics.update(simulation.positions)
-    pose = kinematics.hand_pose(arm)
-    hand, rotation = pose.translation.copy(), pose.rotation.copy()
-    shoulder, elbow, wrist = (kinematics.joint_point(j) for j in (arm.shoulder, arm.elbow, arm.wrist))
-    axis = (wrist - shoulder) / np.linalg.norm(wrist - shoulder)
-
-    def motion(time: float) -> Target:
-        turn = pin.exp3(axis * (angle * np.sin(2.0 * np.pi * time / max(period, 1e-3))))
-        return HandTarget(hand, rotation, shoulder + turn @ (elbow - shoulder))
-
-    return motion
+    simulation.kinematics.update(simulation.positions)
+    swung = swing(simulation.kinematics, simulation.avoiding)
+    return lambda time: swung(angle * np.sin(2.0 * np.pi * time / max(period, 1e-3)))
 
 
 def null_motions(
@@ -180,10 +171,22 @@ def _ball(simulation: Simulation) -> Array:
 
 @dataclass(frozen=True)
 class ScriptEntry:
-    """A script, a function of a simulation that has just begun and its parameters, and the scenes where it has something to move."""
+    """A script, and where it has something to move.
+
+    Attributes:
+        make: a function of a simulation that has just begun, and its parameters.
+        moves: what it moves, of the visitor's.
+        beside: the obstacles with which it fits.
+    """
 
     make: Callable[..., Motion]
-    scenes: tuple[str, ...]
+    moves: Moved
+    beside: tuple[Obstacle, ...]
+
+    def fits(self, scene: str) -> bool:
+        """Return whether it has something to move in an experiment."""
+        experiment = EXPERIMENTS[scene]
+        return experiment.moves == self.moves and experiment.obstacle in self.beside
 
     @property
     def parameters(self) -> dict[str, inspect.Parameter]:
@@ -191,15 +194,15 @@ class ScriptEntry:
 
 
 SCRIPTS: Final[dict[str, ScriptEntry]] = {
-    "push": ScriptEntry(push, ("hold", "master_slave")),
-    "push_and_back": ScriptEntry(push_and_back, ("hold", "master_slave")),
-    "hand_to": ScriptEntry(hand_to, ("hold", "master_slave", "solo")),
-    "hand_circle": ScriptEntry(hand_circle, ("hold", "master_slave", "solo")),
-    "elbow_to": ScriptEntry(elbow_to, ("solo",)),
-    "null_motions": ScriptEntry(null_motions, ("solo",)),
-    "ball_to": ScriptEntry(ball_to, ("ball",)),
-    "ball_push": ScriptEntry(ball_push, ("ball",)),
-    "ball_circle": ScriptEntry(ball_circle, ("ball",)),
+    "push": ScriptEntry(push, "arm", ("arm",)),
+    "push_and_back": ScriptEntry(push_and_back, "arm", ("arm",)),
+    "hand_to": ScriptEntry(hand_to, "arm", ("arm", "nothing")),
+    "hand_circle": ScriptEntry(hand_circle, "arm", ("arm", "nothing")),
+    "elbow_to": ScriptEntry(elbow_to, "arm", ("nothing",)),
+    "null_motions": ScriptEntry(null_motions, "arm", ("nothing",)),
+    "ball_to": ScriptEntry(ball_to, "ball", ("ball",)),
+    "ball_push": ScriptEntry(ball_push, "ball", ("ball",)),
+    "ball_circle": ScriptEntry(ball_circle, "ball", ("ball",)),
 }
 """All, by name."""
 
@@ -213,8 +216,8 @@ def checked_script(name: str, given: Mapping[str, Any], scene: str) -> tuple[tup
     if name not in SCRIPTS:
         raise BadSetting(f"There is no script {name[:40]!r}; choose from {', '.join(SCRIPTS)}.")
     known = SCRIPTS[name]
-    if scene not in known.scenes:
-        fitting = ", ".join(other for other, one in SCRIPTS.items() if scene in one.scenes) or "none: nothing can be moved there"
+    if not known.fits(scene):
+        fitting = ", ".join(other for other, one in SCRIPTS.items() if one.fits(scene)) or "none: nothing can be moved there"
         raise BadSetting(f"The script {name} has nothing to move in the scene {scene}; choose from {fitting}.")
     places = {key: value for key, value in given.items() if isinstance(value, RoomPlace)}
     wanted = known.parameters

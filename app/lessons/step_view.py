@@ -5,11 +5,11 @@ from typing import Final
 
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_
-from app.lessons.contrast import Contrast, contrast_of
+from app.lessons.bookmark import Phase, is_finished, phases_of
 from app.lessons.curve_drawing import DrawnCurves, judge_drawing
+from app.lessons.labels import Contrast, contrast_of
 from app.lessons.lesson import Lesson, Step
 from app.lessons.outcomes import AnswerVerdict, Attempt, StepOutcome, reference
-from app.lessons.phases import Phase, is_finished, phases_of
 from app.lessons.progress import StepProgress, Try
 from app.lessons.runs import settings_text
 from app.lessons.texts import asks_for_numbers, filled, tabled

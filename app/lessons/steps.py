@@ -12,7 +12,6 @@ from app.lessons.lesson import (
     HINTS,
     MOST_NUMBERS,
     MOST_PLOTS,
-    PLOTS,
     Camera,
     Challenge,
     Choice,
@@ -20,14 +19,17 @@ from app.lessons.lesson import (
     Measurement,
     Question,
     Step,
+    possible_plots,
 )
 from app.lessons.markdown import HEAD_SECTIONS, ITEM, Chapter, Fault, Sheet, read_items
 from app.lessons.measures.quantity import QUANTITIES
 from app.lessons.runs import Pairs, Setup
 from app.lessons.setups import read_changes, read_setup
 from app.lessons.texts import placeholder_problems
+from app.text.lesson_text import left_dollar
 from app.text.picture import picture_problems
 
+LEFT_DOLLAR: Final = "a $ belongs to no formula; write $…$ within one paragraph, and \\$ for the sign itself."
 MOST_CHOICES: Final = 6
 MOST_MINUTES: Final = 90
 
@@ -71,6 +73,19 @@ def check_head(head: Chapter, folder: Path) -> None:
         for number, line in enumerate((part.title, *part.lines), part.line):
             for problem in picture_problems(line, folder, False):
                 raise Fault(number, problem)
+    check_formulas(head)
+
+
+def check_formulas(chapter: Chapter) -> None:
+    """Complain of a formula that has no end.
+
+    Raises:
+        Fault: there is one.
+    """
+    for part in (chapter, *chapter.sections.values()):
+        line = left_dollar("\n".join((part.title, *part.lines)))
+        if line is not None:
+            raise Fault(part.line + line, LEFT_DOLLAR)
 
 
 def head_texts(head: Chapter) -> tuple[str, ...]:
@@ -108,7 +123,7 @@ def read_step(part: Chapter, common: Common) -> Step:
         for name in table.words("numbers", live, MOST_NUMBERS)
     )
     marks = table.numbers("marks")
-    if marks and setup.run.scene != "solo":
+    if marks and setup.run.experiment.obstacle != "nothing":
         raise table.fault("marks", "marks for the elbow need the scene solo.")
     drawing = read_drawing(table, setup)
     if drawing is not None and question is None:
@@ -127,7 +142,7 @@ def read_step(part: Chapter, common: Common) -> Step:
         hints,
         trials,
         cast(Camera, table.choice("camera", get_args(Camera), "room")),
-        table.words("plots", PLOTS[setup.run.scene], MOST_PLOTS),
+        table.words("plots", possible_plots(setup.run), MOST_PLOTS),
         numbers,
         marks,
         drawing,
@@ -232,6 +247,7 @@ def _check_lines(part: Chapter, step: Step) -> None:
     folder = step.setup.folder
     for problem in picture_problems(part.title, folder, False):
         raise Fault(part.line, problem)
+    check_formulas(part)
     for section in part.sections.values():
         # Answers are buttons, and hints are a list.
         listed = section.title == "Hints"

@@ -9,19 +9,17 @@ from math import inf
 from typing import Final
 
 from app.lessons.attempts import RunWatch, attempted
-from app.lessons.bookmark import Bookmark
+from app.lessons.bookmark import Bookmark, Phase, first_phase, fitting_steps, furthest_phase, phases_of
 from app.lessons.curve_drawing import checked_curve
-from app.lessons.distance_guess import FARTHEST, asks_for_distance, guessed_answer
 from app.lessons.evidence import Evidence
-from app.lessons.lesson import Lesson, LessonBook, Measurement, Step
+from app.lessons.lesson import AT_ONCE, Lesson, LessonBook, Measurement, Step
 from app.lessons.measures.quantity import measure
-from app.lessons.outcomes import AnswerVerdict, Attempt, Judgement, StepOutcome, observed, reference
-from app.lessons.phases import Phase, first_phase, fitting_steps, furthest_phase, phases_of
-from app.lessons.progress import LONGEST_REASON, MOST_TRIES, MOST_WORDS, Progress, StepProgress, Try, from_json, to_json
+from app.lessons.outcomes import FARTHEST, Attempt, Judgement, StepOutcome, asks_for_distance, guessed_answer, observed, reference
+from app.lessons.progress import LONGEST_REASON, MOST_TRIES, MOST_WORDS, StepProgress, Try, from_json, to_json
 from app.lessons.reference_runs import person_of
 from app.lessons.room_places import mark_places, start_positions
 from app.lessons.runs import Setup
-from app.lessons.step_view import StepPosition, StepView, has_why, make_view, verdict
+from app.lessons.step_view import StepPosition, StepView, has_why, make_view
 from app.plots.curve_chart import Curve
 from app.settings import Settings
 from controllers.errors import BadSetting
@@ -39,7 +37,8 @@ class Walkthrough:
 
     Args:
         book: with at least one lesson.
-        progress: to go on from; None for a fresh start. What does not fit the book is left out.
+        progress: what `to_json` gave, to go on from; "" for a fresh start. What does not fit the book, which may be another one, or
+            in another language, is left out.
         kept: see `kept`; None for nothing.
 
     Attributes:
@@ -50,19 +49,18 @@ class Walkthrough:
         BadSetting: the book holds no lesson.
     """
 
-    def __init__(
-        self, book: LessonBook, progress: Progress | None = None, kept: Mapping[str, TargetSource] | None = None
-    ) -> None:
+    def __init__(self, book: LessonBook, progress: str = "", kept: Mapping[str, TargetSource] | None = None) -> None:
         if not book.lessons:
             raise BadSetting("There is no lesson to walk through; the folder holds none that can be read.")
         self.book = book
         self.run_id = 0
-        self._progress = progress or Progress()
+        self._progress = from_json(progress)
         self._at = Bookmark(book)
         self.phase = Phase.DO
         self.showing = False
         self._kept: dict[str, TargetSource] = dict(kept or {})
         self._watch = RunWatch()
+        self._counted: tuple[object, ...] = ()
         self._running: tuple[Bookmark, Setup] | None = None
         self._resume()
 
@@ -100,6 +98,16 @@ class Walkthrough:
         """Return whether Run is locked: a question waits for its answer or its curve."""
         return self.phase is Phase.PREDICT
 
+    @property
+    def law_shown(self) -> bool:
+        """Return whether a page may say what the law does at this moment; not while a question waits for its answer."""
+        return not self.locked
+
+    @property
+    def plots(self) -> tuple[str, ...]:
+        """Return the plots that are shown now: while a question waits, those that are empty until the run."""
+        return self.step.plots if self.law_shown else tuple(plot for plot in self.step.plots if plot not in AT_ONCE)
+
     def go(self, lesson: str | int, step: int = 0) -> None:
         """Go to a step: by a link, or because the teacher does. What was done there is still there.
 
@@ -114,9 +122,7 @@ class Walkthrough:
     def choose(self, answer: int) -> bool:
         """Choose an answer, from 0; it may be changed until the outcome is known. Returns whether it was taken."""
         question = self.step.question
-        if question is None or not 0 <= answer < len(question.choices) or self.phase not in (Phase.PREDICT, Phase.DO):
-            return False
-        if self.done.outcome is not None:
+        if question is None or not 0 <= answer < len(question.choices) or not self._answerable:
             return False
         self.done.choice = answer
         if self.phase is Phase.PREDICT:
@@ -137,7 +143,11 @@ class Walkthrough:
     @property
     def guessing(self) -> bool:
         """Return whether d may be guessed on the line of contact now."""
-        return asks_for_distance(self.step) and self.phase in (Phase.PREDICT, Phase.DO) and self.done.outcome is None
+        return asks_for_distance(self.step) and self._answerable
+
+    @property
+    def _answerable(self) -> bool:
+        return self.phase in (Phase.PREDICT, Phase.DO) and self.done.outcome is None
 
     def draw(self, curve: Curve) -> bool:
         """Take the student's curve instead of an earlier one, () for none; only before the run. Returns whether it was taken."""
@@ -241,11 +251,7 @@ class Walkthrough:
         return self.setup.input.kind == "yours"
 
     def settings(self, start: Settings | None = None) -> Settings:
-        """Return the settings with which the present run begins.
-
-        Args:
-            start: as they are now: the page's look is kept where the lesson does not say otherwise.
-        """
+        """Return the settings with which the present run begins. `start`: of the page now, which stays where the lesson does not say."""
         return self.setup.settings(start or Settings())
 
     def start(self, simulation: Simulation) -> Array | None:
@@ -289,7 +295,7 @@ class Walkthrough:
     def attempt(
         self, simulation: Simulation, said: Sequence[float | None] = (), person: TargetSource | None = None
     ) -> Attempt | None:
-        """Judge the present run by the challenge; None where there is none to be tried.
+        """Judge the present run by the challenge, which counts once; None where there is none to be tried.
 
         Args:
             said: the student's forecasts, where the challenge asks for any.
@@ -298,37 +304,29 @@ class Walkthrough:
         challenge = self.step.challenge
         if challenge is None or self.phase is not Phase.CHALLENGE or challenge.custom_law:
             return None
-        attempt = attempted(
-            challenge,
-            simulation,
-            said,
-            yours=self.yours,
-            finished=self.finished(simulation),
-            mixed=self._watch.mixed,
-        )
+        finished, mixed = self.finished(simulation), self._watch.mixed
+        attempt = attempted(challenge, simulation, said, yours=self.yours, finished=finished, mixed=mixed)
         if attempt.passed and challenge.keep and person is not None:
             self._kept[challenge.keep] = person
-        if challenge.search and not attempt.note and (value := attempt.judgements[0].value) is not None:
+        # A run that is checked twice is one attempt; other numbers are another one.
+        counted = self.lesson.id, self.step.id, self._watch.run, *said
+        again, self._counted = counted == self._counted or not attempt.judgements, counted if attempt.judgements else ()
+        if challenge.search and not again and not attempt.note and (value := attempt.judgements[0].value) is not None:
             setting = float(values(simulation.settings)[challenge.search])
             self.done.tries = (*self.done.tries, Try(setting, value, attempt.judgements[0].passed))[-MOST_TRIES:]
-        self._note(attempt)
+        self.done.note(attempt, again)
         return attempt
 
     def attempt_custom_law(self, judgements: Sequence[Judgement]) -> Attempt | None:
-        """Take note of how a controller of the student's own did in the tests of `own_law`."""
+        """Take note of how a custom law did in its tests."""
         challenge = self.step.challenge
         if challenge is None or self.phase is not Phase.CHALLENGE or not challenge.custom_law:
             return None
         attempt = Attempt.of(judgements)
-        self._note(attempt)
+        self.done.note(attempt)
         return attempt
 
     # ---- what is shown -----------------------------------------------------------------------------------------------------
-
-    @property
-    def verdict(self) -> AnswerVerdict | None:
-        """Return the verdict on the prediction; None before the outcome is known."""
-        return verdict(self._place())
 
     def in_book(self, book: LessonBook | None) -> Bookmark:
         """Return the present step as it stands in the same book in another language; None for this one."""
@@ -358,11 +356,6 @@ class Walkthrough:
         progress = self._progress
         progress.lesson, progress.step, progress.phase = self.lesson.id, self.step.id, self.phase.value
         return to_json(progress)
-
-    @classmethod
-    def from_json(cls, book: LessonBook, text: str, kept: Mapping[str, TargetSource] | None = None) -> "Walkthrough":
-        """Return a walkthrough that goes on from `to_json` and `kept`, with a book that may be another one, or in another language."""
-        return cls(book, from_json(text), kept)
 
     # ---- inside ------------------------------------------------------------------------------------------------------------
 
@@ -395,9 +388,3 @@ class Walkthrough:
         if place == 0 or (self.phases[place - 1] is Phase.PREDICT and self.done.outcome is not None):
             return None
         return self.phases[place - 1]
-
-    def _note(self, attempt: Attempt) -> None:
-        done = self.done
-        done.attempts += 1
-        done.last = attempt
-        done.passed = done.passed or attempt.passed

@@ -8,9 +8,8 @@ from typing import Final
 import numpy as np
 import viser
 
-from app.page.free_picture import FreePicture
-from app.stage.camera_fit import Balls, Pose, axes, fit, project
-from app.stage.framed_points import RecentWay, framed_now, joints, known_way
+from app.page.picture_size import FreePicture
+from app.stage.camera_view import Balls, Pose, RecentWay, axes, fit, framed_now, joints, known_way, project
 from controllers.kinematics import Array
 from scenes.rigs import Camera
 from scenes.simulation import Simulation

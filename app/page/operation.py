@@ -1,29 +1,32 @@
 """What is operated of one session: controls, handles, keys."""
 
-from typing import Literal
+from collections.abc import Callable
+from typing import Final, Literal
 
 import numpy as np
 import viser
 
 from app.i18n.speaking import tr
 from app.lessons.lesson import LessonBook
-from app.page.handles.gizmos import NUDGE, SWING, Gizmos
-from app.page.handles.hand_hover import HandHover
-from app.page.lessons.lab_report_box import LabReportBox
+from app.page.handles.gizmos import NUDGE, SWING, Gizmos, HandHover
+from app.page.lessons.lab_report_box import AskReport, LabReportBox
 from app.page.lessons.lesson_controls import LessonControls
 from app.page.panels.controls import Controls
-from app.page.panels.hotkeys import HOTKEYS, keys_of
+from app.page.panels.hotkeys import hotkeys, keys_of
 from app.page.panels.link_box import LinkBox
-from app.page.panels.microscope_buttons import MicroscopeButtons
-from app.page.panels.plot_chooser import DetailsChooser
+from app.page.panels.page_panel import PagePanel
+from app.page.panels.plot_controls import DetailsChooser, MicroscopeButtons
 from app.page.panels.replay_bar import ReplayBar
+from app.page.panels.source_chooser import TakePerson
 from app.page.view import View
 from app.session import actions
-from app.session.clock import next_speed
 from app.session.frame import Frame
-from app.session.input_source import with_joint
 from app.session.session import Session
 from controllers.errors import BadSetting
+from scenes.laws import DEFAULT_LAW, NO_AVOIDANCE
+
+PANELS: Final[list[Callable[[viser.ClientHandle, Session, View], PagePanel]]] = [DetailsChooser, MicroscopeButtons]
+"""The panels that need nothing but the session and the view; a further one is one more entry."""
 
 
 class Operation:
@@ -38,53 +41,46 @@ class Operation:
 
     def __init__(self, client: viser.ClientHandle, session: Session, view: View, presenting: bool = False) -> None:
         self._client, self._session, self._view = client, session, view
-        self._controls = Controls(client.gui, session, self.post, self._notify, presenting)
-        self._keep: ReplayBar | None = None
+        self._controls = Controls(client.gui, session, self.notify, presenting)
+        self._replay_bar: ReplayBar | None = None
         with client.gui.add_folder(tr("Keep and replay"), order=self._controls.below_clock, expand_by_default=False):
-            if session.background is not None:
-                self._keep = ReplayBar(client.gui, session, session.background, self._send, self._notify)
+            if session.player is not None:
+                self._replay_bar = ReplayBar(client.gui, session, session.player, self._send, self.notify)
             self._link = LinkBox(client, session, view.lessons)
             self._lab: LabReportBox | None = None
-            if self._keep is not None:
-                self._lab = LabReportBox(client.gui, session, view.lessons, view.lesson_panel, self._keep.shelf)
-        self._chooser = DetailsChooser(client.gui, view.lessons, view.plots_tab, self.post)
-        self._microscope = MicroscopeButtons(client.gui, session, view)
-        self._gizmos = Gizmos(client.scene, view.stage, session, view.lessons, self.post)
-        self._hover = HandHover(client.gui, self.post)
-        self._desk = LessonControls(client, session, view.lessons, view.lesson_panel, self._controls, self._notify, presenting)
-        for hotkey in keys_of(HOTKEYS, presenting):
-            hotkey.add_to(client.gui, self.post)
+            if self._replay_bar is not None:
+                self._lab = LabReportBox(client.gui, session, view.lessons, view.lesson_panel, self._replay_bar.exports)
+        self._panels = [make(client, session, view) for make in PANELS]
+        self._gizmos = Gizmos(client.scene, view.stage, session, view.lessons)
+        self._hover = HandHover(client.gui, session)
+        self._lesson_controls = LessonControls(
+            client, session, view.lessons, view.lesson_panel, self._controls, self.notify, presenting
+        )
+        for hotkey in keys_of(hotkeys(), presenting):
+            hotkey.add_to(client.gui, session.post)
+        session.takers["page"] = self.take
 
-    def post(self, action: actions.Action) -> None:
-        """Have an action done at the beginning of one of the next frames; may be called from any thread."""
-        self._session.post(lambda: self.act(action), actions.control_of(action))
+    def take(self, action: actions.Action) -> bool:
+        """Do what a hotkey, a button or a handle asks for: the replay's and the lesson's meaning of it go first, on the session's thread.
 
-    def act(self, action: actions.Action) -> None:
-        """Do what a hotkey or a button asks for: the replay's and the lesson's meaning of it go first; on the session's thread."""
-        if self._keep is not None and self._keep.take(action):
-            return
+        Returns:
+            Whether it was done; otherwise it is the session's own.
+        """
+        if self._replay_bar is not None and self._replay_bar.take(action):
+            return True
         if isinstance(action, actions.Reset):
             self._gizmos.forget_drag()
-        if self._desk.take(action):
-            return
-        session = self._session
+        if self._lesson_controls.take(action) or any(panel.take(action) for panel in self._panels):
+            return True
         match action:
-            case actions.Pause():
-                session.toggle_pause()
-            case actions.SingleStep():
-                session.single_step()
-            case actions.Reset():
-                session.reset()
-            case actions.ChangeSpeed(by):
-                session.change("speed", next_speed(session.settings.page.speed, by))
             case actions.SetSetting(key, value):
                 self._set(key, value)
-            case actions.ChooseScene(scene):
-                self._set("scene", scene)
-            case actions.MoveJoint(joint, angle):
-                held = with_joint(session.simulation, session.held, joint, angle)
-                if held is not None:
-                    session.hold(held)
+            case actions.Digit():
+                self._set("scene", action.scene)
+            case TakePerson():
+                self._controls.sources.take_person(action)
+            case AskReport(one) if self._lab is not None:
+                self._lab.ask(one)
             case actions.Drag():
                 self._gizmos.drag(action)
             case actions.Hover(on):
@@ -97,12 +93,15 @@ class Operation:
                 self._gizmos.swing(sign * SWING)
             case actions.FirstView():
                 self._view.look(self._client)
+            case _:
+                return False
+        return True
 
     def _set(self, key: str, value: object) -> None:
         try:
             self._session.change(key, value)
         except BadSetting as error:
-            self._notify("This value is not possible", str(error))
+            self.notify("This value is not possible", str(error))
             self._controls.forget(key)
 
     def _toggle(self, what: Literal["autopilot", "avoidance", "ghost", "gizmo", "contact"]) -> None:
@@ -111,7 +110,7 @@ class Operation:
             case "autopilot":
                 session.change("autopilot", not page.autopilot)
             case "avoidance":
-                session.change("law", "unprotected" if run.law.law == "smooth_priority" else "smooth_priority")
+                session.change("law", NO_AVOIDANCE if run.law.law == DEFAULT_LAW else DEFAULT_LAW)
             case "gizmo":
                 session.change("gizmo", not page.gizmo)
             case "ghost":
@@ -132,32 +131,28 @@ class Operation:
     def _send(self, name: str, content: bytes) -> None:
         self._client.send_file_download(name, content, save_immediately=True)
 
-    def _notify(self, title: str, text: str) -> None:
-        self._client.add_notification(tr(title), tr(text), color="orange", auto_close_seconds=8.0)
-
     def notify(self, title: str, text: str) -> None:
         """Tell the visitor something that no control shows. `title`, `text`: in English."""
-        self._notify(title, text)
+        self._client.add_notification(tr(title), tr(text), color="orange", auto_close_seconds=8.0)
 
     def notify_problems(self, problems: tuple[str, ...]) -> None:
         """Name what was wrong with the link that the visitor came by."""
         for problem in problems[:5]:
-            self._notify("A part of the link was left out", problem)
+            self.notify("A part of the link was left out", problem)
 
     def notify_lessons(self, book: LessonBook) -> None:
         """Name what was wrong with the files of lessons."""
         for problem in book.problems[:5]:
-            self._notify("A lesson was left out", str(problem))
+            self.notify("A lesson was left out", str(problem))
 
     def show(self, frame: Frame) -> None:
         """Bring controls and handles up to date."""
         for panel in (
             self._controls,
-            self._chooser,
-            self._microscope,
-            self._keep,
+            *self._panels,
+            self._replay_bar,
             self._link,
-            self._desk,
+            self._lesson_controls,
             self._lab,
             self._gizmos,
         ):
@@ -166,6 +161,7 @@ class Operation:
         self._hover.show(self._gizmos.hand)
 
     def close(self) -> None:
-        """Go back to live, and drop every export that is being made."""
-        if self._keep is not None:
-            self._keep.close()
+        """Operate the session no more: go back to live, and drop every export that is being made."""
+        self._session.takers.pop("page", None)
+        if self._replay_bar is not None:
+            self._replay_bar.close()

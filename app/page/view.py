@@ -16,24 +16,22 @@ from app.i18n.speaking import spoken, tr
 from app.lessons.lesson import NO_LESSONS, LessonBook
 from app.lessons.session.lesson_session import LessonSession
 from app.page.camera_follow import CameraFollow
-from app.page.free_picture import LOW_CANVAS, FreePicture, free_picture
+from app.page.lessons.answer_boxes import guess_words
 from app.page.lessons.elbow_marks import Marks
-from app.page.lessons.guess_box import guess_words
 from app.page.lessons.lesson_camera import lesson_view
 from app.page.lessons.lesson_panel import NARROW_WIDTH, WIDTH, LessonPanel
+from app.page.page_assets import style_sheet
 from app.page.panels.contact_card import ContactCard
 from app.page.panels.plots_panel import Plots
 from app.page.panels.readout import Readout
 from app.page.panels.replay_bar import replay_style
 from app.page.panels.title_bar import titlebar
-from app.page.style_sheet import style_sheet
-from app.page.window_size import PictureReport, canvas_size
+from app.page.picture_size import LOW_CANVAS, FreePicture, PictureReport, canvas_size, free_picture
 from app.session.frame import Frame
 from app.session.session import Session
 from app.settings import Look, PageSettings
-from app.stage.framed_points import AHEAD
+from app.stage.camera_view import AHEAD, view_of
 from app.stage.stage import Stage
-from app.stage.stage_camera import view_of
 from app.theme import BRAND, DOCK_WIDTH, NARROW, plots_height, scale
 from controllers.kinematics import Array
 from scenes.rigs import Camera
@@ -77,8 +75,9 @@ class View:
         self._simulation = session.simulation
         page = self._page
         gui = host.gui
+        private = isinstance(host, viser.ClientHandle)
         self._style = gui.add_html(style_sheet(page.profile))
-        self._readout = Readout(gui)
+        self._readout = Readout(gui, private)
         gui.set_panel_label(scene_label(session.settings.run))
         gui.main_panel.dock_right()
         gui.main_panel.set_width(DOCK_WIDTH * scale(page.profile))
@@ -91,7 +90,6 @@ class View:
         self._contact = ContactCard(gui, self.plots_tab)
         self._plots = Plots(gui, self.plots_tab, page, self._plots_height())
         plots_panel.float(x=14, y=-14, width=760)
-        private = isinstance(host, viser.ClientHandle)
         if private and canvas_size(host)[1] < LOW_CANVAS:
             plots_panel.minimize()
         self._look = page.theme, page.profile
@@ -106,7 +104,7 @@ class View:
         self.lesson_panel = LessonPanel(
             gui, self.lessons, width, private, narrow and folds, lambda: style_sheet(self._page.profile), book
         )
-        self._marks = Marks(host.scene, session, self.lessons, lambda: self._page)
+        self._marks = Marks(host.scene, self.lessons, lambda: self._page)
         self._lesson_step: tuple[object, ...] | None = None
 
     @property
@@ -192,8 +190,10 @@ class View:
         """Draw a frame."""
         page = self._page
         self._simulation = frame.simulation
-        replay = replay_style(frame.shown.replayed_file) if frame.replayed else ""
-        self._style.content = self._style_too.content = style_sheet(page.profile) + replay
+        sheet = style_sheet(page.profile)
+        self._style.content = self._style_too.content = (
+            sheet + replay_style(frame.shown.replayed_file) if frame.replayed else sheet
+        )
         if self._look != (page.theme, page.profile):
             self._change_look()
         experiment = experiment_of(frame.simulation)
@@ -207,15 +207,16 @@ class View:
         self._follow(frame)
         self.stage.dress(page)
         self.stage.show(frame)
-        self._readout.show(frame)
-        self._contact.show(frame, lambda: guess_words(self.lessons, self.lesson_panel.guess_box))
+        asking = self.lessons.open and not self.lessons.walk.law_shown
+        self._readout.show(frame, asking)
+        self._contact.show(frame, lambda: guess_words(self.lessons, self.lesson_panel.guess_box), asking)
         self._plots.show(frame)
 
     def _show_lesson(self, frame: Frame) -> None:
         lessons = self.lessons
         self._marks.show(frame)
         step = (lessons.walk.lesson.id, lessons.walk.step.id) if lessons.open else None
-        self._plots.only(() if not lessons.open else lessons.walk.step.early_plots if lessons.locked else lessons.walk.step.plots)
+        self._plots.only(lessons.walk.plots if lessons.open else ())
         if self.lesson_panel.show(frame) or step != self._lesson_step:
             self._lesson_step = step
             for client in self._clients():
@@ -240,4 +241,4 @@ def experiment_of(simulation: Simulation) -> tuple[object, ...]:
 def scene_label(run: RunSettings) -> str:
     """Return the name of the experiment."""
     spec = specs(RunSettings)["scene"]
-    return tr(spec.choice_labels[spec.choices.index(run.scene)])
+    return tr(spec.options()[run.scene])

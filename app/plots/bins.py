@@ -5,13 +5,14 @@ from typing import Final
 
 import numpy as np
 
+from app.session.replay import PERIOD
 from controllers.kinematics import Array
 
 WINDOW: Final = 20.0
 """Length of the time axis [s]."""
 
-POINTS: Final = 160
-"""Bins of the time axis."""
+POINTS: Final = round(WINDOW / (4.0 * PERIOD))
+"""Bins of the time axis; of a replay four rows are kept in each."""
 
 LAST, LOW, HIGH, FROM, TO, AT_LOW, AT_HIGH, BEFORE, AFTER, COUNT = range(10)
 """What a bin keeps of a signal: its newest value, the extremes, the values on both sides of the largest step, when they were [s], and the

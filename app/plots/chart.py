@@ -4,7 +4,9 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
+from markupsafe import Markup
 
+from app.text.templates import macros
 from controllers.kinematics import Array
 
 _SIDE = 1000
@@ -39,8 +41,8 @@ class Chart:
     """A chart to which lines and marks are added."""
 
     frame: ChartAxes
-    _lines: list[str] = field(default_factory=list)
-    _marks: list[str] = field(default_factory=list)
+    _lines: list[tuple[str, str, str, str]] = field(default_factory=list)
+    _marks: list[tuple[str, str, str, str]] = field(default_factory=list)
 
     def line(self, xs: Array, ys: Array, kind: str, width: float, dash: str = "") -> None:
         """Add a line; points that a straight line passes through are left out.
@@ -60,14 +62,13 @@ class Chart:
         y = np.minimum(np.maximum((y1 - ys) / (y1 - y0), -1.0), 2.0)
         points = _without_middles((np.column_stack([(xs - x0) / (x1 - x0), y]) * _SIDE).tolist())
         path = "M" + " ".join(f"{px:.0f} {py:.0f}" for px, py in points)
-        dashes = f' stroke-dasharray="{dash}"' if dash else ""
-        self._lines.append(f'<path class="{kind}" d="{path}" stroke-width="{width:g}"{dashes}/>')
+        self._lines.append((kind, path, f"{width:g}", dash))
 
     def dots(self, xs: Array, ys: Array, kind: str, width: float) -> None:
         """Add a dot at every point (points,); `kind` is a class of CSS, `width` is in px."""
         places = [(self.frame.across(x), self.frame.down(y)) for x, y in zip(xs.tolist(), ys.tolist(), strict=True) if y == y]
         path = "".join(f"M{px * _SIDE:.0f} {py * _SIDE:.0f}h0" for px, py in places)
-        self._lines.append(f'<path class="{kind} dots" d="{path}" stroke-width="{width:g}"/>')
+        self._lines.append((f"{kind} dots", path, f"{width:g}", ""))
 
     def level(self, y: float, kind: str, width: float, dash: str = "") -> None:
         self.line(np.array(self.frame.x), np.array([y, y]), kind, width, dash)
@@ -76,21 +77,16 @@ class Chart:
         """Add a mark at a point, kept inside the frame; `kind` is a class of CSS."""
         left, top = self.frame.across(x), self.frame.down(y)
         left, top = min(max(left, 0.0), 1.0), min(max(top, 0.0), 1.0)
-        self._marks.append(f'<b class="{kind}" style="left:{100 * left:.1f}%;top:{100 * top:.1f}%">{text}</b>')
+        self._marks.append((kind, f"{100 * left:.1f}", f"{100 * top:.1f}", text))
 
-    def html(self, height: int) -> str:
+    def html(self, height: int) -> Markup:
         """Return the chart at a height [CSS px]; it is as wide as its place."""
         frame = self.frame
         grid = "".join(f"M{frame.across(x) * _SIDE:.0f} 0v{_SIDE}" for x, _ in frame.x_ticks)
         grid += "".join(f"M0 {frame.down(y) * _SIDE:.0f}h{_SIDE}" for y, _ in frame.y_ticks)
-        x_texts = "".join(f'<i style="left:{100 * frame.across(x):.1f}%">{text}</i>' for x, text in frame.x_ticks)
-        y_texts = "".join(f'<i style="top:{100 * frame.down(y):.1f}%">{text}</i>' for y, text in frame.y_ticks)
-        return (
-            f'<div class="duet-chart" style="height:{height}px"><div class="ys">{y_texts}</div>'
-            f'<div class="area"><svg viewBox="0 0 {_SIDE} {_SIDE}" preserveAspectRatio="none">'
-            f'<path class="grid" d="{grid}"/>{"".join(self._lines)}</svg>{"".join(self._marks)}</div>'
-            f'<div class="xs">{x_texts}</div></div>'
-        )
+        x_texts = [(f"{100 * frame.across(x):.1f}", text) for x, text in frame.x_ticks]
+        y_texts = [(f"{100 * frame.down(y):.1f}", text) for y, text in frame.y_ticks]
+        return macros("plots/charts.html").chart(height, _SIDE, grid, self._lines, self._marks, x_texts, y_texts)
 
 
 def _without_middles(points: list[list[float]]) -> list[list[float]]:

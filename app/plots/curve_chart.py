@@ -1,11 +1,14 @@
 """Curves by columns over one pair of axes, as an SVG of shapes and text: what was drawn by hand, and what came out."""
 
-import html
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Final
+from typing import Final, NamedTuple
+
+from markupsafe import Markup
+
+from app.text.templates import macros
 
 COLUMNS: Final = 48
 """Columns of a curve; its points stand in their middles."""
@@ -88,21 +91,16 @@ class Line:
 
 
 @lru_cache(maxsize=64)
-def curve_chart(x: CurveAxis, y: CurveAxis, lines: tuple[Line, ...], label: str) -> str:
+def curve_chart(x: CurveAxis, y: CurveAxis, lines: tuple[Line, ...], label: str) -> Markup:
     """Return the chart as an <svg> element. Its colours are those of the page: `currentColor`, and classes for the symbols.
 
     Args:
         lines: the first one at the bottom.
         label: what a screen reader says.
     """
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{html.escape(label)}" '
-        'font-size="12" fill="currentColor">'
-        f'<svg x="{_LEFT}" y="{_TOP}" width="{_ACROSS}" height="{_DOWN}" viewBox="0 0 {COLUMNS} 1" '
-        'preserveAspectRatio="none" overflow="visible" fill="none" stroke="currentColor" stroke-linecap="round" '
-        f'stroke-linejoin="round">{"".join(_area(x, y))}{"".join(_stroke(line, path_of(line.curve, y)) for line in lines)}'
-        f"</svg>{''.join(_texts(x, y))}{''.join(_legend(lines))}</svg>"
-    )
+    strokes = [*_area(x, y), *((line, path_of(line.curve, y)) for line in lines)]
+    made, area = macros("plots/curve_chart.html"), (_LEFT, _TOP, _ACROSS, _DOWN)
+    return made.chart((WIDTH, HEIGHT), area, COLUMNS, strokes, _texts(x, y), _legend(lines), label)
 
 
 def path_of(curve: Curve, axis: CurveAxis) -> str:
@@ -118,51 +116,49 @@ def path_of(curve: Curve, axis: CurveAxis) -> str:
     return "".join(parts)
 
 
-def _area(x: CurveAxis, y: CurveAxis) -> Iterator[str]:
-    yield f'<rect class="paper" width="{COLUMNS}" height="1" fill-opacity=".04" stroke="none" fill="currentColor"/>'
+def _area(x: CurveAxis, y: CurveAxis) -> Iterator[tuple[Line, str]]:
     grid = "".join(f"M{at * COLUMNS:.2f} 0v1" for at, _ in x.ticks) + "".join(f"M0 {1.0 - at:.3f}h{COLUMNS}" for at, _ in y.ticks)
-    yield _stroke(Line((), "", "", 1.0, "", 0.15), grid)
+    yield Line((), "", "", 1.0, "", 0.15), grid
     critical = Line((), "dm", "", 1.5, "2 4")
     if x.critical is not None:
-        yield _stroke(critical, f"M{x.fraction(x.critical) * COLUMNS:.2f} 0v1")
+        yield critical, f"M{x.fraction(x.critical) * COLUMNS:.2f} 0v1"
     if y.critical is not None:
-        yield _stroke(critical, f"M0 {1.0 - y.fraction(y.critical):.3f}h{COLUMNS}")
+        yield critical, f"M0 {1.0 - y.fraction(y.critical):.3f}h{COLUMNS}"
 
 
-def _stroke(line: Line, path: str) -> str:
-    kind = f' class="{line.colour}"' if line.colour else ""
-    dash = f' stroke-dasharray="{line.dash}"' if line.dash else ""
-    faint = f' stroke-opacity="{line.opacity:g}"' if line.opacity < 1.0 else ""
-    return f'<path{kind} d="{path}" stroke-width="{line.width:g}"{dash}{faint} vector-effect="non-scaling-stroke"/>'
+class _Text(NamedTuple):
+    """Words at a place [px]. `anchor`, `colour`: as SVG and the style sheet name them."""
+
+    words: str
+    x: float
+    y: float
+    anchor: str = ""
+    colour: str = ""
+    bold: bool = False
 
 
-def _texts(x: CurveAxis, y: CurveAxis) -> Iterator[str]:
+_CRITICAL: Final = Markup('d<tspan dy="3" font-size="9">m</tspan>')
+
+
+def _texts(x: CurveAxis, y: CurveAxis) -> Iterator[_Text]:
     for at, text in x.ticks:
-        yield f'<text x="{_LEFT + at * _ACROSS:.0f}" y="{_TOP + _DOWN + 15}" text-anchor="middle">{text}</text>'
+        yield _Text(text, _LEFT + at * _ACROSS, _TOP + _DOWN + 15, "middle")
     for at, text in y.ticks:
-        yield f'<text x="{_LEFT - 6}" y="{_TOP + (1.0 - at) * _DOWN + 4:.0f}" text-anchor="end">{text}</text>'
-    yield _name(x, _LEFT + _ACROSS, _TOP + _DOWN + 29, "end")
-    yield _name(y, 4, 14, "start")
-    critical = 'class="dm" font-weight="600"'
-    subscript = 'd<tspan dy="3" font-size="9">m</tspan>'
+        yield _Text(text, _LEFT - 6, _TOP + (1.0 - at) * _DOWN + 4, "end")
+    yield _Text(x.label, _LEFT + _ACROSS, _TOP + _DOWN + 29, "end", x.colour, True)
+    yield _Text(y.label, 4, 14, "start", y.colour, True)
     if x.critical is not None:
-        yield f'<text x="{_LEFT + x.fraction(x.critical) * _ACROSS + 4:.0f}" y="{_TOP + _DOWN - 8}" {critical}>{subscript}</text>'
+        yield _Text(_CRITICAL, _LEFT + x.fraction(x.critical) * _ACROSS + 4, _TOP + _DOWN - 8, "", "dm", True)
     if y.critical is not None:
-        down = _TOP + (1.0 - y.fraction(y.critical)) * _DOWN - 4
-        yield f'<text x="{_LEFT + 4}" y="{down:.0f}" {critical}>{subscript}</text>'
+        yield _Text(_CRITICAL, _LEFT + 4, _TOP + (1.0 - y.fraction(y.critical)) * _DOWN - 4, "", "dm", True)
 
 
-def _name(axis: CurveAxis, x: float, y: float, anchor: str) -> str:
-    kind = f' class="{axis.colour}"' if axis.colour else ""
-    return f'<text x="{x:.0f}" y="{y:.0f}" text-anchor="{anchor}" font-weight="600"{kind}>{html.escape(axis.label)}</text>'
-
-
-def _legend(lines: tuple[Line, ...]) -> Iterator[str]:
+def _legend(lines: tuple[Line, ...]) -> Iterator[tuple[_Text, Line, str]]:
+    """Yield the name of every line that has one, and a sample of it."""
     right = float(_LEFT + _ACROSS)
     for line in reversed(lines):
         if line.name:
-            yield f'<text x="{right:.0f}" y="14" text-anchor="end">{html.escape(line.name)}</text>'
+            text = _Text(line.name, right, 14, "end")
             right -= _LETTER * len(line.name) + 26.0
-            sample = f"M{right:.0f} 10h20"
-            yield f'<g fill="none" stroke="currentColor">{_stroke(line, sample)}</g>'
+            yield text, line, f"M{right:.0f} 10h20"
             right -= 10.0

@@ -4,19 +4,20 @@ import math
 from typing import Final
 
 import numpy as np
+from markupsafe import Markup
 
 from app.i18n.speaking import tr
 from app.plots.chart import Chart, ChartAxes
-from app.session.microscope import Magnified, Quantity, Steps
-from scenes.experiments import EXPERIMENTS
+from app.session.microscope import Magnified, Signal, Steps
+from app.text.templates import macros
 from scenes.settings import RunSettings
-from scenes.single_steps import AROUND
+from scenes.smoothness import AROUND
 
 _LEAST: Final = 1e-3
 """Shortest axis, in the unit that is shown."""
 
 
-def microscope_html(seen: Magnified, run: RunSettings, height: int) -> str:
+def microscope_html(seen: Magnified, run: RunSettings, height: int) -> Markup:
     """Return the chart, and below it the largest step at either time step. `height`: [CSS px]."""
     name, unit, scale, kind = _shown(seen.quantity, seen.joint, run)
     runs = [steps for steps in (seen.finer, seen.steps) if steps is not None]
@@ -34,11 +35,9 @@ def microscope_html(seen: Magnified, run: RunSettings, height: int) -> str:
         chart.line(xs, steps.values * scale, f"{css_class} faded", width)
         chart.dots(xs, steps.values * scale, css_class, 5.5 if css_class == kind else 3.2)
     about = tr("over t − {t} s [ms]; largest step:", t=f"{seen.time:.3f}")
-    halves = tr("Computing …") if seen.finer is None else f"<b>•</b> {_largest(seen.finer, scale)}"
-    return (
-        f'<div class="duet">{chart.html(height - 44)}</div><div class="duet"><div class="duet-steps"><b class="{kind}">{name}</b> [{unit}] '
-        f'{about} <b class="{kind}">●</b> {_largest(seen.steps, scale)} {halves}</div></div>'
-    )
+    finer = "" if seen.finer is None else _largest(seen.finer, scale)
+    made = macros("plots/charts.html")
+    return made.steps(chart.html(height - 44), kind, name, unit, about, _largest(seen.steps, scale), finer)
 
 
 def _largest(steps: Steps, scale: float) -> str:
@@ -46,7 +45,7 @@ def _largest(steps: Steps, scale: float) -> str:
     return tr("{value} at {ms} ms", value=value, ms=f"{1000.0 * steps.dt:g}")
 
 
-def _shown(quantity: Quantity, joint: int, run: RunSettings) -> tuple[str, str, float, str]:
+def _shown(quantity: Signal, joint: int, run: RunSettings) -> tuple[str, str, float, str]:
     """Return name, unit, factor and class of CSS of a signal."""
     match quantity:
         case "d":
@@ -54,9 +53,9 @@ def _shown(quantity: Quantity, joint: int, run: RunSettings) -> tuple[str, str, 
         case "lambda":
             return "λ", "1", 1.0, "lam"
         case "dq":
-            return f"q̇<sub>{joint + 1}</sub>", "rad/s", 1.0, "u"
+            return Markup(f"q̇<sub>{joint + 1}</sub>"), "rad/s", 1.0, "u"
         case _:
-            angle = EXPERIMENTS[run.scene].error_unit == "rad²"
+            angle = run.experiment.error_unit == "rad²"
             return ("|e|", "°", math.degrees(1.0), "e") if angle else ("|e|", "mm", 1000.0, "e")
 
 

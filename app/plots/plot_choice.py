@@ -2,12 +2,13 @@
 
 from typing import Final
 
-from app.session.relevant_settings import OBSTACLE
+from app.i18n.speaking import N_
 from app.settings import PageSettings
+from app.text.templates import element
 from scenes.settings import RunSettings, specs
 
 CHARTS: Final[dict[str, str]] = {
-    "curve": 'Fig. 2: <b class="lam">λ</b> over <b class="d">d</b> [m]',
+    "curve": N_('Fig. 2: <b class="lam">λ</b> over <b class="d">d</b> [m]'),
     "laws": "what each law makes of it: J<sub>d</sub>q̇ [m/s] over d [m]",
     "map": "trade-off of n and v",
     "safety": "laws at equal safety",
@@ -20,20 +21,23 @@ CHARTS: Final[dict[str, str]] = {
 PLACES: Final = {"distance": 0, "hand": 0, "error": 1, "elbow": 1}
 """Columns of the first two plots."""
 
-_TWO_OF_A_KIND: Final = frozenset({"master_slave", "imitation"})
-
 
 def possible_details(run: RunSettings) -> tuple[str, ...]:
     """Return the plots that an experiment offers beside the first two."""
     details: tuple[str, ...] = ("none", "joints", "rates", "microscope")
-    if run.scene in OBSTACLE:
+    if run.experiment.obstacle != "nothing":
         details = ("none", "lambda", "joints", "rates", "speeds", "curve", "laws", "safety", "pairs", "stability", "microscope")
-    if run.scene in _TWO_OF_A_KIND:
+    if run.experiment.follows != "nothing":
         details += ("follow",)
-    if run.scene == "hold":
+    if run.experiment.maps:
         details += ("map",)
     order = specs(PageSettings)["plot"].choices
     return tuple(sorted(details, key=order.index))
+
+
+def first_plots(run: RunSettings) -> tuple[str, str]:
+    """Return the two plots that an experiment always shows."""
+    return ("hand", "elbow") if run.experiment.obstacle == "nothing" else ("distance", "error")
 
 
 _ALONE: Final = {"error": "hand", "distance": "elbow"}
@@ -42,15 +46,16 @@ _ALONE: Final = {"error": "hand", "distance": "elbow"}
 
 def cells(run: RunSettings, details: str, only: tuple[str, ...] = ()) -> tuple[str, ...]:
     """Return the names of what is shown, in order; `only`: instead of the first two."""
-    shown = ("distance", "error") if run.scene in OBSTACLE else ("hand", "elbow")
+    first: tuple[str, ...] = first_plots(run)
+    shown = first
     if only:
-        shown = only if run.scene in OBSTACLE else tuple(_ALONE.get(name, name) for name in only)
-        possible = (*("distance", "error", "hand", "elbow"), *possible_details(run))
+        shown = tuple(_ALONE.get(name, name) for name in only) if first[0] == "hand" else only
+        possible = (*PLACES, *possible_details(run))
         shown = tuple(name for name in shown if name in possible)
         details = "none" if details in shown else details
     if details == "none" or details not in possible_details(run):
         return shown
-    return (*shown, details, *(("follow_other",) if details == "follow" and run.scene == "imitation" else ()))
+    return (*shown, details, *(("follow_other",) if details == "follow" and run.experiment.follows == "person" else ()))
 
 
 def makes_room(shown: tuple[str, ...]) -> bool:
@@ -63,7 +68,5 @@ def layout_html(shown: tuple[str, ...]) -> str:
     wide = {"laws": "1.45fr", "safety": "1.9fr", "stability": "1.2fr", "pairs": "1.2fr"}
     columns = [f"minmax(0,{wide.get(name, '1fr')})" for name in shown]
     narrow = columns[:1] + columns[2:] if makes_room(shown) else columns
-    return (
-        f'<div class="duet-plots"><style>:root{{--duet-columns:{" ".join(columns)};--duet-narrow:{" ".join(narrow)}}}'
-        "</style></div>"
-    )
+    style = f":root{{--duet-columns:{' '.join(columns)};--duet-narrow:{' '.join(narrow)}}}"
+    return element("div", "", f"<style>{style}</style>", class_="duet-plots")

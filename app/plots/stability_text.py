@@ -3,9 +3,18 @@
 import math
 from typing import Final
 
+import numpy as np
+from markupsafe import Markup
+
 from app.i18n.speaking import tr
+from app.session.frame import Contact
+from app.text.templates import macros, tr_html
+from controllers.kinematics import Array
 from controllers.laws.situation import FIRM_LEVER, lever
-from controllers.stability import Analysis
+from controllers.stability import Analysis, analyse, barrier
+from controllers.tasks import TASK_DIMENSION, pose_error, position_error
+from scenes.history import COLUMN, Sample
+from scenes.simulation import Simulation
 
 NO_ERROR: Final = 5e-4
 """An error below this counts as none [m or rad]: half a millimetre, or 0.03 degrees."""
@@ -17,7 +26,7 @@ AT_REST: Final = 1e-3
 """An error that changes more slowly than this stays where it is [m/s or rad/s]."""
 
 
-def stability_html(analysis: Analysis, error_norm: float, error_rate: float, V: float, V_rate: float, W: float | None) -> str:
+def stability_html(analysis: Analysis, error_norm: float, error_rate: float, V: float, V_rate: float, W: float | None) -> Markup:
     """Return two sentences and the numbers behind them.
 
     Args:
@@ -26,35 +35,28 @@ def stability_html(analysis: Analysis, error_norm: float, error_rate: float, V: 
         V, V_rate: ½ eᵀ e and its rate.
         W: the barrier function; None where there is none (a hand task).
     """
-    rows = [
-        (
-            tr("least eigenvalue"),
-            f"sym(M) {_fixed(analysis.smallest_eigenvalue, 2, sign=True)}, M {_fixed(analysis.slowest_mode, 3, sign=True)} 1/s",
-        ),
-        (tr("ranks (14)"), ranks_text(analysis)),
-        ("‖J<sub>a</sub>J<sub>b</sub><sup>#</sup>‖ (16)", _coupling_text(analysis)),
-        ('1 − <b class="lam">λ</b>ρ²', tr("{share} of the task is left", share=_fixed(analysis.survival, 3))),
-        ("V, V̇ (20)", f"{_fixed(V, 5)}, {_fixed(V_rate, 5, sign=True)}{_trend(V_rate)}"),
-    ]
-    if W is not None:
-        rows.append(("W", _barrier_text(W)))
-    table = "".join(f'<tr><td style="white-space:nowrap">{name}</td><td>{text}</td></tr>' for name, text in rows)
-    return (
-        '<div class="duet duet-stability">'
-        f"<p>{condition_text(analysis)}<br>{error_text(analysis, error_norm, error_rate)}</p>"
-        f'<table style="font-size:calc(12.5px*var(--duet-k));font-variant-numeric:tabular-nums">{table}</table></div>'
+    eigenvalue, mode = (_fixed(v, n, sign=True) for v, n in ((analysis.smallest_eigenvalue, 2), (analysis.slowest_mode, 3)))
+    return macros("plots/charts.html").stability(
+        condition_text(analysis),
+        error_text(analysis, error_norm, error_rate),
+        numbers=f"sym(M) {eigenvalue}, M {mode} 1/s",
+        ranks=ranks_text(analysis),
+        coupling=_coupling_text(analysis),
+        survival=_fixed(analysis.survival, 3),
+        lyapunov=f"{_fixed(V, 5)}, {_fixed(V_rate, 5, sign=True)}{_trend(V_rate)}",
+        barrier="" if W is None else _barrier_text(W),
     )
 
 
 def condition_text(analysis: Analysis) -> str:
     """Return one sentence: whether the paper's sufficient condition, sym(M) > 0, holds now."""
     if analysis.activation == 0.0 and analysis.condition_holds:
-        return tr("<b>The paper’s condition holds:</b> λ = 0, nothing disturbs the task.")
+        return tr_html("<b>The paper’s condition holds:</b> λ = 0, nothing disturbs the task.")
     if analysis.condition_holds:
         why = tr("avoidance and task are orthogonal") if analysis.orthogonal else tr("every error makes V fall")
-        return tr("<b>The paper’s condition holds:</b> {why}.", why=why)
+        return tr_html("<b>The paper’s condition holds:</b> {why}.", why=why)
     why = tr("not every error makes V fall") if _has_lever(analysis) else tr("no joint can move this point away")
-    return tr("<b>The paper’s condition does not hold:</b> {why}.", why=why)
+    return tr_html("<b>The paper’s condition does not hold:</b> {why}.", why=why)
 
 
 def error_text(analysis: Analysis, error_norm: float, error_rate: float) -> str:
@@ -65,28 +67,28 @@ def error_text(analysis: Analysis, error_norm: float, error_rate: float) -> str:
     if error_norm < NO_ERROR and error_rate < AT_REST:
         return tr("There is no error to bring down.")
     holds = analysis.condition_holds
-    size = f'<b class="e">|e|</b> = {_fixed(error_norm * scale, 0 if unit != "°" else 1)}{unit}'
+    size = Markup('<b class="e">|e|</b> = {}{}').format(_fixed(error_norm * scale, 0 if unit != "°" else 1), unit)
     speed = f"{_fixed(error_rate * scale, 0 if unit != '°' else 1, sign=True)}{unit}/s"
     if analysis.independent and error_norm < DIED_OUT and abs(error_rate) < DIED_OUT:
-        return tr("The error has died out: {size}.", size=size)
+        return tr_html("The error has died out: {size}.", size=size)
     if abs(error_rate) < AT_REST:
         if analysis.independent:
-            return tr("The error stays as it is: {size}.", size=size)
-        return tr("The error stays as it is: {size}, for avoidance and task are dependent.", size=size)
+            return tr_html("The error stays as it is: {size}.", size=size)
+        return tr_html("The error stays as it is: {size}, for avoidance and task are dependent.", size=size)
     if error_rate > 0.0:
         grows = tr("The error grows even so") if holds else tr("The error grows")
-        return f"{grows}: {size}, {speed}."
+        return Markup("{}: {}, {}.").format(grows, size, speed)
     shrinks = tr("The error shrinks") if holds else tr("The error shrinks all the same")
-    return f"{shrinks}: {size}, {speed}."
+    return Markup("{}: {}, {}.").format(shrinks, size, speed)
 
 
 def ranks_text(analysis: Analysis) -> str:
     """Return eq. (14) or (15) with its numbers, and the angle by which independent tasks are so."""
     a, b, stack = analysis.rank_a, analysis.rank_b, analysis.rank_stack
     if a == 0:
-        return tr("{stack} = 0 + {b}, for J<sub>a</sub> = 0", stack=stack, b=b)
+        return tr_html("{stack} = 0 + {b}, for J<sub>a</sub> = 0", stack=stack, b=b)
     if not analysis.independent:
-        return tr("{stack} &lt; {a} + {b}, dependent", stack=stack, a=a, b=b)
+        return tr_html("{stack} &lt; {a} + {b}, dependent", stack=stack, a=a, b=b)
     return tr(
         "{stack} = {a} + {b}, independent by {angle}°", stack=stack, a=a, b=b, angle=_fixed(math.degrees(analysis.angle), 1)
     )
@@ -103,8 +105,8 @@ def _barrier_text(W: float) -> str:
     if math.isnan(W):
         return tr("not defined: no lever")
     if math.isinf(W):
-        return "∞: d ≤ d<sub>m</sub>"
-    return tr("{W}, ∞ at d<sub>m</sub>", W=_fixed(W, 4))
+        return Markup("∞: d ≤ d<sub>m</sub>")
+    return tr_html("{W}, ∞ at d<sub>m</sub>", W=_fixed(W, 4))
 
 
 def _trend(rate: float) -> str:
@@ -126,3 +128,52 @@ def _fixed(value: float, digits: int, sign: bool = False) -> str:
     if not text.strip("+-0."):
         text = text.lstrip("+-")
     return text.replace("-", "−")
+
+
+SPAN: Final = 0.3
+"""The error's speed is measured over this time [s]."""
+
+
+def section_html(simulation: Simulation, sample: Sample, now: Contact) -> Markup:
+    """Return the panel, or one sentence on why there is none."""
+    run, law = simulation.settings, simulation.settings.law
+    if not law.entry.of_section_iii:
+        return _nothing("Section III is about eq. (12). Of this law it says nothing; take smooth priority to see it.")
+    if run.one_row:
+        return _nothing("Section III is about one arm and its task; here one row is shared by both arms.")
+    error, J = task_error(simulation, sample)
+    gain = run.gain
+    analysis = analyse(now.row, J, sample.activation, gain, gain, damped=True)
+    speed = law.nominal_velocity + (now.approach if law.knows_w else 0.0)
+    e = analysis.error(speed, error)
+    W = None
+    if J is None and law.entry.promises:
+        W = barrier(error, gain, now.row, now.distance, law.critical_distance, law.order, law.nominal_velocity)
+    return stability_html(analysis, sample.error, error_rate(simulation), analysis.lyapunov(e), analysis.lyapunov_rate(e), W)
+
+
+def task_error(simulation: Simulation, sample: Sample) -> tuple[Array, Array | None]:
+    """Return e_b (m,) of the task shown [m, rad] and its Jacobian J_b (m, n), None for joints."""
+    arm, place, rotation = simulation.avoiding, simulation.place, simulation.place_rotation
+    if place is None or rotation is None:
+        return sample.desired[arm.joints] - sample.positions[arm.joints], None
+    pose = simulation.kinematics.hand_pose(arm)
+    J = simulation.roles.task.task_jacobian
+    if J is None:
+        # Nothing was asked of the hand yet.
+        J = simulation.kinematics.hand_jacobian(arm)[: TASK_DIMENSION[simulation.settings.task]]
+    return position_error(pose, place) if len(J) == 3 else pose_error(pose, place, rotation), J
+
+
+def error_rate(simulation: Simulation) -> float:
+    """Return how fast |e| has changed lately [m/s or rad/s]; nan before the second step."""
+    table = simulation.history.table(round(SPAN / simulation.settings.dt) + 1)
+    if len(table) < 2:
+        return float("nan")
+    first, last = table[0], table[-1]
+    change = np.sqrt(last[COLUMN["e2"]]) - np.sqrt(first[COLUMN["e2"]])
+    return float(change / (last[COLUMN["t"]] - first[COLUMN["t"]]))
+
+
+def _nothing(sentence: str) -> Markup:
+    return macros("plots/charts.html").nothing(tr(sentence))

@@ -11,14 +11,13 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from app.custom_law.custom_law import CustomLaw
 from app.i18n.sides import side
 from app.i18n.speaking import N_, tr
 from app.plots.bins import HIGH, LOW
-from app.plots.time_series import DRIVEN, JOINTS, RESTING
-from app.session.relevant_settings import both_avoid
+from app.plots.time_series import DRIVEN, JOINTS
 from app.theme import Palette
 from controllers.kinematics import Array
+from scenes.law_answers import LawOfFile
 from scenes.simulation import Simulation
 
 CEILING: Final = 0.4
@@ -52,7 +51,7 @@ _CLASSES: Final = {
 }
 """Colour of a line → class of CSS."""
 
-_RUNS: Final = {"ghost": N_("ghost"), "what_if": N_("what if"), "draft": N_("what if, coarse")}
+_RUNS: Final = {"ghost": N_("ghost"), "what_if": N_("what if")}
 """Run beside the visitor's own → its name in a legend."""
 
 
@@ -127,7 +126,7 @@ class TimePlot:
         return max(high - (min(low, 0.0) if self.positive else low), LEAST / self.scale) / ROWS
 
     def legend(self, others: Collection[str] = (), names: tuple[str, str] | None = None) -> tuple[LegendEntry, ...]:
-        """Return the legend: the named lines, then the runs beside the own one of which there are lines ("ghost", "what_if", "draft").
+        """Return the legend: the named lines, then the runs beside the own one of which there are lines ("ghost", "what_if").
 
         Args:
             others: those runs.
@@ -137,8 +136,7 @@ class TimePlot:
         if names is not None and any(line.run == "ghost" for line in self.lines):
             entries.insert(0, _entry(self.lines[0], names[0], self.lines[0].colour.startswith("joint ")))
         for run in others:
-            drawn = "what_if" if run == "draft" else run
-            line = next((line for line in self.lines if line.run == drawn), None)
+            line = next((line for line in self.lines if line.run == run), None)
             if line is not None:
                 name = names[1] if names is not None and run == "ghost" else _RUNS[run]
                 entries.append(_entry(line, name, line.colour.startswith("joint ")))
@@ -233,15 +231,15 @@ def time_plot_of(name: str, simulation: Simulation) -> TimePlot:
     count = min(joints.stop - joints.start, JOINTS)
     match name:
         case "error":
-            two = run.scene == "imitation" and both_avoid(run) and not run.law.coupled
+            two = run.experiment.follows == "person" and run.both_avoid and not run.one_row
             return _squared_error(simulation.error_unit, (side(avoiding), side(other)) if two else ("", ""))
         case "distance":
-            return _distance(run.law.law in RESTING and not isinstance(simulation.law, CustomLaw))
+            return _distance(run.law.entry.rests and not isinstance(simulation.law, LawOfFile))
         case "joints":
             return _joints(N_("joints q"), "°", "q", count, (-180.0, 180.0))
         case "rates":
             return _joints(N_("joint speeds q̇"), "°/s", "dq", count, None)
-        case "follow" if run.scene == "imitation":
+        case "follow" if run.experiment.follows == "person":
             return _followed("", tr("q, {arm} arm", arm=side(avoiding)), N_("person"))
         case "follow":
             return _followed("", N_("q, slave"), N_("master") if run.following == "identical" else N_("master, mirrored"))

@@ -5,12 +5,12 @@ from typing import Final
 
 import numpy as np
 
-from app.custom_law.custom_law import CustomLaw
 from app.plots.bins import LAST, Bins, bin_numbers
 from app.session.elbow_swivel import Swivel
 from controllers.budget import resting_distance
 from controllers.kinematics import Array
 from scenes.history import COLUMN, History
+from scenes.law_answers import LawOfFile
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
@@ -47,10 +47,6 @@ FARTHEST: Final = 0.8
 """A resting distance beyond this is none: nothing pulls, and its line leaves the axis at the top [m]."""
 
 
-RESTING: Final = ("smooth_priority", "intermediate_value")
-"""Laws with a resting distance in closed form."""
-
-
 def resting(settings: RunSettings, pull: float, approach: float, second_pull: float | None) -> float:
     """Return d* [m] of the present law, inf if nothing pulls, nan if it has none in closed form or d falls for ever.
 
@@ -61,12 +57,12 @@ def resting(settings: RunSettings, pull: float, approach: float, second_pull: fl
     """
     law = settings.law
     d_m, n, v = law.critical_distance, law.order, law.nominal_velocity
-    if law.law not in RESTING:
+    if not law.entry.rests:
         return math.nan
     if second_pull is not None:
         # 2 λ v = (1 − λ)(u_L + u_R) is the rest of one arm that is pulled by their mean.
         return resting_distance(d_m, n, v, (pull + second_pull) / 2.0)
-    if law.feed_forward and law.law == "smooth_priority":
+    if law.knows_w:
         v += approach
     return resting_distance(d_m, n, v, pull, approach)
 
@@ -92,7 +88,9 @@ class RollingSeries:
         if history is not self._history or self._restarted(history):
             self.clear()
             self._history = history
-            self._swivel = Swivel(simulation.room, simulation.avoiding) if simulation.settings.scene == "solo" else None
+            self._swivel = (
+                Swivel(simulation.room, simulation.avoiding) if simulation.settings.experiment.obstacle == "nothing" else None
+            )
         if history.count == self._seen:
             return
         table = history.table(history.count - self._seen)
@@ -115,7 +113,7 @@ class RollingSeries:
         found[:, _SAME_COLUMNS] = table[:, _SAME_SCALARS]
         found[:, c["d_m"]], found[:, c["v"]] = run.law.critical_distance, run.law.nominal_velocity
         found[:, c["e"]] = np.sqrt(table[:, s["e2"]])
-        if run.law.law in RESTING and not isinstance(simulation.law, CustomLaw):
+        if run.law.entry.rests and not isinstance(simulation.law, LawOfFile):
             columns = table[:, [s["u"], s["w_law"], s["u_b"]]].tolist()
             found[:, c["d*"]] = [min(resting(run, u, w, None if u_b != u_b else u_b), FARTHEST) for u, w, u_b in columns]
         pairs = table[:, s["pair"]]

@@ -11,7 +11,7 @@ import numpy as np
 
 from controllers.errors import BadInputFile, LazyText
 from controllers.kinematics import Array
-from scenes.history import SCALARS
+from scenes.history import SCALARS, unit_of
 from scenes.simulation import Simulation
 
 MOST_ROWS: Final = 6_000
@@ -109,17 +109,6 @@ def columns_of(simulation: Simulation) -> tuple[str, ...]:
     """Return the names of the columns of a history table: `scenes.history.SCALARS`, then "left_q1" …, "left_dq1" …, "left_qd1" …"""
     names = simulation.room.columns
     return (*SCALARS, *(name.format(kind) for kind in ("q", "dq", "qd") for name in names))
-
-
-def unit_of(column: str, error_unit: str) -> str:
-    known = {"t": "s", "d": "m", "law_d": "m", "e2": error_unit, "e2_b": error_unit}
-    known |= dict.fromkeys(("u", "w", "w_law", "u_b", "w_b", "w_law_b"), "m/s")
-    if column in known or column in SCALARS:
-        return known.get(column, "")
-    length = column.startswith("ball_")
-    if "_dq" in column:
-        return "m/s" if length else "rad/s"
-    return "m" if length else "rad"
 
 
 def outcome_of(table: Array, columns: tuple[str, ...]) -> RunOutcome:

@@ -1,10 +1,13 @@
-"""Run files: inputs, settings, versions and outcome in one compressed file; loading one computes the run again and compares.
+"""Run files: inputs, settings, provenance and outcome in one compressed file; loading one computes the run again and compares.
 
-It is a file of recorded inputs (`scenes.inputs_file`) with further parts, so that readers of those can read it.
+It is a file of recorded inputs (`scenes.inputs_file`) with further parts, so that readers of those can read it. The provenance names
+program, libraries and machine, on which the last bits of a run may depend.
 """
 
+import importlib.metadata
 import io
 import json
+import platform
 import zipfile
 import zlib
 from collections.abc import Callable
@@ -12,14 +15,74 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
+import pinocchio as pin
 
 from app.recording import outcome as outcomes
-from app.recording.provenance import made_from, made_here, unlike
 from controllers.errors import BadInputFile, BadSetting, LazyText, joined
 from scenes.inputs import Recorded
 from scenes.inputs_file import recorded_bytes, recorded_from
 from scenes.rerun import never, rerun
 from scenes.simulation import Simulation
+
+LONGEST_ENTRY: Final = 40
+"""Characters of one entry of a provenance at most."""
+
+SHOWN_DIGITS: Final = 12
+"""Of a file's hash."""
+
+NAMES: Final[dict[str, str]] = {
+    "duet": "Duet",
+    "python": "Python",
+    "numpy": "numpy",
+    "pinocchio": "Pinocchio",
+    "system": LazyText("system"),
+    "machine": LazyText("processor"),
+}
+"""Key → what a person calls it."""
+
+_UNKNOWN: Final = LazyText("unknown")
+
+
+def made_here() -> dict[str, str]:
+    """Return key of `NAMES` → version or name, of this very program."""
+    try:
+        duet = importlib.metadata.version("lwr-duet")
+    except importlib.metadata.PackageNotFoundError:
+        duet = "0"
+    return {
+        "duet": duet,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "pinocchio": str(pin.__version__),
+        "system": platform.system(),
+        "machine": platform.machine(),
+    }
+
+
+def made_with(file: str, sha256: str) -> LazyText:
+    """Return with which law of a file a run was made, and that it is not computed again."""
+    return LazyText(
+        "The run was made with {file} (SHA-256 {hash}…) and is replayed, not computed again.",
+        file=file,
+        hash=sha256[:SHOWN_DIGITS],
+    )
+
+
+def made_from(data: object) -> dict[str, str]:
+    """Return the provenance that a file states, unknown entries left out; never raises."""
+    if not isinstance(data, dict):
+        return {}
+    return {key: str(data[key])[:LONGEST_ENTRY] for key in NAMES if isinstance(data.get(key), str)}
+
+
+def unlike(then: dict[str, str], now: dict[str, str]) -> tuple[LazyText, ...]:
+    """Return "numpy 2.3.1 then, 2.4.0 now" for everything that is not the same."""
+    return tuple(
+        LazyText("{name} {then} then, {now} now", name=name, then=then.get(key, _UNKNOWN), now=now.get(key, _UNKNOWN))
+        for key, name in NAMES.items()
+        if then.get(key) != now.get(key)
+    )
+
 
 SUFFIX: Final = ".duet.npz"
 """Of a file's name."""
@@ -38,7 +101,7 @@ class SavedRun:
     """The content of a run file.
 
     Attributes:
-        made: with what, see `app.recording.provenance`.
+        made: with what, see `app.recording.run_file`.
     """
 
     recorded: Recorded
@@ -146,7 +209,11 @@ def verify(saved: SavedRun, stopped: Callable[[], bool] = never) -> Verification
     comparison = outcomes.compare(saved.outcome, table, outcomes.columns_of(simulation))
     changes = unlike(saved.made, made_here())
     verdict: Verdict = "exact" if comparison.exact else "close" if comparison.close else "differs"
-    return Verification(verdict, _words(verdict, comparison, changes, simulation.error_unit), comparison, changes)
+    law, words = saved.recorded.law, _words(verdict, comparison, changes, simulation.error_unit)
+    if law is not None:
+        said = made_with(law.file, law.sha256)
+        words = said if verdict == "exact" else joined((said, words), " ")
+    return Verification(verdict, words, comparison, changes)
 
 
 def load_run(data: bytes, name: str, stopped: Callable[[], bool] = never) -> Loaded:

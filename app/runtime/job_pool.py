@@ -5,13 +5,14 @@ import logging
 import multiprocessing
 import os
 import threading
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from ctypes import c_longlong
 from dataclasses import dataclass
-from typing import Any, Final, Literal, Protocol
+from typing import Any, Final, Literal
 
 from controllers.errors import DuetError, LazyText
 from scenes.children import inheriting, leave_with_parent
@@ -37,7 +38,7 @@ class Job:
     """One request.
 
     Attributes:
-        owner, kind, function, arguments, urgent, wake: see `JobPool.submit`.
+        owner, kind, function, arguments, urgent, wake: see `Jobs.submit`.
         state: "dropped" if the result is no longer wanted.
         result: of the function, once it is done.
         message: why it failed, for the visitor.
@@ -55,8 +56,11 @@ class Job:
     message: str = ""
 
 
-class Jobs(Protocol):
+class Jobs(ABC):
     """Runs jobs in the background, in a pool of this process or in one that several processes share; from any thread."""
+
+    def __init__(self) -> None:
+        self._tickets = itertools.count(1)
 
     def submit(
         self,
@@ -77,18 +81,24 @@ class Jobs(Protocol):
             urgent: goes before others; a running job that is not urgent is put back for it.
             wake: called when the state has changed, from another thread.
         """
-        ...
+        job = Job(next(self._tickets), owner, kind, function, arguments, urgent, wake)
+        self._queue(job)
+        return job
 
+    @abstractmethod
+    def _queue(self, job: Job) -> None:
+        """Take in a job, or let it fail at once."""
+
+    @abstractmethod
     def cancel(self, owner: object, kind: str | None = None) -> None:
         """Drop all jobs of an owner, or those of one kind."""
-        ...
 
+    @abstractmethod
     def close(self) -> None:
         """Drop all jobs, and let go of what runs them; later jobs fail."""
-        ...
 
 
-class JobPool:
+class JobPool(Jobs):
     """A queue in front of a pool of processes, which start with the first job; see `Jobs`.
 
     Args:
@@ -96,39 +106,29 @@ class JobPool:
     """
 
     def __init__(self, workers: int | None = None) -> None:
+        super().__init__()
         self.workers = workers or max(1, min((os.cpu_count() or 1) - 1, 4))
         self._context = multiprocessing.get_context("spawn")
         # Which ticket is to stop in each place; read by the workers.
         self._stop: Any = None
         self._pool: ProcessPoolExecutor | None = None
         self._lock = threading.RLock()
-        self._tickets = itertools.count(1)
         self._waiting: list[Job] = []
         self._running: dict[int, Job] = {}
         self._requeued: set[int] = set()
         self._closed = False
 
-    def submit(
-        self,
-        owner: object,
-        kind: str,
-        function: Callable[..., Any],
-        *arguments: Any,
-        urgent: bool = False,
-        wake: Callable[[], None] = lambda: None,
-    ) -> Job:
-        job = Job(next(self._tickets), owner, kind, function, arguments, urgent, wake)
+    def _queue(self, job: Job) -> None:
         with self._lock:
             place = len(self._waiting)
-            for old in [j for j in (*self._waiting, *self._running.values()) if j.owner == owner and j.kind == kind]:
+            for old in [j for j in (*self._waiting, *self._running.values()) if (j.owner, j.kind) == (job.owner, job.kind)]:
                 # A new request takes the old one's place in the queue.
                 place = min(place, self._drop(old))
             if self._closed or len(self._waiting) >= MOST_WAITING:
-                job.state, job.message = "failed", BUSY
-                return job
+                job.message, job.state = BUSY, "failed"
+                return
             self._waiting.insert(place, job)
             self._pump()
-        return job
 
     def cancel(self, owner: object, kind: str | None = None) -> None:
         with self._lock:
@@ -231,7 +231,6 @@ class JobPool:
             job.state = "waiting"
             self._waiting.insert(0, job)
         else:
-            job.state = "failed"
             if isinstance(error, BrokenProcessPool):
                 log.warning("a worker was ended from outside")
                 job.message = ENDED
@@ -240,6 +239,8 @@ class JobPool:
             else:
                 log.error("a computation failed", exc_info=error)
                 job.message = FAILED
+            # Last: its owner reads without the lock, and the message when it has failed.
+            job.state = "failed"
 
 
 # --- in the worker -------------------------------------------------------------------------------------------------------------

@@ -16,13 +16,14 @@ from time import monotonic
 from typing import Any, Final, NamedTuple
 
 from app.runtime.job_address import JobAddress
-from app.runtime.job_pool import BUSY, ENDED, FAILED, MOST_WAITING, Job, JobPool, State
+from app.runtime.job_pool import BUSY, ENDED, FAILED, MOST_WAITING, Job, JobPool, Jobs, State
+from app.runtime.terminal import write_log
 from scenes.robots.robot_files import given_at_start, take_over
 
 log = logging.getLogger("duet.background")
 
-PATIENCE: Final = 10.0
-"""How long a client tries to reach the server of its jobs [s]."""
+PATIENCE: Final = 60.0
+"""How long a client tries to reach the server of its jobs [s]; on a busy machine it takes a while to start."""
 
 LOST: Final = (EOFError, OSError)
 """What the end of a connection raises."""
@@ -49,7 +50,7 @@ class _Answer(NamedTuple):
     message: str
 
 
-class JobClient:
+class JobClient(Jobs):
     """Asks the shared pool; see `app.runtime.job_pool.Jobs`.
 
     Args:
@@ -57,39 +58,29 @@ class JobClient:
     """
 
     def __init__(self, address: JobAddress, start: Callable[[], None]) -> None:
+        super().__init__()
         self._address, self._start = address, start
         self._lock = threading.Condition()
-        self._tickets = itertools.count(1)
         self._jobs: dict[int, Job] = {}
         self._unsent: deque[bytes] = deque()
         self._connection: Connection[Any, Any] | None = None
         self._thread: threading.Thread | None = None
         self._closed = False
 
-    def submit(
-        self,
-        owner: object,
-        kind: str,
-        function: Callable[..., Any],
-        *arguments: Any,
-        urgent: bool = False,
-        wake: Callable[[], None] = lambda: None,
-    ) -> Job:
-        job = Job(next(self._tickets), owner, kind, function, arguments, urgent, wake)
+    def _queue(self, job: Job) -> None:
         with self._lock:
-            self._drop(owner, kind)
+            self._drop(job.owner, job.kind)
             if self._closed or len(self._jobs) >= MOST_WAITING:
                 job.state, job.message = "failed", BUSY
-                return job
+                return
             try:
-                asked = pickle.dumps(_Ask(job.ticket, id(owner), kind, function, arguments, urgent))
+                asked = pickle.dumps(_Ask(job.ticket, id(job.owner), job.kind, job.function, job.arguments, job.urgent))
             except Exception:
                 log.exception("a job cannot be sent")
                 job.state, job.message = "failed", FAILED
-                return job
+                return
             self._jobs[job.ticket] = job
             self._send(asked)
-        return job
 
     def cancel(self, owner: object, kind: str | None = None) -> None:
         with self._lock:
@@ -197,7 +188,7 @@ class JobClient:
             self._unsent.clear()
             self._connection, self._thread = None, None
             for job in lost:
-                job.state, job.message = "failed", ENDED
+                job.message, job.state = ENDED, "failed"
         for job in lost:
             job.wake()
 
@@ -265,7 +256,7 @@ class JobServer:
 
 def main() -> None:
     """Serve jobs until standard input ends; path and secret are its first line."""
-    logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s")
+    write_log()
     path, secret = sys.stdin.buffer.readline().split()
     server = JobServer(JobAddress(path.decode(), bytes.fromhex(secret.decode())))
     sys.stdin.buffer.read()

@@ -1,11 +1,13 @@
-"""A command in a terminal: Ctrl+C and SIGTERM, an output that is closed or full, an encoding without λ. Imports nothing slow."""
+"""A command in a terminal: Ctrl+C and SIGTERM, a closed or full output, an encoding without λ, lines of the log. Imports nothing slow."""
 
 import codecs
 import contextlib
 import errno
 import io
+import logging
 import os
 import signal
+import stat
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -165,3 +167,9 @@ def _fill_descriptors() -> None:
     while (number := os.open(os.devnull, os.O_RDWR)) <= 2:
         os.set_inheritable(number, True)
     os.close(number)
+
+
+def write_log() -> None:
+    """Write the log to the standard error, with the time where that is a file; a service's journal has times of its own."""
+    time = "%(asctime)s " if stat.S_ISREG(os.fstat(2).st_mode) else ""
+    logging.basicConfig(level=logging.INFO, format=f"{time}%(levelname)s %(name)s: %(message)s")

@@ -1,60 +1,88 @@
-"""What a visitor can ask for with a key, a control or a handle, as typed values; each is done on the session's thread."""
+"""What a visitor can ask for with a key, a control or a handle, as typed values; and the queue in which they wait for their session."""
 
-from collections.abc import Hashable
-from dataclasses import dataclass
-from typing import Literal
+import itertools
+import logging
+import threading
+from collections import deque
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, field
+from time import perf_counter
+from typing import ClassVar, Final, Literal, dataclass_transform
 
+from app.settings import Settings
+from app.web.entries import claim_entry
 from controllers.kinematics import Array
-from scenes.settings import SceneName
+from scenes.experiments import EXPERIMENTS
 
 
-@dataclass(frozen=True)
-class Pause:
+@dataclass_transform(frozen_default=True, field_specifiers=(field,))
+class Action:
+    """What waits in a queue: every subclass is a frozen dataclass. An action of one room stands beside what does it.
+
+    Attributes:
+        newest_by: names of fields; an action drops an older one of its class with the same values there. None where every one counts.
+    """
+
+    newest_by: ClassVar[tuple[str, ...] | None]
+
+    def __init_subclass__(cls, *, newest_by: tuple[str, ...] | None = (), eq: bool = True) -> None:
+        cls.newest_by = newest_by
+        dataclass(frozen=True, eq=eq)(cls)
+
+    @property
+    def control(self) -> Hashable:
+        """The control on which it replaces an older one while both wait; None where every press counts."""
+        return None if self.newest_by is None else (type(self), *(getattr(self, name) for name in self.newest_by))
+
+
+class Pause(Action, newest_by=None):
     """Pause, or go on."""
 
 
-@dataclass(frozen=True)
-class SingleStep:
+class SingleStep(Action, newest_by=None):
     """Pause, and make one step."""
 
 
-@dataclass(frozen=True)
-class Reset:
+class Reset(Action):
     """Start the run from its beginning."""
 
 
-@dataclass(frozen=True)
-class ChangeSpeed:
+class ChangeSpeed(Action, newest_by=None):
     """Take the next slower (−1) or faster (+1) speed."""
 
     by: Literal[-1, 1]
 
 
-@dataclass(frozen=True)
-class SetSetting:
+class SetSetting(Action, newest_by=("key",)):
     """Set one setting, named by its key."""
 
     key: str
     value: object
 
 
-@dataclass(frozen=True)
-class ChooseScene:
-    """Change to another experiment; in a lesson, choose the answer of its number."""
+class Digit(Action):
+    """A digit, from 1: the experiment of that number in the picker; in a lesson, the answer of that number."""
 
-    scene: SceneName
+    number: int
+
+    @property
+    def control(self) -> Hashable:
+        return SetSetting("scene", self.number).control
+
+    @property
+    def scene(self) -> str:
+        """Name of the experiment."""
+        return tuple(EXPERIMENTS)[self.number - 1]
 
 
-@dataclass(frozen=True)
-class MoveJoint:
+class MoveJoint(Action, newest_by=("joint",)):
     """Hold the guided arm with one joint, counted from 0, at an angle [rad]."""
 
     joint: int
     angle: float
 
 
-@dataclass(frozen=True, eq=False)
-class Drag:
+class Drag(Action, newest_by=("handle", "phase"), eq=False):
     """Pull at a handle of the stage.
 
     Attributes:
@@ -72,22 +100,19 @@ class Drag:
     taken: Array | None = None
 
 
-@dataclass(frozen=True)
-class Toggle:
+class Toggle(Action, newest_by=None):
     """Switch the autopilot, the avoidance, the ghost, the arrows or what the scene shows of λ on or off."""
 
     what: Literal["autopilot", "avoidance", "ghost", "gizmo", "contact"]
 
 
-@dataclass(frozen=True)
-class Hover:
+class Hover(Action):
     """Show the arrows on the hand or the ball while the pointer is there, or no more."""
 
     on: bool
 
 
-@dataclass(frozen=True)
-class Nudge:
+class Nudge(Action, newest_by=None):
     """Move the hand or the ball by one step along each axis of the visitor's view."""
 
     right: int = 0
@@ -95,47 +120,118 @@ class Nudge:
     away: int = 0
 
 
-@dataclass(frozen=True)
-class SwingElbow:
+class SwingElbow(Action, newest_by=None):
     """Swing the elbow by one step to one side (+1) or the other (−1)."""
 
     sign: Literal[-1, 1]
 
 
-@dataclass(frozen=True)
-class FirstView:
+class FirstView(Action):
     """Point the visitor's camera as at the start."""
 
 
-Action = (
-    Pause
-    | SingleStep
-    | Reset
-    | ChangeSpeed
-    | SetSetting
-    | ChooseScene
-    | MoveJoint
-    | Drag
-    | Toggle
-    | Hover
-    | Nudge
-    | SwingElbow
-    | FirstView
-)
+class RestoreSettings(Action):
+    """Set every setting that differs from these."""
+
+    settings: Settings
 
 
-def control_of(action: Action) -> Hashable:
-    """Return the control on which this action replaces an older one while both wait; None where every press counts."""
-    match action:
-        case SetSetting(key):
-            return key
-        case ChooseScene():
-            return "scene"
-        case MoveJoint(joint):
-            return "joint", joint
-        case Drag(handle, phase):
-            return handle, phase
-        case Reset() | FirstView() | Hover():
-            return type(action)
-        case _:
-            return None
+class Compute(Action, newest_by=("what",)):
+    """Measure how smooth the run is, or set a law's knob so that it keeps the distance of the other law."""
+
+    what: Literal["smoothness", "same distance"]
+
+
+log = logging.getLogger("duet.session")
+
+BUDGET: Final = 0.010
+"""Wall time in one frame after which what still waits is left for the next one [s]."""
+
+MOST_REBUILDS: Final = 4
+"""How often in `PERIOD` a session's page is built again, however often its visitor asks for it."""
+
+PERIOD: Final = 1.0
+"""[s]"""
+
+MOST_PRESSES: Final = 64
+"""Actions of no control that may wait; one more is left out."""
+
+
+class ActionQueue:
+    """Actions in the order in which they were asked for. `put` may be called from any thread, the rest from the session's only.
+
+    Args:
+        handle: does an action.
+        clock: returns the time [s].
+    """
+
+    def __init__(self, handle: Callable[[Action], object], clock: Callable[[], float] = perf_counter) -> None:
+        self._handle, self._clock = handle, clock
+        self._lock = threading.Lock()
+        self._waiting: dict[Hashable, tuple[Action, Callable[[], None]]] = {}
+        self._presses = itertools.count()
+        self._rebuilds: deque[float] = deque(maxlen=MOST_REBUILDS)
+        self._rebuilding = False
+
+    def __len__(self) -> int:
+        return len(self._waiting)
+
+    @property
+    def waiting(self) -> tuple[Action, ...]:
+        """What waits, the next one first."""
+        with self._lock:
+            return tuple(action for action, _ in self._waiting.values())
+
+    def put(self, action: Action) -> None:
+        """Queue an action; an older one of its control is dropped if it still waits."""
+        control = action.control
+        with self._lock:
+            if control is None:
+                if len(self._waiting) >= MOST_PRESSES:
+                    return
+                control = ("press", next(self._presses))
+            # The newest goes to the end: what was asked for in between comes before it.
+            self._leave_out(control)
+            self._waiting[control] = action, claim_entry()
+
+    def rebuilt(self) -> None:
+        """Note that the action which is being done has the page built again."""
+        self._rebuilding = True
+
+    def drop(self) -> None:
+        with self._lock:
+            for control in tuple(self._waiting):
+                self._leave_out(control)
+
+    def _leave_out(self, control: Hashable) -> None:
+        _, end_entry = self._waiting.pop(control, (None, None))
+        if end_entry is not None:
+            end_entry()
+
+    def do(self) -> None:
+        """Do what waits, in order, until `BUDGET` is spent or the page was built again too often for one more time."""
+        deadline = self._clock() + BUDGET
+        # Which action builds is known only once it is done, so that none goes on where none may build.
+        while self._may_rebuild() and (waited := self._next()) is not None:
+            self._rebuilding = False
+            action, end_entry = waited
+            # From here on what the action writes into the control is newer.
+            end_entry()
+            try:
+                self._handle(action)
+            except Exception:
+                # One visitor's odd input must not stop the clock of all.
+                log.exception("an action of the page failed and was left out")
+            now = self._clock()
+            if self._rebuilding:
+                self._rebuilds.append(now)
+            if now >= deadline:
+                return
+
+    def _may_rebuild(self) -> bool:
+        return len(self._rebuilds) < MOST_REBUILDS or self._clock() - self._rebuilds[0] >= PERIOD
+
+    def _next(self) -> tuple[Action, Callable[[], None]] | None:
+        with self._lock:
+            first = next(iter(self._waiting), None)
+            return None if first is None else self._waiting.pop(first)

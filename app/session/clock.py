@@ -1,7 +1,8 @@
-"""A run's clock: how many steps are due in a frame, and how fast simulated time has gone lately."""
+"""A run's clock: how many steps are due in a frame, how fast simulated time has gone lately, and why the run stands still."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Literal
 
 BUDGET: Final = 0.02
 """Wall time that one session may use for its steps in one frame [s]; beyond it simulated time slows down, but no step is dropped."""
@@ -85,4 +86,36 @@ class Clock:
 
     def pace(self, paused: bool) -> Pace:
         """Return how the clock runs."""
-        return Pace(paused, 0.0 if paused else self._rate, self._slowed)
+        return Pace(paused, 0.0 if paused else self._rate, self._slowed and not paused)
+
+
+Reason = Literal["visitor", "lesson", "replay", "class", "teacher", "hidden"]
+"""The visitor pauses; the lesson waits for Run or has come to its end; a replay is shown; the teacher pauses the stage of a lecture;
+the teacher pauses the visitor's own session; the visitor's tab is out of sight."""
+
+NOT_THE_VISITORS: Final[frozenset[Reason]] = frozenset(("teacher", "hidden"))
+"""Reasons that the visitor cannot lift."""
+
+
+class Halt:
+    """The reasons for which no step is made; false while there is none."""
+
+    def __init__(self, reasons: Iterable[Reason] = ()) -> None:
+        self._reasons: set[Reason] = set(reasons)
+
+    def __bool__(self) -> bool:
+        return bool(self._reasons)
+
+    def __contains__(self, reason: Reason) -> bool:
+        return reason in self._reasons
+
+    def set(self, reason: Reason, halted: bool = True) -> None:
+        """Set a reason, or lift it."""
+        if halted:
+            self._reasons.add(reason)
+        else:
+            self._reasons.discard(reason)
+
+    def go_on(self) -> None:
+        """Lift every reason that is the visitor's to lift."""
+        self._reasons &= NOT_THE_VISITORS

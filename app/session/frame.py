@@ -3,15 +3,66 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
+from app.session.background_studies import BackgroundStudies
 from app.session.clock import BUDGET, Pace
-from app.session.contact import Contact, contact
+from app.session.microscope import Magnified
 from app.session.session import Session
-from app.session.shown import Shown
+from app.session.shown import Past, Shown
 from app.settings import Settings
+from controllers.kinematics import Array
 from scenes.history import Sample
+from scenes.rerun import WhatIf
 from scenes.simulation import Simulation
 from scenes.targets import Target
+
+
+class Contact(NamedTuple):
+    """One moment of the arm that keeps clear, or of both arms if one row is shared by both.
+
+    Attributes:
+        row: J_d (n,) [m/rad].
+        distance: that the law acts on [m].
+        pull, approach: u and w along that row [m/s].
+        square: |J_d|² [m²/rad²].
+        second_square: that of the second arm, if it keeps clear by a row of its own; else 0.
+        rate: J_d q̇, what the arm really does along the row [m/s].
+        change: ḋ of the distance that the law acts on, of everything that moves [m/s].
+    """
+
+    row: Array
+    distance: float
+    pull: float
+    approach: float
+    square: float
+    second_square: float
+    rate: float
+    change: float
+
+
+def contact(simulation: Simulation, sample: Sample) -> Contact:
+    """Return the contact in the simulation's newest step; `sample` is that step's. The positions are left as they are."""
+    run = simulation.settings
+    near = simulation.near or simulation.detector.detect(run.law.pairs, run.law.beta, run.law.convexity)
+    own, *others = [mover.joints for mover in simulation.roles.avoiders(run.avoid)]
+    second_square = 0.0
+    if run.one_row:
+        own = slice(min(own.start, others[0].start), max(own.stop, others[0].stop))
+    elif others:
+        second_row = near.row[others[0]]
+        second_square = float(second_row.dot(second_row))
+    row = near.row[own]
+    return Contact(
+        row,
+        sample.law_distance,
+        sample.pull,
+        sample.law_approach,
+        float(row.dot(row)),
+        second_square,
+        float(row.dot(sample.velocities[own])),
+        float(near.row.dot(sample.velocities)),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,6 +72,8 @@ class Frame:
     Attributes:
         now: wall time [s].
         shown: the live session, or a moment of a replay.
+        live: the live session, which the controls are about during a replay too.
+        studies: what is computed beside the live run; None where nothing is.
         simulation, ghost: its run and the second one, for plots that need their histories.
         sample: the newest step.
         settings: of the run that is shown, and of the page.
@@ -29,6 +82,8 @@ class Frame:
 
     now: float
     shown: Shown
+    live: Shown
+    studies: BackgroundStudies | None
     simulation: Simulation
     ghost: Simulation | None
     sample: Sample
@@ -39,6 +94,16 @@ class Frame:
     def replayed(self) -> bool:
         """Whether this is no live run."""
         return self.shown.replay_time is not None
+
+    @property
+    def what_if(self) -> WhatIf | None:
+        """How the last part would have gone with the present settings; None of a replay."""
+        return None if self.replayed or self.studies is None else self.studies.questions.what_if
+
+    @property
+    def magnified(self) -> Magnified | None:
+        """Single steps of the live run; None of a replay."""
+        return None if self.replayed or self.studies is None else self.studies.magnified(self.simulation)
 
     @cached_property
     def state(self) -> tuple[object, ...]:
@@ -76,10 +141,17 @@ def make_frame(session: Session, decide: Callable[[], None], now: float, elapsed
     if session.player is not None:
         session.player.advance(elapsed)
         shown = session.player.past or session
-    return freeze(shown, now)
+    return freeze(session, now, shown)
 
 
-def freeze(shown: Shown, now: float) -> Frame:
-    """Return the present moment of a run as a frame. `now`: wall time [s]."""
-    simulation = shown.simulation
-    return Frame(now, shown, simulation, shown.ghost, simulation.sample(), shown.settings, shown.pace)
+def freeze(live: Session | Past, now: float, shown: Shown | None = None) -> Frame:
+    """Return the present moment of a run as a frame.
+
+    Args:
+        live: the session, or what stands for it where there is none.
+        now: wall time [s].
+        shown: what is seen in its place; None for itself.
+    """
+    shown = shown or live
+    simulation, studies = shown.simulation, live.studies if isinstance(live, Session) else None
+    return Frame(now, shown, live, studies, simulation, shown.ghost, simulation.sample(), shown.settings, shown.pace)

@@ -36,7 +36,7 @@ class GhostRun:
         self._law = law
 
     def begin(self, settings: Settings, beside: Simulation) -> None:
-        """Have a ghost begin where the run is now, or none."""
+        """Begin a ghost where the run is now, or drop it if none is chosen."""
         self.inputs.forget()
         self.simulation = self.source = None
         if settings.page.ghost != "off":
@@ -45,7 +45,7 @@ class GhostRun:
             self.simulation.resume(beside.snapshot())
 
     def begin_other(self, simulation: Simulation, source: TargetSource) -> None:
-        """Have another run beside the session's, with settings and inputs of its own."""
+        """Begin another run beside the session's, with settings and inputs of its own."""
         self.inputs.forget()
         self.simulation, self.source = simulation, source
 

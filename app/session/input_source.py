@@ -1,15 +1,101 @@
-"""Where a run's target comes from: the visitor's hand on the page, a chosen source, or the experiment's own one."""
+"""Where a run's target comes from: the visitor's hand on the page, a chosen source, the experiment's own one, or one of the server's."""
 
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 
+from app.custom_law.law_limits import LawTimeShare
+from controllers.errors import BadInputFile, BadSetting
 from controllers.kinematics import Array
+from scenes.ball import BALL_ROOM
+from scenes.person.bvh import read_bvh
+from scenes.person.camera import CameraSource
+from scenes.person.film import open_camera, open_detector, open_video
+from scenes.person.source import PersonSource, SampledAngles
 from scenes.roles import TargetSource
-from scenes.room import BALL_ROOM
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
-from scenes.targets import BallTarget, HandTarget, JointTarget, Target
+from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, Target
+
+MODEL_REMEDY: Final = "name a pose_landmarker model of MediaPipe (a .task file) with --pose-model FILE"
+
+
+class PersonTarget:
+    """A source as a person of the experiment.
+
+    Args:
+        source: of the angles.
+        loop: start again after so many seconds; None for a source that does not end.
+    """
+
+    def __init__(self, source: PersonSource, loop: float | None = None) -> None:
+        self._source, self._loop = source, loop
+
+    def target(self, time: float) -> AnglesTarget:
+        """Return how the person's arms are at a time [s]."""
+        return AnglesTarget(self._source.angles(time % self._loop if self._loop else time))
+
+
+def from_bvh(motion: SampledAngles) -> PersonTarget:
+    """Return the person of a BVH file, again and again."""
+    return PersonTarget(motion, max(motion.duration, 1e-3))
+
+
+@dataclass(frozen=True)
+class InputSources:
+    """What was named when the server started.
+
+    Attributes:
+        bvh: a person from a file, None if none was named.
+        camera: the person in front of the camera or in the video, shared by every visitor.
+        law_file: a law of one's own; every session runs it in a process of its own.
+        law_share: how long all of them together may be waited for.
+    """
+
+    bvh: PersonTarget | None = None
+    camera: CameraSource | None = None
+    law_file: Path | None = None
+    law_share: LawTimeShare = field(default_factory=LawTimeShare, compare=False)
+
+    def close(self) -> None:
+        """Let go of the camera."""
+        if self.camera is not None:
+            self.camera.stop()
+
+
+NO_SOURCES: Final = InputSources()
+
+
+def find_input_sources(
+    bvh: Path | None, camera: int | None, video: Path | None, model: Path | None, law_file: Path | None = None
+) -> InputSources:
+    """Return who can be imitated.
+
+    Args:
+        bvh: a BVH file.
+        camera: number of a camera at this computer.
+        video: a video file, instead of a camera.
+        model: MediaPipe's model for either.
+        law_file: a law of one's own.
+
+    Raises:
+        BadSetting: a camera and a video, or no model for them.
+        BadInputFile, MissingPackage: see `read_bvh`, `open_camera`, `open_video`, `open_detector`.
+    """
+    if law_file is not None and not law_file.is_file():
+        raise BadInputFile(f"{law_file}: there is no such file; `lwr-duet new-law {law_file}` writes one to begin with.")
+    person = None if bvh is None else from_bvh(read_bvh(bvh))
+    if camera is None and video is None:
+        return InputSources(person, None, law_file)
+    if camera is not None and video is not None:
+        raise BadSetting("--camera and --video are two sources for the same person; give one of them.")
+    if model is None:
+        raise BadSetting(f"A camera or a video needs a model that finds the person: {MODEL_REMEDY}.")
+    film = open_camera(camera) if camera is not None else open_video(video or Path())
+    return InputSources(person, CameraSource(film, open_detector(model)).start(), law_file)
+
 
 LONGEST_REACH: Final = 0.3
 """A key held down runs no further ahead of what it moves [m]."""
@@ -72,7 +158,7 @@ class InputSource:
         """Return where the hand, or the ball, will go in the next seconds (k, 3) [m]: where the source will want it, or, where the visitor
         is the source, where the experiment's own one would; (0, 3) if that is not known."""
         # A person's angles are not known in advance, and say nothing of a place.
-        if self.held is not None or simulation.settings.scene == "imitation":
+        if self.held is not None or simulation.settings.experiment.moves == "person":
             return np.zeros((0, 3))
         source = (autopilot and (self._active or self._chosen)) or simulation.source()
         begin = simulation.time - self._begin if source is self._active else 0.0
@@ -88,7 +174,7 @@ def nudged(simulation: Simulation, held: Target | None, way: Array) -> Target | 
         held: what they hold now.
         way: (3,) by how much [m], world.
     """
-    if simulation.settings.scene == "imitation":
+    if simulation.settings.experiment.moves == "person":
         # A person's own arms cannot be nudged.
         return None
     if simulation.room.ball is not None:
@@ -111,7 +197,7 @@ def with_joint(simulation: Simulation, held: Target | None, joint: int, angle: f
         angle: where to, within the joint's limits at most [rad].
     """
     model, columns = simulation.room.model, simulation.guided.joints
-    if simulation.settings.scene != "master_slave" or joint >= columns.stop - columns.start:
+    if simulation.settings.experiment.follows != "arm" or joint >= columns.stop - columns.start:
         return None
     wanted = held.positions.copy() if isinstance(held, JointTarget) else simulation.positions[columns].copy()
     wanted[joint] = np.clip(angle, model.lowerPositionLimit[columns][joint], model.upperPositionLimit[columns][joint])
@@ -123,6 +209,6 @@ def ahead(place: Array, way: Array, here: Array) -> Array:
     return np.clip(place + way, here - LONGEST_REACH, here + LONGEST_REACH)
 
 
-def source_key(run: RunSettings) -> tuple[object, ...]:
+def source_settings(run: RunSettings) -> tuple[object, ...]:
     """Return the settings that the experiment's own source depends on: when one changes, the source starts again."""
     return (run.scene, run.rig, run.robot, run.guided, run.path, run.point, run.ball, run.clip, run.seed)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Final, cast
+from typing import Final
 
 from app.runtime.job_pool import Job, Jobs
 from app.runtime.job_watch import JobWatch
@@ -10,7 +10,8 @@ from app.settings import Settings
 from controllers.errors import LazyText
 from scenes.inputs import Recorded
 from scenes.law_knobs import KnobMatch, match_knob
-from scenes.settings import LawName, LawSettings, RunSettings, specs, values
+from scenes.laws import LAWS
+from scenes.settings import LawSettings, RunSettings, specs, values
 
 WINDOW: Final = 30.0
 """How much of the run is made again for each value of the knob [s]."""
@@ -66,7 +67,7 @@ class KnobSearch:
             self.message = LazyText("There is too little to measure yet; let it run for a few seconds.")
         else:
             reference = frozen if ghost == "frozen" else run
-            chosen = run if ghost == "frozen" else replace(run, law=replace(run.law, law=cast(LawName, ghost)))
+            chosen = run if ghost == "frozen" else replace(run, law=replace(run.law, law=ghost))
             self._asked, self.message = settings, ""
             self._jobs.submit("knob", self._found, match_knob, recorded, _overrides(reference), _overrides(chosen))
 
@@ -83,9 +84,9 @@ class KnobSearch:
 
     def _found(self, match: KnobMatch) -> None:
         asked, self._asked = self._asked, None
-        spec, choice = specs(LawSettings).get(match.key), specs(RunSettings)["law"]
+        spec = specs(LawSettings).get(match.key)
         parts = {
-            "law": LazyText(choice.choice_labels[choice.choices.index(match.law)]),
+            "law": LazyText(LAWS[match.law].label),
             "wanted": f"{1000.0 * match.wanted:.0f}",
             "reached": f"{1000.0 * match.reached:.0f}",
         }
@@ -106,7 +107,10 @@ class KnobSearch:
             if asked.page.ghost != "frozen":
                 self._change("ghost", "frozen")
                 self._change("law", match.law)
-            self._change(match.key, match.value)
+            knob = LAWS[match.law].distance_knob
+            assert knob is not None, "what has a value has a knob"
+            for key, number in knob.settings(match.value).items():
+                self._change(key, number)
             value = f"{spec.page_scale * match.value:.4g} {spec.page_unit}".rstrip()
             self.message = LazyText(
                 "{law} with {knob} = {value} comes as near as {reached} mm, the ghost’s law {wanted} mm.",

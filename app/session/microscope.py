@@ -12,9 +12,9 @@ from controllers.kinematics import Array
 from scenes.history import COLUMN, History
 from scenes.inputs import Recorded
 from scenes.simulation import Simulation
-from scenes.single_steps import AROUND, avoiding_rates, finer_rows, largest_jump, rows_around
+from scenes.smoothness import AROUND, avoiding_rates, finer_rows, largest_jump, rows_around
 
-Quantity = Literal["d", "lambda", "dq", "e"]
+Signal = Literal["d", "lambda", "dq", "e"]
 
 WINDOW: Final = 20.0
 """The largest jump is searched for in so much of the newest run, and finer steps are computed from at least so far back [s]."""
@@ -54,7 +54,7 @@ class Magnified:
     """
 
     time: float
-    quantity: Quantity
+    quantity: Signal
     joint: int
     steps: Steps
     finer: Steps | None
@@ -73,13 +73,13 @@ class Microscope:
 
     def __init__(self, background: Jobs | None, wake: Callable[[], None]) -> None:
         self._jobs = None if background is None else JobWatch(background, wake, self._failed)
-        self.quantity: Quantity = "dq"
+        self.quantity: Signal = "dq"
         self._time: float | None = None
         self.span: tuple[float, float, float] | None = None
         self._asked: tuple[History, float, float, bool] | None = None
         self._finer: Array | None = None
 
-    def look_at(self, quantity: Quantity) -> None:
+    def look_at(self, quantity: Signal) -> None:
         self.quantity = quantity
 
     def find_jump(self) -> None:
@@ -149,7 +149,7 @@ class Microscope:
         self._asked = self._finer = self._time = None
 
 
-def _signal(simulation: Simulation, table: Array, quantity: Quantity, joint: int) -> Array:
+def _signal(simulation: Simulation, table: Array, quantity: Signal, joint: int) -> Array:
     match quantity:
         case "dq":
             return avoiding_rates(simulation, table)[:, joint]

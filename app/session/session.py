@@ -5,29 +5,25 @@ from dataclasses import replace
 from time import perf_counter
 
 from app.runtime.job_pool import Jobs
-from app.session.action_queue import ActionQueue
-from app.session.clock import BUDGET, Clock, Pace
+from app.session import actions
+from app.session.actions import ActionQueue
+from app.session.background_studies import BackgroundStudies
+from app.session.clock import BUDGET, Clock, Halt, Pace, Reason, next_speed
 from app.session.ghost_run import GhostRun
-from app.session.halt import Halt, Reason
-from app.session.input_source import InputSource, nudged, source_key
-from app.session.input_sources import NO_SOURCES, InputSources
-from app.session.knob_search import WINDOW, KnobSearch
-from app.session.microscope import Magnified, Microscope
+from app.session.input_source import NO_SOURCES, InputSource, InputSources, nudged, source_settings, with_joint
+from app.session.knob_search import WINDOW
 from app.session.relevant_settings import built_of
-from app.session.safety_curves import safety_curves
+from app.session.replay_player import ReplayPlayer
 from app.session.session_state import LASTING, RunState, SessionState, common_pieces, resumed
-from app.session.shown import Player
 from app.session.student_law import LawStatus, StudentLaw
-from app.session.studies import Studies, Who
-from app.session.trade_off import trade_off_map
+from app.session.studies import Who
 from app.settings import Settings
 from controllers.kinematics import Array
 from controllers.laws.situation import Unanswered
 from scenes.inputs import KEEP, InputsLog, Recorded
-from scenes.rerun import WhatIf
 from scenes.roles import TargetSource
 from scenes.room import room_of
-from scenes.settings import RunSettings, changed
+from scenes.settings import RunSettings, changed, values
 from scenes.simulation import Simulation
 from scenes.targets import Target
 
@@ -58,7 +54,7 @@ class Session:
         self._ask_for_frame = wake
         self.stirred = True
         """Whether anything was posted, or anything that was computed has come, since actions were last taken."""
-        wake = self._wake
+        wake = self.wake
         self.simulation = Simulation(settings.run)
         self.halt = Halt()
         """Why no step is made, if none is."""
@@ -71,27 +67,25 @@ class Session:
         """The target of a step that its law has not answered yet."""
         # Background studies know the settings' laws only, and would answer for another one.
         studied = background if sources.law_file is None else None
-        self.studies = Studies(studied, wake)
-        self.trade_off = trade_off_map(studied, wake) if studied is not None else None
-        self.safety_curves = safety_curves(studied, wake) if studied is not None else None
-        """Distance against error over n and v, and law by law; None where there is no background, or a student's law runs."""
-        self.knob_search = KnobSearch(studied, wake, lambda: self.settings, self.change)
-        self.microscope = Microscope(studied, wake)
-        """Which single steps are looked at."""
-        self.player: Player | None = None
-        """Replays in the place of the live run; None where nothing is replayed."""
-        self.posts = ActionQueue()
+        self.studies = BackgroundStudies(studied, wake, self.inputs, lambda: self.settings, self.change)
+        self.player = None if background is None else ReplayPlayer(self, background, wake)
+        """Replays in the place of the live run; None where nothing is computed in the background."""
+        self.posts = ActionQueue(self.handle)
+        self.takers: dict[Hashable, Callable[[actions.Action], bool]] = {}
+        """Those who operate this session, such as a page, each by a name of its own: do an action, or return that it is not theirs."""
         self._clock = Clock(settings.page.speed)
         self.stepping = 0.0
         """Wall time of the steps of the last frame [s]."""
         self._steps_asked, self._hurries_to = 0, 0.0
+        self.looks_up_at = 0.0
+        """A time of the run at which a frame ends, so that what comes then can be decided before the next step [s]."""
         self._input = InputSource()
         self.simulation.use(self.law.of_run)
         self._ghost.begin(settings, self.simulation)
         if settings.page.what_if:
-            self.studies.prepare(settings)
+            self.studies.questions.prepare(settings)
 
-    def _wake(self) -> None:
+    def wake(self) -> None:
         """Ask for a frame at once; from any thread."""
         self.stirred = True
         self._ask_for_frame()
@@ -124,12 +118,7 @@ class Session:
     def close(self) -> None:
         """Drop everything that is being computed for this session, and end its own law's process."""
         self.law.close()
-        self.studies.forget()
-        self.knob_search.forget()
-        self.microscope.forget()
-        for apart in (self.trade_off, self.safety_curves):
-            if apart is not None:
-                apart.forget()
+        self.studies.close()
 
     @property
     def ghost(self) -> Simulation | None:
@@ -153,10 +142,47 @@ class Session:
         if reset and self.simulation.steps:
             self.reset()
 
-    def post(self, action: Callable[[], None], control: Hashable = None) -> None:
-        """Have something done at the beginning of one of the next frames, on the session's own thread; see `ActionQueue.put`."""
-        self.posts.put(action, control)
-        self._wake()
+    def post(self, action: actions.Action) -> None:
+        """Queue an action for the beginning of one of the next frames, on the session's own thread; see `ActionQueue.put`."""
+        self.posts.put(action)
+        self.wake()
+
+    def handle(self, action: actions.Action) -> None:
+        """Do what was posted: one of `takers`, else the session itself.
+
+        Raises:
+            BadSetting: impossible value; nothing is changed.
+            TypeError: nothing here does such an action.
+        """
+        if any(take(action) for take in self.takers.values()):
+            return
+        match action:
+            case actions.Pause():
+                self.toggle_pause()
+            case actions.SingleStep():
+                self.single_step()
+            case actions.Reset():
+                self.reset()
+            case actions.ChangeSpeed(by):
+                self.change("speed", next_speed(self.settings.page.speed, by))
+            case actions.SetSetting(key, value):
+                self.change(key, value)
+            case actions.Digit():
+                self.change("scene", action.scene)
+            case actions.RestoreSettings(settings):
+                for key, value in values(settings).items():
+                    if values(self.settings)[key] != value:
+                        self.change(key, value)
+            case actions.MoveJoint(joint, angle):
+                held = with_joint(self.simulation, self.held, joint, angle)
+                if held is not None:
+                    self.hold(held)
+            case actions.Compute("smoothness"):
+                self.measure_smoothness()
+            case actions.Compute():
+                self.match_distance()
+            case _:
+                raise TypeError(f"nothing here does {action!r}")
 
     @property
     def held(self) -> Target | None:
@@ -186,7 +212,7 @@ class Session:
         rebuilt = self.simulation.roles is not roles
         if after.page.source != before.page.source:
             self._input.set_source(None)
-        elif rebuilt or source_key(after.run) != source_key(before.run):
+        elif rebuilt or source_settings(after.run) != source_settings(before.run):
             self._input.let_go()
         if after.page.autopilot and not before.page.autopilot:
             self._input.restart()
@@ -199,7 +225,7 @@ class Session:
             self._ghost.begin(after, self.simulation)
         elif after.run != before.run:
             self._ghost.apply(after)
-        self.studies.follow(before, after, rebuilt)
+        self.studies.questions.follow(before, after, rebuilt)
 
     def hold(self, target: Target | None) -> None:
         """Take a target from the visitor's hand, or (None) let go of it; the autopilot stops at once."""
@@ -227,14 +253,12 @@ class Session:
         elif self.ghost is not None:
             self.ghost.reset()
         self.studies.forget()
-        self.knob_search.forget()
-        self.microscope.forget()
         self._input.let_go()
         self._clock.forget()
         self._hurries_to, self._wish = 0.0, None
 
     def show_beside(self, simulation: Simulation, source: TargetSource) -> None:
-        """Have another run in the place of the ghost, with settings and inputs of its own, until the next reset; both begin now."""
+        """Show another run in the place of the ghost, with settings and inputs of its own, until the next reset; both begin now."""
         self._ghost.begin_other(simulation, source)
 
     def hurry(self, until: float) -> None:
@@ -246,29 +270,20 @@ class Session:
         """Return the newest piece of the run as it can be made again, see `InputsLog.window`."""
         return self.inputs.window(seconds)
 
-    @property
-    def magnified(self) -> Magnified | None:
-        """The single steps about the instant that the visitor looks at; asked for while they are shown."""
-        return self.microscope.magnify(self.simulation, self.inputs.window)
-
-    @property
-    def what_if(self) -> WhatIf | None:
-        """How the last 20 s would have gone with the present settings; None unless the page asks for it and a law setting was moved."""
-        return self.studies.what_if
-
     def measure_smoothness(self) -> None:
-        """Make the last 10 s again in ever smaller steps, beside the run; `studies.smoothness` then tells what came out."""
+        """Make the last 10 s again in ever smaller steps, beside the run; `studies.questions.smoothness` then tells what came out."""
         runs: dict[Who, tuple[InputsLog, RunSettings]] = {"law": (self.inputs, self.settings.run)}
         if self.ghost is not None and self._ghost.source is None:
             runs["ghost"] = self._ghost.inputs, self.ghost.settings
-        self.studies.measure_smoothness(runs)
+        self.studies.questions.measure_smoothness(runs)
 
     def match_distance(self) -> None:
         """Set a law's knob so that it keeps the distance of the other law on the last inputs, see `KnobSearch.ask`."""
-        self.knob_search.ask(self._ghost.frozen, self.inputs.window(WINDOW))
-        if self.knob_search.busy and self.safety_curves is not None:
+        studies = self.studies
+        studies.knob_search.ask(self._ghost.frozen, self.inputs.window(WINDOW))
+        if studies.knob_search.busy and studies.safety_curves is not None:
             # They would be of other settings afterwards, and the search need not wait for them.
-            self.safety_curves.forget()
+            studies.safety_curves.forget()
 
     @property
     def paused(self) -> bool:
@@ -314,6 +329,7 @@ class Session:
                 inputs.take_back()
                 self._wish = (target,)
                 return False
+            inputs.note_answers(simulation)
         self._wish = None
         self._ghost.catch_up(self.simulation.time)
         self.law.step_made(self.settings.run, self.settings.page.speed)
@@ -338,8 +354,7 @@ class Session:
         """Do what was posted, and take in what was computed. `elapsed`: wall time since the last frame [s]."""
         self.stirred = False
         self.law.advance(elapsed, self.paused)
-        self.studies.advance(elapsed, self.settings, self.simulation, self.inputs.window)
-        self.knob_search.advance()
+        self.studies.advance(elapsed, self.simulation)
         self.posts.do()
 
     def step(self, elapsed: float, budget: float = BUDGET) -> int:
@@ -360,6 +375,8 @@ class Session:
         dt = self.settings.run.dt
         ahead = round((self._hurries_to - self.simulation.time) / dt)
         due = ahead if ahead > 0 else self._clock.due(elapsed, dt, self.settings.page.speed)
+        left = round((self.looks_up_at - self.simulation.time) / dt)
+        due = min(due, left) if left > 0 else due
         made = self._make(due, budget)
         waits = self.law.waits
         if ahead <= 0:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
-from app.session.halt import Reason
+from app.session.clock import Reason
 from controllers.kinematics import Array
 from scenes.inputs import InputsLog, Recorded
 from scenes.settings import RunSettings

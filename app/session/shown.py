@@ -1,15 +1,16 @@
 """What a page can show: the live session, or a moment of a replay in its place."""
 
+from dataclasses import replace
 from typing import Protocol
 
-from app.session.clock import Pace
-from app.session.microscope import Magnified
-from app.session.safety_curves import SafetyCurves
+import numpy as np
+
+from app.session.clock import Halt, Pace
+from app.session.replay import Replay
 from app.session.student_law import LawStatus
-from app.session.trade_off import TradeOffMap
 from app.settings import Settings
 from controllers.kinematics import Array
-from scenes.rerun import WhatIf
+from scenes.inputs import Recorded
 from scenes.simulation import Simulation
 from scenes.targets import Target
 
@@ -54,27 +55,7 @@ class Shown(Protocol):
 
     @property
     def student_law(self) -> LawStatus:
-        """How the student's law fares; none of a replay."""
-        ...
-
-    @property
-    def what_if(self) -> WhatIf | None:
-        """How the last part would have gone with the present settings."""
-        ...
-
-    @property
-    def magnified(self) -> Magnified | None:
-        """Single steps of the run; None where there are none."""
-        ...
-
-    @property
-    def trade_off(self) -> TradeOffMap | None:
-        """Distance against error over n and v."""
-        ...
-
-    @property
-    def safety_curves(self) -> SafetyCurves | None:
-        """Distance against error, law by law."""
+        """How the student's law fares; of a replay, which file it was."""
         ...
 
     def target(self) -> Target | None:
@@ -86,18 +67,53 @@ class Shown(Protocol):
         ...
 
 
-class Player(Protocol):
-    """Replays a recorded run in the place of the live one."""
+class Live(Shown, Protocol):
+    """The live run, as what replays a part of it reads and stops it."""
+
+    halt: Halt
+
+    def recorded(self, seconds: float) -> Recorded | None:
+        """Return the newest piece of the run [s] as it can be made again; None if there is none."""
+        ...
+
+
+class Past:
+    """A replay as a page reads it, see `app.session.shown.Shown`: nothing is held there.
+
+    Args:
+        replay: where it stands.
+        settings: of the live session; the page stays as it is, the run is that of the replay.
+        file: name of the loaded file that is replayed; "" for the session's own run.
+    """
+
+    ghost = held = None
+
+    def __init__(self, replay: Replay, settings: Settings, file: str = "") -> None:
+        self._replay, self._live, self.replayed_file = replay, settings, file
+        law = replay.recorded.law
+        self.student_law = LawStatus() if law is None else LawStatus(law.file, sha256=law.sha256)
 
     @property
-    def past(self) -> Shown | None:
-        """The moment that is replayed; None while live."""
-        ...
+    def simulation(self) -> Simulation:
+        return self._replay.simulation
 
-    def advance(self, elapsed: float) -> bool:
-        """Play for `elapsed` [s] of wall time; return whether another moment is shown."""
-        ...
+    @property
+    def settings(self) -> Settings:
+        """Those of the run then, with those of the page now."""
+        return replace(self._live, run=self._replay.simulation.settings, page=replace(self._live.page, ghost="off"))
 
-    def leave(self) -> None:
-        """Go back to live."""
-        ...
+    @property
+    def pace(self) -> Pace:
+        return Pace(not self._replay.playing, self._replay.speed, False)
+
+    @property
+    def replay_time(self) -> float:
+        return self._replay.time
+
+    def target(self) -> Target | None:
+        return self._replay.target
+
+    def way(self, seconds: float) -> Array:
+        """Return (0, 3): the replay goes where it is sent."""
+        del seconds
+        return np.zeros((0, 3))

@@ -6,11 +6,10 @@ from typing import NamedTuple
 
 from app.custom_law.custom_law import CustomLaw
 from app.custom_law.examination import Examination
-from app.custom_law.time_share import SHARE
+from app.custom_law.law_limits import SHARE
 from app.runtime.job_pool import Jobs
 from app.session.clock import LONGEST_GAP
-from app.session.input_sources import InputSources
-from scenes.files import readable
+from app.session.input_source import InputSources
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
@@ -25,6 +24,7 @@ class LawStatus(NamedTuple):
         away: whether the file is gone; what it said last stays in force.
         waits: whether the run waits for the law's answer.
         slow: how long a call takes, and how long it may in real time [s]; None unless it slows down the run.
+        sha256: of the file, in hexadecimal digits.
     """
 
     file: str | None = None
@@ -33,6 +33,7 @@ class LawStatus(NamedTuple):
     away: bool = False
     waits: bool = False
     slow: tuple[float, float] | None = None
+    sha256: str = ""
 
 
 class StudentLaw:
@@ -89,10 +90,9 @@ class StudentLaw:
         law = self._law
         if law is None or not self.enabled:
             return LawStatus(away=law is not None and law.away)
-        name = readable(law.path.name)
-        file, ghost_file = (None, name) if self.in_ghost else (name, None)
+        file, ghost_file = (None, law.file) if self.in_ghost else (law.file, None)
         slow = (law.need, self._allowed) if late and law.need > self._allowed else None
-        return LawStatus(file, ghost_file, law.problem.text if law.problem else "", law.away, law.waiting, slow)
+        return LawStatus(file, ghost_file, law.problem.text if law.problem else "", law.away, law.waiting, slow, law.sha256)
 
     def advance(self, elapsed: float, paused: bool) -> None:
         """Look at the file, and let the law have its share of a frame. `elapsed`: wall time since the last one [s]."""

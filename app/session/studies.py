@@ -21,11 +21,8 @@ REST: Final = 0.1
 WINDOW: Final = 20.0
 """How much of the run "what if" makes again [s]: what the plots show."""
 
-DRAFT_WINDOW: Final = 10.0
-"""How much of it is made again while a slider moves [s]."""
-
-DRAFT: Final = 0.05
-"""Wall time that such a draft takes, by coarser steps [s]. The exact answer comes when the slider rests."""
+MOVING: Final = 1500
+"""How many of its newest steps are made again while a slider moves: a tenth of a second of work."""
 
 SMOOTHNESS_WINDOW: Final = 10.0
 """How much of the run is made again to see whether it is smooth [s]."""
@@ -45,7 +42,7 @@ class Smoothness:
 
     @property
     def finished(self) -> bool:
-        """Whether everything is measured."""
+        """Whether the steps of both runs are measured at every time step."""
         return all(m.verdict != "measuring" for m in (self.law, self.ghost) if m is not None)
 
 
@@ -76,7 +73,7 @@ class Studies:
         return self._rested is not None or (self._jobs is not None and any(kind != "warm" for kind in self._jobs.kinds))
 
     def prepare(self, settings: Settings) -> None:
-        """Have a process made ready for the first question."""
+        """Make a process ready for the first question."""
         if self._jobs is not None:
             self._jobs.submit("warm", lambda _: None, warm, settings.run)
 
@@ -89,7 +86,7 @@ class Studies:
         elif not before.page.what_if:
             self.prepare(after)
         elif self._jobs is not None and (after.run.law, after.run.gain) != (before.run.law, before.run.gain):
-            # An exact answer that is being computed is about a value that is no longer set.
+            # A long answer that is being computed is about a value that is no longer set.
             self._jobs.drop("what if")
             self._rested, self._moved = 0.0, True
 
@@ -108,24 +105,18 @@ class Studies:
         if self._rested is None:
             return
         self._rested += elapsed
-        # A draft that is under way is finished, or there would be none as long as the slider moves.
-        if self._jobs is None or "draft" in self._jobs.kinds:
+        # A short answer that is under way is finished, or there would be none as long as the slider moves.
+        if self._jobs is None or "newest" in self._jobs.kinds:
             return
         if self._moved:
             self._moved = False
-            self._ask_what_if("draft", DRAFT_WINDOW, DRAFT, settings, simulation, window)
+            self._ask_what_if("newest", min(MOVING * settings.run.dt, WINDOW), settings, simulation, window)
         elif self._rested >= REST:
             self._rested = None
-            self._ask_what_if("what if", WINDOW, None, settings, simulation, window)
+            self._ask_what_if("what if", WINDOW, settings, simulation, window)
 
     def _ask_what_if(
-        self,
-        kind: str,
-        seconds: float,
-        longest: float | None,
-        settings: Settings,
-        simulation: Simulation,
-        window: Callable[[float], Recorded | None],
+        self, kind: str, seconds: float, settings: Settings, simulation: Simulation, window: Callable[[float], Recorded | None]
     ) -> None:
         recorded = window(seconds)
         if recorded is None or self._jobs is None:
@@ -143,7 +134,7 @@ class Studies:
         def done(answer: WhatIf) -> None:
             self.message, self.what_if = "", answer
 
-        self._jobs.submit(kind, done, what_if, recorded, asked, summarise(simulation, table), longest, urgent=True)
+        self._jobs.submit(kind, done, what_if, recorded, asked, summarise(simulation, table), urgent=True)
 
     def measure_smoothness(self, runs: dict[Who, tuple[InputsLog, RunSettings]]) -> None:
         """Begin to measure.
@@ -201,6 +192,6 @@ class Studies:
         """Drop "what if" alone."""
         if self._jobs is not None:
             self._jobs.drop("what if")
-            self._jobs.drop("draft")
+            self._jobs.drop("newest")
         self._rested = self.what_if = None
         self._moved = False

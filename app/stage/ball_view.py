@@ -7,11 +7,13 @@ from app.session.frame import Frame
 from app.settings import PageSettings
 from app.stage.arms import ArmView
 from app.stage.poses import fresh
+from app.stage.stage_part import StagePart
 from app.theme import BRAND, PALETTES, rgb
-from scenes.room import BALL_RADIUS, POINT_RADIUS, Room
+from scenes.ball import BALL_RADIUS, POINT_RADIUS
+from scenes.room import Room
 
 
-class BallView:
+class BallView(StagePart):
     """The ball has the colour of what is yours.
 
     Args:
@@ -38,6 +40,7 @@ class BallView:
                 receive_shadow=False,
             )
             self._point = fresh(point)
+        self.nodes = (self.ball,) if self._point is None else (self.ball, self._point)
 
     def dress(self, page: PageSettings) -> None:
         if self._point is not None:
@@ -45,8 +48,3 @@ class BallView:
 
     def show(self, frame: Frame) -> None:
         self.ball.position = frame.simulation.positions[self._columns]
-
-    def remove(self) -> None:
-        self.ball.remove()
-        if self._point is not None:
-            self._point.remove()

@@ -9,6 +9,7 @@ from app.i18n.speaking import tr
 from app.session.frame import Frame
 from app.settings import PageSettings
 from app.stage.poses import fresh
+from app.stage.stage_part import StagePart
 from app.theme import scale
 from controllers.kinematics import Array
 from scenes.person.body import SHOULDER_HEIGHT, body_parts, body_poses
@@ -34,7 +35,7 @@ def on_person(point: Array) -> Array:
     return (point - _SHOULDERS) / SCALE
 
 
-class FigureView:
+class FigureView(StagePart):
     """Five nested nodes of which four turn.
 
     Args:
@@ -60,6 +61,7 @@ class FigureView:
         self._label = scene.add_label(
             "/person/lost", tr("no person in view"), anchor="bottom-center", position=above, visible=False
         )
+        self.nodes = (self._label, self.parts["body"])
 
     def dress(self, page: PageSettings) -> None:
         if self._label is not None:
@@ -76,8 +78,3 @@ class FigureView:
         self.angles = angles.copy()
         for name, turn in body_poses(angles).items():
             self.parts[name].wxyz = turn
-
-    def remove(self) -> None:
-        if self._label is not None:
-            self._label.remove()
-            self.parts["body"].remove()

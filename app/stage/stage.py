@@ -1,41 +1,69 @@
-"""The stage: room, light, arms, and the other parts of an experiment; it is rebuilt when the experiment changes."""
+"""The stage: cell, light, arms, and the other parts of an experiment; it is rebuilt when the experiment changes."""
 
-from typing import Protocol
-
+import numpy as np
 import viser
 
 from app.session.frame import Frame
 from app.settings import PageSettings
-from app.stage.arms import ArmView
+from app.stage.arms import ArmView, GhostView, WishView
 from app.stage.ball_view import BallView
-from app.stage.closest_line import ClosestLine
-from app.stage.contact_skin import ContactSkin
-from app.stage.ghost import GhostView, WishView
-from app.stage.grip_mark import GripMark
-from app.stage.hand_path import PathLine
-from app.stage.hand_trace import STAY, TRAVEL, Trace
+from app.stage.contact_view import ClosestLine, ContactSkin
+from app.stage.hand_ways import STAY, TRAVEL, PathLine, Trace
 from app.stage.person_figure import FigureView
-from app.stage.room_light import light_room
-from app.stage.target_place import TargetPlace
+from app.stage.stage_part import StagePart
+from app.stage.target_marks import GripMark, TargetPlace
+from app.theme import PALETTES, Palette
 from scenes.rigs import ALONE, Rig
 from scenes.room_shells import stands_glb, table_glb, torso_glb
 from scenes.simulation import Simulation
 
 
-class StagePart(Protocol):
-    """Something on the stage."""
+def light_room(scene: viser.SceneApi, page: PageSettings) -> None:
+    """Set background, lights and floor for a theme and a kind of picture; may be called again for another."""
+    palette, dark, fine = PALETTES[page.theme], page.theme == "dark", page.picture == "fine"
+    top, bottom = (np.array(c, float) for c in palette.background)
+    ramp = np.linspace(0.0, 1.0, 256)[:, None, None]
+    scene.set_background_image(np.tile(top + (bottom - top) * ramp, (1, 8, 1)).round().astype(np.uint8), format="png")
+    scene.configure_default_lights(enabled=False)
+    scene.add_light_directional("/light/key", intensity=2.0, cast_shadow=fine, position=(2.4, -2.0, 4.0))
+    scene.add_light_directional("/light/fill", intensity=0.7, position=(-2.5, 2.0, 2.0), color=(205, 222, 255), visible=fine)
+    if fine:
+        scene.configure_environment_map("studio", environment_intensity=0.42 if dark else 0.55)
+    else:
+        # Reflections are the dearest part of a picture drawn without a graphics card; plain light stands in for them.
+        scene.configure_environment_map(None)
+    scene.add_light_hemisphere(
+        "/light/sky", sky_color=(255, 255, 255), ground_color=(150, 155, 165), intensity=2.2, visible=not fine
+    )
+    _lay_floor(scene, palette, fine)
 
-    def dress(self, page: PageSettings) -> None:
-        """Take on a theme and a profile."""
-        ...
 
-    def show(self, frame: Frame) -> None:
-        """Draw a frame."""
-        ...
-
-    def remove(self) -> None:
-        """Take it out of the scene."""
-        ...
+def _lay_floor(scene: viser.SceneApi, palette: Palette, fine: bool) -> None:
+    if fine:
+        scene.add_grid(
+            "/floor",
+            width=6,
+            height=6,
+            cell_size=0.1,
+            section_size=0.5,
+            cell_thickness=0.6,
+            section_thickness=1.0,
+            cell_color=palette.cell,
+            section_color=palette.section,
+            infinite_grid=False,
+            fade_distance=6,
+            fade_from="origin",
+            fade_strength=1.2,
+            shadow_opacity=0.3,
+            plane_opacity=0.0,
+        )
+        return
+    ticks = np.arange(-3.0, 3.01, 0.5)
+    ends = np.full_like(ticks, 3.0)
+    zero = np.zeros_like(ticks)
+    along = np.stack([np.stack([ticks, -ends, zero], -1), np.stack([ticks, ends, zero], -1)], 1)
+    lines = np.concatenate([along, along[..., [1, 0, 2]]]).astype(np.float32)
+    scene.add_line_segments("/floor", lines, palette.section, thickness=1, thickness_units="screen")
 
 
 def furniture_glb(rig: Rig, coarse: bool) -> bytes:
@@ -109,7 +137,7 @@ class Stage:
 
     def _build(self, simulation: Simulation, fine: bool) -> None:
         """Put up the room with its arms; what is yours is orange, everything else is silver."""
-        room, settings, coarse = simulation.room, simulation.settings, not fine
+        room, moves, coarse = simulation.room, simulation.settings.experiment.moves, not fine
         self._room = self.scene.add_glb("/room", furniture_glb(room.rig, coarse))
         yours = simulation.guided if room.ball is None else None
         self._arms = tuple(
@@ -118,22 +146,22 @@ class Stage:
         )
         self.yours = next((view for arm, view in zip(room.arms, self._arms, strict=True) if arm is yours), None)
         parts: list[StagePart] = [ContactSkin(self.scene, room, self._arms), ClosestLine(self.scene)]
-        if self.yours is not None and settings.scene != "imitation":
+        if self.yours is not None and moves != "person":
             parts.append(GripMark(self.scene))
         if simulation.place is not None:
             parts.append(TargetPlace(self.scene))
-        moving = settings.scene == "ball" or (settings.scene == "solo" and settings.path == "circle")
-        if settings.scene != "imitation":
+        moving = len(simulation.way) > 0
+        if moves != "person":
             parts.append(Trace(self.scene, "/trace", simulation.avoiding, TRAVEL if moving else STAY))
         if moving:
-            parts.append(PathLine(self.scene, circle=settings.scene == "solo"))
+            parts.append(PathLine(self.scene, simulation.way))
         if room.ball is not None:
             self.yours = BallView(self.scene, room, self._arms[0])
             parts.append(self.yours)
         if any(mover.desired is not None for mover in simulation.roles.tasks):
             parts.append(WishView(self.scene, fine))
         parts.append(GhostView(self.scene, fine))
-        if settings.scene == "imitation":
+        if moves == "person":
             self.yours = FigureView(self.scene)
             parts.append(self.yours)
         self._parts = tuple(parts)

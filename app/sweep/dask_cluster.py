@@ -18,10 +18,9 @@ import controllers
 import scenes
 from app.version import duet_version
 from controllers.errors import BadInputFile, BadSetting, DuetError
-from scenes.grids import Grid
 from scenes.robots.robot_files import GivenAtStart, given_at_start, robot_file, take_over
 from scenes.settings import RunSettings
-from scenes.sweep import Figures, figures
+from scenes.sweep import Figures, Grid, figures
 
 RunPoints = Callable[[Grid, Sequence[int]], Iterator[tuple[int, Figures]]]
 """Computes some points of a grid, see `scenes.sweep.run_points`."""

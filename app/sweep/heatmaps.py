@@ -7,13 +7,12 @@ from typing import Any, Final
 
 import numpy as np
 
-from app.runtime.output_file import written
+from app.theme import PALETTES
 from controllers.kinematics import Array
-from scenes.experiments import EXPERIMENTS
-from scenes.grids import Axis, Grid, is_number
+from scenes.files import written
 from scenes.setting_spec import Spec
 from scenes.settings import RunSettings, specs, values
-from scenes.sweep import FIGURES, Figures
+from scenes.sweep import FIGURES, Axis, Figures, Grid, is_number
 
 MOST_PANELS: Final = 12
 MOST_LINES: Final = 8
@@ -25,7 +24,8 @@ _SHOWN: Final = {
 }
 """Figure → what it is, symbol, unit shown ("" where the scene decides), and value shown = scale · value."""
 
-_COLOURS: Final = ("#0072b2", "#d55e00", "#00835e", "#7a3fc4", "#a3195b", "#9a6700", "#2a93c9", "#57606a")
+_LIGHT: Final = PALETTES["light"]
+_COLOURS: Final = (*_LIGHT.joints, _LIGHT.resting)
 _DASHES: Final = ("-", "--", "-.", ":", "-", "--", "-.", ":")
 _MARKERS: Final = "osD^vPX*"
 
@@ -84,7 +84,7 @@ class _Plan:
     def named(self, name: str) -> str:
         _, symbol, unit, _ = _SHOWN[name]
         if not unit:
-            units = {EXPERIMENTS[self.grid.at(point).scene].error_unit for point in self.grid.points()}
+            units = {self.grid.at(point).experiment.error_unit for point in self.grid.points()}
             unit = " or ".join(sorted(units))
         return f"{symbol} [{unit}]"
 
@@ -166,7 +166,7 @@ def _drawn(plan: _Plan, name: str) -> Any:
         if place % columns == 0:
             ax.set_ylabel(plan.label(plan.y) if plan.y else plan.named(name))
     figure.suptitle(f"{what} {symbol}", fontsize=12)
-    figure.supxlabel(plan.footnote(), fontsize=8, color="#57606a")
+    figure.supxlabel(plan.footnote(), fontsize=8, color=_LIGHT.soft)
     return figure
 
 
@@ -190,7 +190,7 @@ def _draw_heat(plan: _Plan, name: str, figure: Any, used: list[Any]) -> None:
     figure.colorbar(mesh, ax=used, label=plan.named(name))
     if crossed:
         key = Line2D([], [], color="white", linewidth=1.8, path_effects=[withStroke(linewidth=4.0, foreground="black")])
-        used[0].legend([key], [r"$d_\mathrm{min} = d_m$"], loc="best", fontsize=9, facecolor="#d6dce3")
+        used[0].legend([key], [r"$d_\mathrm{min} = d_m$"], loc="best", fontsize=9, facecolor=_LIGHT.line)
     else:
         known = gap[np.isfinite(gap)]
         sign = "≥" if (known >= 0.0).all() else "<" if (known < 0.0).all() else ""
@@ -244,7 +244,7 @@ def _draw_lines(plan: _Plan, name: str, figure: Any, used: list[Any]) -> None:
             ax.plot(x, critical, color="black", linewidth=1.0, linestyle=(0, (1, 1)), label="$d_m$")
         if not is_number(plan.x):
             ax.margins(x=0.15)
-        ax.grid(color="#cdd3da", linewidth=0.6)
+        ax.grid(color=_LIGHT.edge, linewidth=0.6)
     if plan.series or name == "d_min":
         title = plan.symbol(plan.series) if plan.series else None
         figure.legend(*used[0].get_legend_handles_labels(), loc="outside right upper", fontsize=9, title=title)

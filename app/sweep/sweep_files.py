@@ -6,11 +6,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final, Literal
 
-from app.runtime.output_file import writable, written
 from controllers.errors import BadInputFile, BadSetting
-from scenes.files import read_file
-from scenes.grids import Grid
-from scenes.sweep import FIGURES, Figures
+from scenes.files import read_file, writable, written
+from scenes.sweep import FIGURES, Figures, Grid
 
 Format = Literal["csv", "parquet"]
 Rows = Mapping[int, Figures]

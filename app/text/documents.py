@@ -1,15 +1,18 @@
 """The documents as printable HTML pages."""
 
-import html
 import os
 from functools import cache
 from pathlib import Path
 from typing import Final
 
+from markupsafe import Markup
+
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_
 from app.settings import Language
 from app.text.lesson_text import markdown_reader
+from app.text.templates import render
+from app.theme import css_variables, symbol_rules
 
 FOLDER: Final = Path(__file__).parents[1]
 
@@ -22,6 +25,10 @@ DOCUMENTS: Final = {
     "commands": ("documents/commands.md", N_("Without a page")),
     "lessons": ("lessons/README.md", N_("How to write a lesson")),
     "code": ("documents/code.md", N_("The code")),
+    "recipes": ("documents/recipes.md", N_("Recipes")),
+    "examples": ("documents/examples.md", N_("Examples")),
+    "decisions": ("documents/decisions.md", N_("Decisions")),
+    "changes": ("documents/changes.md", N_("Changes")),
 }
 """Last part of the address → file in `FOLDER`, and what it is called."""
 
@@ -41,27 +48,24 @@ def document_page(name: str, language: Language = "en") -> bytes:
         language: of the reader.
     """
     words = words_of(language)
-    asked = "" if words.language == "en" else f"?lang={words.language}"
-    lang = "en" if words.language == "pseudo" else words.language
-    links = "".join(
-        f'<a href="{key}{asked}"{" aria-current=page" if key == name else ""}>{html.escape(words(called))}</a>'
-        for key, (_, called) in DOCUMENTS.items()
-    )
-    note = f'<p class="note">{html.escape(words(N_("This document is in English.")))}</p>' if asked else ""
-    begin = '<main lang="en">' if asked else "<main>"
-    return (
-        f'<!doctype html><html lang="{lang}"><head><meta charset="utf-8"><title>{html.escape(words(DOCUMENTS[name][1]))} · Duet'
-        '</title><meta name="viewport" content="width=device-width, initial-scale=1">'
-        f'<style>{_STYLE.read_text(encoding="utf-8")}</style></head><body><nav aria-label="{html.escape(words(N_("Documents")))}">'
-        f'<a href="../{asked}">Duet</a>{links}</nav>{note}{begin}{_body(name)}</main></body></html>'
+    return render(
+        "text/document.html",
+        name=name,
+        title=words(DOCUMENTS[name][1]),
+        lang="en" if words.language == "pseudo" else words.language,
+        asked="" if words.language == "en" else f"?lang={words.language}",
+        words=words,
+        documents=[(key, called) for key, (_, called) in DOCUMENTS.items()],
+        sheet=Markup(css_variables() + _STYLE.read_text(encoding="utf-8") + symbol_rules("main")),
+        body=_body(name),
     ).encode()
 
 
 @cache
-def _body(name: str) -> str:
+def _body(name: str) -> Markup:
     return document_html((FOLDER / DOCUMENTS[name][0]).read_text(encoding="utf-8"))
 
 
-def document_html(text: str) -> str:
+def document_html(text: str) -> Markup:
     """Return the Markdown of a document as HTML."""
-    return _READER.render(text, {"folder": FOLDER})
+    return Markup(_READER.render(text, {"folder": FOLDER}))

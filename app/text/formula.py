@@ -9,7 +9,7 @@ from typing import Final
 from ziamath import zmath
 from ziamath.config import config
 
-from app.theme import PALETTES
+from app.theme import PALETTES, SYMBOL_COLOURS
 
 log = logging.getLogger("duet.lessons")
 
@@ -19,17 +19,7 @@ SIZE: Final = 16.0
 SMALLEST: Final = 14.0
 """Of the letters of a formula that is too wide for its panel, as large as those of the text [CSS px]."""
 
-_LIGHT: Final = PALETTES["light"]
-
-_COLOURS: Final = {
-    "lam": _LIGHT.activation,
-    "dm": _LIGHT.critical,
-    "v": _LIGHT.velocity,
-    "u": _LIGHT.pull,
-    "w": _LIGHT.approach,
-    "d": _LIGHT.distance,
-    "e": _LIGHT.error,
-}
+_COLOURS: Final = {name: getattr(PALETTES["light"], field) for name, field in SYMBOL_COLOURS.items()}
 """Class of the style sheet → colour that stands for it while a formula is drawn."""
 
 _SYMBOLS: Final = re.compile(
@@ -41,6 +31,9 @@ _SYMBOLS: Final = re.compile(
 
 _WORDS: Final = re.compile(r"\\(?:text|mathrm|operatorname|mathbb|mathbf|textcolor)\s*\{[^{}]*\}")
 """What holds no symbols: words, and the names of colours."""
+_PAIRS: Final = (("{", "}"), (r"\begin{", r"\end{"), (r"\left", r"\right"))
+"""What begins and ends, so that no formula can break in between."""
+
 _TAG: Final = re.compile(r"\\tag\s*\{([^{}]*)\}")
 
 
@@ -124,7 +117,11 @@ def plain_formula(tex: str) -> str:
 
 
 def display_formula(tex: str) -> str:
-    """Return LaTeX as SVG for a line of its own, with the number in its `\\tag{…}` beside it."""
+    """Return LaTeX as SVG for a line of its own, with the number in its `\\tag{…}` beside it; it may break at every `\\qquad`."""
     number = ", ".join(_TAG.findall(tex))
     shown = f'<span class="no">({html.escape(number)})</span>' if number else ""
-    return formula(" ".join(_TAG.sub("", tex).split()), False) + shown
+    whole = " ".join(_TAG.sub("", tex).split())
+    parts = whole.split(r"\qquad")
+    if len(parts) == 1 or any(part.count(one) != part.count(other) for part in parts for one, other in _PAIRS):
+        return formula(whole, False) + shown
+    return f"<span>{' '.join(formula(part.strip(), False) for part in parts)}</span>{shown}"

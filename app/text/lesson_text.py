@@ -14,7 +14,9 @@ from typing import Any, Final
 from markdown_it import MarkdownIt
 from markdown_it.ruler import RuleOptionsType
 from markdown_it.rules_block import StateBlock
+from markdown_it.rules_core import StateCore
 from markdown_it.rules_inline import StateInline
+from markupsafe import Markup
 
 from app.text.formula import display_formula, formula, plain_formula
 from app.text.picture import PICTURE, NoPicture, read_picture
@@ -22,6 +24,13 @@ from app.text.picture import PICTURE, NoPicture, read_picture
 log = logging.getLogger("duet.lessons")
 
 _INLINE: Final = re.compile(r"\$\$(.+?)\$\$|\$([^$\n]+?)\$", re.DOTALL)
+_SPANS: Final = re.compile(
+    r"^ {0,3}(?P<fence>`{3,}|~{3,}).*?(?:^ {0,3}(?P=fence)|\Z)|(?P<code>`+)[^`]+(?P=code)|\\\$"
+    r"|(?P<formula>(?P<dollars>\${1,2})(?:[^$\n]|\n(?!\s*\n))+?(?P=dollars))",
+    re.DOTALL | re.MULTILINE,
+)
+"""Code, formulas and escaped dollars of a text; its other dollars are left over."""
+
 _BLOCK: Final = re.compile(r"\$\$(.+?)\$\$[ \t]*$", re.DOTALL | re.MULTILINE)
 
 
@@ -41,11 +50,23 @@ def markdown_reader(pages: Mapping[str, str] | None = None) -> MarkdownIt:
     reader.block.ruler.before("paragraph", "formula_block", _formula_block, ends)
     reader.block.ruler.before("paragraph", "picture", _picture, ends)
     reader.inline.ruler.before("escape", "formula", _formula)
+    reader.core.ruler.before("block", "formula_lines", _join_formulas)
     for name, rule in _RENDERED.items():
         reader.add_render_rule(name, rule)
     # The rules compile on first use, where two threads would disturb each other.
     reader.render("x")
     return reader
+
+
+def _join_formulas(state: StateCore) -> None:
+    """Write a formula of several lines in one: a line that begins with a plus would be taken for a list."""
+    state.src = _SPANS.sub(lambda span: re.sub(r"\s*\n\s*", " ", span[0]) if span["formula"] else span[0], state.src)
+
+
+def left_dollar(text: str) -> int | None:
+    """Return the line, from 0, of a dollar in Markdown that belongs to no formula; None if there is none."""
+    rest = _SPANS.sub(lambda span: "\n" * span[0].count("\n"), text)
+    return rest[: rest.index("$")].count("\n") if "$" in rest else None
 
 
 def _formula(state: StateInline, silent: bool) -> bool:
@@ -114,20 +135,20 @@ _READER: Final = markdown_reader()
 
 
 @lru_cache(maxsize=256)
-def lesson_html(text: str, folder: Path | None = None) -> str:
+def lesson_html(text: str, folder: Path | None = None) -> Markup:
     """Return Markdown as HTML.
 
     Args:
         text: Markdown.
         folder: where its pictures are; None for no pictures.
     """
-    return _READER.render(text, {"folder": folder})
+    return Markup(_READER.render(text, {"folder": folder}))
 
 
 @lru_cache(maxsize=256)
-def inline_html(text: str) -> str:
+def inline_html(text: str) -> Markup:
     """Return a line of Markdown as HTML without a paragraph: formulas, code, emphasis and links."""
-    return _READER.renderInline(text)
+    return Markup(_READER.renderInline(text))
 
 
 def plain(text: str) -> str:

@@ -13,7 +13,7 @@ import viser
 from websockets.asyncio.server import ServerConnection
 
 from app.settings import Look
-from app.web.index_page import ELSEWHERE, page_query
+from app.web.pages import ELSEWHERE, page_query
 from app.web.server import DuetServer
 from app.web.viser_internals import Message, MessageBuffer, ServerView, connection_of, shared_messages
 

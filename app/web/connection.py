@@ -11,14 +11,17 @@ from typing import Any, Final, NoReturn, Protocol
 
 import msgspec
 from websockets.asyncio.server import ServerConnection
+from websockets.exceptions import ConnectionClosed
 from websockets.frames import OP_BINARY, OP_CONT, OP_TEXT, Frame
+from websockets.http11 import Response
 
 from app.runtime.throttled_log import ThrottledLog
-from app.web.http_methods import FirstLine
-from app.web.index_page import HELLO, HIDDEN, QUESTION, SHOWN
+from app.web.entries import Entries
 from app.web.message_gate import Gate, Traffic
-from app.web.refusal import Malformed, Refused
-from app.web.sending import pack, send_windows
+from app.web.pages import HELLO, HIDDEN, QUESTION, SHOWN
+from app.web.plain_http import RequestHead
+from app.web.schemas import Malformed, Refused
+from app.web.sending import ClientBuffer, pack, send_windows
 from app.web.traffic_limits import TrafficLimits
 from app.web.viser_internals import Message, MessageBuffer
 
@@ -54,6 +57,10 @@ class ConnectionOwner(Protocol):
         """Return the client id of a connection."""
         ...
 
+    def place(self, connection: ServerConnection) -> str:
+        """Give a connection a place; return why it gets none, "" if it has one."""
+        ...
+
     def explain(self, client_id: int, connection: ServerConnection, refused: Refused) -> None:
         """Notify a browser of a refusal if its visitor can do something about it."""
 
@@ -66,15 +73,17 @@ class FilteredConnection(ServerConnection):
 
     Attributes:
         heard: messages that were passed on.
+        is_page: whether it has said that it is a page of ours; a program need not.
     """
 
     def __init__(self, owner: ConnectionOwner, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
         self.duet = owner
         self.traffic = Traffic(owner.limits)
-        self.first_line = FirstLine()
-        self.introduced = False
+        self.head = RequestHead()
+        self.introduced = self.is_page = self._said_all = False
         self.heard = 0
+        self._received, self._entries = 0, Entries()
         self._seen = asyncio.Event()
         self._seen.set()
         self._client_id: int | None = None
@@ -111,8 +120,35 @@ class FilteredConnection(ServerConnection):
             self._stalled.cancel()
             self._stalled = None
 
+    @property
+    def address(self) -> str:
+        """Where the connection comes from, "" if that is unknown."""
+        peer = self.remote_address
+        return str(peer[0]) if peer else ""
+
+    @property
+    def _who(self) -> str:
+        return f"client {self._client_id} from {self.address or 'unknown'}"
+
     def data_received(self, data: bytes) -> None:
-        super().data_received(self.first_line.take(data))
+        if not self.head.complete:
+            data = self.head.take(data)
+        elif self.response is None:
+            # The rest of a request that is not answered yet, such as its body.
+            return
+        super().data_received(data)
+
+    def eof_received(self) -> bool | None:  # type: ignore[override]
+        if not self.head.complete or self.response is not None:
+            return super().eof_received()
+        self._said_all = True
+        return True
+
+    def answer(self, response: Response) -> Response:
+        """Return the response to send; a program that has closed its end of the connection gets it, too."""
+        if self._said_all:
+            self.loop.call_soon(self.transport.close)
+        return self.head.answer(response)
 
     def process_event(self, event: Any) -> None:
         super().process_event(event)
@@ -122,12 +158,14 @@ class FilteredConnection(ServerConnection):
             return
         # The library answers pings by itself, and bounds the bytes of a message but not into how many pieces it is cut.
         if self._ending is None and not self.traffic.takes_small_frame():
-            self.duet.log.warning("connection closed", f"client {self._client_id} sends too many small frames")
+            self.duet.log.warning("connection closed", f"{self._who} sends too many small frames")
             self._ending = self.loop.create_task(self.close(1008, "too many small frames"))
 
     async def recv(self, decode: bool | None = None) -> Any:
         duet = self.duet
         while True:
+            # viser deals with a message in a task of its own, which was begun before this.
+            self.loop.call_soon(self._entries.deal, self._received)
             try:
                 # A connection that is only held open is closed.
                 async with asyncio.timeout(None if self.introduced else duet.limits.first_message_seconds):
@@ -135,15 +173,17 @@ class FilteredConnection(ServerConnection):
             except TimeoutError:
                 await self._end("nothing said")
             self.introduced = True
+            self._received += 1
             pause = self.traffic.pause(len(raw))
             if pause > 0.0:
-                duet.log.warning("slowed down", f"client {self._client_id} sends too fast")
+                duet.log.warning("slowed down", f"{self._who} sends too fast")
                 await asyncio.sleep(pause)
             if raw == _QUESTION:
                 if duet.is_at_work():
                     await self.send(_ANSWER)
                 continue
             if raw == _HELLO:
+                self.is_page = True
                 continue
             if isinstance(raw, bytes) and raw in _SIGHT:
                 (self._seen.set if _SIGHT[raw] else self._seen.clear)()
@@ -152,22 +192,27 @@ class FilteredConnection(ServerConnection):
                 self._client_id = duet.client_id(self)
             try:
                 duet.gate.check(self._client_id, self.traffic, raw)
+                reason = "" if self.heard else duet.place(self)
+                if reason:
+                    await self._end(reason, 1013)
                 self.heard += 1
                 return raw
             except Refused as refused:
-                duet.log.warning(f"message dropped ({refused.kind})", f"client {self._client_id}")
+                duet.log.warning(f"message dropped ({refused.kind})", self._who)
                 # After what viser makes of the messages before: it does not know a browser until it has dealt with its first one.
                 self.loop.call_soon(duet.explain, self._client_id, self, refused)
             except Malformed as malformed:
                 await self._end(f"malformed message ({malformed})")
 
-    async def _end(self, reason: str) -> NoReturn:
-        self.duet.log.warning("connection closed", f"client {self._client_id}: {reason}")
-        await self.close(1008, reason)
+    async def _end(self, reason: str, code: int = 1008) -> NoReturn:
+        self.duet.log.warning("connection closed", f"{self._who}: {reason}")
+        await self.close(code, reason)
         raise self.protocol.close_exc from None
 
     async def send_windows(self, buffer: MessageBuffer, client_id: int, backlog_done_message: Message | None) -> None:
         """Send what a buffer holds for this browser; see `app.web.viser_internals.adapt_viser`."""
+        if isinstance(buffer, ClientBuffer):
+            self._entries = buffer.entries
         chosen = self.duet.shared_buffer(self, client_id, buffer) if buffer.persistent_messages else nullcontext(buffer)
         with chosen as own:
             await send_windows(self, own, client_id, backlog_done_message, self._seen.wait)
@@ -182,7 +227,10 @@ class Forwarder(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         error = record.exc_info[1] if record.exc_info else None
-        self._log.warning(
-            record.getMessage()[:120], f"{type(error).__name__}: {error!s:.200}" if error else record.levelname.lower()
-        )
+        if not isinstance(error, ConnectionClosed) and not isinstance(getattr(error, "__cause__", None), EOFError):
+            # One that hangs up, as a health check may, is not worth a line.
+            connection = getattr(record, "websocket", None)
+            address = connection.address if isinstance(connection, FilteredConnection) else ""
+            what = f"{type(error).__name__}: {error!s:.200}" if error else record.levelname.lower()
+            self._log.warning(record.getMessage()[:120], f"{what} (from {address or 'unknown'})")
         log.debug(record.getMessage(), exc_info=record.exc_info)

@@ -8,8 +8,7 @@ from typing import Any, Literal
 
 import msgspec
 
-from app.web.refusal import Refused
-from app.web.schemas import Field, number, row, text
+from app.web.schemas import Field, Refused, number, row, text
 from app.web.traffic_limits import TrafficLimits
 
 Scope = Literal["own", "shared"]

@@ -10,11 +10,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from app.web.allowance import Allowance
 from app.web.control_values import Control, Scope, check_value
-from app.web.refusal import UPLOAD_TOO_LARGE, Malformed, Refused
-from app.web.schemas import SHAPES, fields_of, kind_of
-from app.web.traffic_limits import TrafficLimits
+from app.web.schemas import SHAPES, UPLOAD_TOO_LARGE, Malformed, Refused, fields_of, kind_of
+from app.web.traffic_limits import Allowance, TrafficLimits
 from app.web.viser_internals import GuiRegistry
 
 _SMALLEST_PART: Final = 64 * 1024  # viser's client cuts files into pieces of 512 kB

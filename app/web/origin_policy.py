@@ -5,7 +5,7 @@ from __future__ import annotations
 import ipaddress
 import re
 import socket
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from urllib.parse import urlsplit
 
@@ -16,6 +16,7 @@ VOUCHED = "X-Forwarded-Context"
 """Header by which jupyter-server-proxy says in which folder it has us. It compares Origin with the address that people open before it
 hands a request on; no web page can have a browser send this header with a websocket's request."""
 
+_OF_PROXIES = ("forwarded", "x-forwarded", "x-real", "via")
 _PORTS = {"http": 80, "https": 443}
 _NAME = re.compile(r"[\w.:-]+", re.ASCII)
 
@@ -65,6 +66,10 @@ def _may_name_us(name: str) -> bool:
     return True
 
 
+def _is_here(peer: str) -> bool:
+    return peer in ("", "::1") or peer.startswith(("127.", "::ffff:127."))
+
+
 @dataclass(frozen=True)
 class OriginPolicy:
     """Which web pages may open a connection to this server.
@@ -89,6 +94,10 @@ class OriginPolicy:
             return ""
         return f"; if this is where Duet is opened, start it with --allow-origin {origins[0].strip()}"
 
+    def is_local(self, peer: str, headers: Iterable[str]) -> bool:
+        """Return whether a program of this computer asks, and no proxy, behind which all have its address. `headers`: their names."""
+        return _is_here(peer) and not self.extra and not any(name.lower().startswith(_OF_PROXIES) for name in headers)
+
     def admits(self, origins: Sequence[str], hosts: Sequence[str], peer: str, vouched: bool = False) -> bool:
         """Decide on one websocket request.
 
@@ -100,7 +109,7 @@ class OriginPolicy:
         """
         if len(origins) > 1 or len(hosts) != 1:
             return False
-        here = peer in ("", "::1") or peer.startswith(("127.", "::ffff:127."))
+        here = _is_here(peer)
         if not origins:
             return here
         if vouched and here:

@@ -9,7 +9,7 @@ import viser
 
 from app.i18n.reader_language import preferred
 from app.settings import Language
-from app.web.index_page import page_query
+from app.web.pages import page_query
 from app.web.server import DuetServer
 from app.web.viser_internals import request_of, server_of
 

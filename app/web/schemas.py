@@ -1,4 +1,5 @@
-"""The messages of viser's own client: the fields of each kind, decoded as their types and nothing else, which bounds the cost."""
+"""The messages of viser's own client: the fields of each kind, decoded as their types and nothing else, which bounds the cost; and the
+errors of messages that are not let through."""
 
 from __future__ import annotations
 
@@ -9,7 +10,20 @@ from typing import Annotated, Any, Final
 
 import msgspec
 
-from app.web.refusal import Malformed, Refused
+UPLOAD_TOO_LARGE: Final = "upload too large"
+
+
+class Malformed(Exception):
+    """The message can't have come from viser's own client; close the connection."""
+
+
+class Refused(Exception):
+    """The message is understood but not allowed; drop it. `kind` groups the log lines."""
+
+    def __init__(self, kind: str) -> None:
+        super().__init__(kind)
+        self.kind = kind
+
 
 _LARGEST: Final = 1e9  # far beyond anything in the scene, near enough that squares and products stay finite
 _UNDECODABLE: Final = (msgspec.MsgspecError, RecursionError, ValueError, TypeError)

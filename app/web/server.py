@@ -14,7 +14,7 @@ import socket
 import threading
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, Final
 
 import viser
 import websockets.asyncio.server
@@ -28,17 +28,24 @@ from app.runtime.throttled_log import ThrottledLog
 from app.settings import Language
 from app.version import duet_version
 from app.web import viser_internals
-from app.web.client_buffer import ClientBuffer
 from app.web.connection import BufferChoice, FilteredConnection, Forwarder
-from app.web.http_methods import ALLOWED
-from app.web.index_page import OPEN_TOO_OFTEN, ROOM_IS_FULL, full_page, page_query, patched_index
 from app.web.listening import listen, url_of
 from app.web.message_gate import Gate
 from app.web.origin_policy import LOOPBACK_NAMES, VOUCHED, OriginPolicy, check_origin
-from app.web.page_assets import NO_ASSETS, PageAssets
-from app.web.refusal import UPLOAD_TOO_LARGE, Refused
-from app.web.responses import HTML, OWN_HEADERS, respond
-from app.web.traffic_limits import TrafficLimits
+from app.web.pages import (
+    NO_ASSETS,
+    OPEN_TOO_OFTEN,
+    ROOM_IS_FULL,
+    TAKEN_OVER,
+    PageAssets,
+    full_page,
+    page_query,
+    patched_index,
+)
+from app.web.plain_http import ALLOWED, HTML, OWN_HEADERS, respond
+from app.web.schemas import UPLOAD_TOO_LARGE, Refused
+from app.web.sending import ClientBuffer
+from app.web.traffic_limits import BoundedQueue, TrafficLimits
 from controllers.errors import BadSetting
 
 log = logging.getLogger("duet.server")
@@ -49,6 +56,9 @@ _FOREIGN = (
 )
 _LOG_EVERY = 10.0
 """Shortest time between two lines of a kind in the network's log [s], so that an attacker cannot fill it."""
+
+MOST_DELAYED: Final = 200
+"""Requests that wait for their answers at once; further ones are refused."""
 
 Handler = Callable[[ServerConnection], Awaitable[None]]
 Static = Callable[..., Response | None]
@@ -70,8 +80,7 @@ class DuetServer(viser.ViserServer):
         documents: further pages, rendered outside the network's thread.
         assets: scripts and style sheets of every page, which come before viser's own.
         body: HTML that every page's body begins with.
-        turn_away: returns why the browser of an address and with a query may not come in now, "" if it may; the page knows the
-            reasons in `app.web.index_page`. Called on the network's thread.
+        delay: returns how long a request from an address and with a query waits for its answer [s]. Called on the network's thread.
         listener: where connections come from instead; it is bound to `port` already.
         run: see below; "" makes one.
 
@@ -80,10 +89,13 @@ class DuetServer(viser.ViserServer):
         gate: the filter of messages; `gate.may_share` decides which browser may operate what all browsers see.
         always_admits: whether a page with a query gets in though every place is taken.
         trusts: whether a page with a query may connect from an address that the server does not know.
+        takes_over: whether a page with a query ends the earlier connections of its tab.
         run: a random word, new for every start; processes that serve one port share it.
         elsewhere: how many browsers are connected to the other processes that serve this port.
         count_changed: called with `count_clients()` when it has changed, on the network's thread.
         is_at_work: whether the pages are still being drawn; a page that asks gets no answer while they are not.
+        app_state: what the app adds to `/healthz`, such as the state of its store; called on the network's thread.
+        may_measure: whether a query has the key to `/metrics`.
         shared_buffer: see `app.web.connection.BufferChoice`; by default the shared buffer itself.
 
     Raises:
@@ -102,7 +114,7 @@ class DuetServer(viser.ViserServer):
         documents: Documents = NO_DOCUMENTS,
         assets: PageAssets = NO_ASSETS,
         body: str = "",
-        turn_away: Callable[[str, dict[str, str]], str] = lambda address, query: "",
+        delay: Callable[[str, dict[str, str]], float] = lambda address, query: 0.0,
         listener: socket.socket | None = None,
         run: str = "",
     ) -> None:
@@ -120,16 +132,21 @@ class DuetServer(viser.ViserServer):
         self.max_clients = max_clients
         self.always_admits: Callable[[Mapping[str, str]], bool] = lambda query: False
         self.trusts: Callable[[Mapping[str, str]], bool] = lambda query: False
+        self.takes_over: Callable[[Mapping[str, str]], bool] = lambda query: False
         self.run = run or secrets.token_hex(8)
         self.elsewhere = 0
         self.count_changed: Callable[[int], None] = lambda count: None
         self.gate = Gate(viser_internals.GuiRegistry(self), self.limits)
         self.log = ThrottledLog(log, (_LOG_EVERY,))
         self.is_at_work: Callable[[], bool] = lambda: True
+        self.app_state: Callable[[], Mapping[str, object]] = dict
+        self.may_measure: Callable[[Mapping[str, str]], bool] = lambda query: False
         self.shared_buffer: BufferChoice = lambda connection, client_id, buffer: contextlib.nullcontext(buffer)
-        self._documents, self._turn_away = documents, turn_away
+        self._documents, self._delay, self._delayed = documents, delay, 0
         self._ready = threading.Event()
         self._holders: dict[ServerConnection, tuple[str, str]] = {}
+        self._placed: set[ServerConnection] = set()
+        self._silent = BoundedQueue[ServerConnection](2 * self.limits.silent, self.limits.silent, self.limits.connections)
         page = patched_index(viser_internals.client_html(), title="Duet", run=self.run, assets=assets, body=body).encode()
         self._pages = {"plain": page, "packed": gzip.compress(page, 6)}
         viser_internals.adapt_viser(ClientBuffer)
@@ -144,8 +161,8 @@ class DuetServer(viser.ViserServer):
         return url_of(self._origins.host, self._origins.port)
 
     def count_clients(self) -> int:
-        """Return how many browsers are connected, including those with a page that is still being built."""
-        return len(self._holders)
+        """Return how many browsers have a place, including those with a page that is still being built."""
+        return len(self._placed)
 
     def page_of(self, client_id: int) -> FilteredConnection | None:
         """Return the connection of a browser's page, None if it is gone; from any thread."""
@@ -172,7 +189,7 @@ class DuetServer(viser.ViserServer):
             "process_request": lambda connection, request: self._answer(connection, request, process_request),
             "create_connection": partial(FilteredConnection, self),
             "sock": listener,
-            "process_response": lambda connection, request, response: connection.first_line.answer(response),
+            "process_response": lambda connection, request, response: connection.answer(response),
             "max_size": self.limits.frame_bytes,
             "max_queue": self.limits.frames_waiting,
             "close_timeout": 2.0,
@@ -182,7 +199,7 @@ class DuetServer(viser.ViserServer):
         return websockets.asyncio.server.serve(lambda connection: self._serve_one(connection, handler), **options)
 
     def _has_room(self, path: str = "") -> bool:
-        count = self.elsewhere + len(self._holders)
+        count = self.elsewhere + len(self._placed)
         return self.max_clients is None or count < self.max_clients or self.always_admits(page_query(path))
 
     def _admits(self, connection: ServerConnection, request: Request, origins: Sequence[str]) -> bool:
@@ -193,10 +210,44 @@ class DuetServer(viser.ViserServer):
         # Formulas take a second to draw; meanwhile other requests are served.
         return respond(200, HTML, await asyncio.to_thread(render, _language_of(request)), {"Vary": "Accept-Language"})
 
-    def _answer(self, connection: FilteredConnection, request: Request, static: Static) -> Response | Awaitable[Response] | None:
-        """Answer a request, or return None to let it become a websocket."""
+    def _state(self) -> dict[str, object]:
+        state = {"ok": self.is_at_work(), "clients": self.elsewhere + self.count_clients(), "room": self._has_room()}
+        return {**state, "version": duet_version(), "run": self.run, **self.app_state()}
+
+    async def _metrics(self) -> Response:
+        def make() -> tuple[str, bytes]:
+            # The library is slow to import, and few servers are asked.
+            from app.web.plain_http import METRICS, metrics_text
+
+            return METRICS, metrics_text(state)
+
+        state = self._state()
+        return respond(200, *await asyncio.to_thread(make), {"Cache-Control": "no-store"})
+
+    async def _answer(self, connection: FilteredConnection, request: Request, static: Static) -> Response | None:
+        """Answer a request in its time, or return None to let it become a websocket."""
+        delay = self._delay(_address_of(connection), page_query(request.path))
+        if delay > 0.0:
+            self.log.warning("wrong key", f"from {connection.address or 'unknown'}")
+            if self._delayed >= MOST_DELAYED:
+                return respond(429, "text/plain", b"Too many wrong keys.\n", {"Retry-After": "10"})
+            self._delayed += 1
+            try:
+                await asyncio.sleep(delay)
+            finally:
+                self._delayed -= 1
+        response = self._answer_now(connection, request, static)
+        return await response if isinstance(response, Awaitable) else response
+
+    def _answer_now(
+        self, connection: FilteredConnection, request: Request, static: Static
+    ) -> Response | Awaitable[Response] | None:
+        fault = connection.head.fault
+        if fault is not None:
+            self.log.warning("faulty request", f"{fault.value} {fault.phrase}, from {connection.address or 'unknown'}")
+            return respond(fault.value, "text/plain", f"{fault.phrase}.\n".encode(), {})
         path, _, query = request.path.partition("?")
-        method, upgrades = connection.first_line.method, request.headers.get("Upgrade", "").lower() == "websocket"
+        method, upgrades = connection.head.method, request.headers.get("Upgrade", "").lower() == "websocket"
         if method not in ALLOWED or (upgrades and method != "GET"):
             return respond(405, "text/plain", b"Only GET and HEAD are possible.\n", {"Allow": ", ".join(ALLOWED)})
         if upgrades:
@@ -204,15 +255,18 @@ class DuetServer(viser.ViserServer):
             if self._admits(connection, request, origins):
                 return None
             remedy = self._origins.remedy(origins)
-            self.log.warning("refused origin", f"{origins!r:.120} from {_address_of(connection) or 'unknown'}{remedy:.200}")
+            self.log.warning("refused origin", f"{origins!r:.120} from {connection.address or 'unknown'}{remedy:.200}")
             return connection.respond(http.HTTPStatus.FORBIDDEN, _FOREIGN)
         if path == "/healthz":
-            state = {"ok": self.is_at_work(), "clients": self.elsewhere + self.count_clients(), "room": self._has_room()}
-            state |= {"version": duet_version(), "run": self.run}
+            state = self._state()
             origin = page_query(request.path).get("origin")
             if origin is not None:
                 state["admitted"] = self._admits(connection, request, [origin])
             return respond(200, "application/json", json.dumps(state).encode(), {"Cache-Control": "no-store"})
+        if path == "/metrics":
+            if self._origins.is_local(connection.address, request.headers) or self.may_measure(page_query(request.path)):
+                return self._metrics()
+            return respond(403, "text/plain", b"Only for this computer, or with the teacher's key: /metrics?key=KEY\n", {})
         if path in ("", "/"):
             if not self._has_room(request.path):
                 return respond(
@@ -226,14 +280,18 @@ class DuetServer(viser.ViserServer):
         if path == "/index.html":
             # Under this name viser's client would take the websocket's address for a foreign one.
             return respond(308, "text/plain", b"", {"Location": "./" + ("?" + query if query else "")})
-        response = static(connection, request)
+        try:
+            response = static(connection, request)
+        except (OSError, ValueError):
+            # No file can have this name.
+            response = respond(404, "text/plain", b"404\n", {})
         if response is not None:
             for name, value in OWN_HEADERS.items():
                 response.headers.setdefault(name, value)
         return response
 
     async def _serve_one(self, connection: ServerConnection, handler: Handler) -> None:
-        """Give a new connection a place, then leave it to viser."""
+        """Let a new connection in, and leave it to viser; it takes a place when it sends its first message."""
         path, address = connection.request.path if connection.request is not None else "", _address_of(connection)
         # Every page names its tab, so a class behind one address counts as many; only programs count by their address.
         tab = page_query(path).get("resume", "")
@@ -242,27 +300,41 @@ class DuetServer(viser.ViserServer):
         if reason:
             await connection.close(1013, reason)
             return
+        before = [one for one, its in self._holders.items() if tab and its == holder and self.takes_over(page_query(path))]
         self._holders[connection] = holder
-        self.count_changed(len(self._holders))
+        oldest = self._silent.enter(connection, address, tab)
+        if oldest is not None:
+            oldest.transport.abort()
         try:
             # Old tabs come back within milliseconds of a restart, when viser's constructor is still at work.
             while not self._ready.is_set():
                 await asyncio.sleep(0.01)
-            await handler(connection)
+            # A line that is lost does not answer, and nothing waits for it.
+            await asyncio.gather(handler(connection), *(one.close(1013, TAKEN_OVER) for one in before))
         finally:
             del self._holders[connection]
-            self.count_changed(len(self._holders))
+            self._silent.leave(connection)
+            self._placed.discard(connection)
+            self.count_changed(len(self._placed))
 
     def _refusal(self, path: str, address: str, holder: tuple[str, str]) -> str:
         """Return why a connection gets no place, in words that the page knows; "" if it gets one."""
         if not self._has_room(path):
             # The page was loaded while there was room: two tabs may load at once.
             return ROOM_IS_FULL
-        reason = self._turn_away(address, page_query(path))
-        if not reason and sum(one == holder for one in self._holders.values()) >= self.limits.connections:
-            self.log.warning("connection closed", f"too many at once of one {holder[0]}")
+        if sum(one == holder for one in self._holders.values()) >= self.limits.connections:
+            self.log.warning("connection closed", f"too many at once of one {holder[0]}, from {address or 'unknown'}")
             return OPEN_TOO_OFTEN
-        return reason
+        return ""
+
+    def place(self, connection: ServerConnection) -> str:
+        """Give a place to a connection that has sent its first message; return why it gets none, "" if it has one."""
+        if not self._has_room(connection.request.path if connection.request is not None else ""):
+            return ROOM_IS_FULL
+        self._silent.leave(connection)
+        self._placed.add(connection)
+        self.count_changed(len(self._placed))
+        return ""
 
     def client_id(self, connection: ServerConnection) -> int:
         return viser_internals.client_id_of(self, connection)

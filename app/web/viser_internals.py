@@ -38,6 +38,7 @@ from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request
 
 from app.web.control_values import Control, Scope
+from app.web.entries import Entries
 
 VISER_VERSION: Final = viser.__version__
 append_aligned_buffers: Final = viser_infra._append_aligned_buffers
@@ -110,13 +111,15 @@ class GuiRegistry:
                 continue
             props = handle._impl.props
             takes_files = isinstance(handle, viser.GuiUploadButtonHandle)
+            # What stands on the buttons of a row may change while a press is on its way; who hears the press knows what it means.
+            changes = isinstance(handle, viser.GuiButtonGroupHandle)
             return Control(
                 scope=scope,
                 value=None if takes_files else handle._impl.value,
                 enabled=not getattr(props, "disabled", False),
                 low=getattr(props, "min", None),
                 high=getattr(props, "max", None),
-                options=getattr(props, "options", None),
+                options=None if changes else getattr(props, "options", None),
                 takes_files=takes_files,
             )
         return None
@@ -172,6 +175,7 @@ _Produce = Callable[[ServerConnection, MessageBuffer, int, Message | None], Awai
 _produce: Final[_Produce] = viser_infra._message_producer
 _client_state: Final = viser_infra._ClientHandleState
 _hints_of: Final = cache(get_type_hints)
+_take_value: Final = _gui_api.GuiApi._handle_gui_updates
 
 
 _MOVES: Final = frozenset(
@@ -189,6 +193,7 @@ def adapt_viser(client_buffer: Callable[[AbstractEventLoop], MessageBuffer] | No
     - A property that is set to what it is costs next to nothing, an array is cast to a type that is looked up once, and a pose is compared
       with plain numbers: a frame sets some forty properties and twenty poses, most of them to what they are.
     - A move of a node has its name at once.
+    - What a visitor enters in a control is not overwritten before it has been acted upon, see `app.web.entries`.
     - The archive of icons, and each icon, is read once; viser reads the archive's directory for every icon, and keeps 32 icons.
     """
     viser_infra._message_producer = _send_windows
@@ -202,6 +207,7 @@ def adapt_viser(client_buffer: Callable[[AbstractEventLoop], MessageBuffer] | No
     cast(dict[str, Any], vars(_scene_handles))["_set_pose_vector"] = _set_pose
     for kind in _MOVES:
         setattr(kind, "redundancy_key", _key_of_move)  # noqa: B010
+    setattr(_gui_api.GuiApi, "_handle_gui_updates", _take_entry)  # noqa: B010
     for module in (_gui_api, _gui_handles):
         vars(module)["svg_from_icon"] = _icon
 
@@ -239,7 +245,8 @@ def _set_property(handle: AssignablePropsBase[Any], name: str, value: Any) -> No
         return
     setter = _setters_of(type(handle)).get(name)
     if setter is not None:
-        setter(handle, value)
+        if name != "value" or _may_write(handle):
+            setter(handle, value)
         return
     props, kind = state.props, type(value)
     current = vars(props).get(name)
@@ -264,6 +271,31 @@ def _set_property(handle: AssignablePropsBase[Any], name: str, value: Any) -> No
         current[...] = new
     handle._queue_update(name, new)
     handle._on_prop_assigned(name)
+
+
+def _entries_of(gui: Any) -> Entries | None:
+    """Return what the browser of a GUI has entered; None of a GUI that many browsers see."""
+    return getattr(gui._websock_interface.get_message_buffer(), "entries", None)
+
+
+def _may_write(handle: Any) -> bool:
+    entries = _entries_of(handle._impl.gui_api)
+    return entries is None or entries.dealt_before(handle._impl.uuid) is not None
+
+
+async def _take_entry(gui: Any, client_id: Any, message: _messages.GuiUpdateMessage) -> None:
+    """Take a value from a browser as viser does; whatever its callbacks post acts upon it."""
+    handle, entries = gui._gui_input_handle_from_uuid.get(message.uuid), _entries_of(gui)
+    if handle is None or entries is None:
+        await _take_value(gui, client_id, message)
+        return
+    state, entered = handle._impl, message.updates["value"]
+
+    def settle() -> None:
+        state.value = type(state.value)(entered)
+
+    with entries.taking(message.uuid, settle):
+        await _take_value(gui, client_id, message)
 
 
 @cache
@@ -332,6 +364,17 @@ def _icons() -> ZipFile:
 # --- what is sent --------------------------------------------------------------------------------------------------------------
 
 _UPDATES: Final = frozenset((_messages.GuiUpdateMessage, _messages.SceneNodeUpdateMessage))
+_STAMP: Final = "after"
+"""How many of the browser's messages had been dealt with when a value was written, as `entries.js` reads it."""
+
+
+def stamp_value(message: Message, entries: Entries) -> bool:
+    """Stamp a message if it writes a value into a control; return whether it may be sent: no entry waits there."""
+    if type(message) is not _messages.GuiUpdateMessage or "value" not in message.updates:
+        return True
+    after = entries.dealt_before(message.uuid)
+    setattr(message, _STAMP, after)
+    return after is not None
 
 
 def content_of(message: Message, arrays: list[memoryview]) -> dict[str, Any]:
@@ -346,6 +389,8 @@ def content_of(message: Message, arrays: list[memoryview]) -> dict[str, Any]:
             for name, value in content["updates"].items()
         }
     content["type"] = kind.__name__
+    if (after := getattr(message, _STAMP, None)) is not None:
+        content[_STAMP] = after
     return content
 
 

@@ -42,7 +42,7 @@ class BarrierQP:
 
     Attributes:
         critical_distance: d_m [m], where no approach is permitted any more.
-        gain: γ [1/s]; the bound needs γ dt < 1 to hold in discrete time.
+        barrier_gain: γ [1/s]; the bound needs γ dt < 1 to hold in discrete time.
         feed_forward: tell the inequality how fast the obstacle comes.
     """
 
@@ -50,18 +50,18 @@ class BarrierQP:
     wants_task: ClassVar[bool] = False
 
     critical_distance: float
-    gain: float
+    barrier_gain: float
     feed_forward: bool = False
 
     def activation(self, distance: float) -> float:
         """Return 1 − the approach speed still permitted, as a share of 1 m/s: 1 up to d_m, 0 where any speed is permitted."""
-        permitted = self.gain * (distance - self.critical_distance)
+        permitted = self.barrier_gain * (distance - self.critical_distance)
         return min(max(1.0 - permitted / FREE_SPEED, 0.0), 1.0)
 
     def line_rate(self, distance: float, pull: float, approach: float, square: float) -> float:
         """Return J_d q̇ = max(−u, −γ (d − d_m) + w) [m/s]."""
         del square
-        least = -self.gain * (distance - self.critical_distance)
+        least = -self.barrier_gain * (distance - self.critical_distance)
         if self.feed_forward:
             least += approach
         return max(-pull, least)
@@ -69,11 +69,7 @@ class BarrierQP:
     def __call__(self, situation: Situation) -> Array:
         """Return q̇ (n,) [rad/s], inside the bounds if there are any."""
         nominal, lower, upper = situation.nominal, situation.lower, situation.upper
-        rows, distances, approaches = _pairs(situation)
-        least = distances - self.critical_distance
-        least *= -self.gain
-        if self.feed_forward and approaches is not None:
-            least += approaches
+        rows, least = pair_rates(self, situation)
         start = nominal
         if lower is not None and upper is not None:
             # A joint beyond its stop may have lower > upper; coming back goes first.
@@ -81,22 +77,42 @@ class BarrierQP:
             start = np.minimum(np.maximum(nominal, lower), upper)
         if not np.count_nonzero(rows.dot(start) < least):
             return start
-        velocities = _nearest(nominal, rows, least, lower, upper)
+        velocities = nearest(nominal, rows, least, lower, upper)
+        if velocities is None:
+            # The problem always has a solution, yet a solver may cycle: the pair that needs it most then has to do.
+            shortfalls = least - rows.dot(nominal)
+            worst = int(shortfalls.argmax())
+            velocities = along_row(nominal, rows[worst], float(shortfalls[worst]))
         if lower is None or upper is None:
             return velocities
         # DAQP keeps bounds to 1e-6 only.
         return np.minimum(np.maximum(velocities, lower, out=velocities), upper, out=velocities)
 
 
-def _pairs(situation: Situation) -> tuple[Array, Array, Array | None]:
-    """Return rows (pairs, n), distances (pairs,) and approaches (pairs,) of all pairs, or of the one that is known."""
-    if situation.rows is None or situation.distances is None:
-        return situation.row[None, :], np.array([situation.distance]), np.array([situation.approach])
-    return situation.rows, situation.distances, situation.approaches
+def pair_rates(law: BarrierQP, situation: Situation) -> tuple[Array, Array]:
+    """Return rows J_d (pairs, n) [m/rad] and least rates (pairs,) [m/s] of all pairs, or of the one that is known."""
+    rows, distances, approaches = situation.rows, situation.distances, situation.approaches
+    if rows is None or distances is None:
+        rows, distances, approaches = situation.row[None, :], np.array([situation.distance]), np.array([situation.approach])
+    least = distances - law.critical_distance
+    least *= -law.barrier_gain
+    if law.feed_forward and approaches is not None:
+        least += approaches
+    return rows, least
 
 
-def _nearest(nominal: Array, rows: Array, least: Array, lower: Array | None, upper: Array | None) -> Array:
-    """Return the velocity (n,) nearest to the nominal one with rows · q̇ ≥ least, softly, and within the bounds."""
+def nearest(
+    nominal: Array, rows: Array, least: Array, lower: Array | None, upper: Array | None, weight: Array | None = None
+) -> Array | None:
+    """Return the velocity (n,) nearest to q̇_n with rows · q̇ ≥ least, softly, and within the bounds; None if none is found.
+
+    Args:
+        nominal: q̇_n (n,) [rad/s].
+        rows: (pairs, n) [m/rad].
+        least: (pairs,) [m/s].
+        lower, upper: (n,) [rad/s]; None for no bounds.
+        weight: (n, n), the metric in which it is nearest; None for |q̇ − q̇_n|².
+    """
     n, pairs = len(nominal), len(rows)
     first = 0 if lower is None or upper is None else n
     above, below = np.full(first + pairs, _UNBOUNDED), np.empty(first + pairs)
@@ -109,16 +125,14 @@ def _nearest(nominal: Array, rows: Array, least: Array, lower: Array | None, upp
     softness[first:] += HARDNESS
     solver = daqp.Model()
     # Copies, because the solver wants contiguous memory that it may write to.
-    flag, _ = solver.setup(_identity(n), -nominal, np.array(rows, order="C"), above, below, _senses(first, pairs))
+    metric, linear = (_identity(n), -nominal) if weight is None else (weight, -weight.dot(nominal))
+    flag, _ = solver.setup(metric, linear, np.array(rows, order="C"), above, below, _senses(first, pairs))
     if flag >= 0:
         solver.soft_weights(rho_l=softness)
         velocities, _, flag, _ = solver.solve()
         if flag > 0:
             return velocities
-    # The problem always has a solution, yet a solver may cycle: the pair that needs it most then has to do.
-    shortfalls = least - rows.dot(nominal)
-    worst = int(shortfalls.argmax())
-    return along_row(nominal, rows[worst], float(shortfalls[worst]))
+    return None
 
 
 @cache

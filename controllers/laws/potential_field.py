@@ -19,7 +19,7 @@ class PotentialField:
 
     Attributes:
         influence_distance: d₀ [m], where the push begins.
-        strength: η [m²·rad²/s].
+        field_strength: η [m²·rad²/s].
         least_distance: the push grows no further below this distance [m], overlap included, where 1/d would change its sign.
     """
 
@@ -27,7 +27,7 @@ class PotentialField:
     wants_task: ClassVar[bool] = False
 
     influence_distance: float
-    strength: float
+    field_strength: float
     least_distance: float = 0.05
 
     def push(self, distance: float) -> float:
@@ -36,7 +36,7 @@ class PotentialField:
         if distance >= d0 or self.least_distance >= d0:
             return 0.0
         d = max(distance, self.least_distance)
-        return self.strength * (1.0 / d - 1.0 / d0) / (d * d)
+        return self.field_strength * (1.0 / d - 1.0 / d0) / (d * d)
 
     def activation(self, distance: float) -> float:
         """Return f(d) as a share of the largest push: no takeover, since the task is never taken back; a measure of the field."""

@@ -20,20 +20,16 @@ class StrictPriority(RowLaw):
     there switches at every tick, and its accelerations grow as 1 / dt.
 
     Attributes:
-        critical_distance: d_m [m]; of no effect when always on.
         nominal_velocity: v [m/s].
-        switched: on below d_m only, instead of always.
+        critical_distance: d_m [m], at which it is switched; ∞ for always on.
     """
 
-    critical_distance: float
     nominal_velocity: float
-    switched: bool
+    critical_distance: float = math.inf
 
     def activation(self, distance: float) -> float:
         """Return 1 where avoidance comes first, else 0; 0 if there is no obstacle, d = ∞."""
-        if self.switched:
-            return 1.0 if distance <= self.critical_distance else 0.0
-        return 1.0 if distance < math.inf else 0.0
+        return 1.0 if distance <= self.critical_distance and distance < math.inf else 0.0
 
     def correction(self, distance: float, pull: float, approach: float) -> float:
         """Return c = v + u [m/s] where avoidance comes first, else 0."""

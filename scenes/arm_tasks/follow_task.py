@@ -7,9 +7,9 @@ import numpy as np
 from controllers.kinematics import Arm, Array
 from controllers.limits import bounded_task
 from scenes.arm_tasks.arm_task import Memory
+from scenes.room import World
 from scenes.settings import RunSettings
 from scenes.targets import Target
-from scenes.world import World
 
 
 class JointSource(Protocol):

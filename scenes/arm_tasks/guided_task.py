@@ -4,9 +4,9 @@ from controllers.kinematics import Arm, Array
 from scenes.arm_tasks.arm_task import Memory
 from scenes.guide import Guide
 from scenes.robots import Robot
+from scenes.room import World
 from scenes.settings import RunSettings
 from scenes.targets import HandTarget, JointTarget, LinkTarget, Target
-from scenes.world import World
 
 
 class GuidedTask:

@@ -10,9 +10,9 @@ from controllers.limits import bounded_task
 from controllers.tasks import TASK_DIMENSION, hold, pose_error, position_error
 from scenes.arm_tasks.arm_task import Memory
 from scenes.guide import FOLLOW_GAIN, pull, shortened
+from scenes.room import World
 from scenes.settings import RunSettings
 from scenes.targets import HandTarget, JointTarget, LinkTarget, Target
-from scenes.world import World
 
 Path = Callable[[float, Array], tuple[Array, Array]]
 """(time [s], place at the start (3,)) → place (3,) [m] and its velocity (3,) [m/s]."""

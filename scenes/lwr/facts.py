@@ -47,9 +47,6 @@ JOINTS: Final = (
     _joint(7, 0.078, (0, 0, 1), 170, 180, 38),
 )
 
-ACCELERATION_LIMIT: Final = float(np.radians(300))
-"""Per joint [rad/s^2], as used for the LWR by Flacco, De Luca & Khatib (2012)."""
-
 JOINT_LABELS: Final = ("base turn", "shoulder", "upper-arm roll", "elbow", "forearm roll", "wrist", "flange roll")
 """What a person calls joints 1 … 7."""
 

@@ -1,4 +1,5 @@
-"""A person's arms as four angles each, the way the paper names them: shoulder flexion, abduction, external rotation, elbow flexion.
+"""A person's arms as four angles each, the way the paper names them: shoulder flexion, abduction, external rotation, elbow flexion,
+in this order in every array of four.
 
 The torso frame has x forward, y to the person's left, z up, and its origin halfway between the shoulders. Stand with both arms
 hanging, palms towards the thighs: all four angles of either arm are zero. From there, in this order,
@@ -27,9 +28,6 @@ import numpy as np
 
 from controllers.kinematics import Array
 from scenes.settings import ArmName
-
-ANGLE_NAMES: Final = ("shoulder flexion", "abduction", "external rotation", "elbow flexion")
-"""In the order of every array of four."""
 
 TRUSTED_SINE: Final = 0.1
 """An angle about an axis is taken as it is when the thing that shows it stands off the axis by at least this sine."""

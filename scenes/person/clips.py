@@ -6,19 +6,17 @@ person: which arm leads, how often and how fast. On the torso, without avoidance
 
 from collections.abc import Callable
 from itertools import accumulate
-from typing import Final, Literal, NamedTuple, get_args
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
-
-ClipName = Literal["wave", "clap", "cross", "reach", "medley"]
-
-CLIP_NAMES: Final[tuple[ClipName, ...]] = get_args(ClipName)
+from scenes.settings import ClipName
+from scenes.targets import quintic
 
 Arm = tuple[float, float, float, float]
-"""The four angles of one arm, in the order of `scenes.person.angles.ANGLE_NAMES`; degrees, in this file alone."""
+"""The four angles of one arm, see `scenes.person.angles`; degrees, in this file alone."""
 
 REST_ARM: Final[Arm] = (20.0, 14.0, 0.0, 75.0)
 
@@ -76,8 +74,7 @@ class Clip:
         j = min(int(np.searchsorted(self._times, time, side="right")), len(self._times) - 1)
         i = j - 1
         s = float((time - self._times[i]) / (self._times[j] - self._times[i]))
-        blend = s * s * s * (10.0 + s * (6.0 * s - 15.0))
-        return self._poses[i] + blend * (self._poses[j] - self._poses[i])
+        return self._poses[i] + quintic(s)[0] * (self._poses[j] - self._poses[i])
 
 
 def _about(random: np.random.Generator, arm: Arm, spread: float) -> Arm:
@@ -137,4 +134,6 @@ def _reach(random: np.random.Generator) -> list[Key]:
 
 
 _Gesture = Callable[[np.random.Generator], list[Key]]
-_GESTURES: Final[dict[str, _Gesture]] = {"wave": _wave, "clap": _clap, "cross": _cross, "reach": _reach}
+_GESTURES: Final[dict[ClipName, _Gesture]] = {"wave": _wave, "clap": _clap, "cross": _cross, "reach": _reach}
+
+CLIP_NAMES: Final[tuple[ClipName, ...]] = (*_GESTURES, "medley")

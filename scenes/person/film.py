@@ -4,15 +4,17 @@ import importlib
 import time
 from pathlib import Path
 from types import ModuleType
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from controllers.errors import BadInputFile, BadSetting
 from controllers.kinematics import Array
-from scenes.person.landmarks import COUNT
 from scenes.person.source import MissingPackage
+
+COUNT: Final = 33
+"""Landmarks of MediaPipe Pose."""
 
 
 class VideoFrame(NamedTuple):

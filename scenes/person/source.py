@@ -6,6 +6,7 @@ import numpy as np
 
 from controllers.errors import DuetError
 from controllers.kinematics import Array
+from scenes.targets import between
 
 
 class MissingPackage(DuetError):
@@ -48,10 +49,6 @@ class SampledAngles:
 
     def angles(self, time: float) -> Array | None:
         """Return the angles (2, 4) at a time [s], or None between samples if one of them is without a person."""
-        i = min(max(int(np.searchsorted(self.times, time, side="right")) - 1, 0), len(self.times) - 1)
-        j = min(i + 1, len(self.times) - 1)
-        part = 0.0
-        if j > i and time > self.times[i]:
-            part = float((time - self.times[i]) / (self.times[j] - self.times[i]))
+        i, j, part = between(self.times, time)
         angles = self.table[i].copy() if part == 0.0 else self.table[i] + part * (self.table[j] - self.table[i])
         return angles if np.isfinite(angles).all() else None

@@ -11,11 +11,10 @@ from scenes.given_choices import start_remedy
 from scenes.lwr import facts
 from scenes.lwr.urdf import FLANGE, URDF_FILE
 from scenes.robots.description import Capsule, Robot
-from scenes.robots.postures import start_posture
 from scenes.robots.robot_files import FILES
 from scenes.settings import RobotName
 
-__all__ = ["FILES", "Capsule", "Robot", "RobotName", "robot", "start_posture"]
+__all__ = ["FILES", "Capsule", "Robot", "RobotName", "robot"]
 
 
 @cache

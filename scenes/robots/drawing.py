@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import importlib.metadata
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
@@ -52,28 +51,6 @@ COARSE_WELD: Final = 0.001
 
 PROUD: Final = 0.003
 """How far coarse pieces stand off the coarse body [m]."""
-
-# Colour in the package's files, as written there → name of a material in our palettes; the nearest counts.
-_PAINT: Final[dict[str, Mapping[tuple[int, int, int], str]]] = {
-    "panda": {
-        (255, 255, 255): "body",
-        (230, 235, 237): "cover",
-        (64, 64, 64): "dark",
-        (10, 138, 199): "mark",
-        (255, 0, 0): "mark",
-        (0, 255, 0): "mark",
-    },
-    "ur5": {
-        (36, 36, 36): "body",
-        (64, 89, 104): "cover",
-        (80, 111, 131): "cover",
-        (13, 13, 13): "ring",
-        (25, 26, 28): "ring",
-        (55, 55, 55): "metal",
-        (107, 107, 107): "metal",
-        (134, 134, 134): "metal",
-    },
-}
 
 
 class JointFrame(NamedTuple):
@@ -229,7 +206,7 @@ def _welded(vertices: Array, faces: NDArray[np.int64], pitch: float) -> trimesh.
 
 
 def _nearest_paint(name: str, colour: Array) -> str:
-    paints = _PAINT[name]
+    paints = EXAMPLES[name].paints
     away = np.linalg.norm(np.array(list(paints), float) - np.asarray(colour, float), axis=1)
     return list(paints.values())[int(np.argmin(away))]
 

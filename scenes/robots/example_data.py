@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from controllers.errors import BadSetting, LazyText
+from scenes.lwr.facts import JOINT_LABELS
 from scenes.robots.description import Capsule, Robot
 from scenes.settings import RobotName
 
@@ -51,6 +52,10 @@ class Example:
         shoulder, elbow, wrist: indices of the joints at these points.
         segments: of its collision model, base first.
         labels: what a person calls each joint.
+        starts: rig → the left and the right arm's start posture (n,) [deg]: clear of the other arm, elbow bent, hand in front, away from
+            its own base, which cannot give way. The two of a torso mirror each other.
+        views: rig → height of the middle of the view, and what must be seen across and up [m].
+        paints: colour in the package's files → name of a material in our palettes; the nearest counts.
         column: height of a column under its foot, which then counts as part of its base [m].
     """
 
@@ -64,6 +69,9 @@ class Example:
     wrist: int
     segments: tuple[Segment, ...]
     labels: tuple[str, ...]
+    starts: dict[str, tuple[tuple[float, ...], tuple[float, ...]]]
+    views: dict[str, tuple[float, float, float]]
+    paints: dict[tuple[int, int, int], str]
     column: float = 0.0
 
     def robot(self, model: pin.Model, capsules: tuple[Capsule, ...]) -> Robot:
@@ -93,7 +101,21 @@ PANDA: Final = Example(
         Segment("wrist", 6),
         Segment("hand", 7),
     ),
-    ("base turn", "shoulder", "upper-arm roll", "elbow", "forearm roll", "wrist", "flange roll"),
+    JOINT_LABELS,
+    # Mirrored, the odd joints change sign; its hand sits 45° off, so that joint 7 mirrors about that.
+    {
+        "torso": ((-44.0, -72.0, -85.0, -63.0, 25.0, 121.0, 48.0), (44.0, -72.0, 85.0, -63.0, -25.0, 121.0, 42.0)),
+        "table": ((0.0, -28.0, 0.0, -90.0, 0.0, 62.0, 45.0), (0.0, -28.0, 0.0, -90.0, 0.0, 62.0, 45.0)),
+    },
+    {"torso": (1.23, 1.60, 1.02), "table": (1.34, 1.85, 1.44)},
+    {
+        (255, 255, 255): "body",
+        (230, 235, 237): "cover",
+        (64, 64, 64): "dark",
+        (10, 138, 199): "mark",
+        (255, 0, 0): "mark",
+        (0, 255, 0): "mark",
+    },
 )
 
 UR5: Final = Example(
@@ -113,12 +135,28 @@ UR5: Final = Example(
         Segment("hand", 5, rolled=6),
     ),
     ("base turn", "shoulder", "elbow", "wrist bend", "wrist turn", "flange roll"),
+    # Mirrored, an arm that runs beside its foot turns its base half round and folds the other way.
+    {
+        "torso": ((-162.0, -54.0, 74.0, -23.0, 56.0, 0.0), (-18.0, -126.0, -74.0, -157.0, -56.0, 0.0)),
+        "table": ((-30.0, -115.0, 105.0, -80.0, -90.0, 0.0), (-30.0, -115.0, 105.0, -80.0, -90.0, 0.0)),
+    },
+    {"torso": (1.07, 1.90, 0.95), "table": (1.35, 1.85, 1.48)},
+    {
+        (36, 36, 36): "body",
+        (64, 89, 104): "cover",
+        (80, 111, 131): "cover",
+        (13, 13, 13): "ring",
+        (25, 26, 28): "ring",
+        (55, 55, 55): "metal",
+        (107, 107, 107): "metal",
+        (134, 134, 134): "metal",
+    },
     # Its shoulder is low and beside its foot: as close together as the torso's plates are, two of them could not help touching.
     # On the column the shoulder is as high as the LWR's.
     column=0.221,
 )
 
-EXAMPLES: Final[dict[str, Example]] = {"panda": PANDA, "ur5": UR5}
+EXAMPLES: Final[dict[str, Example]] = {example.key: example for example in (PANDA, UR5)}
 
 
 def load_example(example: Example, kind: pin.GeometryType | None = None) -> tuple[pin.Model, pin.GeometryModel]:

@@ -5,6 +5,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
+from xml.etree import ElementTree
 
 from controllers.errors import BadInputFile
 from scenes.files import read_file
@@ -57,11 +58,12 @@ def robot_file(path: Path) -> RobotFile:
     Raises:
         BadInputFile: it cannot be read, is no URDF, is too large, has no suitable chain of joints, or one of its meshes is missing.
     """
-    from scenes.robots.urdf_chain import find_chain
+    from scenes.robots.urdf_chain import chain_model, find_chain
 
     text = _content(path, LARGEST_URDF)
     urdf = parsed(text, str(path))
     chain = find_chain(urdf, str(path))
+    chain_model(text, chain, str(path))
     names = dict.fromkeys(
         part.geometry.mesh.filename
         for link in urdf.robot.links
@@ -113,14 +115,37 @@ def parsed(text: bytes, name: str) -> "yourdfpy.URDF":
         "build_collision_scene_graph": False,
     }
     try:
+        _check_xml(text, name)
         urdf = yourdfpy.URDF.load(io.BytesIO(text), **bare)
+    except BadInputFile:
+        raise
     except Exception as error:
         # On a damaged file lxml and yourdfpy raise nearly every kind there is.
         reason = str(error).splitlines()[0][:80] if str(error) else type(error).__name__
         raise BadInputFile("{name}: is no URDF file ({reason}).", name=name, reason=reason) from None
-    if not urdf.robot.links:
-        raise BadInputFile("{name}: is no URDF file ({reason}).", name=name, reason="no links")
     return urdf
+
+
+def _check_xml(text: bytes, name: str) -> None:
+    """Refuse what a lenient reader takes for a robot.
+
+    Raises:
+        BadInputFile: it is damaged, other XML, still to be expanded by xacro, or has no link.
+    """
+    try:
+        robot = ElementTree.fromstring(text)
+    except ElementTree.ParseError as error:
+        raise BadInputFile("{name}: is no URDF file: its XML is damaged ({reason}).", name=name, reason=str(error)) from None
+    if robot.tag != "robot":
+        raise BadInputFile(
+            "{name}: is no URDF file: it begins with <{tag}>, a URDF with <robot>.", name=name, tag=str(robot.tag)[:40]
+        )
+    if any("xacro" in str(part.tag) for part in robot.iter()):
+        raise BadInputFile(
+            "{name}: is xacro, from which a URDF is made: run `xacro {name} > robot.urdf` and give that file.", name=name
+        )
+    if robot.find("link") is None:
+        raise BadInputFile("{name}: is no URDF file with a robot: it has no links.", name=name)
 
 
 def _content(path: Path, most: int, whole: str = "") -> bytes:

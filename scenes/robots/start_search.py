@@ -1,4 +1,4 @@
-"""Start postures for arms and places for which none is known: hand in front, elbow high and bent, far from singular and from the stops."""
+"""Start postures of arms: known ones, or, where none is known, hand in front, elbow high and bent, far from singular and from the stops."""
 
 from functools import cache
 from typing import Final
@@ -7,9 +7,10 @@ import numpy as np
 import pinocchio as pin
 
 from controllers.kinematics import Array
+from scenes.rigs import RIGS
 from scenes.robots import robot
 from scenes.robots.description import Robot
-from scenes.robots.postures import start_posture
+from scenes.robots.example_data import EXAMPLES
 from scenes.settings import ArmName
 
 SAMPLES: Final = 1500
@@ -24,7 +25,15 @@ IMPROVEMENTS: Final = 25
 STOP: Final = np.radians(17.0)
 """Least angle from every stop [rad]."""
 
-UPRIGHT: Final = np.array([0.0, 0.0, 1.0])
+
+def start_posture(robot_name: str, rig_name: str, side: ArmName) -> Array | None:
+    """Return q (n,) [rad] in which an arm starts, a copy; None if none is known."""
+    if robot_name == "lwr" and rig_name in RIGS:
+        rig = RIGS[rig_name]
+        return (rig.left_start if side == "left" else rig.right_start).copy()
+    if robot_name not in EXAMPLES or rig_name not in RIGS:
+        return None
+    return np.radians(EXAMPLES[robot_name].starts[rig_name][side == "right"])
 
 
 def found_postures(made: Robot, base: pin.SE3, other: pin.SE3, side: ArmName, rig_name: str) -> list[Array]:

@@ -2,6 +2,7 @@
 all that comes of it is a few numbers each."""
 
 import importlib.metadata
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -19,21 +20,14 @@ def stored_example(name: str) -> Robot:
     """
     example = EXAMPLES[name]
     model, _ = load_example(example)
-    sources = [Path(__file__).with_name(f"{source}.py") for source in ("fitting", "enclosing", "example_data")]
-    key = glb.source_key(sources, *(importlib.metadata.version(package) for package in (PACKAGE, "scipy", "pin")))
 
-    def fit() -> tuple[bytes, ...]:
+    def fit() -> tuple[Capsule, ...]:
         # Brings scipy's optimiser with it, which is slow to import.
         from scenes.robots.fitting import build_example
 
-        return tuple(np.concatenate([c.start, c.end, [c.radius]]).tobytes() for c in build_example(example).capsules)
+        return build_example(example).capsules
 
-    numbers = [np.frombuffer(blob) for blob in glb.cached(f"{name}-capsules", key, fit)]
-    capsules = tuple(
-        Capsule(segment.name, segment.joint, n[:3].copy(), n[3:6].copy(), float(n[6]))
-        for segment, n in zip(example.segments, numbers, strict=True)
-    )
-    return example.robot(model, capsules)
+    return example.robot(model, _stored(name, ("fitting", "example_data"), PACKAGE, fit))
 
 
 def stored_file(key: str) -> Robot:
@@ -45,18 +39,20 @@ def stored_file(key: str) -> Robot:
     from scenes.robots.urdf_file import fit_capsules, load_arm
 
     arm = load_arm(key)
-    sources = [
-        Path(__file__).with_name(f"{source}.py") for source in ("fitting", "enclosing", "robot_files", "urdf_chain", "urdf_file")
-    ]
-    versions = (importlib.metadata.version(package) for package in ("yourdfpy", "scipy", "pin"))
+    sources = ("fitting", "robot_files", "urdf_chain", "urdf_file")
+    return arm.robot(_stored(key, sources, "yourdfpy", lambda: fit_capsules(arm)))
 
-    def fit() -> tuple[bytes, ...]:
-        return tuple(
-            np.concatenate([[c.joint], c.start, c.end, [c.radius]]).tobytes() + c.name.encode() for c in fit_capsules(arm)
-        )
+
+def _stored(name: str, sources: tuple[str, ...], package: str, fit: Callable[[], tuple[Capsule, ...]]) -> tuple[Capsule, ...]:
+    """Return a robot's capsules, fitted again if one of these sources of ours, or the package, has changed."""
+    files = [Path(__file__).with_name(f"{source}.py") for source in ("stored", *sources)]
+    key = glb.source_key(files, name, *(importlib.metadata.version(one) for one in (package, "scipy", "pin")))
+
+    def build() -> tuple[bytes, ...]:
+        return tuple(np.concatenate([[c.joint], c.start, c.end, [c.radius]]).tobytes() + c.name.encode() for c in fit())
 
     capsules: list[Capsule] = []
-    for blob in glb.cached(f"{key}-capsules", glb.source_key(sources, key, *versions), fit):
+    for blob in glb.cached(f"{name}-capsules", key, build):
         n = np.frombuffer(blob[:64])
         capsules.append(Capsule(blob[64:].decode(), int(n[0]), n[1:4].copy(), n[4:7].copy(), float(n[7])))
-    return arm.robot(tuple(capsules))
+    return tuple(capsules)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 from xml.etree import ElementTree
 
@@ -32,6 +33,13 @@ TURN: Final = 2.0 * np.pi
 
 SHOULDER_HEIGHT: Final = 0.31
 """Of the shoulder above the foot [m], as of the LWR; a lower one gets a column under its foot."""
+
+SLOWEST: Final = 0.01
+"""Least top speed of a joint [rad/s]."""
+
+SHORTEST: Final = 0.1
+LONGEST: Final = 10.0
+"""Least and greatest length of an arm, from joint to joint [m]: beyond these its file is in other units."""
 
 ROLL: Final = 0.8
 """Cosine of the angle between axis and link from which a joint only turns the link about itself."""
@@ -81,18 +89,40 @@ def find_chain(urdf: yourdfpy.URDF, name: str) -> tuple[str, ...]:
         chain.append(joint.name)
         link = joint.child
     if not FEWEST <= len(chain) <= MOST:
+        mimics = [j.name for j in _movable(children, link) if j.mimic is not None]
+        if mimics:
+            raise BadInputFile(
+                "{name}: has {count} revolute joints in a chain, then {joint}, which only follows another (mimic); "
+                "Duet takes arms of 6 or 7.",
+                name=name,
+                count=len(chain),
+                joint=_safe(mimics[0]),
+            )
         raise BadInputFile(
             "{name}: has {count} revolute joints in a chain; Duet takes arms of 6 or 7.", name=name, count=len(chain)
         )
-    for joint in urdf.robot.joints:
-        if joint.name in chain and joint.type == "revolute":
-            limit = joint.limit
+    _check_joints([joint for joint in urdf.robot.joints if joint.name in chain], name)
+    return tuple(chain)
+
+
+def _check_joints(joints: list[yourdfpy.Joint], name: str) -> None:
+    for joint in joints:
+        limit, called = joint.limit, _safe(joint.name)
+        if joint.type == "revolute":
             low, high = (np.nan, np.nan) if limit is None else (limit.lower, limit.upper)
             if low is None or high is None or not -np.inf < low < high < np.inf:
-                raise BadInputFile(
-                    "{name}: its joint {joint} has no limits between which it can move.", name=name, joint=_safe(joint.name)
-                )
-    return tuple(chain)
+                raise BadInputFile("{name}: its joint {joint} has no limits between which it can move.", name=name, joint=called)
+        speed = None if limit is None else limit.velocity
+        if speed is not None and speed != 0.0 and not speed >= SLOWEST:
+            raise BadInputFile(
+                "{name}: its joint {joint} has a top speed of {speed} rad/s; give one from {least}, or none.",
+                name=name,
+                joint=called,
+                speed=speed,
+                least=SLOWEST,
+            )
+        if joint.axis is not None and not float(np.linalg.norm(joint.axis)) > 1e-6:
+            raise BadInputFile("{name}: the axis of its joint {joint} is no direction.", name=name, joint=called)
 
 
 def _movable(children: dict[str, list[yourdfpy.Joint]], link: str) -> list[yourdfpy.Joint]:
@@ -149,10 +179,28 @@ def chain_model(text: bytes, chain: tuple[str, ...], name: str) -> tuple[pin.Mod
         raise BadInputFile("{name}: is no URDF file ({reason}).", name=name, reason=str(error).splitlines()[0][:80]) from None
     data = model.createData()
     pin.forwardKinematics(model, data, np.zeros(model.nq))
+    _check_arm(model, data, name)
     column = max(0.0, round(SHOULDER_HEIGHT - float(data.oMi[2].translation[2]), 3))
     if not column:
         return model, 0.0
     return pin.appendModel(pin.Model(), model, 0, pin.SE3(np.eye(3), np.array([0.0, 0.0, column]))), column
+
+
+def _check_arm(model: pin.Model, data: pin.Data, name: str) -> None:
+    """Refuse an arm in other units than metres, and one that can only move in a plane; `data` is up to date."""
+    places = [data.oMi[j].translation for j in range(1, model.njoints)]
+    length = float(sum(np.linalg.norm(b - a) for a, b in pairwise(places)))
+    if not SHORTEST <= length <= LONGEST:
+        raise BadInputFile(
+            "{name}: its joints are {length} m apart together; lengths in a URDF are in metres, and an arm has {least} to {most} m.",
+            name=name,
+            length=f"{length:.3g}",
+            least=SHORTEST,
+            most=LONGEST,
+        )
+    axes = np.array([data.oMi[j].rotation @ joint_axis(model, j) for j in range(1, model.njoints)])
+    if np.linalg.matrix_rank(axes, tol=1e-3) < 2:
+        raise BadInputFile("{name}: all its axes are parallel, so that its hand stays in a plane.", name=name)
 
 
 def landmarks(model: pin.Model) -> tuple[int, int, int]:

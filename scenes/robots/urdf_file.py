@@ -117,6 +117,8 @@ def _meshes(file: RobotFile, shape: Any) -> Iterator[tuple[trimesh.Trimesh, Arra
                         trimesh.transform_points(piece.vertices, placement) * scale, piece.faces, process=False
                     )
                     yield bare, _colour(piece)
+            if not any(isinstance(piece, trimesh.Trimesh) and len(piece.faces) for piece in scene.geometry.values()):
+                raise ValueError("no triangles in it")
         except Exception as error:
             # trimesh's readers raise nearly every kind there is.
             reason = str(error).splitlines()[0][:80] if str(error) else type(error).__name__
@@ -137,8 +139,7 @@ def fit_capsules(arm: FileArm) -> tuple[Capsule, ...]:
     Raises:
         BadInputFile: as `solids`; or nothing has a shape.
     """
-    from scenes.robots.enclosing import enclosing_capsule
-    from scenes.robots.fitting import column_rim, swept
+    from scenes.robots.fitting import column_rim, enclosing_capsule, swept
 
     model = arm.model
     shapes: list[list[Array]] = [[] for _ in range(model.njoints)]

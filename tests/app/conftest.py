@@ -11,12 +11,14 @@ import pytest
 
 from app.classroom.lecture import LectureHost
 from app.hosting.private_host import PrivateHost
+from app.hosting.serve_options import ServeOptions
+from app.hosting.worker_messages import WorkerLink
 from app.lessons.session.lesson_session import LessonSession
 from app.session import session as session_module
 from app.session.session import Session
 from app.settings import Settings
 from app.start import App, start_app
-from scenes import rerun as rerun_module
+from tests.app.posted_call import post_call
 from tests.app.runtime.processes import until
 from tests.app.served import Serve, Served
 from tests.blocking_client import BlockingClient
@@ -53,7 +55,7 @@ def ask(session: Session, question: Callable[[Session], T], timeout: float = 60.
         except BaseException as error:
             answer.set_exception(error)
 
-    session.post(reply)
+    post_call(session, reply)
     return answer.result(timeout)
 
 
@@ -83,7 +85,6 @@ class Guest:
 def fast_machine(monkeypatch: pytest.MonkeyPatch) -> None:
     """However busy this machine is, no step takes any time."""
     monkeypatch.setattr(session_module, "perf_counter", lambda: 0.0)
-    monkeypatch.setattr(rerun_module, "perf_counter", lambda: 0.0)
 
 
 OpenHouse = Callable[..., App]
@@ -95,8 +96,8 @@ Join = Callable[..., BlockingClient]
 def house(request: pytest.FixtureRequest) -> OpenHouse:
     """`house(settings, sessions=…, lecture=…, key=…)` opens a house on a free port."""
 
-    def make(settings: Settings | None = None, **options: Any) -> App:
-        opened = start_app("127.0.0.1", 0, settings or Settings(), **options)
+    def make(settings: Settings | None = None, link: WorkerLink | None = None, **options: Any) -> App:
+        opened = start_app(ServeOptions(settings=settings or Settings(), **options), link=link)
         request.addfinalizer(opened.close)
         return opened
 

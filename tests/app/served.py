@@ -28,7 +28,7 @@ class Served:
         return self.errors.read()
 
     def children(self, of: str) -> list[int]:
-        """Process ids of the door's children whose command holds a word."""
+        """Process ids of the dispatcher's children whose command holds a word."""
         found = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text(encoding="utf-8").split()
         named: list[int] = []
         for pid in found:

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy.optimize import minimize
 
-from controllers.convex_distance import ConvexDistances
 from controllers.kinematics import Array, Kinematics
 from controllers.proximity import ProximityDetector
 from scenes.settings import RunSettings, changed
@@ -75,8 +74,8 @@ def test_the_points_are_the_minimum_of_the_convex_problem(a, b, epsilon: float) 
     detector, q = two_bodies((0.4, 0.3)), np.array([*a, *b])
     detector.kinematics.update(q)
     detector.detect()
-    convex = ConvexDistances(detector.geometry, detector.data)
-    (d,) = convex.update(epsilon)
+
+    (d,) = detector.convex_distances(epsilon)
     first, second = detector.data.oMg
     r = first.translation - second.translation
     u, v = 0.2 * first.rotation[:, 2], 0.15 * second.rotation[:, 2]
@@ -99,7 +98,7 @@ def test_the_smooth_minimum_of_the_arms(rig) -> None:
     for q in postures:
         kinematics.update(q)
         near, true = detector.detect("smooth", 80.0), detector.detect("single")
-        each = ConvexDistances(detector.geometry, detector.data).update(EPSILON)
+        each = detector.convex_distances(EPSILON)
         assert near.law_distance == pytest.approx(-math.log(np.exp(-80.0 * each).sum()) / 80.0, abs=1e-12)
         assert (near.distance, near.pair) == (true.distance, true.pair) and near.law_distance <= near.distance
         assert_allclose(near.pair_row, true.row, atol=1e-12)

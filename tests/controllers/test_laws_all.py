@@ -12,7 +12,9 @@ from numpy.testing import assert_array_equal
 from controllers.kinematics import Array
 from controllers.laws.barrier_qp import BarrierQP
 from controllers.laws.continuous_inverse import ContinuousInverse
+from controllers.laws.hierarchical_inverse import HierarchicalInverse
 from controllers.laws.intermediate_value import IntermediateValue
+from controllers.laws.lexicographic_qp import POSTURE_WEIGHT, LexicographicQP
 from controllers.laws.null_space_avoidance import NullSpaceAvoidance
 from controllers.laws.potential_field import PotentialField
 from controllers.laws.set_based_task import SetBasedTask
@@ -20,14 +22,14 @@ from controllers.laws.situation import AUTHORITY, Law, Situation
 from controllers.laws.smooth_priority import SmoothPriority
 from controllers.laws.strict_priority import StrictPriority
 from controllers.laws.task_activation import TaskActivation
-from controllers.laws.task_space import free_part
+from controllers.laws.task_space import free_part, mostly_free_part
 from controllers.laws.unprotected import Unprotected
 
 LAWS: dict[str, Law] = {
     "smooth": SmoothPriority(0.15, 6.0, 0.30),
     "smooth_fed": SmoothPriority(0.15, 2.0, 0.30, feed_forward=True, one_sided=True),
-    "strict_always": StrictPriority(0.15, 0.30, switched=False),
-    "strict_switched": StrictPriority(0.15, 0.30, switched=True),
+    "strict_always": StrictPriority(0.30),
+    "strict_switched": StrictPriority(0.30, 0.15),
     "null_space": NullSpaceAvoidance(0.15, 0.30, 0.30),
     "potential": PotentialField(0.30, 0.005),
     "barrier": BarrierQP(0.15, 5.0),
@@ -35,6 +37,9 @@ LAWS: dict[str, Law] = {
     "intermediate": IntermediateValue(0.15, 6.0, 0.30),
     "activation": TaskActivation(0.15, 0.30, 0.30),
     "continuous": ContinuousInverse(0.15, 6.0, 0.30),
+    "hierarchical": HierarchicalInverse(0.15, 6.0, 0.30),
+    "lexicographic": LexicographicQP(0.15, 5.0),
+    "lexicographic_fed": LexicographicQP(0.15, 5.0, feed_forward=True),
     "set_based": SetBasedTask(0.15, 5.0),
     "set_based_fed": SetBasedTask(0.15, 0.0, feed_forward=True),
     "unprotected": Unprotected(),
@@ -163,6 +168,8 @@ def test_resting_distances() -> None:
     buffered = 0.15 + 0.15 / math.pi * math.acos(2.0 * math.sqrt(share) - 1.0)
     assert rest(LAWS["activation"], u, square) == pytest.approx(buffered, abs=1e-6)
     assert abs(rest(LAWS["set_based"], u, square) - 0.15) < 0.002
+    assert rest(LAWS["hierarchical"], u, square) == pytest.approx(0.15 * (1.0 / share) ** (1.0 / 6.0), abs=1e-6)
+    assert rest(LAWS["lexicographic"], u, square) == pytest.approx(0.15, abs=1e-6)
     assert rest(LAWS["barrier"], u, square) == pytest.approx(0.15, abs=1e-6)
     field = PotentialField(0.30, 0.005)
     assert square * field.push(rest(field, u, square)) == pytest.approx(u, abs=1e-6)
@@ -170,6 +177,14 @@ def test_resting_distances() -> None:
     assert abs(rest(LAWS["strict_switched"], u, square) - 0.15) < 0.002
     assert rest(LAWS["strict_always"], u, square) == pytest.approx(1.0 + 60.0 * v)
     assert rest(LAWS["unprotected"], u, square) == pytest.approx(1.0 - 60.0 * u)
+
+
+def lever_of(law: Law, situation: Situation) -> Array:
+    """The way through the joints along which a law moves one arm."""
+    row, J = situation.row, situation.task_jacobian
+    if J is None or not law.wants_task:
+        return row
+    return mostly_free_part(row, J, POSTURE_WEIGHT**2) if isinstance(law, LexicographicQP) else free_part(row, J)
 
 
 @given(ANY_LAW, SEEDS)
@@ -190,10 +205,7 @@ def test_coupled_both_arms_give_way(name: str, seed: int) -> None:
         assert gained == 0.0
         return
     # Each arm's share of the rate is that of its lever: |J_d|², or |J_d N|² where the hand comes first.
-    levers = [
-        free_part(s.row, s.task_jacobian) if law.wants_task and s.task_jacobian is not None else s.row for s in (one, other)
-    ]
-    squares = [float(lever @ lever) for lever in levers]
+    squares = [float(s.row @ lever_of(law, s)) for s in (one, other)]
     for arm, square in ((slice(0, 7), squares[0]), (slice(7, 14), squares[1])):
         assert float(row[arm] @ change[arm]) == pytest.approx(gained * square / sum(squares), abs=1e-5)
 
@@ -201,8 +213,14 @@ def test_coupled_both_arms_give_way(name: str, seed: int) -> None:
 def test_what_a_law_reads() -> None:
     # Only the laws that say so read the pairs or the task: without them, the others' velocities have the same bits.
     situation = with_pairs(regular_situation(7)._replace(distance=0.1), 7)
-    assert {name for name, law in LAWS.items() if law.wants_all_pairs} == {"barrier", "barrier_fed"}
-    assert {name for name, law in LAWS.items() if law.wants_task} == {"null_space", "intermediate", "activation", "continuous"}
+    assert {name for name, law in LAWS.items() if law.wants_all_pairs} == {
+        "barrier",
+        "barrier_fed",
+        "lexicographic",
+        "lexicographic_fed",
+    }
+    hand = {"null_space", "intermediate", "activation", "continuous", "hierarchical", "lexicographic", "lexicographic_fed"}
+    assert {name for name, law in LAWS.items() if law.wants_task} == hand
     for name, law in LAWS.items():
         blind = situation
         if not law.wants_all_pairs:

@@ -2,7 +2,7 @@
 
 import json
 import struct
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
@@ -15,21 +15,24 @@ import pytest
 
 from controllers.choices import Treatment
 from controllers.kinematics import Array
+from scenes.experiments import EXPERIMENTS
 from scenes.headless import Run, run
 from scenes.history import COLUMN
 from scenes.inputs import InputsLog, Recorded
-from scenes.settings import LawName, LawSettings, RigName, RunSettings, SceneName, changed
+from scenes.settings import LawSettings, RigName, RunSettings, changed
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget, Target
 
 RIG_NAMES: tuple[RigName, ...] = ("torso", "table")
-SCENES: tuple[SceneName, ...] = ("solo", "ball", "hold", "master_slave", "imitation")
+SCENES = tuple(EXPERIMENTS)
+SEEDS = (1, 2, 3)
+TREATMENTS: tuple[Treatment, ...] = ("single", "soft")
 SCRIPT: float = 46.0
 """Length of a hold run [s]."""
 
 
 def hold_settings(
-    rig: RigName = "torso", seed: int = 1, pairs: Treatment = "soft", law: LawName = "smooth_priority", dt: float = 0.005
+    rig: RigName = "torso", seed: int = 1, pairs: Treatment = "soft", law: str = "smooth_priority", dt: float = 0.005
 ) -> RunSettings:
     return RunSettings(rig=rig, seed=seed, dt=dt, law=LawSettings(law=law, pairs=pairs))
 
@@ -39,12 +42,18 @@ def hold_run(
     rig: RigName,
     seed: int,
     pairs: Treatment = "soft",
-    law: LawName = "smooth_priority",
+    law: str = "smooth_priority",
     dt: float = 0.005,
     seconds: float = SCRIPT,
 ) -> Run:
     """The hold scene with the autopilot; computed once for all tests, so only to be read."""
     return run(hold_settings(rig, seed, pairs, law, dt), seconds)
+
+
+def inside_limits(simulation: Simulation) -> bool:
+    model, q, dq = simulation.room.model, simulation.positions, simulation.velocities
+    inside = (q >= model.lowerPositionLimit - 1e-12).all() and (q <= model.upperPositionLimit + 1e-12).all()
+    return bool(np.isfinite(q).all() and inside and (np.abs(dq) <= model.velocityLimit + 1e-12).all())
 
 
 def column(table: Array, name: str) -> Array:
@@ -55,6 +64,16 @@ def play(simulation: Simulation, targets: Iterable[Target | None]) -> Array:
     for target in targets:
         simulation.step(target)
     return simulation.history.table()
+
+
+def moved(settings: RunSettings, until: Callable[[Simulation], object]) -> Simulation:
+    """An experiment that its own person has moved until something is true of it, within 20 s."""
+    simulation = Simulation(settings)
+    person = simulation.source()
+    while not until(simulation):
+        assert simulation.time < 20.0, "it never is true"
+        simulation.step(person.target(simulation.time))
+    return simulation
 
 
 def guided_hand(simulation: Simulation) -> Array:
@@ -129,7 +148,7 @@ def logged_run(
     return simulation, log
 
 
-def scene_settings(scene: SceneName, **changes: object) -> RunSettings:
+def scene_settings(scene: str, **changes: object) -> RunSettings:
     return given_settings(scene=scene, ball="cross" if scene == "ball" else "still", **changes)
 
 

@@ -1,4 +1,4 @@
-"""Every experiment, robot and law in one loop: what holds for all of them, and what each is there to show."""
+"""Every experiment, robot and law in one loop: what holds for all, what each is there to show, and a knob turned to equal distance."""
 
 from dataclasses import replace
 from functools import cache
@@ -10,15 +10,19 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from scenes import settings as options
 from scenes.headless import Run, run
+from scenes.inputs import Recorded
+from scenes.law_knobs import MATCH, MOST_RERUNS, match_knob
+from scenes.laws import LAWS
+from scenes.rerun import Stopped, rerun
+from scenes.settings import RunSettings, values
 from scenes.simulation import Simulation
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget
-from tests.scenes.helpers import RIG_NAMES, SCENES, column, play, with_law
+from tests.scenes.helpers import RIG_NAMES, SCENES, column, given_settings, play, recorded_run
 
-LAWS = get_args(options.LawName)
 ROBOTS = get_args(options.RobotName)
 
 
-def experiment(scene: options.SceneName, name: options.LawName = "smooth_priority", **fields: object) -> options.RunSettings:
+def experiment(scene: str, name: str = "smooth_priority", **fields: object) -> options.RunSettings:
     settings = options.RunSettings(scene=scene, law=options.LawSettings(law=name))
     return replace(settings, **fields)  # pyright: ignore[reportArgumentType]
 
@@ -30,7 +34,7 @@ def long_run(settings: options.RunSettings, seconds: float = 30.0) -> Run:
 
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("scene", SCENES)
-def test_every_law_runs_in_every_experiment(scene: options.SceneName, law: options.LawName) -> None:
+def test_every_law_runs_in_every_experiment(scene: str, law: str) -> None:
     for coupled in (False, True):
         settings = experiment(
             scene, law, law=options.LawSettings(law=law, coupled=coupled, pairs="soft" if coupled else "single")
@@ -45,7 +49,7 @@ def test_every_law_runs_in_every_experiment(scene: options.SceneName, law: optio
 
 
 @pytest.mark.parametrize("scene", SCENES)
-def test_a_wish_that_is_not_meant_for_the_experiment_is_left_alone(scene: options.SceneName) -> None:
+def test_a_wish_that_is_not_meant_for_the_experiment_is_left_alone(scene: str) -> None:
     simulation = Simulation(experiment(scene))
     n = simulation.guided.joints.stop - simulation.guided.joints.start
     places = HandTarget(np.array([0.2, 0.1, 1.1])), BallTarget(np.array([0.3, 0.0, 1.0]))
@@ -57,7 +61,7 @@ def test_a_wish_that_is_not_meant_for_the_experiment_is_left_alone(scene: option
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize("robot", ROBOTS)
 @pytest.mark.parametrize("scene", ["solo", "ball", "hold", "master_slave"])
-def test_every_arm_does_every_experiment(robot: options.RobotName, scene: options.SceneName, rig: options.RigName) -> None:
+def test_every_arm_does_every_experiment(robot: options.RobotName, scene: str, rig: options.RigName) -> None:
     result = run(experiment(scene, robot=robot, rig=rig), 20.0)
     assert result.summary.d_min >= 0.15 - 1e-4 and result.summary.out_of_authority_s == 0.0
     # The start postures are chosen so that the hand does come near.
@@ -78,18 +82,9 @@ def test_laws_and_roles_that_change_while_it_runs_leave_the_arms_where_they_are(
             assert np.isfinite(simulation.positions).all()
 
 
-@pytest.mark.parametrize("scene", ["hold", "master_slave", "imitation"])
-@pytest.mark.parametrize("pairs", ["single", "soft"])
-def test_the_threshold_is_kept_in_all_three_experiments(scene: options.SceneName, pairs: str) -> None:
-    """Figs 5, 6, 7: d ≥ d_m; without avoidance the same inputs bring the arms into each other."""
-    settings = with_law(experiment(scene, seed=2), pairs=pairs)
-    assert long_run(settings).summary.d_min >= 0.15 - 1e-4
-    assert long_run(with_law(settings, law="unprotected")).summary.d_min < 0.0
-
-
 @pytest.mark.parametrize("v", [0.02, 0.05])
 @pytest.mark.parametrize("scene", ["master_slave", "imitation"])
-def test_two_avoiding_arms_keep_the_threshold_for_any_v(scene: options.SceneName, v: float) -> None:
+def test_two_avoiding_arms_keep_the_threshold_for_any_v(scene: str, v: float) -> None:
     """ḋ = 2 λ v − (1 − λ)(u_L + u_R): both together hold d_m however small v is, where one alone would lose w − v."""
     both = experiment(scene, law=options.LawSettings(nominal_velocity=v), seed=2)
     assert long_run(both).summary.d_min >= 0.15 - 1e-3
@@ -146,3 +141,39 @@ def test_a_circle_chosen_in_mid_run_begins_at_the_hand() -> None:
     assert simulation.sample().error < 0.002
     play(simulation, [None] * 200)
     assert simulation.sample().error < 0.01
+
+
+RUN = RunSettings(dt=0.02)
+
+
+@pytest.fixture(scope="module")
+def recorded() -> Recorded:
+    return recorded_run(RUN, 12.0, 30.0)[1]
+
+
+def law(name: str) -> dict[str, object]:
+    return values(given_settings(law=name).law)
+
+
+@pytest.mark.parametrize(("name", "key"), [("barrier_qp", "dm"), ("potential_field", "eta"), ("intermediate_value", "dm")])
+def test_the_found_value_keeps_the_distance(recorded: Recorded, name: str, key: str) -> None:
+    reference = law("smooth_priority")
+    found = match_knob(recorded, reference, law(name))
+    assert found.key == key and found.value is not None
+    ours, theirs = (rerun(recorded, settings).summary.d_min for settings in (reference, {**law(name), key: found.value}))
+    assert found.wanted == ours and found.reached == theirs and abs(theirs - ours) <= MATCH
+
+
+def test_a_distance_out_of_reach_is_reported_after_few_runs(recorded: Recorded) -> None:
+    asked: list[int] = []
+    found = match_knob(recorded, law("smooth_priority"), law("null_space_avoidance"), lambda: bool(asked.append(1)))
+    assert found.value is None and found.key == "d0" and found.reached < found.wanted - MATCH
+    none = match_knob(recorded, law("smooth_priority"), law("unprotected"))
+    assert none.key == "" and none.value is None and none.reached < none.wanted
+    looks = len(asked) // (1 + -(-recorded.steps // 64))
+    assert looks <= MOST_RERUNS
+
+
+def test_it_ends_when_the_answer_is_no_longer_wanted(recorded: Recorded) -> None:
+    with pytest.raises(Stopped):
+        match_knob(recorded, law("smooth_priority"), law("barrier_qp"), lambda: True)

@@ -1,24 +1,32 @@
-"""The promise d ≥ d_law ≥ d_m: every run's own columns say what λ and ḋ must be, and which condition a step misses."""
+"""The promise d ≥ d_law ≥ d_m and line (R), ḋ = λ v − (1 − λ) u − w, in runs of the real arms, also of a late robot."""
 
 import csv
 import io
+import math
+from dataclasses import replace
 from typing import get_args
 
 import numpy as np
 import pytest
 
+from controllers import budget
 from controllers.activation import activation
 from controllers.choices import Treatment
-from controllers.kinematics import Array
+from controllers.kinematics import Array, Kinematics
+from controllers.laws.situation import AUTHORITY, Situation
+from controllers.laws.smooth_priority import SmoothPriority
 from controllers.limits import Authority
+from controllers.proximity import ProximityDetector
+from scenes.hardware import Actuation, before_stops
 from scenes.headless import Run, run
-from scenes.promise import Condition, broken_by, makes_promise, missing, missing_now
+from scenes.laws import LAWS
+from scenes.promise import Condition, broken_by, missing, missing_now
 from scenes.random_runs import random_run
 from scenes.recording import write_table
-from scenes.settings import LawName, RunSettings, SceneName, changed
+from scenes.room import World, build_room
+from scenes.settings import HardwareSettings, RigName, RunSettings, changed
 from scenes.simulation import Simulation
-from scenes.world import World
-from tests.scenes.helpers import SCENES, column, given_settings, with_law
+from tests.scenes.helpers import RIG_NAMES, SCENES, column, given_settings, with_law
 
 BETWEEN = given_settings(start="between", avoid="guided", seed=396, v=0.05, pairs="single")
 
@@ -27,16 +35,16 @@ def columns(done: Run) -> dict[str, Array]:
     """The columns of numbers in a run's CSV file, by name."""
     out = io.StringIO()
     write_table(out, done.simulation, done.table, {})
-    rows = list(csv.DictReader(io.StringIO(out.getvalue())))
+    rows = list(csv.DictReader(line for line in out.getvalue().splitlines() if not line.startswith("#")))
     return {name: np.array([float(row[name]) for row in rows]) for name in rows[0] if name != "pair"}
 
 
 @pytest.mark.parametrize("scene", SCENES[1:])
 @pytest.mark.parametrize("pairs", get_args(Treatment))
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_the_columns_of_any_run_say_what_the_rate_is(scene: SceneName, pairs: Treatment, seed: int) -> None:
+def test_the_columns_of_any_run_say_what_the_rate_is(scene: str, pairs: Treatment, seed: int) -> None:
     """J_d q̇ of all joints, from the q and q̇ columns alone, is the sum of s λ (v + u) − u of the arms that keep clear, less w."""
-    settings = random_run(7, seed).settings
+    settings = replace(random_run(7, seed).settings, hardware=HardwareSettings())
     for key, value in {"scene": scene, "pairs": pairs, "law": "smooth_priority", "dt": 0.01}.items():
         settings = changed(settings, key, value)
     done = run(settings, 2.0)
@@ -106,4 +114,242 @@ def test_the_page_and_the_table_say_the_same_of_every_step(settings: RunSettings
 
 def test_an_empty_history_misses_nothing_and_one_law_makes_the_promise() -> None:
     assert missing_now(BETWEEN, Simulation(BETWEEN).history) == ()
-    assert [name for name in get_args(LawName) if makes_promise(with_law(BETWEEN, law=name).law)] == ["smooth_priority"]
+    assert [name for name, law in LAWS.items() if law.promises] == ["smooth_priority"]
+
+
+class Contact:
+    """Two real arms and one pair of bodies that does not change; left avoids, right comes."""
+
+    def __init__(self, rig: RigName, law: SmoothPriority, first: str = "hand", second: str = "forearm") -> None:
+        self.room, self.law = build_room(rig), law
+        self.kinematics = Kinematics(self.room.model, self.room.arms)
+        self.detector = ProximityDetector(self.kinematics, self.room.geometry)
+        self.pair = self.detector.pair_names.index((f"left {first}", f"right {second}"))
+        self.left, self.right = self.room.arms[0].joints, self.room.arms[1].joints
+        self.q = self.room.start.copy()
+        self.row = np.zeros(self.room.model.nv)
+
+    def measure(self) -> float:
+        self.kinematics.update(self.q)
+        self.detector.detect()
+        self.row = self.detector.row(self.pair)
+        for joints in (self.left, self.right):
+            assert np.linalg.norm(self.row[joints]) > AUTHORITY
+        return float(self.detector.distances()[self.pair])
+
+    def along(self, joints: slice, speed: float) -> Array:
+        """The smallest velocity (7,) of an arm that changes d at a speed [m/s]."""
+        row = self.row[joints]
+        return row * (speed / row.dot(row))
+
+    def start_at(self, distance: float) -> None:
+        for _ in range(100):
+            missing = distance - self.measure()
+            step = float(np.clip(missing, -0.02, 0.02)) / 2.0
+            self.q[self.left] += self.along(self.left, step)
+            self.q[self.right] += self.along(self.right, step)
+            if abs(missing) < 1e-12:
+                break
+        assert self.measure() == pytest.approx(distance, abs=1e-9)
+
+    def avoiding(self, joints: slice, distance: float, pull: float, approach: float, aside: float) -> Array:
+        """What the law makes of a task that pulls with u, and wanders aside of the row."""
+        row = self.row[joints]
+        wander = aside * np.cos(np.arange(7.0))
+        nominal = self.along(joints, -pull) + wander - self.along(joints, float(row @ wander))
+        return self.law(Situation(self.q[joints], nominal, row, distance, approach))
+
+    def run(
+        self, steps: int, dt: float, pull: float, approach: float = 0.0, aside: float = 0.0, both: float | None = None
+    ) -> Array:
+        """Return d (steps + 1,) while the left arm avoids and the right one comes with w, or avoids a pull of its own."""
+        path = [self.measure()]
+        for _ in range(steps):
+            left, right = self.avoiding(self.left, path[-1], pull, approach, aside), self.along(self.right, -approach)
+            if both is not None:
+                right = self.avoiding(self.right, path[-1], both, 0.0, 0.0)
+            self.q[self.left] += left * dt
+            self.q[self.right] += right * dt
+            path.append(self.measure())
+        return np.array(path)
+
+
+DM, V = 0.15, 0.3
+
+
+def contact_at(rig: RigName, distance: float, n: float, v: float = V, dm: float = DM, fed: bool = False) -> Contact:
+    contact = Contact(rig, SmoothPriority(dm, n, v, feed_forward=fed))
+    contact.start_at(distance)
+    return contact
+
+
+STILL = [(n, u, 0.0) for n, u in ((2.0, 0.2), (6.0, 0.05), (6.0, 0.2), (10.0, 0.2), (20.0, 0.4))]
+COMING = [(6.0, 0.1, 0.1), (10.0, 0.0, 0.2), (10.0, 0.2, 0.25), (20.0, -0.05, 0.15)]
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize(("n", "u", "w"), STILL + COMING)
+def test_the_arm_comes_to_rest_at_the_closed_form_from_either_side(rig: RigName, n: float, u: float, w: float) -> None:
+    """Within 1 mm of d*; against an obstacle that comes with w ≤ v, from further away d never falls below d_m."""
+    rest, tau = budget.resting_distance(DM, n, V, u, w), budget.settling_time(DM, n, V, u, w)
+    dt = min(0.1 * tau, 0.005 if w else 0.02)
+    for start in (rest + 0.01,) if w else (rest - 0.02, rest + 0.02):
+        path = contact_at(rig, start, n).run(round(5.0 * tau / dt), dt, u, w)
+        assert path[-1] == pytest.approx(rest, abs=1e-3)
+        assert not w or path.min() >= DM
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+def test_motion_aside_and_fed_forward(rig: RigName) -> None:
+    # A task that also wanders across the row, even quickly, rests at the same d*: the joints themselves do go elsewhere.
+    n, u = 10.0, 0.2
+    rest, tau = budget.resting_distance(DM, n, V, u), budget.settling_time(DM, n, V, u)
+    ends = []
+    for aside in (0.0, 0.3):
+        contact = contact_at(rig, rest + 0.01, n)
+        assert contact.run(round(5.0 * tau / 0.001), 0.001, u, aside=aside)[-1] == pytest.approx(rest, abs=1e-3)
+        ends.append(contact.q)
+    assert np.abs(ends[1] - ends[0]).max() > 0.05
+    # With w fed forward, line (R) holds with v + w for v: d ≥ d_m at w = 2 v, where the plain law loses (positive control).
+    u, w = 0.1, 0.6
+    fed, plain = (contact_at(rig, 0.16, n, fed=fed).run(300, 0.0005, u, w) for fed in (True, False))
+    assert fed.min() >= DM > plain.min()
+    assert fed[-1] == pytest.approx(budget.resting_distance(DM, n, V + w, u, w), abs=1e-3)
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize(("u", "w"), [(0.2, 0.28), (0.2, 0.30), (0.2, 0.32), (-0.1, 0.45), (1.0, 0.45)])
+def test_a_faster_obstacle_wins_by_exactly_the_difference(rig: RigName, u: float, w: float) -> None:
+    """d_m is kept if and only if w ≤ v; below d_m the distance falls at w − v whatever u, within 1 mm/s."""
+    assert bool(contact_at(rig, 0.16, 10.0).run(300, 0.001, u, w).min() >= DM - 1e-4) is budget.holds_distance(V, w) is (w <= V)
+    if w > V:
+        path = contact_at(rig, 0.14, 6.0).run(300, 0.0005, u, w)
+        assert np.abs(np.diff(path) / 0.0005 + (w - V)).max() < 1e-3
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize(("v", "pulls"), [(0.05, (0.2, 0.3)), (0.3, (0.2, 0.2)), (0.3, (0.4, -0.1))])
+def test_both_arms(rig: RigName, v: float, pulls: tuple[float, float]) -> None:
+    """If both arms avoid, d never passes d_m for any v > 0, and each step's rate is 2 λ v − (1 − λ)(u_L + u_R)."""
+    n, dt = 10.0, 0.001
+    path = contact_at(rig, 0.17, n, v).run(500, dt, pulls[0], both=pulls[1])
+    assert path.min() >= DM
+    expected = [budget.distance_rate_both(x, v, *pulls) for x in np.minimum(1.0, (DM / path[:-1]) ** n)]
+    assert np.abs(np.diff(path) / dt - expected).max() < 1e-3
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize(("n", "u"), [(10.0, 0.2), (20.0, 0.4)])
+def test_explicit_euler_breaks_where_the_budget_says(rig: RigName, n: float, u: float) -> None:
+    """Around d*, half a millimetre off dies out at .93 of `largest_step_at_rest`, and swings for ever at 1.07 of it."""
+    rest, limit = budget.resting_distance(DM, n, V, u), budget.largest_step_at_rest(DM, n, V, u)
+    quiet, swinging = (contact_at(rig, rest + 5e-4, n).run(120, share * limit, u)[-10:] for share in (0.93, 1.07))
+    assert np.ptp(quiet) < 1e-4
+    assert np.ptp(swinging) > 2e-3
+    changes = np.sign(np.diff(swinging))
+    assert (changes[1:] * changes[:-1] < 0.0).all()
+
+
+N, U = 20.0, 0.4
+REST, TAU = budget.resting_distance(DM, N, V, U), budget.settling_time(DM, N, V, U)
+NEAR = 1e-4
+"""Start beside the rest [m]; near enough for the linear line."""
+
+
+def late_run(contact: Contact, steps: int, dt: float, hardware: HardwareSettings, approach: float = 0.0) -> Array:
+    """Return d (steps + 1,) while the left arm avoids through dead time and lag, and the right one comes with w."""
+    path, actuation = [contact.measure()], Actuation(len(contact.q))
+    velocities = np.zeros_like(contact.q)
+    for step in range(steps):
+        command = np.zeros_like(velocities)
+        command[contact.left] = contact.avoiding(contact.left, path[-1], U, approach, 0.0)
+        velocities = actuation.reached(hardware, command, velocities, step * dt, dt)
+        contact.q[contact.left] += velocities[contact.left] * dt
+        contact.q[contact.right] += contact.along(contact.right, -approach) * dt
+        path.append(contact.measure())
+    return np.array(path)
+
+
+def swings(path: Array) -> tuple[float, float]:
+    """Return the largest distance from the rest in the second and in the last fifth of a path [m]."""
+    away, fifth = np.abs(path - REST), len(path) // 5
+    return float(away[fifth : 2 * fifth].max()), float(away[-fifth:].max())
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize("late", [1, 4, 12])
+def test_a_dead_time_overshoots_and_swings_exactly_where_the_closed_form_says(rig: RigName, late: int) -> None:
+    calm, stable = budget.largest_share_of_step(late)
+    for share, overshoots, grows in (
+        (0.9 * calm, False, False),
+        (1.3 * calm, True, False),
+        (0.93 * stable, True, False),
+        (1.07 * stable, True, True),
+    ):
+        dt = share * TAU
+        hardware = HardwareSettings(dead_time=late * dt)
+        assert budget.steps_late(hardware.dead_time, dt) == late
+        path = late_run(contact_at(rig, REST + NEAR, N), round(25.0 * (late + 1)), dt, hardware)
+        assert bool(path.min() < REST - 1e-3 * NEAR) is overshoots
+        earlier, later = swings(path)
+        assert (later > 1.2 * earlier) is grows
+        assert (later < 0.8 * earlier) is not grows
+
+
+def test_many_short_steps_have_the_limits_of_continuous_time() -> None:
+    calm, stable = budget.largest_share_of_step(10_000)
+    assert calm * 10_000 == pytest.approx(1.0 / math.e, rel=1e-3)
+    assert stable * 10_000 == pytest.approx(0.5 * math.pi, rel=1e-3)
+    assert budget.largest_share_of_step(0) == (1.0, pytest.approx(2.0))
+    assert budget.largest_dead_time(TAU) == pytest.approx(0.5 * math.pi * TAU)
+    assert budget.largest_dead_time_without_overshoot(TAU) == pytest.approx(TAU / math.e)
+    # A lag of 1 µs is none, and a lag alone never makes it unstable.
+    assert budget.largest_dead_time(TAU, 1e-6) == pytest.approx(budget.largest_dead_time(TAU), rel=1e-3)
+    assert 0.0 < budget.largest_dead_time(TAU, 0.1) < budget.largest_dead_time(TAU, 0.01) < budget.largest_dead_time(TAU)
+    assert budget.largest_dead_time(math.inf, 0.01) == math.inf
+
+
+@pytest.mark.parametrize("lag", [0.2 * TAU, 2.0 * TAU])
+def test_a_lag_takes_from_the_dead_time_that_is_allowed(lag: float) -> None:
+    allowed = budget.largest_dead_time(TAU, lag)
+    assert allowed < budget.largest_dead_time(TAU)
+    for share, grows in ((0.85, False), (1.15, True)):
+        late = 40
+        dt = share * allowed / late
+        path = late_run(contact_at("torso", REST + NEAR, N), 900, dt, HardwareSettings(dead_time=late * dt, lag=lag))
+        earlier, later = swings(path)
+        assert (later > 1.2 * earlier) is grows
+        assert (later < 0.8 * earlier) is not grows
+
+
+@pytest.mark.parametrize("rig", RIG_NAMES)
+def test_a_sudden_start_costs_the_speed_times_the_dead_time(rig: RigName) -> None:
+    dt, w, T = 0.001, 0.2, 0.05
+    path = late_run(contact_at(rig, REST, N), round(2.0 * T / dt), dt, HardwareSettings(dead_time=T), approach=w)
+    lost = REST - path[round(T / dt)]
+    assert lost == pytest.approx(budget.surprise_loss(w, T), rel=0.01)
+    # The ideal robot answers at once.
+    ideal = late_run(contact_at(rig, REST, N), round(T / dt), dt, HardwareSettings(), approach=w)
+    assert REST - ideal[-1] < 0.5 * lost
+    assert ideal.min() > DM > path.min()
+
+
+def test_a_lag_is_exact_for_a_constant_command() -> None:
+    command, lag = np.array([1.0, -2.0]), 0.03
+    for dt in (0.001, 0.005, 0.02):
+        actuation, velocities, way = Actuation(2), np.zeros(2), np.zeros(2)
+        steps = round(0.06 / dt)
+        for step in range(steps):
+            velocities = actuation.reached(HardwareSettings(lag=lag), command, velocities, step * dt, dt)
+            way += velocities * dt
+        assert actuation.memory()[-1] == pytest.approx(command * (1.0 - math.exp(-0.06 / lag)), rel=1e-12)
+        assert way == pytest.approx(command * (0.06 - lag * (1.0 - math.exp(-0.06 / lag))), rel=1e-12)
+
+
+def test_a_stop_holds_a_lagging_joint() -> None:
+    lower, upper = np.array([-1.0, -1.0, -1.0]), np.array([1.0, 1.0, 1.0])
+    q = np.array([0.999, 0.0, -1.001])
+    held = before_stops(np.array([0.5, 0.5, -0.5]), q, lower, upper, 0.01)
+    assert held == pytest.approx([0.1, 0.5, 0.0])
+    # A joint that is beyond its stop may come back.
+    assert before_stops(np.array([0.5, 0.5, 0.5]), q, lower, upper, 0.01)[2] == 0.5

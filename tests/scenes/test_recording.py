@@ -1,8 +1,11 @@
-"""Inputs and outcomes as files: every fault is named with its line, and what is written is complete and repeatable."""
+"""Files of inputs and outcomes: faults are named with their line, what is written is complete, and what is no file does no harm."""
 
 import csv
+import errno
 import io
 import math
+import os
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +15,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from controllers.errors import BadInputFile, DuetError
+from scenes.files import path_inside, read_file, replacing
 from scenes.recording import Recording, read_inputs, write_table
 from scenes.settings import RunSettings, changed, values
 from scenes.simulation import Simulation
@@ -137,8 +141,11 @@ def test_tables_of_a_run() -> None:
     lines = text.split("\n")
     count = len(values(simulation.settings))
     assert lines[:count] == [f"# {key} = {value}" for key, value in values(simulation.settings).items()]
-    assert lines[count] == HEADER and lines[-1] == ""
-    rows = list(csv.reader(lines[count + 1 : -1]))
+    joints = ", ".join(f"{name} [{'rad/s' if 'dq' in name else 'rad'}]" for name in JOINTS)
+    scalars = "t [s], d [m], lambda [1], e2 [m²], u [m/s], w [m/s], law_d [m], w_law [m/s], lever [1], pair [names]"
+    assert lines[count] == f"# units = {scalars}, {joints}"
+    assert lines[count + 1] == HEADER and lines[-1] == ""
+    rows = list(csv.reader(lines[count + 2 : -1]))
     table = simulation.history.table()
     assert len(rows) == len(table) == 60
     for i, name in enumerate(("t", "d", "lambda", "e2", "u", "w", "law_d", "w_law", "lever")):
@@ -152,7 +159,76 @@ def test_tables_of_a_run() -> None:
     text, simulation = exported(3)
     rebuilt = RunSettings(rig="torso")
     for line in text.split("\n"):
-        if line.startswith("# "):
+        if line.startswith("# ") and not line.startswith("# units"):
             key, value = line[2:].split(" = ")
             rebuilt = changed(rebuilt, key, value)
     assert rebuilt == simulation.settings
+
+
+posix = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names")
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, OSError, UnicodeError])
+def test_what_is_interrupted_leaves_what_was_there(tmp_path: Path, error: type[BaseException]) -> None:
+    path = tmp_path / "file"
+    for before in (None, "old"):
+        if before is not None:
+            path.write_text(before, encoding="utf-8")
+        with pytest.raises(error), replacing(path) as draft:
+            draft.write_text("half", encoding="utf-8")
+            assert draft.parent == path.parent and draft != path
+            raise error
+        assert {p.name: p.read_text(encoding="utf-8") for p in tmp_path.iterdir()} == ({"file": before} if before else {})
+    with replacing(path) as draft:
+        draft.write_text("new", encoding="utf-8")
+        assert path.read_text(encoding="utf-8") == "old"
+    assert path.read_text(encoding="utf-8") == "new" and list(tmp_path.iterdir()) == [path]
+
+
+@posix
+def test_links_devices_and_pipes_stay_what_they_are(tmp_path: Path) -> None:
+    (tmp_path / "link").symlink_to("folder/file")
+    (tmp_path / "folder").mkdir()
+    with replacing(tmp_path / "link") as draft:
+        draft.write_text("through", encoding="utf-8")
+    assert (tmp_path / "link").is_symlink() and (tmp_path / "folder/file").read_text(encoding="utf-8") == "through"
+    with replacing(Path(os.devnull)) as draft:
+        assert draft == Path(os.devnull)
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    # No process reads it.
+    with pytest.raises(OSError), replacing(pipe):
+        raise AssertionError("it must not come to that")
+    read: list[str] = []
+    reader = threading.Thread(target=lambda: read.append(pipe.read_text(encoding="utf-8")))
+    reader.start()
+    while not read and reader.is_alive():
+        try:
+            with replacing(pipe) as draft:
+                draft.write_text("words", encoding="utf-8")
+            break
+        except OSError:
+            # The reader has not come yet.
+            continue
+    reader.join()
+    assert read == ["words"] and pipe.is_fifo()
+
+
+def test_files_and_names_stay_in_their_folder(tmp_path: Path) -> None:
+    with pytest.raises(IsADirectoryError), replacing(tmp_path):
+        raise AssertionError("it must not come to that")
+    (tmp_path / "loop").symlink_to("loop")
+    assert path_inside(tmp_path, "a/../b") == Path(os.path.realpath(tmp_path / "b"))
+    assert path_inside(tmp_path, "loop") is not None
+    assert path_inside(tmp_path, "../b") is None and path_inside(tmp_path, "b\0") is None and path_inside(tmp_path, "/b") is None
+    path = tmp_path / "file"
+    path.write_bytes(b"\r\n\x1a0")
+    assert read_file(path, 4) == b"\r\n\x1a0"
+    with pytest.raises(OSError, match="larger") as error:
+        read_file(path, 3)
+    assert error.value.errno == errno.EFBIG
+    for name in ("none", "a\0b"):
+        with pytest.raises(FileNotFoundError):
+            read_file(tmp_path / name, 3)
+    with pytest.raises(OSError, match="a folder"):
+        read_file(tmp_path, 3)

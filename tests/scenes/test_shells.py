@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 from trimesh.visual.material import PBRMaterial
 from trimesh.visual.texture import TextureVisuals
 
-from scenes import glb, room_shells
+from scenes import glb, rigs, room_shells
 from scenes.lwr import facts, shells
 from scenes.surfaces import mesh, revolve, rounded, skin, smooth_max, smooth_min
 from tests.scenes.helpers import glb_head, own_cache
@@ -96,7 +96,7 @@ def test_furniture_fits_the_arms() -> None:
         near = vertices[np.linalg.norm(vertices - base, axis=1) < 0.082] - base
         assert len(near) > 100 and (near @ axis).max() == pytest.approx(0, abs=1e-9)
     vertices = room_shells.table_meshes(1.3)["black"].vertices
-    assert vertices[:, 2].max() == pytest.approx(room_shells.TABLE_HEIGHT)
+    assert vertices[:, 2].max() == pytest.approx(rigs.TABLE_HEIGHT)
     for x in (-0.65, 0.65):
         assert (np.hypot(vertices[:, 0] - x, vertices[:, 1]) < 0.11).sum() == len(vertices) / 2
     for parts in (room_shells.torso_meshes(), room_shells.table_meshes(1.1)):

@@ -15,12 +15,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from controllers.errors import BadSetting, DuetError
-from scenes import grids
 from scenes.children import ONE_THREAD
-from scenes.grids import Axis, Grid, is_number, read_axis, read_grid
 from scenes.headless import run
 from scenes.settings import RunSettings, changed, specs, values
-from scenes.sweep import FIGURES, figures, run_points, spread, trade_off
+from scenes.sweep import FIGURES, MOST_POINTS, Axis, Grid, figures, is_number, read_axis, read_grid, run_points, spread, trade_off
 
 USUAL = RunSettings()
 
@@ -69,7 +67,7 @@ def test_every_setting_can_be_swept() -> None:
         *((text, ["cannot be read"]) for text in ("n=1:nan", "n=1:inf")), ("n=5:1", ["upwards", "5"]), ("n=5:5", ["upwards"]),
         ("v=0.1:0.5", ["whole numbers", "v=0.1:0.5:12"]),
         *((f"n=1:5:{count}", ["count", shown]) for count, shown in (("1", "from 2"), ("2.5", "2.5"), ("-3", "-3"))),
-        ("v=0:1:1e9", ["1e+09", str(grids.MOST_POINTS)]), ("seed=1:1e12", ["at most"]), ("n=0:3", ["n = 0.0", "1 to 20"]),
+        ("v=0:1:1e9", ["1e+09", str(MOST_POINTS)]), ("seed=1:1e12", ["at most"]), ("n=0:3", ["n = 0.0", "1 to 20"]),
         ("n=1,,3", ["n = ''", "1 to 20"]), ("n=2,2.0", ["twice"]), ("seed=1:2:3", ["whole number"]),
         ("law=smooth_priority,strict", ["law = 'strict'", "unprotected"]), ("law=1:2", ["no number", "smooth_priority"]),
         ("ff=0:1", ["no number", "ff=0,1"]), ("ff=maybe", ["neither on nor off"]),
@@ -152,7 +150,7 @@ def test_workers_stop_and_their_end_is_reported() -> None:
 
 ORPHANS = """
 import multiprocessing
-from scenes.grids import read_grid
+from scenes.sweep import read_grid
 from scenes.settings import RunSettings
 from scenes.sweep import run_points
 points = run_points(read_grid(RunSettings(), ["seed=1:300"], 1.0), range(300), workers=2)
@@ -175,7 +173,7 @@ def test_workers_do_not_outlive_a_parent_that_is_killed() -> None:
             parent.kill()
         try:
             # A pidfd becomes readable when its process ends.
-            ended = [worker for worker in workers if select.select([worker], [], [], 20.0)[0]]
+            ended = [worker for worker in workers if select.select([worker], [], [], 120.0)[0]]
             assert ended == workers
         finally:
             for worker in workers:

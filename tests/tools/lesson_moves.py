@@ -16,7 +16,7 @@ from controllers.kinematics import Array
 from scenes.settings import values
 from scenes.targets import BallTarget, HandTarget
 from tests.app.conftest import ask
-from tests.browser import until, wait_frames
+from tests.browser import until
 from tests.tools.lesson_hands import Hands
 
 LONG = 180.0  # a run on a busy machine [s]
@@ -61,9 +61,14 @@ class LessonMoves:
             ways = dict(trial.setup.input.parameters)
             for label, way in zip(LABELS, (ways.get(name, 0.0) for name in ("swing", "x", "y", "z")), strict=True):
                 if way:
+                    still = ask(session, lambda s: s.simulation.positions.copy())
                     self.hands.slide(label, f"{np.degrees(way):.0f}")
+
+                    def begun(still: Array = still) -> bool:
+                        return bool(np.abs(session.simulation.positions - still).max() > 0.01)
+
                     # One motion after the other: together they may leave the elbow where it was.
-                    until(page, lambda: bool(np.abs(session.simulation.velocities).max() > 0.01), "a motion")
+                    until(page, begun, "a motion")
                     until(page, lambda: bool(np.abs(session.simulation.velocities).max() < 1e-3), "the end of it", LONG)
         else:
             # In slow motion, at the other hand, until it is 10 mm nearer than d_m.
@@ -79,9 +84,9 @@ class LessonMoves:
 
     def _fresh_run(self) -> None:
         """Begin the run again, with the focus where keys are the page's."""
-        turn = self.run.walk.run_id
+        turn, before = self.run.walk.run_id, max(self.session.simulation.time, 2.0)
         self.hands.do("again")
-        until(self.page, lambda: self.run.walk.run_id != turn and self.session.simulation.time < 2.0, "a fresh run")
+        until(self.page, lambda: self.run.walk.run_id != turn and self.session.simulation.time < before, "a fresh run")
         self.page.evaluate("document.activeElement?.blur()")
 
     def _swing(self) -> None:
@@ -102,10 +107,9 @@ class LessonMoves:
         """Move hand or ball with the arrows to a goal that may move, in a fresh run, once it is known how far each key moves it."""
         session, page, ways = self.session, self.page, dict[str, Array]()
         self._fresh_run()
+        page.keyboard.press("ArrowUp")
+        until(page, lambda: session.held is not None, "something held")
         for key in ("ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "PageUp", "PageDown"):
-            page.keyboard.press(key)
-            until(page, lambda: session.held is not None, key)
-            wait_frames(page, 2)
             before = ask(session, held_at)
             page.keyboard.press(key)
             until(page, lambda before=before: bool(np.abs(held_at(session) - before).max() > 1e-4), key)

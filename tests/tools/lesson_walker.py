@@ -9,15 +9,15 @@ from time import perf_counter
 from playwright.sync_api import Page
 
 from app.hosting.private_host import PrivateHost
+from app.lessons.bookmark import Phase
 from app.lessons.check import said_by
 from app.lessons.lesson import Question, Step, Trial
-from app.lessons.phases import Phase
 from app.lessons.session.lesson_actions import GoTo
 from app.lessons.session.lesson_session import LessonSession
 from app.session.session import Session
 from app.start import App
 from tests.app.conftest import ask, live_sessions
-from tests.browser import close_software_note, until, wait_frames
+from tests.browser import close_software_note, lasting, until, wait_frames
 from tests.tools.lesson_hands import Hands
 from tests.tools.lesson_moves import LONG, LessonMoves
 
@@ -137,7 +137,7 @@ class Walker:
     def _look(self) -> None:
         """No formula is missing, and no text is wider than the panel."""
         wait_frames(self.page, 2)
-        assert self.page.evaluate(FLAWS) == []
+        assert lasting(self.page, lambda: self.page.evaluate(FLAWS)) == []
 
     def _answer(self, question: Question, answer: int, walked: Walked) -> None:
         """Give an answer, read the verdict and see why; before the right one, which comes last, skip the run and begin again."""
@@ -153,8 +153,10 @@ class Walker:
             self._on("Skip the run")
             self.hands.do("next")
         self._at(Phase.OBSERVE)
-        headline, verdict = page.locator(".duet-l-verdict .card .mark b").inner_text(), run.walk.verdict
-        assert verdict is not None and verdict.right == right and verdict.headline == headline
+        verdict = run.walk.view().verdict
+        assert verdict is not None and verdict.right == right
+        headline = verdict.headline
+        until(page, lambda: page.locator(".duet-l-verdict .card .mark b").all_inner_texts() == [headline], "the verdict")
         text = page.locator(".duet-l-verdict .card").inner_text()
         assert "You said" in text and "Measured" in text
         until(page, lambda: headline in (page.locator("#duet-say").text_content() or ""), "the verdict is announced")
@@ -188,8 +190,9 @@ class Walker:
         self._on("(Check|Test) my")
         self._check()
         if not challenge.custom_law:
-            classes = page.locator(".duet-l-attempt .card").get_attribute("class") or ""
-            assert run.walk.done.last is not None and ("wrong" in classes) is not run.walk.done.last.passed
+            last, card = run.walk.done.last, page.locator(".duet-l-attempt .card")
+            assert last is not None
+            until(page, lambda: ("wrong" in (card.get_attribute("class") or "")) is not last.passed, "how it was judged")
         for count in range(1, len(step.hints) + 1):
             self.hands.do("hint")
             until(page, lambda count=count: page.locator(".duet-l-hints li").count() == count, "a hint")
@@ -212,9 +215,9 @@ class Walker:
 
     def _check(self) -> None:
         """Have the run, or the law, judged."""
-        attempts = self.run.walk.done.attempts
+        before = self.run.walk.done.last
         self.hands.do("check")
-        until(self.page, lambda: self.run.walk.done.attempts > attempts, "the attempt", LONG)
+        until(self.page, lambda: self.run.walk.done.last is not before, "the attempt", LONG)
 
     def _forecast(self, step: Step, trial: Trial) -> None:
         for i, (label, number) in enumerate(zip(self.run.view().forecasts, said_by(step, trial), strict=True)):

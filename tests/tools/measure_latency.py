@@ -2,19 +2,31 @@
 
 A figure for a person to read, not a test: it says what this machine does at this moment. In a small window, the hand's handle is
 pulled by single moves of the mouse while everything else stands still; each is timed from the pointer's event to the first drawn
-frame in which a link of the guided arm has turned.
+frame in which a link of the guided arm has turned. Beside it stands viser's own floor: the same on a plain viser server, on which
+a handle turns one frame and nothing is computed.
 """
 
+import multiprocessing
 import statistics
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from multiprocessing.connection import Connection
+from multiprocessing.synchronize import Event
+from typing import Any
 
 import numpy as np
-from playwright.sync_api import Page, sync_playwright
+import viser
+from playwright.sync_api import Browser, Page, sync_playwright
 
 from app.hosting.private_host import PrivateHost
+from app.hosting.serve_options import ServeOptions
 from app.settings import Settings, from_query
 from app.start import start_app
+from controllers.kinematics import Array
 from tests.browser import (
+    WELCOMED,
     close_software_note,
+    free_port,
     launch,
     settled_view,
     take_hold,
@@ -25,22 +37,25 @@ from tests.browser import (
 )
 
 MOVES = 60
-GRIP = 0.22 * 0.9
-"""How far out on the arrow, which is 0.22 m long, it is taken [m]."""
+HANDLE = 0.22
+GRIP = 0.9 * HANDLE
+"""Length of the handle's arrows, and how far out on one it is taken [m]."""
 
-_WATCH = """() => {
-  const links = ["j1", "j2", "j3", "j4", "j5", "j6", "j7"].map((_, i, all) => "/arms/right/base/" + all.slice(0, i + 1).join("/"));
+LINKS = ["/arms/right/base" + "".join(f"/j{j}" for j in range(1, i + 1)) for i in range(1, 8)]
+FLOOR = "/turned"
+
+_WATCH = """links => {
   const pose = () => links.flatMap(name => __viserMutable.nodeRefFromName[name].quaternion.toArray());
   const differ = (a, b) => Math.max(...a.map((x, i) => Math.abs(x - b[i])));
-  window.duet = { seen: [], still: 0 };
-  addEventListener("pointermove", event => { duet.moved = event.timeStamp; duet.from = pose(); }, true);
+  window.latency = { seen: [], still: 0 };
+  addEventListener("pointermove", event => { latency.moved = event.timeStamp; latency.from = pose(); }, true);
   let last = pose();
   const frame = () => {
     const now = pose();
-    duet.still = differ(now, last) < 1e-6 ? duet.still + 1 : 0;
-    if (duet.from && differ(now, duet.from) > 1e-5) {
-      duet.seen.push(performance.now() - duet.moved);
-      duet.from = null;
+    latency.still = differ(now, last) < 1e-6 ? latency.still + 1 : 0;
+    if (latency.from && differ(now, latency.from) > 1e-5) {
+      latency.seen.push(performance.now() - latency.moved);
+      latency.from = null;
     }
     last = now;
     requestAnimationFrame(frame);
@@ -49,54 +64,117 @@ _WATCH = """() => {
 }"""
 
 
-def measure(page: Page, host: PrivateHost) -> list[float]:
-    """Return the delays of single mouse moves [ms]."""
-    # The page may have come anew, without the fine picture that a machine without a graphics card is too slow for.
-    until(page, lambda: len(host.sessions) == 1, "one session")
-    (session,) = host.sessions.values()
-    simulation = session.simulation
+def measure(page: Page, place: Array, arrows: Array, held: Callable[[], object], links: list[str]) -> list[float]:
+    """Return the delays of single mouse moves [ms].
+
+    Args:
+        place: of the handle (3,) [m].
+        arrows: its directions (3, 3), one a row.
+        held: whether it is dragged.
+        links: the nodes of which one turns.
+    """
     close_software_note(page)
     settled_view(page)
-    pose = simulation.kinematics.hand_pose(simulation.guided)
-    place, arrows = pose.translation.copy(), pose.rotation.T.copy()
     # The arrow that is seen best.
     middle = np.array(world_to_px(page, place))
     arrow = max(arrows, key=lambda along: float(np.linalg.norm(world_to_px(page, place + GRIP * along) - middle)))
     grip = place + GRIP * arrow
-    take_hold(page, lambda: grip, lambda: session.held is not None)
+    take_hold(page, lambda: grip, held)
     x, y = world_to_px(page, grip)
-    page.evaluate(_WATCH)
+    page.evaluate(_WATCH, links)
     ahead = np.array(world_to_px(page, grip + arrow * 0.05)) - (x, y)
     for i in range(MOVES):
-        page.wait_for_function("() => duet.still > 3")
+        page.wait_for_function("() => latency.still > 3")
         shift = ahead * (1.0 if i % 2 == 0 else 0.4)
         page.mouse.move(x + shift[0], y + shift[1])
         # A move that the handle does not feel (a pixel beside it) is left out.
         wait_frames(page, 8)
     page.mouse.up()
-    return page.evaluate("duet.seen")
+    return page.evaluate("latency.seen")
+
+
+def of_duet(browser: Browser) -> list[float]:
+    """Return the delays in Duet [ms]."""
+    settings, _ = from_query({"autopilot": "0", "gizmo": "1"}, Settings())
+    house = start_app(ServeOptions(settings=settings))
+    try:
+        host = house.host
+        assert isinstance(host, PrivateHost)
+        page = browser.new_page(viewport={"width": 700, "height": 500})
+        # The welcome would lie over the handle.
+        page.add_init_script(WELCOMED)
+        page.goto(house.url)
+        wait_ready(page, "/gizmo/hand")
+        # The page may have come a second time, without the fine picture that a machine without a graphics card is too slow for.
+        until(page, lambda: len(host.sessions) == 1, "one session")
+        (session,) = host.sessions.values()
+        simulation = session.simulation
+        pose = simulation.kinematics.hand_pose(simulation.guided)
+        delays = measure(page, pose.translation.copy(), pose.rotation.T.copy(), lambda: session.held is not None, LINKS)
+        page.close()
+        return delays
+    finally:
+        house.close()
+
+
+def of_viser(browser: Browser) -> list[float]:
+    """Return the delays of a plain viser server [ms]."""
+    with plain_viser() as (url, held):
+        page = browser.new_page(viewport={"width": 700, "height": 500})
+        page.goto(url)
+        wait_ready(page, FLOOR)
+        delays = measure(page, np.zeros(3), np.eye(3), held.is_set, [FLOOR])
+        page.close()
+        return delays
+
+
+@contextmanager
+def plain_viser() -> Iterator[tuple[str, Event]]:
+    """A plain viser server in a process of its own, as Duet adapts viser in this one; gives its address, and whether its handle is held."""
+    context = multiprocessing.get_context("spawn")
+    held, (ours, theirs) = context.Event(), context.Pipe()
+    process = context.Process(target=_serve_plain, args=(theirs, held), daemon=True)
+    process.start()
+    try:
+        yield f"http://127.0.0.1:{ours.recv()}", held
+    finally:
+        process.terminate()
+        process.join()
+
+
+def _serve_plain(parent: Connection, held: Event) -> None:
+    server = viser.ViserServer("127.0.0.1", free_port(), verbose=False)
+    server.initial_camera.position = (1.0, 0.8, 0.6)
+    server.initial_camera.look_at = (0.0, 0.0, 0.0)
+    turned = server.scene.add_frame(FLOOR, axes_length=0.1, axes_radius=0.005)
+    handle = server.scene.add_transform_controls("/handle", scale=HANDLE, disable_rotations=True)
+
+    @handle.on_update
+    async def _(event: viser.TransformControlsEvent) -> None:
+        held.set()
+        angle = float(np.sum(event.target.position))
+        turned.wxyz = (np.cos(angle), np.sin(angle), 0.0, 0.0)
+        server.flush()
+
+    parent.send(server.get_port())
+    parent.poll(None)
+
+
+def figure(delays: list[float]) -> str:
+    """Return what is printed of some delays [ms]."""
+    if not delays:
+        raise SystemExit("no move of the mouse turned a link within 8 frames; this machine is too slow to be measured like this")
+    return f"{len(delays)} moves: median {statistics.median(delays):.0f} ms, p90 {np.percentile(delays, 90):.0f} ms"
 
 
 def main() -> None:
     """Measure and print."""
-    settings, _ = from_query({"autopilot": "0", "gizmo": "1"}, Settings())
-    house = start_app("127.0.0.1", 0, settings)
-    assert isinstance(house.host, PrivateHost)
-    try:
-        with sync_playwright() as playwright:
-            browser = launch(playwright)
-            page = browser.new_page(viewport={"width": 700, "height": 500})
-            page.goto(house.url)
-            wait_ready(page, "/gizmo/hand")
-            delays = measure(page, house.host)
-            browser.close()
-    finally:
-        house.close()
-    if not delays:
-        raise SystemExit("no move of the mouse turned a link within 8 frames; this machine is too slow to be measured like this")
-    print(
-        f"pointer to picture, {len(delays)} moves: median {statistics.median(delays):.0f} ms, p90 {np.percentile(delays, 90):.0f} ms"
-    )
+    measures: dict[str, Callable[[Any], list[float]]] = {"viser's own floor": of_viser, "pointer to picture": of_duet}
+    with sync_playwright() as playwright:
+        browser = launch(playwright)
+        for name, delays_of in measures.items():
+            print(f"{name}, {figure(delays_of(browser))}")
+        browser.close()
 
 
 if __name__ == "__main__":

@@ -18,8 +18,8 @@ import numpy as np
 from PIL import Image, ImageDraw
 from playwright.sync_api import Page, sync_playwright
 
+from app.hosting.serve_options import ServeOptions
 from app.session.session import Session
-from app.settings import Settings
 from app.start import start_app
 from tests.app.conftest import ask
 from tests.app.page.by_hand import visit
@@ -131,7 +131,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path(".readme"))
     given = parser.parse_args()
-    house = start_app("127.0.0.1", 0, Settings())
+    house = start_app(ServeOptions())
     with sync_playwright() as playwright:
         browser = launch(playwright)
         for name, (query, time) in STILLS.items():

@@ -1,7 +1,8 @@
 """A long class with trouble: `python -m tests.tools.survival --sessions 30 --minutes 10` prints figures, and ends with 1 after a loss.
 
 Visitors in private sessions pull the arm and change the experiment while each worker is killed once, all workers are renewed, lines
-break off in the middle of a pull, and many tabs come and go.
+break off in the middle of a pull, and many tabs come and go. With `--kills 200` they rest instead, do one thing, and all workers are
+killed two seconds later or more, until so many are.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from app.settings import Settings
 from scenes.settings import specs
 from tests.app.served import Served
 from tests.blocking_client import OperatingClient
+from tests.tools.rests import kill_after_rests
 
 EXPERIMENTS: Final = ("master_slave", "hold", "ball", "imitation", "solo")
 PLACE: Final = (0.3, 0.0, 1.0)
@@ -89,7 +91,7 @@ class Tab:
         with suppress(KeyError, LookupError, ValueError):
             if chance.random() < 0.3:
                 spec = specs(Settings)["scene"]
-                label = spec.choice_labels[spec.choices.index(chance.choice(EXPERIMENTS))]
+                label = spec.options()[chance.choice(EXPERIMENTS)]
                 await client.set_value(spec.title(), label)
                 return
             node = max(client.mirror.grabbable, key=len)
@@ -188,11 +190,16 @@ def main() -> int:
     parser.add_argument("--sessions", type=int, default=30)
     parser.add_argument("--minutes", type=float, default=10.0)
     parser.add_argument("--workers", default="auto")
+    parser.add_argument("--kills", type=int, default=0)
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         served = Served(Path(folder), "--workers", arguments.workers, "--sessions", str(arguments.sessions + 12))
         try:
-            lost = asyncio.run(survive(served, arguments.sessions, arguments.minutes))
+            if arguments.kills:
+                rests = kill_after_rests(served, Path(folder) / "store", arguments.kills, arguments.sessions)
+                lost = asyncio.run(rests)
+            else:
+                lost = asyncio.run(survive(served, arguments.sessions, arguments.minutes))
         finally:
             served.close()
     for line in lost:

@@ -16,11 +16,10 @@ from tempfile import mkdtemp
 
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from app.cli.laws import NewLaw, new_law
-from app.session.input_sources import InputSources
-from app.settings import Settings
+from app.cli.grade import NewLaw, new_law
+from app.hosting.serve_options import ServeOptions
 from app.start import App, start_app
-from tests.browser import launch, listen, screenshot, until
+from tests.browser import launch, listen, save_picture, until
 from tests.tools.lesson_hands import Clicks, Keys
 from tests.tools.lesson_walker import Walker, enter, named, shown_step
 
@@ -54,7 +53,7 @@ def walk(page: Page, house: App, by: str, numbers: list[int]) -> None:
                 found = walker.step()
                 named(page)
             except BaseException:
-                screenshot(page, f"walk-{by}-{lesson.id}-{step.id}")
+                save_picture(page, f"walk-{by}-{lesson.id}-{step.id}")
                 raise
             did = f"{len(found.said):2d} answers, {found.whys} whys, challenge {found.challenge or '–':7s}"
             print(f"{by:6s} {found.lesson:18s} {found.step:14s} {did} {found.seconds:6.1f} s", flush=True)
@@ -78,7 +77,7 @@ def main() -> int:
     parser.add_argument("--by", choices=HANDS, nargs="*", default=list(HANDS))
     parser.add_argument("--lessons", type=int, nargs="+", default=list(range(1, 12)), help="numbers")
     given = parser.parse_args()
-    house = start_app("127.0.0.1", 0, Settings(), sources=InputSources(law_file=custom_law()))
+    house = start_app(ServeOptions(law_file=custom_law()))
     failed = 0
     with sync_playwright() as playwright:
         browser = launch(playwright)

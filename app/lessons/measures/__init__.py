@@ -1,14 +1,8 @@
 """Everything that can be measured in a run, one subject a file; importing them fills `quantity.QUANTITIES`."""
 
-from app.lessons.measures import (
-    contact_line,
-    distances,
-    following,
-    hand_errors,
-    late_robot,
-    leverage,
-    task_stability,
-    velocity_jumps,
-)
+from app.lessons.measures import distances
 
-__all__ = ["contact_line", "distances", "following", "hand_errors", "late_robot", "leverage", "task_stability", "velocity_jumps"]
+# isort: split
+from app.lessons.measures import contact_line, hand_errors, joint_speeds, task_stability
+
+__all__ = ["contact_line", "distances", "hand_errors", "joint_speeds", "task_stability"]

@@ -5,7 +5,6 @@ from math import inf
 import numpy as np
 
 from app.lessons.evidence import Evidence
-from app.lessons.measures.distances import has_obstacle
 from app.lessons.measures.quantity import Value, quantity
 from controllers import budget
 from controllers.activation import activation
@@ -30,11 +29,9 @@ def activation_now(evidence: Evidence) -> Value:
     return float(evidence.column("lambda")[-1]) if evidence.rows else None
 
 
-@quantity("λ met at d = {ratio} d_m", "", "", 3)
+@quantity("λ met at d = {ratio} dₘ", "", "", 3, obstacle=True)
 def activation_met(evidence: Evidence, ratio: float) -> Value:
     """Return λ where d first was `ratio` times d_m, straight between two steps."""
-    if not has_obstacle(evidence):
-        return None
     d, lam = evidence.column("law_d"), evidence.column("lambda")
     at = ratio * evidence.settings.law.critical_distance
     crossed = np.flatnonzero((d[1:] - at) * (d[:-1] - at) <= 0.0)
@@ -46,7 +43,7 @@ def activation_met(evidence: Evidence, ratio: float) -> Value:
     return float(lam[k]) + part * float(lam[k + 1] - lam[k])
 
 
-@quantity("(d_m/d)ⁿ at d = {ratio} d_m", "", "", 3)
+@quantity("(dₘ/d)ⁿ at d = {ratio} dₘ", "", "", 3)
 def activation_formula(evidence: Evidence, ratio: float) -> Value:
     """Return (d_m/d)ⁿ at d = `ratio` times d_m, eq. (31)."""
     law = evidence.settings.law
@@ -59,11 +56,9 @@ def pull_now(evidence: Evidence) -> Value:
     return float(evidence.column("u")[-1]) if evidence.rows else None
 
 
-@quantity("d* now", "m", "mm", 0, live=True)
+@quantity("d* now", "m", "mm", 0, live=True, obstacle=True)
 def rest_now(evidence: Evidence) -> Value:
     """Return d* = d_m [(u + v)/(u + w)]^(1/n) for u and w of the newest step [m]."""
-    if not has_obstacle(evidence):
-        return None
     law = evidence.settings.law
     u, w = float(evidence.column("u")[-1]), float(evidence.column("w_law")[-1])
     return budget.resting_distance(law.critical_distance, law.order, law.nominal_velocity, u, w)
@@ -99,11 +94,9 @@ def bias_formula(evidence: Evidence, gap: float) -> Value:
     return balance(evidence.settings.law, evidence.settings.gain, gap) - gap
 
 
-@quantity("largest n λ (v + u) dt / d", "", "", 2)
+@quantity("largest n λ (v + u) dt / d", "", "", 2, obstacle=True)
 def euler_number(evidence: Evidence) -> Value:
     """Return the largest n λ (v + u) dt / d above d_m: explicit Euler chatters where it stays above 2."""
-    if not has_obstacle(evidence):
-        return None
     run, d = evidence.settings, evidence.column("law_d")
     above = d >= run.law.critical_distance
     if not above.any():
@@ -114,7 +107,7 @@ def euler_number(evidence: Evidence) -> Value:
 
 def _fall(evidence: Evidence) -> int | None:
     """Return the row of the fastest fall of d below d_m; None if d_m was never passed."""
-    if not has_obstacle(evidence):
+    if not evidence.has_obstacle:
         return None
     d = evidence.column("law_d")
     below = np.flatnonzero(d[:-1] < evidence.settings.law.critical_distance)
@@ -123,7 +116,7 @@ def _fall(evidence: Evidence) -> int | None:
     return int(below[np.diff(d)[below].argmin()])
 
 
-@quantity("loss of distance below d_m", "m/s", "m/s", 3)
+@quantity("loss of distance below dₘ", "m/s", "m/s", 3)
 def loss_rate(evidence: Evidence) -> Value:
     """Return the fastest fall of d below d_m [m/s]."""
     row = _fall(evidence)

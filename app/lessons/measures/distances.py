@@ -1,40 +1,37 @@
-"""How near the obstacle came, and how fast."""
+"""How near the obstacle came and how fast, what a robot that answers late makes of it, and how far arms are from joints they follow."""
 
 import numpy as np
 
 from app.lessons.evidence import Evidence
 from app.lessons.measures.quantity import Value, quantity
+from controllers import budget
+from controllers.kinematics import Array
 
 
-def has_obstacle(evidence: Evidence) -> bool:
-    """Return whether there is something to keep clear of, and a step was made."""
-    return evidence.rows > 0 and bool(np.isfinite(evidence.column("d")).any())
-
-
-@quantity("distance now", "m", "mm", 0, live=True)
+@quantity("distance now", "m", "mm", 0, live=True, obstacle=True)
 def distance_now(evidence: Evidence) -> Value:
     """Return d in the newest step [m]."""
-    return float(evidence.column("d")[-1]) if has_obstacle(evidence) else None
+    return float(evidence.column("d")[-1])
 
 
-@quantity("smallest distance", "m", "mm", 1)
+@quantity("smallest distance", "m", "mm", 1, obstacle=True)
 def smallest_distance(evidence: Evidence) -> Value:
     """Return the smallest d of the run [m]."""
-    return float(evidence.column("d").min()) if has_obstacle(evidence) else None
+    return float(evidence.column("d").min())
 
 
-@quantity("smallest d − d_m", "m", "mm", 1)
+@quantity("smallest d − dₘ", "m", "mm", 1)
 def distance_margin(evidence: Evidence) -> Value:
     """Return the smallest d of the run less d_m [m]; negative if the critical distance was passed."""
     smallest = smallest_distance(evidence)
     return None if smallest is None else smallest - evidence.settings.law.critical_distance
 
 
-@quantity("distance at {time}", "m", "mm", 1)
+@quantity("distance at {time}", "m", "mm", 1, obstacle=True)
 def distance_at(evidence: Evidence, time: float) -> Value:
     """Return d at a time [m]."""
     row = evidence.row_at(time)
-    return float(evidence.column("d")[row]) if row is not None and has_obstacle(evidence) else None
+    return float(evidence.column("d")[row]) if row is not None else None
 
 
 @quantity("way made towards the obstacle", "m", "mm", 1)
@@ -44,22 +41,82 @@ def way_made(evidence: Evidence, since: float, until: float) -> Value:
     return None if begin is None or end is None else begin - end
 
 
-@quantity("fastest approach of the obstacle", "m/s", "m/s", 2)
+@quantity("fastest approach of the obstacle", "m/s", "m/s", 2, obstacle=True)
 def largest_approach(evidence: Evidence, within: float = 10.0) -> Value:
     """Return the largest w while d was less than `within` [m/s]."""
-    if not has_obstacle(evidence):
-        return None
     near = evidence.column("d") < within
     return float(evidence.column("w")[near].max()) if near.any() else None
 
 
-@quantity("approach of the obstacle now", "m/s", "m/s", 2, live=True)
+@quantity("approach of the obstacle now", "m/s", "m/s", 2, live=True, obstacle=True)
 def approach_now(evidence: Evidence) -> Value:
     """Return w in the newest step [m/s]."""
-    return float(evidence.column("w")[-1]) if has_obstacle(evidence) else None
+    return float(evidence.column("w")[-1])
 
 
-@quantity("changes of the closest pair", "", "", 0)
+@quantity("changes of the closest pair", "", "", 0, obstacle=True)
 def pair_switches(evidence: Evidence) -> Value:
     """Return how often another pair of bodies became the closest."""
-    return float(np.count_nonzero(np.diff(evidence.column("pair")))) if has_obstacle(evidence) else None
+    return float(np.count_nonzero(np.diff(evidence.column("pair"))))
+
+
+@quantity("swing of d, {since} to {until}", "m", "mm", 1, obstacle=True)
+def distance_swing(evidence: Evidence, since: float, until: float) -> Value:
+    """Return the largest less the smallest d between two times [m]."""
+    if evidence.row_at(until) is None:
+        return None
+    d = evidence.column("d")[(evidence.times >= since - 1e-9) & (evidence.times <= until + 1e-9)]
+    return float(np.ptp(d)) if len(d) else None
+
+
+@quantity("a T at {time}, T = {dead}", "", "", 2, obstacle=True)
+def dead_time_number(evidence: Evidence, time: float, dead: float) -> Value:
+    """Return a T = n (u + w) T / d* with u and w of the step at a time, for a dead time T [s]: a rest is stable below π/2."""
+    row = evidence.row_at(time)
+    if row is None:
+        return None
+    law, u, w = evidence.settings.law, float(evidence.column("u")[row]), float(evidence.column("w_law")[row])
+    v = law.nominal_velocity + (w if law.knows_w else 0.0)
+    return dead / budget.settling_time(law.critical_distance, law.order, v, u, w)
+
+
+def joint_errors(evidence: Evidence) -> Array | None:
+    """Return |q_d − q| of the arm with the shown task (rows,) [rad]; None if it follows no joints."""
+    if not evidence.rows or np.isnan(evidence.desired[-1]).any():
+        return None
+    return np.linalg.norm(evidence.desired - evidence.positions[:, evidence.arm.joints], axis=1)
+
+
+@quantity("joint error now", "rad", "deg", 1, live=True)
+def joint_error_now(evidence: Evidence) -> Value:
+    """Return |q_d − q| in the newest step [rad]."""
+    errors = joint_errors(evidence)
+    return None if errors is None else float(errors[-1])
+
+
+@quantity("largest joint error", "rad", "deg", 1)
+def largest_joint_error(evidence: Evidence) -> Value:
+    """Return the largest |q_d − q| of the run [rad]."""
+    errors = joint_errors(evidence)
+    return None if errors is None else float(errors.max())
+
+
+@quantity("joint error when d fell to {distance}", "rad", "deg", 1, obstacle=True)
+def joint_error_met(evidence: Evidence, distance: float) -> Value:
+    """Return |q_d − q| when d first fell to a distance [rad]."""
+    errors = joint_errors(evidence)
+    if errors is None:
+        return None
+    d = evidence.column("d")
+    fallen = np.flatnonzero((d[1:] <= distance) & (d[:-1] > distance))
+    return float(errors[int(fallen[0]) + 1]) if len(fallen) else None
+
+
+@quantity("largest joint error while d was more than {distance}", "rad", "deg", 1, obstacle=True)
+def joint_error_beyond(evidence: Evidence, distance: float) -> Value:
+    """Return the largest |q_d − q| while d was more than a distance [rad]."""
+    errors = joint_errors(evidence)
+    if errors is None:
+        return None
+    beyond = evidence.column("d") > distance
+    return float(errors[beyond].max()) if beyond.any() else None

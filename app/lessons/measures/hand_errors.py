@@ -8,13 +8,12 @@ from app.lessons.measures.quantity import Value, quantity
 from app.lessons.room_places import mark_places
 from controllers.kinematics import Array, null_space_projector
 from controllers.tasks import TASK_DIMENSION
-from scenes.experiments import EXPERIMENTS
 from scenes.solo import LAP, circle
 
 
 def hand_errors(evidence: Evidence) -> Array | None:
     """Return |e| of the hand (rows,) [m]; None if the task is about joints, or nothing was done yet."""
-    if not evidence.rows or EXPERIMENTS[evidence.settings.scene].error_unit != "m²":
+    if not evidence.rows or evidence.settings.experiment.error_unit != "m²":
         return None
     return np.sqrt(evidence.column("e2"))
 
@@ -84,7 +83,7 @@ def mark_miss(evidence: Evidence, angle: float) -> Value:
 def _last_lap(evidence: Evidence) -> tuple[int, int] | None:
     """Return the rows where the last whole lap of the circle begins and ends."""
     run = evidence.settings
-    if not evidence.whole or run.scene != "solo" or run.path != "circle":
+    if not evidence.whole or not run.draws_circle:
         return None
     laps = int((float(evidence.times[-1]) + 0.25 * run.dt) / LAP)
     begin, end = evidence.row_at((laps - 1) * LAP), evidence.row_at(laps * LAP)
@@ -123,4 +122,4 @@ def lap_error(evidence: Evidence) -> Value:
 def gain_step(evidence: Evidence) -> Value:
     """Return K dt, the share of the error that a step takes back: above 2 the correction overshoots by more than the error."""
     run = evidence.settings
-    return run.gain * (run.overdrive if run.scene == "solo" else 1.0) * run.dt
+    return run.gain * (run.overdrive if "kx" in run.experiment.reads else 1.0) * run.dt

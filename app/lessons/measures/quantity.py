@@ -4,6 +4,7 @@ import inspect
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import wraps
 from typing import Any, Final, Literal, get_args, get_origin, get_type_hints
 
 from app.lessons.evidence import Evidence
@@ -71,11 +72,20 @@ QUANTITIES: Final[dict[str, Quantity]] = {}
 
 
 def quantity(
-    label: str, unit: str, shown: str, digits: int, live: bool = False
+    label: str, unit: str, shown: str, digits: int, live: bool = False, obstacle: bool = False
 ) -> Callable[[Callable[..., Value]], Callable[..., Value]]:
-    """Make a function of `Evidence` known as something that can be measured; see `Quantity` for the arguments."""
+    """Make a function of `Evidence` known as something that can be measured.
 
-    def note(function: Callable[..., Value]) -> Callable[..., Value]:
+    Args:
+        label, unit, shown, digits, live: see `Quantity`.
+        obstacle: whether a run tells it only if there is something to keep clear of.
+    """
+
+    def note(measured: Callable[..., Value]) -> Callable[..., Value]:
+        @wraps(measured)
+        def function(evidence: Evidence, *given: Any, **parameters: Any) -> Value:
+            return measured(evidence, *given, **parameters) if evidence.has_obstacle or not obstacle else None
+
         about = (function.__doc__ or "").strip().splitlines()[0].removeprefix("Return ")
         QUANTITIES[function.__name__] = Quantity(function.__name__, label, unit, shown, digits, live, about, function)
         return function

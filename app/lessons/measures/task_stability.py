@@ -3,11 +3,9 @@
 import numpy as np
 
 from app.lessons.evidence import Evidence
-from app.lessons.measures.distances import has_obstacle
 from app.lessons.measures.quantity import Value, quantity
 from controllers.stability import Analysis, analyse
 from controllers.tasks import TASK_DIMENSION
-from scenes.experiments import EXPERIMENTS
 
 LOOKS = 60
 """Moments of a run that are analysed."""
@@ -15,12 +13,12 @@ LOOKS = 60
 
 def analysed(evidence: Evidence, row: int) -> Analysis | None:
     """Return section III's quantities in a row; None if there is nothing to avoid."""
-    if not has_obstacle(evidence):
+    if not evidence.has_obstacle:
         return None
     run = evidence.settings
     J_d = evidence.lever(row)
     J = None
-    if EXPERIMENTS[run.scene].error_unit == "m²":
+    if run.experiment.error_unit == "m²":
         J = evidence.kinematics.hand_jacobian(evidence.arm, TASK_DIMENSION[run.task])
     return analyse(J_d, J, float(evidence.column("lambda")[row]), run.gain, run.gain, damped=True)
 
@@ -36,11 +34,9 @@ def eigenvalue_now(evidence: Evidence) -> Value:
     return None if found is None else found.smallest_eigenvalue
 
 
-@quantity("smallest eigenvalue of sym M in the run", "1/s", "1/s", 2)
+@quantity("smallest eigenvalue of sym M in the run", "1/s", "1/s", 2, obstacle=True)
 def least_eigenvalue(evidence: Evidence, since: float = 0.0) -> Value:
     """Return the smallest eigenvalue of (M + Mᵀ)/2 from a time on [1/s]."""
-    if not has_obstacle(evidence):
-        return None
     rows = np.flatnonzero(evidence.times >= since - 1e-9)
     if not len(rows):
         return None

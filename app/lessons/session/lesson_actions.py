@@ -1,19 +1,26 @@
 """What a student can ask a lesson for, as typed values."""
 
-from dataclasses import dataclass
-
 from app.plots.curve_chart import Curve
+from app.session.actions import Action
 
 
-@dataclass(frozen=True)
-class Choose:
+class LessonAction(Action):
+    """What a lesson does."""
+
+
+class Enter(LessonAction):
+    """Open a lesson, from 0, outside the lessons too."""
+
+    lesson: int
+
+
+class Choose(LessonAction):
     """Predict an answer, from 0."""
 
     answer: int
 
 
-@dataclass(frozen=True)
-class Draw:
+class Draw(LessonAction):
     """Predict a curve in the step of a lesson, by their names; () takes it back."""
 
     lesson: str
@@ -21,8 +28,7 @@ class Draw:
     curve: Curve
 
 
-@dataclass(frozen=True)
-class Guess:
+class Guess(LessonAction):
     """Guess d [m] on the line of contact in the step of a lesson, by their names."""
 
     lesson: str
@@ -30,77 +36,63 @@ class Guess:
     distance: float
 
 
-@dataclass(frozen=True)
-class GoTo:
-    """Open a step of a lesson, both from 0."""
+class GoTo(LessonAction):
+    """Open a step of a lesson, both from 0; None for the present lesson, or for the step in which the student was."""
 
-    lesson: int
-    step: int
+    lesson: int | None
+    step: int | None
 
 
-@dataclass(frozen=True)
-class ListLessons:
+class SayNumber(LessonAction, newest_by=("index",)):
+    """Say a number of the challenge, from 0; None takes it back."""
+
+    index: int
+    number: float | None
+
+
+class Write(LessonAction, newest_by=("lesson", "step")):
+    """Keep the student's own words about the step of a lesson, by their names."""
+
+    lesson: str
+    step: str
+    words: str
+
+
+class ListLessons(LessonAction):
     """Show the list of lessons, or close it."""
 
 
-@dataclass(frozen=True)
-class GoOn:
+class GoOn(LessonAction):
     """Go to the next phase or step; a run that is to be measured runs to its end first."""
 
 
-@dataclass(frozen=True)
-class GoBack:
+class GoBack(LessonAction):
     """Go to the phase or step before."""
 
 
-@dataclass(frozen=True)
-class ResetStep:
+class ResetStep(LessonAction):
     """Begin the step from its first phase."""
 
 
-@dataclass(frozen=True)
-class RunAgain:
+class RunAgain(LessonAction):
     """Begin the present run again."""
 
 
-@dataclass(frozen=True)
-class StartOrPause:
+class StartOrPause(LessonAction):
     """Start the run, pause it, or go on."""
 
 
-@dataclass(frozen=True)
-class ShowWhy:
+class ShowWhy(LessonAction):
     """Show the run that explains a wrong answer."""
 
 
-@dataclass(frozen=True)
-class ShowHint:
+class ShowHint(LessonAction):
     """Show the next hint of the challenge."""
 
 
-@dataclass(frozen=True)
-class Check:
+class Check(LessonAction):
     """Check the challenge."""
 
 
-@dataclass(frozen=True)
-class Leave:
+class Leave(LessonAction):
     """Close the lessons."""
-
-
-LessonAction = (
-    Choose
-    | Draw
-    | Guess
-    | GoTo
-    | ListLessons
-    | GoOn
-    | GoBack
-    | ResetStep
-    | RunAgain
-    | StartOrPause
-    | ShowWhy
-    | ShowHint
-    | Check
-    | Leave
-)

@@ -8,15 +8,13 @@ from collections import deque
 from collections.abc import Callable, Mapping
 
 from app.custom_law.examination import NO_FILE, ExaminationProgress
+from app.lessons.bookmark import Phase
 from app.lessons.labels import label_of
 from app.lessons.lesson import LessonBook
 from app.lessons.lesson_list import LessonEntry, lesson_entries
-from app.lessons.phases import Phase
+from app.lessons.progress import SavedLesson
 from app.lessons.session import lesson_actions
-from app.lessons.session.further_runs import FurtherRuns
-from app.lessons.session.lesson_settings import asks_for_custom_law, deviation_from_lesson, with_look
-from app.lessons.session.saved import SavedLesson
-from app.lessons.session.step_runner import StepRunner
+from app.lessons.session.step_runner import FurtherRuns, StepRunner, asks_for_custom_law, deviation_from_lesson, with_look
 from app.lessons.step_view import StepView
 from app.lessons.walkthrough import Walkthrough
 from app.runtime.throttled_log import ThrottledLog
@@ -95,6 +93,7 @@ class LessonSession:
             self._session.reset()
         finally:
             self._session.halt.go_on()
+            self._session.looks_up_at = 0.0
             self._leave_replay()
             self.open = False
             self.version += 1
@@ -120,7 +119,7 @@ class LessonSession:
         """Take up what was saved; `reopen`: also where the visitor was."""
         if not self.book.lessons:
             return
-        self._walk = Walkthrough.from_json(self.book, saved.progress, saved.kept)
+        self._walk = Walkthrough(self.book, saved.progress, saved.kept)
         self._runner.seen = dict(saved.seen)
         self._said = {step: list(numbers) for step, numbers in saved.said.items()}
         if saved.open and reopen:
@@ -162,13 +161,26 @@ class LessonSession:
 
     def act(self, action: lesson_actions.LessonAction) -> None:
         """Do what the student asks for; an action at the wrong moment does nothing."""
-        if isinstance(action, lesson_actions.ListLessons):
-            self.listing = bool(self.book.lessons) and not self.listing
-            self.version += 1
-            return
-        if isinstance(action, lesson_actions.GoTo) and self.listing and not self.open:
-            self.enter(action.lesson, action.step)
-            return
+        match action:
+            case lesson_actions.ListLessons():
+                self.listing = bool(self.book.lessons) and not self.listing
+                self.version += 1
+                return
+            case lesson_actions.Enter(lesson):
+                self.enter(lesson)
+                return
+            case lesson_actions.GoTo() if self.listing and not self.open:
+                self.enter(*self._place(action))
+                return
+            case lesson_actions.SayNumber(index, number):
+                self.said.extend([None] * (index + 1 - len(self.said)))
+                self.said[index] = number
+                return
+            case lesson_actions.Write(lesson, step, words):
+                self.walk.write(words, lesson, step)
+                return
+            case _:
+                pass
         self.listing = False
         if not self.open:
             return
@@ -200,8 +212,8 @@ class LessonSession:
             case lesson_actions.Guess(lesson, step, distance):
                 if (lesson, step) == (walk.lesson.id, walk.step.id):
                     walk.guess(distance)
-            case lesson_actions.GoTo(lesson, step):
-                walk.go(lesson, step)
+            case lesson_actions.GoTo():
+                walk.go(*self._place(action))
             case lesson_actions.GoOn():
                 if walk.phase is Phase.DO and walk.yours and walk.step.measurements and walk.finished(session.simulation):
                     self._runner.observe(walk)
@@ -224,24 +236,26 @@ class LessonSession:
             case lesson_actions.ShowHint():
                 walk.hint()
             case lesson_actions.Check():
-                self._check()
+                self._runner.check(walk, self.said)
             case lesson_actions.Leave():
                 self.leave()
+            case _:
+                raise TypeError(f"a lesson does not do {action!r}")
+
+    def _place(self, wanted: lesson_actions.GoTo) -> tuple[int, int]:
+        """Return the lesson and the step, both from 0."""
+        lesson = self.book.lessons.index(self.walk.lesson) if wanted.lesson is None else wanted.lesson
+        return lesson, self.entries()[lesson].step if wanted.step is None else wanted.step
 
     def _fast_forwards(self) -> bool:
         """Fast-forward the run to its end; return whether that is possible. Otherwise the reference run gives the outcome."""
         walk, session = self.walk, self._session
         to_measure = walk.phase is Phase.DO and walk.step.measurements and walk.done.outcome is None and not walk.showing
-        if (
-            not to_measure
-            or walk.yours
-            or "teacher" in session.halt
-            or walk.run_id == self._measured
-            or walk.finished(session.simulation)
-        ):
-            return False
-        session.hurry(walk.setup.seconds)
-        return True
+        over = walk.run_id == self._measured or walk.finished(session.simulation)
+        possible = bool(to_measure) and not (walk.yours or over or "teacher" in session.halt)
+        if possible:
+            session.hurry(walk.setup.seconds)
+        return possible
 
     def _run(self) -> None:
         walk, session = self.walk, self._session
@@ -261,10 +275,6 @@ class LessonSession:
         self.walk.run_again()
         # A challenge is tried with the student's own settings, and tried again with them.
         self._begin(self.walk.phase is Phase.CHALLENGE)
-
-    def _check(self) -> None:
-        if self.walk.phase is Phase.CHALLENGE:
-            self._runner.check(self.walk, self.said)
 
     # ---- frame by frame ----------------------------------------------------------------------------------------------------
 
@@ -302,15 +312,14 @@ class LessonSession:
             session.halt.set("lesson")
         simulation = session.simulation
         walk.watch(simulation)
-        if self._runner.advance_own_tests(walk):
+        if self._runner.advance_law_tests(walk):
             self.version += 1
         if self._waiting is not None and self._runs.ready:
             self.act(self._waiting)
             return
         if walk.run_id == self._measured or simulation.steps == 0 or not walk.finished(simulation):
             return
-        runs_out = walk.showing or walk.phase in (Phase.DO, Phase.CHALLENGE)
-        if not runs_out:
+        if not walk.showing and walk.phase not in (Phase.DO, Phase.CHALLENGE):
             return
         if not walk.yours:
             session.halt.set("lesson")
@@ -323,7 +332,7 @@ class LessonSession:
             elif not walk.yours:
                 walk.next()
         elif not walk.yours and walk.step.challenge is not None and walk.step.challenge.criteria:
-            self._check()
+            self._runner.check(walk, self.said)
         self._follow()
 
     def vary(self, query: Mapping[str, str]) -> None:
@@ -368,7 +377,7 @@ class LessonSession:
 
     @property
     def own_tests(self) -> ExaminationProgress | None:
-        """Return how far the tests of the visitor's own law are; None where the step does not ask for one."""
+        """Return how far the tests of the custom law are; None where the step does not ask for one."""
         if not self.open or not asks_for_custom_law(self.walk):
             return None
         examination = self._session.law.examination
@@ -376,7 +385,7 @@ class LessonSession:
 
     @property
     def custom_law_state(self) -> tuple[str, bool]:
-        """Return why the visitor's own law is not in force ("" if all is well), and whether its file is gone."""
+        """Return why the custom law is not in force ("" if all is well), and whether its file is gone."""
         law = self._session.student_law
         return law.problem, law.away
 

@@ -1,16 +1,143 @@
-"""The run that a step of a lesson asks for, in a session: begun with its settings, and measured."""
+"""The run that a step of a lesson asks for, in a session: begun with its settings, measured, and compared with further runs."""
 
+import logging
 from collections import deque
 from collections.abc import Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import replace
+from typing import Final
 
-from app.lessons.law_challenge import attempt_of
+from app.i18n.speaking import N_
+from app.lessons.attempts import attempt_of
+from app.lessons.bookmark import Phase
+from app.lessons.lesson import Setup, Step
+from app.lessons.outcomes import reference
+from app.lessons.reference_runs import begin as begin_run
+from app.lessons.reference_runs import measured, person_of, wanted
 from app.lessons.runs import LONGEST
-from app.lessons.session.further_runs import FurtherRuns
-from app.lessons.session.lesson_settings import apply_settings, begin, with_look
 from app.lessons.walkthrough import Walkthrough
 from app.session.session import Session
-from app.settings import Settings
+from app.settings import Look, Settings
+from controllers.errors import BadSetting
 from scenes.inputs import Recorded, RecordedPerson
+from scenes.settings import values
+from scenes.simulation import Simulation
+
+log = logging.getLogger("duet.lessons")
+
+_RUNS: Final = ThreadPoolExecutor(1, "duet-lessons")
+"""Where further runs are made; one after another, so that pages go on."""
+
+
+class FurtherRuns:
+    """The further runs of the step that one session is in."""
+
+    def __init__(self) -> None:
+        self._made: tuple[object, Future[None]] | None = None
+
+    def prepare(self, lesson: str, step: Step, why: Setup | None) -> None:
+        """Begin to make what a step compares with, unless it has begun already.
+
+        Args:
+            lesson, step: which.
+            why: the run that shows why an answer is wrong, while that one is on.
+        """
+        key = lesson, step.id, why is not None
+        if self._made is None or self._made[0] != key:
+            self._made = key, _RUNS.submit(_make_runs, step, why)
+
+    @property
+    def ready(self) -> bool:
+        """Return whether nothing has to be waited for."""
+        return self._made is None or self._made[1].done()
+
+    def wait(self, seconds: float) -> None:
+        """Wait until everything is made.
+
+        Raises:
+            TimeoutError: it takes longer.
+        """
+        if self._made is not None:
+            self._made[1].result(seconds)
+
+
+def _make_runs(step: Step, why: Setup | None) -> None:
+    """Make every further run that a step compares with, so that they are known when they are needed."""
+    try:
+        if why is not None:
+            reference(step, why)
+            return
+        if step.measurements:
+            reference(step, step.setup)
+        if step.challenge is not None:
+            for forecast in step.challenge.forecasts:
+                measured(step.challenge.setup.with_changes(forecast.changes), wanted((forecast.measurement,)))
+    except Exception:
+        log.exception("the runs that a step compares with could not be made")
+
+
+def with_look(settings: Settings, session: Session) -> Settings:
+    """Return settings with the look that the page has now: a lesson does not change how the visitor likes to see it."""
+    page = session.settings.page
+    look = Look(page.theme, page.profile, page.picture, page.language)
+    return replace(settings, page=replace(look.of(settings.page), gizmo=page.gizmo))
+
+
+def apply_settings(session: Session, settings: Settings) -> str:
+    """Apply settings one by one, in whatever order they are possible; return the last refusal, "" if all were applied."""
+    problem = ""
+    for _ in range(3):
+        problem = ""
+        for key, value in values(settings).items():
+            if values(session.settings)[key] != value:
+                try:
+                    session.change(key, value)
+                except BadSetting as error:
+                    problem = str(error)
+        if not problem:
+            break
+    return problem
+
+
+def asks_for_custom_law(walk: Walkthrough) -> bool:
+    """Return whether it is the turn of the visitor's custom law: everything else in the lessons is about the settings' law."""
+    challenge = walk.step.challenge
+    return walk.phase is Phase.CHALLENGE and challenge is not None and challenge.custom_law
+
+
+def begin(session: Session, walk: Walkthrough) -> None:
+    """Begin the present run of a walkthrough in a session that has its settings: from its start, with its target source."""
+    session.let_custom_law_run(asks_for_custom_law(walk))
+    session.reset()
+    start = walk.start(session.simulation)
+    if start is not None:
+        session.simulation.reset(start)
+        if session.ghost is not None:
+            session.ghost.reset(start)
+    if walk.yours:
+        session.set_source(None)
+        session.change("autopilot", False)
+    else:
+        session.set_source(walk.target_source(session.simulation))
+    if walk.showing:
+        asked = walk.step.setup
+        beside = Simulation(asked.run)
+        begin_run(beside, asked)
+        session.show_beside(beside, person_of(beside, asked, walk.kept))
+    # A hand that is the visitor's answers at once; anything else waits for Run.
+    session.looks_up_at = 0.0 if walk.yours else walk.setup.seconds
+    session.halt.go_on()
+    session.halt.set("lesson", walk.locked or not walk.yours)
+
+
+def deviation_from_lesson(session: Session, walk: Walkthrough) -> tuple[str, str] | None:
+    """Return title and text of a notice if the visitor has chosen what the lesson's run cannot go on with; None if it can."""
+    asked, has = walk.setup.run, session.settings.run
+    if (asked.scene, asked.rig, asked.robot) != (has.scene, has.rig, has.robot):
+        return N_("The lesson needs its own experiment"), N_("It has been restarted. Leave the lessons for another one.")
+    if not walk.yours and not session.settings.page.autopilot:
+        return N_("The lesson moves this one"), N_("The run has been restarted. It is your turn where the step asks you to pull.")
+    return None
 
 
 class StepRunner:
@@ -50,9 +177,9 @@ class StepRunner:
                 self.seen[step] = recorded
 
     def check(self, walk: Walkthrough, said: Sequence[float | None]) -> None:
-        """Try the step's challenge with the run as it is. `said`: the forecasts that the visitor has typed."""
+        """Try the step's challenge, if it is its turn, with the run as it is. `said`: the forecasts that the visitor has typed."""
         session, challenge = self._session, walk.step.challenge
-        if challenge is None:
+        if challenge is None or walk.phase is not Phase.CHALLENGE:
             return
         if challenge.custom_law:
             if session.law.examination is not None:
@@ -63,8 +190,8 @@ class StepRunner:
         person = RecordedPerson(recorded) if recorded is not None and recorded.begin == 0.0 else None
         walk.attempt(session.simulation, (*said, *(None,) * count)[:count], person)
 
-    def advance_own_tests(self, walk: Walkthrough) -> bool:
-        """Look after the tests of the visitor's own law; return whether there is anything new."""
+    def advance_law_tests(self, walk: Walkthrough) -> bool:
+        """Look after the tests of the custom law; return whether there is anything new."""
         examination = self._session.law.examination
         if examination is None or not examination.advance():
             return False

@@ -1,12 +1,10 @@
 """The person who is imitated, taken hold of at an upper arm, a forearm or a hand."""
 
-from collections.abc import Callable
 from typing import get_args
 
 import numpy as np
 
-from app.page.handles.grip import Grip
-from app.session.actions import Action
+from app.page.handles.grips import Grip
 from app.session.session import Session
 from app.stage.person_figure import FigureView, on_person
 from controllers.kinematics import Array
@@ -18,15 +16,15 @@ from scenes.targets import AnglesTarget
 class FigureGrip(Grip):
     """A pull makes the figure the person who is imitated; it stays as it was pulled."""
 
-    def __init__(self, view: FigureView, session: Session, post: Callable[[Action], None]) -> None:
+    def __init__(self, view: FigureView, session: Session) -> None:
         self._limbs: dict[str, tuple[ArmName, bool]] = {
             view.parts[f"{side}_{limb}"].name: (side, limb == "forearm")
             for side in get_args(ArmName)
             for limb in ("upper_arm", "forearm")
             if view.parts
         }
-        super().__init__((part for part in view.parts.values() if part.name in self._limbs), post)
-        self._session, self._view = session, view
+        super().__init__((part for part in view.parts.values() if part.name in self._limbs), session)
+        self._view = view
         self._figure: Figure | None = None
         self._grasp: Grasp | None = None
 
@@ -75,5 +73,5 @@ class FigureGrip(Grip):
     def remove(self, nodes_stay: bool) -> None:
         """Make the figure plain again, and take it out of another experiment."""
         super().remove(nodes_stay)
-        if self._figure is not None and self._session.settings.run.scene != "imitation":
+        if self._figure is not None and self._session.settings.run.experiment.moves != "person":
             self._session.set_source(None)

@@ -1,22 +1,23 @@
 """What can be taken hold of on the stage: what is the visitor's, anywhere, and, where they are asked for, arrows and arcs on it."""
 
-from collections.abc import Callable
 from typing import Final, Literal
 
 import viser
 
 from app.lessons.session.lesson_session import LessonSession
-from app.page.handles.arm_grip import ArmGrip
-from app.page.handles.arm_handles import ElbowHandle, HandHandle, swing_elbow, swivel_frame
-from app.page.handles.ball_handle import BallGrip, BallHandle
 from app.page.handles.figure_grip import FigureGrip
-from app.session.actions import Action, Drag
+from app.page.handles.grips import ArmGrip, BallGrip
+from app.page.handles.transform_handles import BallHandle, ElbowHandle, HandHandle, swing_elbow, swivel_frame
+from app.session.actions import Drag, Hover
 from app.session.frame import Frame
 from app.session.session import Session
 from app.stage.arms import ArmView
 from app.stage.ball_view import BallView
 from app.stage.person_figure import FigureView
 from app.stage.stage import Stage
+from app.text.templates import element
+from app.web.control_events import on_entry
+from app.web.viser_internals import uuid_of
 from controllers.kinematics import Array
 
 __all__ = ["NUDGE", "SWING", "Gizmos", "swivel_frame"]
@@ -38,16 +39,13 @@ class Gizmos:
     Args:
         stage: drawn on the same scene.
         lessons: an open one may move what the visitor would.
-        post: has an action done on the session's thread.
 
     Attributes:
         hovered: whether the pointer rests on the hand or the ball, which then has its arrows.
     """
 
-    def __init__(
-        self, scene: viser.SceneApi, stage: Stage, session: Session, lessons: LessonSession, post: Callable[[Action], None]
-    ) -> None:
-        self._scene, self._stage, self._session, self._lessons, self._post = scene, stage, session, lessons, post
+    def __init__(self, scene: viser.SceneApi, stage: Stage, session: Session, lessons: LessonSession) -> None:
+        self._scene, self._stage, self._session, self._lessons = scene, stage, session, lessons
         self._grip: ArmGrip | BallGrip | FigureGrip | None = None
         self._gripped: object = None
         self._handles: tuple[Handle, ...] = ()
@@ -59,7 +57,7 @@ class Gizmos:
         """Put the handles that are not dragged where the arm or the ball is; replace them if the experiment has changed."""
         session, run = self._session, self._session.settings.run
         # A replay cannot be taken hold of, and nothing moves a hand that draws a circle.
-        offered = not (frame.replayed or self._lessons.hands_off or (run.scene == "solo" and run.path == "circle"))
+        offered = not (frame.replayed or self._lessons.hands_off or run.draws_circle)
         yours = self._stage.yours if offered else None
         if not self._dragged:
             # Arrows that come or go by the pointer alone must not end a pull that has just begun.
@@ -104,20 +102,20 @@ class Gizmos:
         self._gripped = yours
         match yours:
             case ArmView():
-                self._grip = ArmGrip(yours, self._session, self._post)
+                self._grip = ArmGrip(yours, self._session)
             case BallView():
-                self._grip = BallGrip(yours, self._session, self._post)
+                self._grip = BallGrip(yours, self._session)
             case FigureView():
-                self._grip = FigureGrip(yours, self._session, self._post)
+                self._grip = FigureGrip(yours, self._session)
             case None:
                 self._grip = None
 
     def _make(self) -> tuple[Handle, ...]:
-        of = self._scene, self._session, self._post
-        match self._session.settings.run.scene, self._arrows:
-            case (_, "none") | ("imitation", _):
+        of = self._scene, self._session
+        match self._gripped, self._arrows:
+            case (_, "none") | (FigureView(), _):
                 return ()
-            case "ball", _:
+            case BallView(), _:
                 return (BallHandle(*of),)
             case _, "hand":
                 return (HandHandle(*of),)
@@ -147,3 +145,21 @@ class Gizmos:
             self._grip.forget_drag()
         for handle in self._handles:
             handle.forget_drag()
+
+
+class HandHover:
+    """Names the node to the page's script, and posts to the session what the script says."""
+
+    def __init__(self, gui: viser.GuiApi, session: Session) -> None:
+        box = gui.add_checkbox("", False, visible=False)
+        self._id = uuid_of(box)
+        self._mark = gui.add_html("", order=-1.0)
+        self._node: str | None = None
+        on_entry(box, lambda on: session.post(Hover(on)))
+
+    def show(self, node: str) -> None:
+        """Watch a node of the scene; "" for none."""
+        if node == self._node:
+            return
+        self._node = node
+        self._mark.content = element("i", hidden="", data_duet_hover=node, data_box=self._id)

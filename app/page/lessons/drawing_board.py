@@ -1,16 +1,21 @@
 """Axes on which a student draws a prediction, by mouse, finger or keys. The script `drawing.js` does the drawing."""
 
+from __future__ import annotations
+
 import json
 from collections.abc import Callable
-from typing import Any, Final
+from dataclasses import field
+from typing import Final
 
 import viser
+from markupsafe import Markup
 
-from app.i18n.speaking import tr
 from app.lessons.curve_drawing import AXES, Drawing, axes_text, board_svg, curve_from_text
 from app.page.lessons.lesson_panel import ORDER
 from app.plots.curve_chart import Curve, CurveAxis
-from app.text.html_element import element
+from app.session.actions import Action
+from app.text.templates import macros
+from app.web.control_events import on_entry
 
 _BOARD: Final = ORDER["drawing"] + 0.1
 _BOX: Final = ORDER["drawing"] + 0.2
@@ -20,26 +25,17 @@ Place = tuple[str, str]
 """Names of a lesson and a step."""
 
 
-def board_html(place: Place, drawing: Drawing, drawn: Curve) -> str:
+def board_html(place: Place, drawing: Drawing, drawn: Curve) -> Markup:
     """Return the board, with what was drawn before."""
     heights = [None if v is None else round(drawing.y.fraction(v), 3) for v in drawn]
-    board = element(
-        "div",
-        "",
-        board_svg(drawing, drawn),
-        class_="duet-draw",
-        tabindex="0",
-        role="application",
-        aria_label=tr("Draw {what}. Left and right move along, up and down draw, Delete clears.", what=axes_text(drawing)),
-        data_at="/".join(place),
-        data_curve=json.dumps(heights),
-        data_x=_axis_data(drawing.x, AXES[drawing.x_name].digits + 1),
-        data_y=_axis_data(drawing.y, AXES[drawing.y_name].digits),
+    return macros("page/lessons/drawing_board.html").board(
+        svg=board_svg(drawing, drawn),
+        what=axes_text(drawing),
+        at="/".join(place),
+        curve=json.dumps(heights),
+        x=_axis_data(drawing.x, AXES[drawing.x_name].digits + 1),
+        y=_axis_data(drawing.y, AXES[drawing.y_name].digits),
     )
-    hint = element("span", tr("Draw with the mouse, a finger or the arrow keys."), role="status")
-    clear = element("button", tr("Clear"), type="button", class_="duet-clear")
-    how = element("p", "", hint, clear, class_="duet-draw-how")
-    return element("div", "", board, how, class_="duet duet-lesson duet-l-drawing duet-curves")
 
 
 def _axis_data(axis: CurveAxis, digits: int) -> str:
@@ -47,30 +43,31 @@ def _axis_data(axis: CurveAxis, digits: int) -> str:
     return json.dumps([axis.symbol, axis.low * axis.factor, axis.high * axis.factor, axis.unit, digits])
 
 
+class TakeDrawing(Action, newest_by=("board",)):
+    """Take what is drawn on a board. `text`: as the script sends it."""
+
+    board: DrawingBoard = field(repr=False)
+    text: str
+
+
 class DrawingBoard:
     """The board on one student's page. The caller has opened its container.
 
     Args:
-        post: has something done on the thread to which all but the callback belongs; its second argument names the control.
+        post: has an action done on the thread to which all but the callback belongs.
         draw: takes the names of lesson and step, and the curve.
     """
 
-    def __init__(
-        self, gui: viser.GuiApi, post: Callable[[Callable[[], None], object], None], draw: Callable[[Place, Curve], None]
-    ) -> None:
+    def __init__(self, gui: viser.GuiApi, post: Callable[[Action], None], draw: Callable[[Place, Curve], None]) -> None:
         self._draw = draw
         self._shown: tuple[Place, Drawing] | None = None
         self._known: Curve = ()
         self._board = gui.add_html("", order=_BOARD, visible=False)
         self._box = gui.add_text("drawing", "", order=_BOX, visible=False)
+        on_entry(self._box, lambda text: post(TakeDrawing(self, text)))
 
-        @self._box.on_update
-        async def _(event: viser.GuiEvent[Any]) -> None:
-            if event.client_id is not None:
-                text = str(event.target.value)
-                post(lambda: self._take(text), "drawing")
-
-    def _take(self, text: str) -> None:
+    def take(self, text: str) -> None:
+        """Hand over the curve that the script has sent, unless it belongs to another step."""
         at, _, heights = text.partition(" ")
         if self._shown is None or at != "/".join(self._shown[0]):
             # What is drawn last may arrive when the student is already in the next step.

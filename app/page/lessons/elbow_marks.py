@@ -11,10 +11,10 @@ from app.lessons.lesson import Step
 from app.lessons.measures.quantity import measure, shown_parameter
 from app.lessons.session.lesson_session import LessonSession
 from app.session.frame import Frame
-from app.session.session import Session
 from app.settings import PageSettings, Theme
 from app.stage.poses import fresh
 from app.theme import PALETTES, Rgb, rgb, scale
+from scenes.simulation import Simulation
 
 RADIUS: Final = 0.03
 """Of a mark as it is drawn [m]; what counts as touched is the challenge's business."""
@@ -33,12 +33,12 @@ class Marks:
     """What is seen of them.
 
     Args:
-        session, run: the run that touches them.
+        run: the lessons.
         page: gives how the page looks.
     """
 
-    def __init__(self, scene: viser.SceneApi, session: Session, run: LessonSession, page: Callable[[], PageSettings]) -> None:
-        self._scene, self._session, self._run, self._page = scene, session, run, page
+    def __init__(self, scene: viser.SceneApi, run: LessonSession, page: Callable[[], PageSettings]) -> None:
+        self._scene, self._run, self._page = scene, run, page
         self._nodes: list[tuple[viser.IcosphereHandle, viser.LabelHandle]] = []
         self._drawn: tuple[object, ...] | None = None
         self._next = 0.0
@@ -47,22 +47,22 @@ class Marks:
         """Bring them up to date."""
         step = self._run.walk.step if self._run.open and self._run.walk.step.marks else None
         page = self._page()
-        drawn = None if step is None else (step, id(self._session.simulation.room), page.theme, page.profile)
+        drawn = None if step is None else (step, id(frame.live.simulation.room), page.theme, page.profile)
         if drawn != self._drawn:
             self._drawn = drawn
             self._clear()
             if step is not None:
-                self._draw()
+                self._draw(frame.live.simulation)
         if step is None or frame.now < self._next:
             return
         self._next = frame.now + PERIOD
         for i, (angle, reach) in enumerate(zip(step.marks, reaches(step), strict=True)):
-            miss = measure(Evidence(self._session.simulation), "mark_miss", (("angle", angle),))
+            miss = measure(Evidence(frame.live.simulation), "mark_miss", (("angle", angle),))
             self._paint(i, miss is not None and miss <= reach)
 
-    def _draw(self) -> None:
+    def _draw(self, simulation: Simulation) -> None:
         larger = scale(self._page().profile)
-        for i, place in enumerate(self._run.walk.marks(self._session.simulation)):
+        for i, place in enumerate(self._run.walk.marks(simulation)):
             ball = self._scene.add_icosphere(
                 f"/marks/{i + 1}", radius=RADIUS, subdivisions=3, position=place, cast_shadow=False, receive_shadow=False
             )

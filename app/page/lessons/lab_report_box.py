@@ -1,6 +1,6 @@
 """The lab report on the page: a box for the student's own words in every step, and a button that makes the report."""
 
-from typing import Any, Final
+from typing import Final
 
 import viser
 
@@ -8,13 +8,22 @@ from app.export.export_queue import ExportQueue
 from app.export.lab_report import done_in
 from app.i18n.speaking import tr
 from app.lessons.progress import MOST_WORDS
+from app.lessons.session.lesson_actions import Write
 from app.lessons.session.lesson_session import LessonSession
 from app.page.lessons.lesson_panel import ORDER, LessonPanel
+from app.session.actions import Action
 from app.session.frame import Frame
 from app.session.session import Session
+from app.web.control_events import on_entry, on_press
 
 _WORDS: Final = ORDER["hints"] + 3.0
 _REPORT: Final = ORDER["hints"] + 4.0
+
+
+class AskReport(Action, newest_by=("one",)):
+    """Make the lab report on all lessons, or on the present one alone."""
+
+    one: bool
 
 
 class LabReportBox:
@@ -23,13 +32,13 @@ class LabReportBox:
     Args:
         lessons: of which is reported.
         panel: where the box and the second button stand.
-        shelf: makes the report.
+        exports: makes the report.
     """
 
     def __init__(
-        self, gui: viser.GuiApi, session: Session, lessons: LessonSession, panel: LessonPanel, shelf: ExportQueue
+        self, gui: viser.GuiApi, session: Session, lessons: LessonSession, panel: LessonPanel, exports: ExportQueue
     ) -> None:
-        self._gui, self._session, self._lessons, self._panel, self._shelf = gui, session, lessons, panel, shelf
+        self._gui, self._session, self._lessons, self._panel, self._exports = gui, session, lessons, panel, exports
         self._boxes: dict[tuple[str, str], viser.GuiTextHandle] = {}
         self._of_lesson: viser.GuiButtonHandle | None = None
         self._of_all = self._button("Lab report on all lessons", False)
@@ -37,16 +46,12 @@ class LabReportBox:
     def _button(self, label: str, one: bool, order: float | None = None) -> viser.GuiButtonHandle:
         hint = tr("One HTML page to print: predictions, outcomes, plots, settings and your own words.")
         button = self._gui.add_button(tr(label), icon=viser.Icon.REPORT, hint=hint, color="gray", visible=False, order=order)
+        return on_press(button, lambda: self._session.post(AskReport(one)))
 
-        @button.on_click
-        async def _(_: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-            self._session.post(lambda: self._ask(one), ("report", one))
-
-        return button
-
-    def _ask(self, one: bool) -> None:
+    def ask(self, one: bool) -> None:
+        """Ask for the report. `one`: on the present lesson alone."""
         walk = self._lessons.walk
-        self._shelf.ask_report(
+        self._exports.ask_report(
             done_in(self._lessons.book.lessons, walk.done_in, self._lessons.seen, walk.lesson.id if one else None)
         )
 
@@ -61,14 +66,7 @@ class LabReportBox:
                 hint=tr("What you saw, and why: it goes into your lab report."),
                 order=_WORDS,
             )
-
-        @box.on_update
-        async def _(event: viser.GuiEvent[Any]) -> None:
-            if event.client_id is not None:
-                text = str(event.target.value)[:MOST_WORDS]
-                self._session.post(lambda: self._lessons.walk.write(text, lesson, step), ("words", lesson, step))
-
-        return box
+        return on_entry(box, lambda words: self._session.post(Write(lesson, step, words[:MOST_WORDS])))
 
     def show(self, frame: Frame) -> None:
         """Offer box and buttons where they belong."""

@@ -6,10 +6,10 @@ from typing import Final
 import numpy as np
 
 from app.lessons.lesson import Camera as Where
-from app.stage.stage_camera import view_of
+from app.stage.camera_view import view_of
 from controllers.kinematics import Array
+from scenes.ball import BALL_RADIUS, PATH
 from scenes.rigs import Camera
-from scenes.room import BALL_RADIUS, PATH
 from scenes.simulation import Simulation
 
 MARGIN: Final = 0.22
@@ -30,7 +30,7 @@ def lesson_view(simulation: Simulation, where: Where) -> Camera:
     view = view_of(simulation)
     if where == "top":
         return replace(view, toward=TOP)
-    if simulation.settings.scene == "imitation" or (where == "room" and simulation.room.ball is None):
+    if simulation.settings.experiment.moves == "person" or (where == "room" and simulation.room.ball is None):
         return view
     near = _near(simulation, where)
     if where == "room":
@@ -57,7 +57,7 @@ def _near(simulation: Simulation, where: Where) -> Array:
     for arm in arms:
         points += [kinematics.joint_point(joint) for joint in range(arm.shoulder, arm.wrist + 1)]
         points += [room.bases()[room.arms.index(arm)].translation, kinematics.hand_pose(arm).translation]
-    if simulation.settings.scene == "solo":
+    if simulation.settings.experiment.obstacle == "nothing":
         # Where a circle is drawn, or the handle's arrow stands.
         points.append(points[-1] + np.array([0.0, 0.0, REACH]))
     if room.ball is not None:

@@ -6,32 +6,35 @@ from typing import Final, Literal
 import viser
 
 from app.i18n.speaking import N_, tr
+from app.lessons.bookmark import Phase
 from app.lessons.lesson import Lesson
-from app.lessons.phases import Phase
 from app.lessons.session import lesson_actions
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.step_view import StepView
-from app.page.lessons.drawing_board import DrawingBoard
-from app.page.lessons.forecast_boxes import Forecasts
-from app.page.lessons.guess_box import GuessBox
-from app.page.lessons.lesson_html import NEXT, choice_label
+from app.page.lessons.answer_boxes import Forecasts, GiveReason, GuessBox, ReasonBox
+from app.page.lessons.drawing_board import DrawingBoard, TakeDrawing
+from app.page.lessons.lesson_html import NEXT, choice_label, rules_html
 from app.page.lessons.lesson_panel import ORDER, LessonPanel
-from app.page.lessons.null_motion_sliders import NullMotionSliders
-from app.page.lessons.reason_box import ReasonBox
+from app.page.lessons.null_motion_sliders import MoveInNullSpace, NullMotionSliders
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.controls import Controls
 from app.page.panels.hotkeys import LESSON_KEYS, keys_of
-from app.session.actions import Action, ChooseScene, Nudge, Pause, Reset, SingleStep, Toggle
+from app.session.actions import Action, Digit, Nudge, Pause, Reset, SingleStep, Toggle
 from app.session.frame import Frame
 from app.session.session import Session
-from app.text.html_element import element
 from app.text.lesson_text import plain
+from app.text.templates import element
+from app.web.control_events import on_press
 from app.web.viser_internals import uuid_of
 
 MOST_STEPS: Final = 12
 MOST_CHOICES: Final = 6
 
-_ANSWERS: Final = ("solo", "ball", "hold", "master_slave", "imitation")
+
+class AskToLeave(Action):
+    """Ask before a whole class leaves the lessons, or ask no more."""
+
+    asks: bool = True
 
 
 class LessonControls:
@@ -54,33 +57,44 @@ class LessonControls:
         presenting: bool = False,
     ) -> None:
         self._presenting = presenting
-        self._asking = False
+        self._close_question: Callable[[], None] | None = None
         self._gui, self._session, self._run, self._panel, self._notify = client.gui, session, run, panel, notify
         self._controls = controls
         self._list: viser.GuiButtonHandle | None = None
         self._commands: list[viser.CommandHandle] = []
         self._shown: tuple[object, ...] = ()
-        self._door = client.gui.add_button(
+        self._list_button = client.gui.add_button(
             tr("Lessons"),
             icon=viser.Icon.SCHOOL,
             hint=tr("Eleven lessons: predict, run, compare, explain."),
             order=-4.0,
         )
-
-        @self._door.on_click
-        async def _(_: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-            self._post(lesson_actions.ListLessons())
+        on_press(self._list_button, lambda: self._post(lesson_actions.ListLessons()))
 
     # ---- keys --------------------------------------------------------------------------------------------------------------
 
     def take(self, action: Action) -> bool:
-        """Do what a key means while a lesson is open; return whether it has a meaning of its own there."""
-        run = self._run
-        if not run.open:
-            return False
+        """Do an action that is about the lessons, or that has a meaning of its own while one is open; return whether it was done."""
         match action:
-            case ChooseScene(scene):
-                run.act(lesson_actions.Choose(_ANSWERS.index(scene)))
+            case lesson_actions.LessonAction():
+                self._run.act(action)
+            case AskToLeave(asks):
+                self._ask_to_leave(asks)
+            case MoveInNullSpace() if self._list is not None:
+                self._motions.move(action)
+            case GiveReason() if self._list is not None:
+                self._reason.take(action)
+            case TakeDrawing(board, text):
+                board.take(text)
+            case _:
+                return self._run.open and self._take_key(action)
+        return True
+
+    def _take_key(self, action: Action) -> bool:
+        run = self._run
+        match action:
+            case Digit(number):
+                run.act(lesson_actions.Choose(number - 1))
             case Pause():
                 run.act(lesson_actions.StartOrPause())
             case Reset():
@@ -106,10 +120,15 @@ class LessonControls:
             self._openers = [self._opener(i, lesson) for i, lesson in enumerate(run.book.lessons)]
             self._panel.openers = {one.id: uuid_of(b) for one, b in zip(run.book.lessons, self._openers, strict=True)}
             self._steps = ChoiceButtons(
-                gui, "step", tuple(str(i + 1) for i in range(MOST_STEPS)), "Any step at any time.", self._go_step, order=2.0
+                gui,
+                "step",
+                tuple(str(i + 1) for i in range(MOST_STEPS)),
+                "Any step at any time.",
+                lambda i: self._post(lesson_actions.GoTo(None, i)),
+                order=2.0,
             )
             self._board = DrawingBoard(gui, self._session.post, lambda at, curve: run.act(lesson_actions.Draw(*at, curve)))
-            guess = GuessBox(gui, self._session.post, lambda *said: run.act(lesson_actions.Guess(*said)))
+            guess = GuessBox(gui, self._session.post)
             self._panel.guess_box = guess.id
             self._choices = [self._button(lesson_actions.Choose(i), ORDER["choices"] + 1.0 + i) for i in range(MOST_CHOICES)]
             self._start = self._button(lesson_actions.StartOrPause(), ORDER["choices"] + 8.0)
@@ -134,73 +153,47 @@ class LessonControls:
 
     def _opener(self, index: int, lesson: Lesson) -> viser.GuiButtonHandle:
         """Add the button that opens a lesson where the student was in it; the list shows a card in its place."""
-        button = self._gui.add_button(f"{lesson.number}  {plain(lesson.title)}", visible=False, order=ORDER["list"] + 1.0)
-
-        def open_lesson() -> None:
-            self._run.act(lesson_actions.GoTo(index, self._run.entries()[index].step))
-
-        @button.on_click
-        async def _(_: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-            self._session.post(open_lesson, ("lesson", lesson_actions.GoTo))
-
+        button = self._button(lesson_actions.GoTo(index, None), ORDER["list"] + 1.0)
+        button.label = f"{lesson.number}  {plain(lesson.title)}"
         return button
-
-    def _go_step(self, index: int) -> None:
-        def go() -> None:
-            run = self._run
-            run.act(lesson_actions.GoTo(run.book.lessons.index(run.walk.lesson), index))
-
-        self._session.post(go, ("lesson", lesson_actions.GoTo))
 
     def _post(self, action: lesson_actions.LessonAction) -> None:
         asks = self._presenting and isinstance(action, lesson_actions.Leave)
-        self._session.post(self._ask_to_leave if asks else lambda: self._run.act(action), ("lesson", type(action)))
+        self._session.post(AskToLeave() if asks else action)
 
-    def _ask_to_leave(self) -> None:
-        """Ask before a whole class leaves the lessons."""
-        if self._asking:
+    def _ask_to_leave(self, asks: bool) -> None:
+        if self._close_question is not None and not asks:
+            self._close_question()
+            self._close_question = None
+        if self._close_question is not None or not asks:
             return
-        self._asking = True
         with self._gui.add_modal(tr("Leave the lessons?")) as modal:
-            self._gui.add_html(
-                element("p", tr("The whole class leaves the lesson with you. Its answers are kept."), class_="duet")
-            )
+            said = tr("The whole class leaves the lesson with you. Its answers are kept.")
+            self._gui.add_html(element("p", said, class_="duet"))
             # The first button has the keyboard.
             stay = self._gui.add_button(tr("Stay"))
             leave = self._gui.add_button(tr("Leave with the class"), color="gray")
 
-        def close() -> None:
-            self._asking = False
-            modal.close()
+        def leave_all() -> None:
+            self._session.post(lesson_actions.Leave())
+            self._session.post(AskToLeave(False))
 
-        @leave.on_click
-        async def _(_: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-            self._session.post(lambda: self._run.act(lesson_actions.Leave()), ("lesson", lesson_actions.Leave))
-            self._session.post(close, "leave")
-
-        @stay.on_click
-        async def _(_: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-            self._session.post(close, "leave")
+        self._close_question = modal.close
+        on_press(leave, leave_all)
+        on_press(stay, lambda: self._session.post(AskToLeave(False)))
 
     def _button(self, action: lesson_actions.LessonAction, order: float) -> viser.GuiButtonHandle:
-        button = self._gui.add_button("", visible=False, order=order)
-
-        @button.on_click
-        async def _(_: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-            self._post(action)
-
-        return button
+        return on_press(self._gui.add_button("", visible=False, order=order), lambda: self._post(action))
 
     # ---- frame by frame ----------------------------------------------------------------------------------------------------
 
     def show(self, frame: Frame) -> None:
         """Update the buttons, and pass on the lesson's notices."""
-        del frame
         run = self._run
         while run.notes:
             self._notify(*run.notes.popleft())
         # An open lesson has its own button to leave it, which stays while a narrow window folds the controls up.
-        self._door.visible = bool(run.book.lessons) and not (run.open or run.listing)
+        self._list_button.visible = bool(run.book.lessons) and not (run.open or run.listing)
         if run.open and not self._commands:
             self._commands = [hotkey.add_to(self._gui, self._post) for hotkey in keys_of(LESSON_KEYS, self._presenting)]
         elif not run.open and self._commands:
@@ -212,9 +205,9 @@ class LessonControls:
             return
         if self._list is None:
             self._list = self._make()
-        self._motions.show()
-        walk, paused = run.walk, self._session.paused
-        over = walk.finished(self._session.simulation) and not walk.yours
+        self._motions.show(frame)
+        walk, paused = run.walk, frame.live.pace.paused
+        over = walk.finished(frame.live.simulation) and not walk.yours
         state = run.version, paused, over
         if state != self._shown:
             self._shown = state
@@ -282,7 +275,7 @@ def flash_style(places: tuple[tuple[str, str], ...]) -> str:
     rows = ",".join(
         f'div:has(>div>p>label[for="{control}"]),[data-dock-tab="{tab}"][aria-selected=false]' for control, tab in places
     )
-    return f'<div class="duet-lesson-style"><style>{rows}{{animation:var(--duet-flash)}}</style></div>' if rows else ""
+    return rules_html(f"{rows}{{animation:var(--duet-flash)}}") if rows else ""
 
 
 def _offer(

@@ -1,16 +1,21 @@
-"""What the panel of lessons says: the walkthrough's view as HTML, one block for each part of a step."""
+"""What the panel of lessons says: the walkthrough's view as HTML, one block for each part of a step, and the list of lessons."""
 
-import html
+from collections.abc import Iterable, Mapping
 from typing import Final
 
+from markupsafe import Markup
+
+from app.custom_law.examination import ExaminationProgress
+from app.custom_law.trials import TRIALS, WHY
 from app.i18n.speaking import tr
+from app.lessons.bookmark import Phase
 from app.lessons.curve_drawing import DrawingVerdict, drawing_svg
 from app.lessons.labels import sentence
-from app.lessons.outcomes import Attempt
-from app.lessons.phases import Phase
+from app.lessons.lesson_list import LessonEntry
 from app.lessons.step_view import StepView
 from app.page.lessons.search_plot import search_plot
-from app.text.lesson_text import inline_html, lesson_html, plain
+from app.text.lesson_text import lesson_html, plain
+from app.text.templates import macros
 
 PHASES: Final[dict[str, str]] = {
     "predict": "Predict",
@@ -27,8 +32,14 @@ NEXT: Final = {name: f"Next: {shown.lower()}" for name, shown in PHASES.items()}
 BLOCKS: Final = ("list", "head", "text", "drawing", "choices", "live", "verdict", "after", "attempt", "learned", "hints")
 """All blocks."""
 
+COMMANDS: Final = ("lwr-duet new-law my_law.py", "lwr-duet serve --law-file my_law.py")
+"""What has to be typed to have a custom law on the page."""
 
-def blocks_html(view: StepView, live: tuple[tuple[str, str], ...], computing: bool, operated: bool) -> dict[str, str]:
+_NOTHING: Final = Markup()
+_TEMPLATE: Final = "page/lessons/lesson.html"
+
+
+def blocks_html(view: StepView, live: tuple[tuple[str, str], ...], computing: bool, operated: bool) -> dict[str, Markup]:
     """Return every block's HTML, "" for one that has nothing to say.
 
     Args:
@@ -37,158 +48,111 @@ def blocks_html(view: StepView, live: tuple[tuple[str, str], ...], computing: bo
         computing: whether further runs are still being made.
         operated: whether the reader has buttons for the answers; otherwise they are listed.
     """
-    texts = dict(view.texts)
-    folder = view.step.setup.folder
-    main = texts.get(view.phase.value, "")
-    after = ""
-    if view.phase is Phase.OBSERVE:
-        main, after = "", texts.get("observe", "")
-    made = {
-        "head": head_html(view),
-        "text": lesson_html(main, folder),
-        "drawing": "" if operated or view.phase is not Phase.PREDICT else figure_html(view),
-        "choices": "" if operated else _choices_html(view),
-        "live": "".join(f"<div><b>{html.escape(value)}</b><span>{html.escape(label)}</span></div>" for label, value in live),
-        "verdict": verdict_html(view, computing),
-        "after": lesson_html(after, folder) if after else "",
+    made, texts, folder = macros(_TEMPLATE), dict(view.texts), view.step.setup.folder
+    observing, asking = view.phase is Phase.OBSERVE, view.phase in (Phase.PREDICT, Phase.DO)
+    blocks = {
+        "head": made.head(view, [tr(PHASES[phase.value]) for phase in view.phases]),
+        "text": lesson_html("" if observing else texts.get(view.phase.value, ""), folder),
+        "drawing": figure_html(view) if view.phase is Phase.PREDICT and not operated else _NOTHING,
+        "choices": made.choices(view.choices) if view.choices and asking and not operated else _NOTHING,
+        "live": made.live(live),
+        "verdict": _verdict_html(view, computing),
+        "after": lesson_html(texts.get("observe", "") if observing else "", folder),
         "attempt": attempt_html(view),
         "learned": learned_html(view),
-        "hints": "".join(f"<li>{inline_html(hint)}</li>" for hint in view.hints),
+        "hints": made.hints(view.hints) if view.hints else _NOTHING,
     }
-    if made["hints"]:
-        made["hints"] = f"<h3>{tr('Hints')}</h3><ol>{made['hints']}</ol>"
     # Formulas that explain have the numbers of this moment.
-    kind = {"text": " duet-l-explain"} if view.phase is Phase.EXPLAIN else {}
     return {
-        name: f'<div class="duet duet-lesson duet-l-{name}{kind.get(name, "")}">{made[name]}</div>' if made[name] else ""
-        for name in made
+        name: made.block(name, block, name == "text" and view.phase is Phase.EXPLAIN) if block else block
+        for name, block in blocks.items()
     }
 
 
-def head_html(view: StepView) -> str:
-    """Return title, goal, and where in the step one is."""
-    lesson, step = view.lesson, view.step
-    here = view.phases.index(view.phase)
-    parts = "".join(
-        f'<li class="{"now" if i == here else "done" if i < here else ""}"{" aria-current=step" if i == here else ""}>'
-        f"{tr(PHASES[phase.value])}</li>"
-        for i, phase in enumerate(view.phases)
-    )
-    source = f" · {tr('eq.')} {html.escape(lesson.equations)}" if lesson.equations else ""
-    where = tr("Lesson {lesson} · step {step} of {count}", lesson=lesson.number, step=view.index + 1, count=view.count)
-    intro = f'<p class="lesson-title">{inline_html(lesson.title)}</p>'
-    if view.index == 0:
-        intro += f'<div class="intro">{lesson_html(lesson.goal, step.setup.folder)}</div>'
-    return (
-        f'<p class="crumb">{where}{source}</p>{intro}'
-        f"<h2>{inline_html(step.title)}</h2>"
-        f'<div class="goal"><b>{tr("Goal")}</b> {lesson_html(step.goal, step.setup.folder)}</div>'
-        f'<ol class="phases">{parts}</ol>'
-    )
-
-
-def _choices_html(view: StepView) -> str:
-    if view.phase not in (Phase.PREDICT, Phase.DO) or not view.choices:
-        return ""
-    return "<ol>" + "".join(f"<li>{inline_html(choice)}</li>" for choice in view.choices) + "</ol>"
-
-
-def verdict_html(view: StepView, computing: bool) -> str:
+def _verdict_html(view: StepView, computing: bool) -> Markup:
     """Return the answer beside what was measured, and the reason; while the run goes on, what was predicted."""
+    made, curves = macros(_TEMPLATE), view.drawing
+    chosen = None if view.chosen is None else view.choices[view.chosen]
     if computing:
-        return f'<p class="wait duet-say">{tr("Measuring the runs that this one is compared with …")}</p>'
+        return made.measuring()
     if view.phase in (Phase.PREDICT, Phase.DO):
-        said = f" <b>{inline_html(view.choices[view.chosen])}</b>" if view.chosen is not None else ""
-        drawn = figure_html(view) if view.phase is Phase.DO and view.drawing is not None and view.drawing.drawn else ""
-        return f'<p class="mine">{tr("Your prediction:")}{said}</p>{drawn}' if said or drawn else ""
+        figure = figure_html(view) if view.phase is Phase.DO and curves is not None and curves.drawn else ""
+        return made.prediction(chosen, figure) if chosen is not None or figure else _NOTHING
     if view.phase is not Phase.OBSERVE and not view.showing:
-        return ""
+        return _NOTHING
+    reply = lesson_html(view.verdict.reply, view.step.setup.folder) if view.verdict is not None else _NOTHING
     if view.contrast is not None:
-        here, asked = html.escape(view.contrast.here), html.escape(view.contrast.asked)
-        return (
-            f'<div class="card why duet-say"><b>{html.escape(view.contrast.headline)}</b>{_lines(view.why_outcome)}'
-            f'<ul class="runs"><li><i></i>{tr("this run: {what}", what=here)}</li>'
-            f'<li><i class="dash"></i>{tr("the question’s run, dashed and translucent: {what}", what=asked)}</li></ul></div>'
-            + (_reply(view) if view.why_outcome else "")
-        )
+        return made.contrast(view.contrast, view.why_outcome) + (reply if view.why_outcome else "")
     # A screen reader is read the card, not the numbers of the axes.
-    figure = figure_html(view) if view.drawing is not None and view.drawing.truth else ""
-    near = drawing_verdict_html(view.drawing.verdict) if view.drawing is not None else ""
-    if view.verdict is None:
-        measured = f"<b>{tr('Measured in this run')}</b>{_lines(view.outcome)}"
-        return f'{figure}<div class="card duet-say">{near}{measured}</div>' if view.outcome else ""
-    verdict = view.verdict
-    mine = view.choices[view.chosen] if view.chosen is not None else ""
-    mark = "✓" if verdict.right else "↺"
-    reason = f"<dt>{tr('Because')}</dt><dd>{html.escape(view.because)}</dd>" if view.because else ""
-    return (
-        f'{figure}<div class="card {"right" if verdict.right else "wrong"} duet-say">{near}<p class="mark"><span>{mark}</span> '
-        f"<b>{html.escape(verdict.headline)}</b></p>"
-        f"<dl><dt>{tr('You said')}</dt><dd>{inline_html(mine)}</dd>{reason}<dt>{tr('Measured')}</dt><dd>{_lines(verdict.lines)}</dd></dl>"
-        f"{_reply(view)}</div>"
-    )
+    figure = figure_html(view) if curves is not None and curves.truth else _NOTHING
+    near = drawing_verdict_html(None if curves is None else curves.verdict)
+    if view.verdict is not None:
+        lines = view.verdict.lines
+        return figure + made.card(view.verdict, near, tr("You said"), chosen or "", lines, reply, view.because)
+    return figure + made.measured(near, view.outcome) if view.outcome else _NOTHING
 
 
-def figure_html(view: StepView) -> str:
+def figure_html(view: StepView) -> Markup:
     """Return the student's curve, beside the truth once the outcome is known; "" where no curve is asked for."""
     drawing, curves = view.step.drawing, view.drawing
     if drawing is None or curves is None:
-        return ""
-    return f'<figure class="duet duet-curves">{drawing_svg(drawing, curves.drawn, curves.truth)}</figure>'
+        return _NOTHING
+    return macros(_TEMPLATE).figure(drawing_svg(drawing, curves.drawn, curves.truth))
 
 
-def drawing_verdict_html(verdict: DrawingVerdict | None) -> str:
+def drawing_verdict_html(verdict: DrawingVerdict | None) -> Markup:
     """Return how near the student's curve came; "" for no curve."""
-    if verdict is None:
-        return ""
-    mark = "✓ " if verdict.right else "↺ " if verdict.right is not None else ""
-    return f'<p class="mark"><span>{mark}</span><b>{html.escape(verdict.text)}</b></p>'
+    return macros(_TEMPLATE).drawn(verdict)
 
 
-def _reply(view: StepView) -> str:
-    return lesson_html(view.verdict.reply, view.step.setup.folder) if view.verdict is not None else ""
-
-
-def _lines(lines: tuple[str, ...]) -> str:
-    return "".join(f"<p>{html.escape(line)}</p>" for line in lines)
-
-
-def attempt_html(view: StepView) -> str:
+def attempt_html(view: StepView) -> Markup:
     """Return how the newest attempt at the challenge went: every inequality, the missed ones first."""
+    made, attempt, challenge = macros(_TEMPLATE), view.attempt, view.step.challenge
     if view.phase is not Phase.CHALLENGE:
-        return ""
-    passed = f'<p class="mark"><span>★</span> <b>{tr("Challenge passed.")}</b></p>' if view.passed else ""
-    if view.attempt is None:
-        return f'<div class="card right">{passed}</div>' if passed else ""
-    attempt = view.attempt
-    headline = tr("Passed.") if attempt.passed else tr("Not yet.")
-    counted = " " + tr("Attempt {number}.", number=view.attempts) if view.attempts > 1 else ""
-    kind = "right" if attempt.passed else "wrong"
-    return f'<div class="card {kind} duet-say"><p><b>{headline}</b>{counted}</p>{_judgements(attempt)}</div>{_search(view)}'
-
-
-def _search(view: StepView) -> str:
-    challenge = view.step.challenge
-    return "" if challenge is None or not view.tries else search_plot(challenge, view.tries, view.lesson.language)
-
-
-def learned_html(view: StepView) -> str:
-    """Return what was learned in the lesson, once its last step is finished."""
-    if not view.lesson_finished or not view.lesson.learned:
-        return ""
-    learned = lesson_html(view.lesson.learned, view.step.setup.folder)
-    return f'<div class="card learned duet-say"><b>{tr("What you learned")}</b>{learned}</div>'
-
-
-def _judgements(attempt: Attempt) -> str:
-    note = f"<p>{html.escape(tr(attempt.note))}</p>" if attempt.note else ""
-    rows = "".join(
-        f"<li class={'ok' if j.passed else 'no'}><span>{'✓' if j.passed else '✗'}</span>{html.escape(sentence(tr(j.text)))}</li>"
+        return _NOTHING
+    if attempt is None:
+        return made.passed_before() if view.passed else _NOTHING
+    judgements = [
+        (j.passed, sentence(tr(j.text)))
         for j in sorted(attempt.judgements, key=lambda j: j.passed)
         # The note says already why these have nothing to tell.
         if not attempt.note or j.passed or j.value is not None
-    )
-    return f"{note}<ul>{rows}</ul>"
+    ]
+    card = made.attempt(attempt, view.attempts, judgements)
+    return card + search_plot(challenge, view.tries, view.lesson.language) if challenge is not None and view.tries else card
+
+
+def learned_html(view: StepView) -> Markup:
+    """Return what was learned in the lesson, once its last step is finished."""
+    if not view.lesson_finished or not view.lesson.learned:
+        return _NOTHING
+    return macros(_TEMPLATE).learned(lesson_html(view.lesson.learned, view.step.setup.folder))
+
+
+def lesson_list_html(entries: Iterable[LessonEntry], buttons: Mapping[str, str]) -> Markup:
+    """Return the list of lessons.
+
+    Args:
+        buttons: lesson id → id of the element that opens it; empty for readers who open nothing.
+    """
+    return macros("page/lessons/lesson_list.html").lessons(entries, buttons)
+
+
+def law_html(progress: ExaminationProgress, problem: str, away: bool, passed: bool) -> Markup:
+    """Return what the last lesson says of the student's own law.
+
+    Args:
+        progress: of the six tests.
+        problem: why the arm stands still; "" if all is well.
+        away: whether the file is gone.
+        passed: whether the challenge was ever passed.
+    """
+    return macros("page/lessons/custom_law.html").law(progress, problem, away, passed, TRIALS, WHY, COMMANDS)
+
+
+def rules_html(css: str) -> Markup:
+    """Return rules of CSS as an element of the panel, with which they go."""
+    return macros(_TEMPLATE).rules(Markup(css))
 
 
 def choice_label(number: int, text: str, chosen: bool) -> str:

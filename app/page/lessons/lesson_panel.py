@@ -4,17 +4,17 @@ from collections.abc import Callable
 from typing import Final
 
 import viser
+from markupsafe import Markup
 
 from app.i18n.speaking import tr
-from app.lessons.contrast import Contrast
+from app.lessons.bookmark import Phase
+from app.lessons.labels import Contrast
 from app.lessons.lesson import LessonBook
-from app.lessons.phases import Phase
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.step_view import StepView
-from app.page.lessons.custom_law_html import law_html
-from app.page.lessons.lesson_html import BLOCKS, blocks_html
-from app.page.lessons.lesson_list_html import lesson_list_html
+from app.page.lessons.lesson_html import BLOCKS, blocks_html, law_html, lesson_list_html, rules_html
 from app.session.frame import Frame
+from app.text.templates import element
 
 PERIOD: Final = 0.2
 """Wall time between two refreshes of the numbers [s]."""
@@ -104,13 +104,13 @@ class LessonPanel:
                 block.content, block.visible = blocks.get(name, ""), bool(blocks.get(name))
         return opened
 
-    def _list(self) -> dict[str, str]:
+    def _list(self) -> dict[str, Markup]:
         self._style.content = self._sheet() + panel_style(self._width)
         self._fold(True)
         made = lesson_list_html(self._run.entries(self._book), self.openers)
-        return {"list": f'<div class="duet duet-lesson duet-l-list">{made}</div>'}
+        return {"list": element("div", "", made, class_="duet duet-lesson duet-l-list")}
 
-    def _step(self) -> dict[str, str]:
+    def _step(self) -> dict[str, Markup]:
         run = self._run
         view = run.view(self._book)
         self.contrast = view.contrast
@@ -133,8 +133,7 @@ class LessonPanel:
 
 def panel_style(width: float, hidden: str = "") -> str:
     """Return the style that makes room for the panel. `hidden`: selectors of what is not shown beside it."""
-    hide = f"{hidden}{{display:none!important}}" if hidden else ""
-    return f'<div class="duet-lesson-style"><style>:root{{--duet-left:{width:g}px}}{hide}</style></div>'
+    return rules_html(f":root{{--duet-left:{width:g}px}}" + (f"{hidden}{{display:none!important}}" if hidden else ""))
 
 
 def lesson_style(width: float, view: StepView) -> str:

@@ -1,14 +1,17 @@
 """Four sliders for the motions that an arm has left while its hand stays where it is, where a challenge offers them."""
 
 import math
-from typing import Any, Final
+from typing import Final
 
 import viser
 
 from app.i18n.speaking import N_, tr
 from app.lessons.session.lesson_session import LessonSession
 from app.page.lessons.lesson_panel import ORDER
+from app.session.actions import Action
+from app.session.frame import Frame
 from app.session.session import Session
+from app.web.control_events import on_entry
 from scenes.null_motions import MOTIONS, NullMotions
 from scenes.targets import JointTarget
 
@@ -16,6 +19,13 @@ FARTHEST: Final = 60.0
 """Either end of a slider [°]."""
 
 LABELS: Final = (N_("swing the elbow"), N_("turn the hand, x"), N_("turn the hand, y"), N_("turn the hand, z"))
+
+
+class MoveInNullSpace(Action, newest_by=("motion",)):
+    """Lead the arm along a motion, from 0, to a way from where the first one began [rad]."""
+
+    motion: int
+    way: float
 
 
 class NullMotionSliders:
@@ -36,24 +46,21 @@ class NullMotionSliders:
         place = ORDER["after"] + 2.0 + motion
         slider = gui.add_slider(tr(LABELS[motion]), -FARTHEST, FARTHEST, 1.0, 0.0, visible=False, hint=hint, order=place)
 
-        @slider.on_update
-        async def _(event: viser.GuiEvent[Any]) -> None:
-            value = float(event.target.value)
-            if event.client_id is not None and math.isfinite(value):
-                way = math.radians(min(max(value, -FARTHEST), FARTHEST))
-                self._session.post(lambda: self._go(motion, way), ("null motion", motion))
+        def take(value: float) -> None:
+            if math.isfinite(value):
+                self._session.post(MoveInNullSpace(motion, math.radians(min(max(value, -FARTHEST), FARTHEST))))
 
-        return slider
+        return on_entry(slider, take)
 
-    def _go(self, motion: int, way: float) -> None:
-        """Have the arm led along a motion to a way from where the first one began [rad]."""
+    def move(self, action: MoveInNullSpace) -> None:
+        """Lead the arm along a motion, where the sliders are offered."""
         session = self._session
         if not self._offered:
             return
         if self._motions is None:
             simulation = session.simulation
             self._motions = NullMotions(simulation.room, simulation.avoiding, simulation.positions)
-        session.hold(JointTarget(self._motions.go(motion, way)))
+        session.hold(JointTarget(self._motions.go(action.motion, action.way)))
 
     @property
     def _offered(self) -> bool:
@@ -61,10 +68,10 @@ class NullMotionSliders:
         shown = self._run.open and not self._run.listing
         return shown and walk.step.challenge is not None and walk.step.challenge.null_motions and walk.yours
 
-    def show(self) -> None:
+    def show(self, frame: Frame) -> None:
         """Offer the sliders where they belong; they go back to 0 in a fresh run, and when the arm is taken by something else."""
-        offered, of = self._offered, (self._run.walk.run_id, self._session.simulation)
-        if of != self._of or not (offered and isinstance(self._session.held, JointTarget)):
+        offered, of = self._offered, (self._run.walk.run_id, frame.live.simulation)
+        if of != self._of or not (offered and isinstance(frame.live.held, JointTarget)):
             self._of, self._motions = of, None
             for slider in self._sliders:
                 slider.value = 0.0

@@ -37,8 +37,9 @@ class ChoiceButtons:
 
         @self._buttons.on_click
         async def _(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
+            # A press may have been on its way while the mark moved, or the button was taken away.
             plain = event.target.value.removeprefix(MARK)
-            if plain in said:
+            if plain in {one.removeprefix(MARK) for one in event.target.options}:
                 chosen(said.index(plain))
 
     def show(self, marked: int = -1, offered: tuple[int, ...] | None = None, visible: bool = True) -> None:

@@ -4,14 +4,17 @@ import math
 from collections.abc import Callable
 
 import viser
+from markupsafe import Markup
 
 from app.i18n.speaking import tr
 from app.page.panels.choice_buttons import ChoiceButtons
+from app.session.actions import Compute
 from app.session.frame import Frame
+from app.session.knob_search import KnobSearch
 from app.session.relevant_settings import matters
 from app.session.session import Session
-from app.session.studies import Smoothness
-from scenes.experiments import EXPERIMENTS
+from app.session.studies import Smoothness, Studies
+from app.text.templates import element, macros, tr_html
 from scenes.rerun import WhatIf
 from scenes.smoothness import Measured
 
@@ -20,14 +23,13 @@ class ComparePanel:
     """The lower part of the tab on comparisons."""
 
     def __init__(self, gui: viser.GuiApi, session: Session) -> None:
-        self._session = session
         self._what_if = gui.add_html("")
         self._button = ChoiceButtons(
             gui,
             "how smooth",
             ("Measure",),
             "Runs the last 10 s again at dt, dt/2, dt/4 and dt/8: the largest step of q̇ halves with dt unless the law jumps.",
-            lambda _: session.post(session.measure_smoothness, "measure"),
+            lambda _: session.post(Compute("smoothness")),
         )
         self._smoothness = gui.add_html("")
         self._match = ChoiceButtons(
@@ -36,7 +38,7 @@ class ComparePanel:
             ("Set the knob",),
             "Sets d_m, or another setting of the ghost’s law, so that it comes as near as the present law on the last 30 s; the present "
             "settings become the ghost. Beside a frozen ghost it sets the run’s law.",
-            lambda _: session.post(session.match_distance, "match"),
+            lambda _: session.post(Compute("same distance")),
         )
         self._matched = gui.add_html("")
         self._state: tuple[object, ...] = ()
@@ -44,12 +46,13 @@ class ComparePanel:
 
     def show(self, frame: Frame) -> None:
         """Bring it up to date; hide it where there is nothing to compare."""
-        del frame
-        session = self._session
-        visible = matters("ghost", session.settings)
-        answers = session.what_if, session.studies.smoothness
-        state = visible, session.studies.busy, session.studies.message, session.settings.page.what_if
-        state = *state, session.knob_search.busy, session.knob_search.message
+        settings, studies = frame.live.settings, frame.studies
+        if studies is None:
+            return
+        questions, search = studies.questions, studies.knob_search
+        visible, asks = matters("ghost", settings), settings.page.what_if
+        answers = questions.what_if, questions.smoothness
+        state = visible, questions.busy, questions.message, asks, search.busy, search.message
         # Answers are compared by identity: they hold arrays, and are never changed.
         if state == self._state and all(a is b for a, b in zip(answers, self._answers, strict=True)):
             return
@@ -57,69 +60,59 @@ class ComparePanel:
         self._what_if.visible = self._smoothness.visible = self._matched.visible = visible
         self._button.show(visible=visible)
         self._match.show(visible=visible)
-        self._what_if.content = f'<div class="duet">{_what_if_block(session)}</div>'
-        self._smoothness.content = f'<div class="duet">{_smoothness_block(session)}</div>'
-        self._matched.content = f'<div class="duet">{_match_block(session)}</div>'
+        self._what_if.content = _in_panel(_what_if_block(questions) if asks else "")
+        self._smoothness.content = _in_panel(_smoothness_block(questions))
+        self._matched.content = _in_panel(_match_block(search))
 
 
-def _what_if_block(session: Session) -> str:
-    if not session.settings.page.what_if:
-        return ""
-    if session.what_if is not None:
-        return what_if_html(session.what_if)
-    measuring = session.studies.smoothness is not None and not session.studies.smoothness.finished
-    waiting = tr("Now move d<sub>m</sub>, n, v, K or another setting of the law.")
-    if session.studies.busy and not measuring:
-        waiting = tr("Computing …")
-    return f'<p class="duet-tip">{waiting} {tr(session.studies.message)}</p>'
+def _in_panel(block: str) -> Markup:
+    return element("div", "", block, class_="duet")
 
 
-def _smoothness_block(session: Session) -> str:
-    if session.studies.smoothness is None:
-        return f'<p class="duet-tip">{tr(session.studies.message)}</p>' if session.studies.message else ""
-    return smoothness_html(session.studies.smoothness)
+def _tip(text: str) -> Markup:
+    """Return what is said in place of numbers; "" for nothing."""
+    return element("p", text, class_="duet-tip") if text else Markup()
 
 
-def _match_block(session: Session) -> str:
-    search = session.knob_search
-    said = tr("Computing …") if search.busy else tr(search.message)
-    return f'<p class="duet-tip">{said}</p>' if said else ""
+def _what_if_block(questions: Studies) -> Markup:
+    if questions.what_if is not None:
+        return what_if_html(questions.what_if)
+    measuring = questions.smoothness is not None and not questions.smoothness.finished
+    busy = questions.busy and not measuring
+    waiting = tr("Computing …") if busy else tr_html("Now move d<sub>m</sub>, n, v, K or another setting of the law.")
+    return _tip(waiting + Markup(" ") + tr(questions.message))
 
 
-def what_if_html(answer: WhatIf) -> str:
+def _smoothness_block(questions: Studies) -> Markup:
+    return _tip(tr(questions.message)) if questions.smoothness is None else smoothness_html(questions.smoothness)
+
+
+def _match_block(search: KnobSearch) -> Markup:
+    return _tip(tr("Computing …") if search.busy else tr(search.message))
+
+
+def what_if_html(answer: WhatIf) -> Markup:
     """Return how the last seconds were, and how they would have been."""
-    joints = EXPERIMENTS[answer.settings.scene].error_unit == "rad²"
+    joints = answer.settings.experiment.error_unit == "rad²"
     error = (lambda e2: f"{math.degrees(math.sqrt(e2)):.1f}°") if joints else (lambda e2: f"{1000.0 * math.sqrt(e2):.0f} mm")
     d_m = answer.settings.law.critical_distance
     rows: tuple[tuple[str, Callable[..., str]], ...] = (
-        (tr('least <b class="d">d</b>'), lambda s: f"{1000.0 * s.d_min:.0f} mm"),
-        (tr('below <b class="dm">d<sub>m</sub></b>'), lambda s: f"{100.0 * s.share_below:.0f} %"),
-        (tr('largest <b class="e">|e|</b>'), lambda s: error(s.e2_max)),
+        (tr_html('least <b class="d">d</b>'), lambda s: f"{1000.0 * s.d_min:.0f} mm"),
+        (tr_html('below <b class="dm">d<sub>m</sub></b>'), lambda s: f"{100.0 * s.share_below:.0f} %"),
+        (tr_html('largest <b class="e">|e|</b>'), lambda s: error(s.e2_max)),
         (tr("largest step of q̇"), lambda s: f"{s.dq_step_max:.3f} rad/s"),
     )
-    body = "".join(f"<tr><td>{name}</td><td>{of(answer.before)}</td><td>{of(answer.summary)}</td></tr>" for name, of in rows)
-    coarse = tr("Coarse, in steps of {ms} ms; the exact answer follows.", ms=f"{1000.0 * answer.settings.dt * answer.stride:g}")
-    draft = " " + coarse if answer.stride > 1 else ""
-    last = tr("last {s} s", s=f"{answer.seconds:.0f}")
-    return (
-        f'<table class="duet-numbers"><tr><th>{last}</th><th>{tr("as it was")}</th><th>{tr("what if")}</th></tr>'
-        f'{body}</table><p class="duet-tip">{tr("With d<sub>m</sub> = {mm} mm.", mm=f"{1000.0 * d_m:.0f}")}{draft}</p>'
-    )
+    numbers = [(name, of(answer.before), of(answer.summary)) for name, of in rows]
+    return macros("page/panels/compare.html").what_if(f"{answer.seconds:.0f}", numbers, f"{1000.0 * d_m:.0f}")
 
 
-def smoothness_html(found: Smoothness) -> str:
+def smoothness_html(found: Smoothness) -> Markup:
     """Return the largest step of q̇ at every time step, and what it says."""
     runs = [(tr("law"), found.law), *([(tr("ghost"), found.ghost)] if found.ghost is not None else [])]
-    head = "".join(f"<th>{name}</th>" for name, _ in runs)
-    body = "".join(
-        f"<tr><td>{1000.0 * dt:g} ms</td>" + "".join(f"<td>{_step(measured.largest[i])}</td>" for _, measured in runs) + "</tr>"
-        for i, dt in enumerate(found.law.dts)
-    )
-    words = "<br>".join(f"{name[:1].upper()}{name[1:]}: {_words(measured)}" for name, measured in runs)
-    return (
-        f'<table class="duet-numbers"><tr><th>dt</th>{head}</tr>{body}</table>'
-        f'<p>{words}</p><p class="duet-tip">{tr("Largest step of q̇ [rad/s] in the last {s} s.", s=f"{found.law.seconds:.0f}")}</p>'
-    )
+    steps = zip(*(measured.largest for _, measured in runs), strict=True)
+    rows = [(f"{1000.0 * dt:g} ms", [*map(_step, largest)]) for dt, largest in zip(found.law.dts, steps, strict=True)]
+    words = [f"{name[:1].upper()}{name[1:]}: {_words(measured)}" for name, measured in runs]
+    return macros("page/panels/compare.html").smoothness([name for name, _ in runs], rows, words, f"{found.law.seconds:.0f}")
 
 
 def _words(measured: Measured) -> str:

@@ -12,8 +12,7 @@ from typing import Final
 import numpy as np
 import viser
 
-from app.custom_law.custom_law import CustomLaw
-from app.i18n.speaking import N_, tr
+from app.i18n.speaking import N_, decimal, tr
 from app.page.panels.promise_pills import promise_words
 from app.page.panels.rate_budget import (
     Term,
@@ -25,14 +24,13 @@ from app.page.panels.rate_budget import (
     trend,
 )
 from app.plots.time_series import resting
-from app.session.contact import Contact
-from app.session.frame import Frame
-from app.session.relevant_settings import both_avoid
-from app.text.html_element import element
+from app.session.frame import Contact, Frame
+from app.text.law_texts import LAW_TEXTS
+from app.text.templates import element
 from controllers.laws.situation import Law
 from scenes.history import Sample
-from scenes.promise import makes_promise
-from scenes.settings import LawName, RunSettings
+from scenes.law_answers import LawOfFile
+from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
 PERIOD: Final = 0.1
@@ -41,27 +39,12 @@ PERIOD: Final = 0.1
 WIDEST: Final = 0.36
 """Length of the axis of d [m], or more where d_m is large."""
 
-SHARES: Final[dict[LawName, str]] = {
-    "smooth_priority": "λ",
-    "strict_priority": "priority",
-    "strict_switched": "priority",
-    "null_space_avoidance": "λ",
-    "potential_field": "push, of 1",
-    "barrier_qp": "1 − allowed",
-    "intermediate_value": "λ",
-    "task_activation": "a²",
-    "continuous_inverse": "λ",
-    "set_based_task": "active",
-    "unprotected": "λ",
-}
-"""What the law's activation is called."""
-
 TRENDS: Final = (N_("the gap closes"), N_("the gap holds"), N_("the gap opens"))
 
 _json: Final = json.JSONEncoder(ensure_ascii=False, separators=(",", ":")).encode
 
-Numbers = list[int | None]
-Words = dict[str, object]
+CardNumbers = list[int | None]
+CardWords = dict[str, object]
 Note = tuple[str, str]
 
 
@@ -83,12 +66,17 @@ class ContactCard:
         self._shown: tuple[object, ...] = ()
         self._trend = 0
 
-    def show(self, frame: Frame, further: Callable[[], Words]) -> None:
-        """Send what has changed: every `PERIOD` while the run goes on, and at once while it rests. `further`: gives more words."""
+    def show(self, frame: Frame, further: Callable[[], CardWords], asking: bool) -> None:
+        """Send what has changed: every `PERIOD` while the run goes on, and at once while it rests.
+
+        Args:
+            further: gives more words.
+            asking: whether a lesson waits for a prediction, so that the card keeps back what the law does.
+        """
         if frame.now < self._next and not frame.pace.paused:
             return
         more = further()
-        state = frame.state, more
+        state = frame.state, more, asking
         if state == self._shown:
             return
         self._shown, self._next = state, frame.now + PERIOD
@@ -101,6 +89,8 @@ class ContactCard:
             words = {**contact_words(frame, terms), **more}
             note = contact_note(frame.simulation, frame.sample, now, terms)
             numbers = contact_numbers(frame, now, terms, self._trend)
+        if asking:
+            words, note, numbers = without_law(words, numbers)
         if frame.replayed:
             words["past"] = tr("replay")
         parts: dict[str, object] = {"words": words, "note": note, "now": numbers}
@@ -117,22 +107,22 @@ def part_text(part: object) -> str:
     return ",".join("" if number is None else str(number) for number in part) if isinstance(part, list) else _json(part)
 
 
-def contact_words(frame: Frame, terms: list[Term]) -> Words:
+def contact_words(frame: Frame, terms: list[Term]) -> CardWords:
     """Return what the card says, and the curve λ(d) [mm, ‰], in the visitor's language."""
     simulation, run = frame.simulation, frame.settings.run
-    law, two = run.law, both_avoid(run)
+    law, two = run.law, run.both_avoid
     yours, other = ("orange", tr("orange arm")), ("silver", tr("silver arm"))
-    if run.scene == "ball":
+    if simulation.room.ball is not None:
         yours = "orange", tr("ball")
     elif run.avoid == "guided":
         yours, other = other, yours
-    custom = isinstance(simulation.law, CustomLaw)
+    custom = isinstance(simulation.law, LawOfFile)
     return {
         "span": round(1e3 * _span(run)),
         "dm": round(1e3 * law.critical_distance),
         "v": round(1e3 * law.nominal_velocity),
         "curve": [] if custom else _curve(simulation.law, _span(run), law.critical_distance),
-        "share": "λ" if custom else tr(SHARES[law.law]),
+        "share": "λ" if custom else tr(LAW_TEXTS[law.law].share),
         "obstacle": yours,
         "arm": other,
         "two": two,
@@ -144,17 +134,17 @@ def contact_words(frame: Frame, terms: list[Term]) -> Words:
         "bodies": _bodies(simulation, run),
         "rests": tr("rests"),
         "ghost": tr("ghost"),
-        **_button_words(),
+        **_common_words(),
     }
 
 
-def contact_numbers(frame: Frame, now: Contact, terms: list[Term], trend: int) -> Numbers:
+def contact_numbers(frame: Frame, now: Contact, terms: list[Term], trend: int) -> CardNumbers:
     """Return d, the law's d, d* and the ghost's d [mm], λ [‰], u, w and the allowed approach [mm/s], the trend, and every part of ḋ
     [mm/s]; None for what there is not."""
     sample, run, ghost = frame.sample, frame.settings.run, frame.ghost
     second = sample.second
     rest = resting(run, now.pull, now.approach, None if second is None else second.pull)
-    if isinstance(frame.simulation.law, CustomLaw):
+    if isinstance(frame.simulation.law, LawOfFile):
         rest = math.nan
     return [
         _thousandths(sample.distance),
@@ -170,42 +160,56 @@ def contact_numbers(frame: Frame, now: Contact, terms: list[Term], trend: int) -
     ]
 
 
-def solo_words(run: RunSettings) -> Words:
+def without_law(words: CardWords, numbers: CardNumbers) -> tuple[CardWords, Note, CardNumbers]:
+    """Return what the card shows while a lesson asks: where the bodies are, and nothing that the law makes of it."""
+    if "step" in words:
+        return {**words, "asks": True, "step": 0.0, "title": "", "axis": ""}, ("", ""), numbers
+    distance, law_distance, _, ghost = numbers[:4]
+    words = {**words, "asks": True, "curve": [], "share": "", "terms": []}
+    return words, ("", ""), [distance, law_distance, None, ghost, *[None] * 5]
+
+
+def solo_words(run: RunSettings) -> CardWords:
     """Return what the card says of an arm that stands alone: how its error goes on, step by step."""
     k = run.gain * run.overdrive * run.dt
     return {
         "step": round(1.0 - k, 4),
         "off": tr("mm off its place"),
         "title": "e ← (1 − K dt) e",
-        "axis": tr("steps of {dt} ms", dt=f"{1e3 * run.dt:.3g}"),
-        **_button_words(),
+        "axis": tr("steps of {dt} ms", dt=decimal(f"{1e3 * run.dt:.3g}")),
+        **_common_words(),
     }
 
 
 def solo_note(run: RunSettings) -> Note:
     """Return class and words of the line below the drawing of an arm that stands alone."""
     k = run.gain * run.overdrive * run.dt
-    return "alarm" if k >= 2.0 else "halt" if k == 0.0 else "", f"K dt = {k:.3g}: {error_step(run)}"
+    return "alarm" if k >= 2.0 else "halt" if k == 0.0 else "", f"K dt = {decimal(f'{k:.3g}')}: {error_step(run)}"
 
 
-def solo_numbers(sample: Sample) -> Numbers:
+def solo_numbers(sample: Sample) -> CardNumbers:
     """Return |e| [µm]."""
     return [round(1e6 * sample.error)]
 
 
-def _button_words() -> Words:
-    return {"name": tr("The line of contact"), "fold": tr("Fold this drawing"), "unfold": tr("Show the drawing")}
+def _common_words() -> CardWords:
+    return {
+        "point": decimal("."),
+        "name": tr("The line of contact"),
+        "fold": tr("Fold this drawing"),
+        "unfold": tr("Show the drawing"),
+    }
 
 
 def contact_note(simulation: Simulation, sample: Sample, now: Contact, terms: list[Term]) -> Note:
     """Return class and words of the line below the drawing."""
-    run, custom = simulation.settings, isinstance(simulation.law, CustomLaw)
+    run, custom = simulation.settings, isinstance(simulation.law, LawOfFile)
     words = "" if custom else consequence(run, sample, now)
     if any(term.kind == "lost" and term.value for term in terms):
         words = missed(simulation, now)
-    if custom or not makes_promise(run.law):
+    if custom or not run.law.entry.promises:
         return "", words
-    kind, promise = promise_words(simulation, sample, "d ≥ d<sub>m</sub>")
+    kind, promise = promise_words(simulation, sample)
     return kind, ", ".join(text for text in (promise, words) if text) if kind != "alarm" else promise
 
 
@@ -214,9 +218,9 @@ def _bodies(simulation: Simulation, run: RunSettings) -> dict[str, list[str]]:
     line = [f"/closest/{part}" for part in ("line", "end0", "end1")]
     guided, avoiding = (f"/arms/{arm.name}" for arm in (simulation.guided, simulation.avoiding))
     own, other = (guided, avoiding) if run.avoid == "guided" else (avoiding, guided)
-    if run.scene == "ball":
+    if simulation.room.ball is not None:
         own, other = guided, "/ball"
-    giving = [own, other] if both_avoid(run) else [own]
+    giving = [own, other] if run.both_avoid else [own]
     return {"d": line, "dm": ["skin_of_"], "lam": line, "v": giving, "u": giving, "w": [other]}
 
 

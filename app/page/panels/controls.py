@@ -5,42 +5,40 @@ from typing import Any, Final
 
 import viser
 
-from app.i18n.speaking import spoken, tr, tr_all
+from app.i18n.speaking import spoken, tr
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.compare import ComparePanel
 from app.page.panels.hotkeys import help_html
 from app.page.panels.joint_sliders import JointSliders
 from app.page.panels.source_chooser import Sources
-from app.session.actions import Action, Pause, Reset, SetSetting, SingleStep
+from app.session.actions import Pause, Reset, SetSetting, SingleStep
 from app.session.clock import SPEEDS
 from app.session.frame import Frame, freeze
 from app.session.relevant_settings import matters
 from app.session.session import Session
 from app.settings import Settings
+from app.text.templates import element, tr_html
+from app.web.control_events import on_entry
 from app.web.viser_internals import container_uuid_of, uuid_of
 from scenes.setting_spec import Spec
-from scenes.settings import specs, values
+from scenes.settings import ABOVE, specs, values
 
-PICKER: Final = ("scene", "robot", "rig")
+
+def _keys_of(tab: str) -> tuple[str, ...]:
+    """Return the keys of all settings of a tab, in its order."""
+    found = [spec for spec in specs(Settings).values() if spec.tab.name == tab]
+    return tuple(spec.key for spec in sorted(found, key=lambda spec: spec.tab.place))
+
+
+PICKER: Final = _keys_of(ABOVE.name)
 """Settings above everything else: which experiment."""
 
 TABS: Final[tuple[tuple[str, viser.IconName, tuple[str, ...]], ...]] = (
-    (
-        "Law",
-        viser.Icon.ADJUSTMENTS_HORIZONTAL,
-        ("law", "dm", "n", "v", "d0", "eta", "gamma", "kr", "k", "kx", "pairs", "beta", "eps", "ff", "one_sided", "coupled"),
-    ),
-    (
-        "Arms",
-        viser.Icon.ROBOT,
-        (
-            *("path", "point", "ball", "source", "clip", "following", "task", "guided", "avoid", "start"),
-            *("autopilot", "gizmo", "wmax", "seed", "dt", "bounds", "g"),
-        ),
-    ),
-    ("Robot", viser.Icon.CPU, ("dead", "lag", "qnoise", "qstep", "fps", "dnoise")),
-    ("Compare", viser.Icon.GHOST, ("ghost", "whatif")),
-    ("View", viser.Icon.EYE, ("lang", "theme", "profile", "picture", "contact")),
+    ("Law", viser.Icon.ADJUSTMENTS_HORIZONTAL, _keys_of("Law")),
+    ("Arms", viser.Icon.ROBOT, _keys_of("Arms")),
+    ("Robot", viser.Icon.CPU, _keys_of("Robot")),
+    ("Compare", viser.Icon.GHOST, _keys_of("Compare")),
+    ("View", viser.Icon.EYE, _keys_of("View")),
 )
 """Where each of the others is found; `plot` and `speed` have places of their own."""
 
@@ -59,29 +57,28 @@ ROBOT: Final = (
 
 NOTHING_NEAR: Final = "There is nothing to keep clear of here, so that every law does the same."
 
-Handle = Any
-
 
 class Controls:
     """All controls of one session.
 
     Args:
-        post: has an action done on the session's thread.
         notify: shows a message to the visitor.
         presenting: whether a class watches, so that some keys are the presenter's.
+
+    Attributes:
+        sources: who is imitated.
     """
 
     def __init__(
         self,
         gui: viser.GuiApi,
         session: Session,
-        post: Callable[[Action], None],
         notify: Callable[[str, str], None],
         presenting: bool = False,
     ) -> None:
-        self._gui, self._session, self._post = gui, session, post
+        self._gui, self._session = gui, session
         self._specs: dict[str, Spec] = specs(Settings)
-        self._handles: dict[str, Handle] = {}
+        self._handles: dict[str, Any] = {}
         self._shown: dict[str, Any] = {}
         self._settings: Settings | None = None
         present = values(session.settings)
@@ -95,15 +92,15 @@ class Controls:
                 for key in keys:
                     self._handles[key] = self._control(key, self._specs[key], present[key])
                 if name == "Arms":
-                    self._sources = Sources(gui, session, notify)
-                    self._joints = JointSliders(gui, session, post)
+                    self.sources = Sources(gui, session, notify)
+                    self._joints = JointSliders(gui, session)
                 if name == "Robot":
-                    gui.add_html(f'<div class="duet duet-tip">{tr(ROBOT)}</div>')
+                    gui.add_html(element("div", tr_html(ROBOT), class_="duet duet-tip"))
                 if name == "Compare":
                     self._compare = ComparePanel(gui, session)
                     self._note = gui.add_html("")
         with self._tabs.add_tab(tr("Keys"), viser.Icon.KEYBOARD):
-            gui.add_html(f'<div class="duet">{help_html(presenting)}</div>')
+            gui.add_html(element("div", "", help_html(presenting), class_="duet"))
         self.show(freeze(session, 0.0))
 
     @property
@@ -119,21 +116,21 @@ class Controls:
             "clock",
             ("Pause", "Step", "Reset"),
             "Space pauses and goes on, . makes one step, R restarts the run.",
-            lambda i: self._post(actions[i]),
+            lambda i: self._session.post(actions[i]),
         )
         labels = tuple({0.25: "¼×", 0.5: "½×", 1.0: "1×", 2.0: "2×"}[speed] for speed in SPEEDS)
         self._speed = ChoiceButtons(
-            gui, "speed", labels, "Slower and faster: [ and ].", lambda i: self._post(SetSetting("speed", SPEEDS[i]))
+            gui, "speed", labels, "Slower and faster: [ and ].", lambda i: self._session.post(SetSetting("speed", SPEEDS[i]))
         )
 
-    def _control(self, key: str, spec: Spec, value: Any, order: float | None = None) -> Handle:
+    def _control(self, key: str, spec: Spec, value: Any, order: float | None = None) -> Any:
         gui, label = self._gui, spec.title(tr)
         if spec.choices:
-            said = tr_all(spec.choice_labels)
-            handle: Handle = gui.add_dropdown(
+            said = {choice: tr(text) for choice, text in spec.options().items()}
+            handle: Any = gui.add_dropdown(
                 label,
-                tuple(s for c, s in zip(spec.choices, said, strict=True) if c not in UNOFFERED or c == value),
-                initial_value=said[spec.choices.index(value)],
+                tuple(said[c] for c in said if c not in UNOFFERED or c == value),
+                initial_value=said[value],
                 hint=tr(spec.help),
                 order=order,
             )
@@ -147,20 +144,14 @@ class Controls:
         self._shown[key] = value
         words = spoken()
 
-        @handle.on_update
-        async def _(event: viser.GuiEvent[Any]) -> None:
-            # What the server writes comes back here too, without a client.
-            if event.client_id is None:
-                return
-            raw = event.target.value
+        def take(raw: Any) -> None:
             if spec.choices:
-                labels = tuple(map(words, spec.choice_labels))
-                raw = spec.choices[labels.index(raw)] if raw in labels else raw
+                raw = {words(text): choice for choice, text in spec.options().items()}.get(raw, raw)
             elif isinstance(raw, float):
                 raw /= spec.page_scale
-            self._post(SetSetting(key, raw))
+            self._session.post(SetSetting(key, raw))
 
-        return handle
+        return on_entry(handle, take)
 
     def places(self, keys: Iterable[str]) -> tuple[tuple[str, str], ...]:
         """Return for every setting by which names the page knows its control, and the tab in which that stands."""
@@ -174,8 +165,8 @@ class Controls:
     def show(self, frame: Frame) -> None:
         """Write what was changed elsewhere (keys, the gizmo, a refused value) back into the controls; hide what does not matter."""
         self._clock.show(0 if frame.pace.paused else -1)
-        settings = self._session.settings
-        self._sources.show(frame)
+        settings = frame.live.settings
+        self.sources.show(frame)
         self._joints.show(frame)
         self._compare.show(frame)
         if settings is self._settings and len(self._shown) == len(self._handles):
@@ -190,14 +181,14 @@ class Controls:
             value, spec = present[key], self._specs[key]
             self._shown[key] = value
             if spec.choices:
-                handle.value = tr(spec.choice_labels[spec.choices.index(value)])
+                handle.value = tr(spec.options()[value])
             elif isinstance(value, float):
                 if abs(handle.value / spec.page_scale - value) > 1e-9:
                     handle.value = _rounded(value * spec.page_scale)
             else:
                 handle.value = value
-        note = tr(COMPARE) if matters("ghost", settings) else tr(NOTHING_NEAR)
-        self._note.content = f'<div class="duet duet-tip">{note}</div>'
+        note = tr_html(COMPARE) if matters("ghost", settings) else tr_html(NOTHING_NEAR)
+        self._note.content = element("div", note, class_="duet duet-tip")
 
 
 def _rounded(value: float) -> float:

@@ -2,16 +2,17 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, Generic, Literal, TypeVar
+from typing import Final, Generic, Literal, TypeVar, cast
 
 import viser
+from markupsafe import Markup
 
 from app.i18n.speaking import N_, spoken, tr
 from app.lessons.session.lesson_actions import Check, GoBack, GoOn, Leave, LessonAction, ShowHint, ShowWhy
 from app.session.actions import (
     Action,
     ChangeSpeed,
-    ChooseScene,
+    Digit,
     FirstView,
     Nudge,
     Pause,
@@ -21,12 +22,15 @@ from app.session.actions import (
     Toggle,
 )
 from app.text.documents import DOCUMENTS, PREFIX
+from app.text.templates import macros
+from app.web.control_events import on_command
 from app.web.viser_internals import HotkeyKey, KeyModifier
+from scenes.experiments import EXPERIMENTS
 
-PresenterAction = Literal["on", "back", "blank", "freeze"]
-"""What a clicker asks for: the next thing on the projector, the one before, black, or keep the picture."""
+PresenterAction = Literal["on", "back", "blank", "freeze", "hide"]
+"""What a clicker asks for: the next thing on the projector, the one before, black, keep the picture, or take the address away."""
 
-AnyAction = TypeVar("AnyAction", Action, LessonAction, PresenterAction)
+AnyAction = TypeVar("AnyAction", bound=Action | PresenterAction)
 
 
 @dataclass(frozen=True)
@@ -72,15 +76,10 @@ class Hotkey(Generic[AnyAction]):
             modifier=self.modifier,
             icon=self.icon,
         )
-
-        @command.on_trigger
-        async def _(_: viser.CommandEvent) -> None:
-            act(self.action)
-
-        return command
+        return on_command(command, lambda: act(self.action))
 
 
-HOTKEYS: Final[tuple[Hotkey[Action], ...]] = (
+_TABLE: Final[tuple[Hotkey[Action], ...]] = (
     Hotkey("pause", Pause(), "Space", "pause or go on", "space", icon=viser.Icon.PLAYER_PAUSE),
     Hotkey("step", SingleStep(), ".", "one single step", "1", relayed=".", icon=viser.Icon.PLAYER_SKIP_FORWARD),
     Hotkey("slower", ChangeSpeed(-1), "[", "slower", "2", relayed="[", icon=viser.Icon.PLAYER_TRACK_PREV),
@@ -105,12 +104,16 @@ HOTKEYS: Final[tuple[Hotkey[Action], ...]] = (
     ),
     Hotkey("law", Toggle("avoidance"), "L", "avoidance on or off", "L", icon=viser.Icon.SHIELD),
     Hotkey("ghost", Toggle("ghost"), "G", "a ghost with these settings, or none", "G", icon=viser.Icon.GHOST),
-    Hotkey("solo", ChooseScene("solo"), "1", "one arm alone", "1", icon=viser.Icon.NUMBER_1),
-    Hotkey("ball", ChooseScene("ball"), "2", "a ball in the way", "2", icon=viser.Icon.NUMBER_2),
-    Hotkey("hold", ChooseScene("hold"), "3", "hold", "3", icon=viser.Icon.NUMBER_3),
-    Hotkey("master_slave", ChooseScene("master_slave"), "4", "master and slave", "4", icon=viser.Icon.NUMBER_4),
-    Hotkey("imitation", ChooseScene("imitation"), "5", "imitation", "5", icon=viser.Icon.NUMBER_5),
 )
+
+
+def hotkeys() -> tuple[Hotkey[Action], ...]:
+    """Return the keys of the page: the table, and a digit for each of the first nine experiments."""
+    digits = (
+        Hotkey[Action](one.name, Digit(i), str(i), one.short, cast(HotkeyKey, str(i)), icon=getattr(viser.Icon, f"NUMBER_{i}"))
+        for i, one in zip(range(1, 10), EXPERIMENTS.values(), strict=False)
+    )
+    return (*_TABLE, *digits)
 
 
 LESSON_KEYS: Final[tuple[Hotkey[LessonAction], ...]] = (
@@ -121,7 +124,7 @@ LESSON_KEYS: Final[tuple[Hotkey[LessonAction], ...]] = (
     Hotkey("why", ShowWhy(), "Y", "lesson: the run that shows why", "Y", icon=viser.Icon.QUESTION_MARK),
     Hotkey("leave", Leave(), "X", "lesson: leave the lessons", "X", icon=viser.Icon.X),
 )
-"""Keys of an open lesson. There 1 to 5 answer, and ← and → go back and on where the hand cannot be moved."""
+"""Keys of an open lesson. There the digits answer, and ← and → go back and on where the hand cannot be moved."""
 
 
 PRESENTER_KEYS: Final[tuple[Hotkey[PresenterAction], ...]] = (
@@ -129,6 +132,8 @@ PRESENTER_KEYS: Final[tuple[Hotkey[PresenterAction], ...]] = (
     Hotkey("present_back", "back", "Page ↑", "class: the thing before", "pageup", icon=viser.Icon.ARROW_UP),
     Hotkey("present_blank", "blank", "B", "class: the screen black, or live", "B", icon=viser.Icon.EYE_OFF),
     Hotkey("present_freeze", "freeze", "F", "class: the screen frozen, or live", "F", icon=viser.Icon.SNOWFLAKE),
+    # Pressed by the script of the address, `class_overlay.js`.
+    Hotkey("present_hide", "hide", "Esc", "class: the address away", "9", relayed="Escape", icon=viser.Icon.QRCODE_OFF),
 )
 """Keys of a lecture's teacher, in place of what the same keys do elsewhere, and of a projector with the teacher's key."""
 
@@ -151,17 +156,10 @@ KEY_NAMES: Final = (N_("Space"), N_("Page ↑"), N_("Page ↓"))
 """Labels of keys that differ between languages."""
 
 
-def help_html(presenting: bool = False) -> str:
+def help_html(presenting: bool = False) -> Markup:
     """Return the table as HTML. `presenting`: for the teacher of a lecture."""
     own = PRESENTER_KEYS if presenting else ()
-    rows = "".join(
-        f"<tr><td><kbd>{tr(h.shown) if h.shown in KEY_NAMES else h.shown}</kbd></td><td>{tr(h.text)}</td></tr>"
-        for h in (*own, *keys_of(HOTKEYS, presenting), *keys_of(LESSON_KEYS, presenting))
-    )
-    rows += f"<tr><td><kbd>1</kbd> … <kbd>5</kbd></td><td>{tr('lesson: your answer')}</td></tr>"
-    rows += f"<tr><td><kbd>Ctrl K</kbd></td><td>{tr('every command by name')}</td></tr>"
-    links = " · ".join(
-        f'<a href=".{PREFIX}{name}?lang={spoken().language}" target="_blank">{tr(title)}</a>'
-        for name, (_, title) in DOCUMENTS.items()
-    )
-    return f"<table>{rows}</table><p>{tr('To read')}: {links}</p>"
+    rows = (*own, *keys_of(hotkeys(), presenting), *keys_of(LESSON_KEYS, presenting))
+    documents = [(name, title) for name, (_, title) in DOCUMENTS.items()]
+    answers = min(len(EXPERIMENTS), 9)
+    return macros("page/panels/help.html").help(rows, KEY_NAMES, answers, documents, PREFIX, spoken().language)

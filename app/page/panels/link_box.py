@@ -1,18 +1,16 @@
-"""A link that opens the page as it is now: scene, settings, look, and lesson and step where one is open."""
+"""A link that opens the page as it is now: scene, settings, look, and lesson and step if one is open."""
 
-import html
 from collections.abc import Mapping
 from typing import Final
 from urllib.parse import urlencode
 
 import viser
 
-from app.i18n.speaking import tr
 from app.lessons.session.lesson_session import LessonSession
-from app.page.panels.copy_button import copy_button
 from app.session.frame import Frame, freeze
 from app.session.session import Session
 from app.settings import Settings, to_query
+from app.text.templates import macros
 from app.web.request import request_address
 
 PERIOD: Final = 0.5
@@ -46,7 +44,7 @@ class LinkBox:
     """
 
     def __init__(self, client: viser.ClientHandle, session: Session, lessons: LessonSession) -> None:
-        self._session, self._lessons = session, lessons
+        self._lessons = lessons
         self._address = request_address(client)
         self._box = client.gui.add_html("")
         self._next = 0.0
@@ -57,9 +55,5 @@ class LinkBox:
         if frame.now < self._next:
             return
         self._next = frame.now + PERIOD
-        link = link_to(self._address, link_query(self._session.settings, self._lessons))
-        label = html.escape(tr("Link to this page as it is now"))
-        self._box.content = (
-            f'<div class="duet duet-link">{copy_button(tr("Copy link"), "input")}'
-            f'<input readonly value="{html.escape(link)}" aria-label="{label}"></div>'
-        )
+        link = link_to(self._address, link_query(frame.live.settings, self._lessons))
+        self._box.content = macros("page/panels/copy.html").link(link)

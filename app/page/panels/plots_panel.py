@@ -5,22 +5,22 @@ from typing import Any, Final
 
 import numpy as np
 import viser
+from markupsafe import Markup
 from viser import uplot
 
 from app.i18n.speaking import tr
-from app.plots.activation_curve import curve_html
 from app.plots.bins import LAST, Bins, polyline
-from app.plots.laws_chart import laws_html
+from app.plots.law_charts import curve_html, laws_html
 from app.plots.microscope_chart import microscope_html
 from app.plots.pair_strips import pairs_html
 from app.plots.plot_choice import CHARTS, PLACES, cells, layout_html, makes_room
-from app.plots.safety_chart import safety_html
-from app.plots.stability_section import section_html
+from app.plots.stability_text import section_html
 from app.plots.time_plots import LEAST, PlotLine, TimePlot, colour_of, time_plot_of
 from app.plots.time_series import COLUMNS, RollingSeries, drawable
-from app.plots.trade_off_chart import map_html
+from app.plots.trade_off_charts import map_html, safety_html
 from app.session.frame import Frame
 from app.settings import Details, PageSettings
+from app.text.templates import element, macros, tr_html
 from app.theme import PALETTES, scale
 from controllers.kinematics import Array
 from controllers.laws.situation import Law
@@ -94,7 +94,7 @@ class Plots:
     def show(self, frame: Frame) -> None:
         """Read the newest steps, and refresh the plots that have changed and are due."""
         simulation, ghost, now = frame.simulation, frame.ghost, frame.now
-        self._take(frame.shown.what_if)
+        self._take(frame.what_if)
         self._arrange(simulation, ghost, frame.settings.page.details)
         if self._dressed:
             # The page replaces every plot, and new data in the same moment would leave it with a time axis in the wrong proportion
@@ -112,8 +112,8 @@ class Plots:
         self.buffer.feed(simulation)
         if ghost is not None:
             self._ghost_buffer.feed(ghost)
-        apart = frame.shown.trade_off, frame.shown.safety_curves
-        computed = tuple(0.0 if studied is None else studied.size for studied in apart)
+        parts = (frame.studies.trade_off, frame.studies.safety_curves) if frame.studies is not None else ()
+        computed = tuple(0.0 if studied is None else studied.size for studied in parts)
         state = simulation.history, simulation.history.count, simulation.settings, ghost is not None, self._answers, computed
         for name in due:
             # The microscope also changes by its own buttons, and when finer steps are there.
@@ -238,27 +238,28 @@ class Plots:
         shown = dict(zip(found, values * time_plot.scale, strict=True))
         return times, [shown.get(i, np.empty(0)) for i in range(len(time_plot.lines))]
 
-    def _chart_html(self, name: str, frame: Frame) -> str:
-        simulation, ghost, sample, trade_off = frame.simulation, frame.ghost, frame.sample, frame.shown.trade_off
+    def _chart_html(self, name: str, frame: Frame) -> Markup:
+        simulation, ghost, sample, studies = frame.simulation, frame.ghost, frame.sample, frame.studies
         match name:
             case "curve":
-                return f'<div class="duet">{curve_html(simulation, ghost, sample, self._height)}</div>'
+                return element("div", "", curve_html(simulation, ghost, sample, self._height), class_="duet")
             case "laws":
                 return laws_html(simulation, ghost, frame.contact, self._height)
             case "map":
+                trade_off = studies and studies.trade_off
                 if trade_off is None:
-                    return '<div class="duet duet-tip">' + tr("The trade-off map is not available for a custom law.") + "</div>"
+                    return element("div", tr("The trade-off map is not available for a custom law."), class_="duet duet-tip")
                 points = tuple(chain.from_iterable(trade_off.results(frame.settings.run).values()))
                 return map_html(points, trade_off.size, frame.settings.run, self._height)
             case "safety":
-                curves = frame.shown.safety_curves
+                curves = studies and studies.safety_curves
                 if curves is None:
-                    return '<div class="duet duet-tip">' + tr("Laws are not compared while a custom law runs.") + "</div>"
+                    return element("div", tr("Laws are not compared while a custom law runs."), class_="duet duet-tip")
                 return safety_html(curves.results(frame.settings.run), curves.size, frame.settings.run, self._height)
             case "microscope":
-                seen = frame.shown.magnified
+                seen = frame.magnified
                 if seen is None:
-                    return '<div class="duet duet-tip">' + tr("Single steps are shown of the live run.") + "</div>"
+                    return element("div", tr("Single steps are shown of the live run."), class_="duet duet-tip")
                 return microscope_html(seen, frame.settings.run, self._height)
             case "pairs":
                 return pairs_html(simulation, self.buffer)
@@ -275,7 +276,7 @@ class Plots:
 
     def _axes(self) -> tuple[uplot.Axis, ...]:
         k = scale(self._page.profile)
-        ink, grid = ("#aeb8c2", "#333941") if self._page.theme == "dark" else ("#4b545e", "#e4e8ec")
+        ink, grid = PALETTES[self._page.theme].dim, PALETTES[self._page.theme].hair
         axis: dict[str, Any] = {
             "font": f'{round(11 * k)}px system-ui, "Segoe UI", Roboto, "Liberation Sans", sans-serif',
             "stroke": ink,
@@ -287,19 +288,15 @@ class Plots:
             uplot.Axis(**axis, size=round(46 * k), space=round(28 * k)),
         )
 
-    def _caption(self, name: str, with_ghost: bool) -> str:
+    def _caption(self, name: str, with_ghost: bool) -> Markup:
         """Return title and legend of one plot."""
         # On a narrow screen the squared error makes room for what was chosen.
-        spare = " duet-spare" if name == "error" and makes_room(self._cells) else ""
+        caption, spare = macros("plots/charts.html").caption, name == "error" and makes_room(self._cells)
         if name in CHARTS:
-            return f'<div class="duet-caption{spare}"><span class="duet-title">{tr(CHARTS[name])}</span></div>'
+            return caption(tr_html(CHARTS[name]), "", (), spare)
         plot, _ = self._time_plots[name]
         others = ["ghost"] if with_ghost else []
         if self._what_if is not None:
-            others.append("what_if" if self._what_if.stride == 1 else "draft")
-        parts = "".join(
-            f'<span class="{symbol}"><i class="{kind}"></i>{tr(label)}</span>'
-            for symbol, kind, label in plot.legend(others, self._names)
-        )
-        unit = f" [{plot.unit}]" if plot.unit else ""
-        return f'<div class="duet-caption{spare}"><span class="duet-title">{tr(plot.title)}{unit}</span>{parts}</div>'
+            others.append("what_if")
+        lines = [(symbol, kind, tr_html(label)) for symbol, kind, label in plot.legend(others, self._names)]
+        return caption(tr_html(plot.title), plot.unit, lines, spare)

@@ -2,55 +2,60 @@
 
 from typing import Final
 
-from app.i18n.speaking import tr
+from markupsafe import Markup
+
+from app.i18n.speaking import decimal, tr
+from app.text.templates import macros, tr_html
 from controllers.laws.situation import FIRM_LEVER
 from controllers.limits import Authority
 from scenes.history import Sample
-from scenes.promise import Condition, makes_promise, missing_now
+from scenes.promise import Condition, missing_now
 from scenes.simulation import Simulation
+
+BOUND: Final = Markup("d ≥ d<sub>m</sub>")
+"""What the paper's law promises."""
 
 BELOW: Final = 1e-3
 """So far below d_m a distance counts as lost [m]; a time step alone makes less."""
 
 
-def promise_html(simulation: Simulation, sample: Sample, custom: bool = False) -> str:
-    """Return whether d ≥ d_law ≥ d_m is promised at this moment, or which conditions are missing, and the lever s of every arm that
+def promise_html(simulation: Simulation, sample: Sample, custom: bool = False) -> Markup:
+    """Return whether d ≥ d_m is promised at this moment, or which conditions are missing, and the lever s of every arm that
     keeps clear, as pills; nothing where there is nothing to meet.
 
     Args:
         custom: whether a student's law runs.
     """
     if sample.pair < 0:
-        return ""
-    bound = "d ≥ d<sub>law</sub> ≥ d<sub>m</sub>"
-    if custom or not makes_promise(simulation.settings.law):
-        pill = ("", tr("this law does not promise {bound}", bound=bound))
+        return Markup()
+    if custom or not simulation.settings.law.entry.promises:
+        pill = ("", tr_html("this law does not promise {bound}", bound=BOUND))
     else:
-        pill = promise_words(simulation, sample, bound)
+        pill = promise_words(simulation, sample)
     levers = [sample.lever] if sample.second is None else [sample.lever, sample.second.lever]
     weak = min(levers) < FIRM_LEVER
-    lever = ("halt" if weak else "", tr("lever s = {s}", s=", ".join(f"{s:.2f}" for s in levers)))
+    lever = ("halt" if weak else "", tr("lever s = {s}", s="; ".join(decimal(f"{s:.2f}") for s in levers)))
     return pills_html([lever, pill])
 
 
-def promise_words(simulation: Simulation, sample: Sample, bound: str) -> tuple[str, str]:
-    """Return class and words of the promise of the paper's law at this moment. `bound`: what is promised, as HTML."""
+def promise_words(simulation: Simulation, sample: Sample) -> tuple[str, str]:
+    """Return class and words of the promise of the paper's law at this moment."""
     lost = missing_now(simulation.settings, simulation.history)
     if lost:
         why = ", ".join(_condition_text(condition, simulation, sample) for condition in lost)
-        return "alarm", tr("{bound} may fail: {why}", bound=bound, why=why)
+        return "alarm", tr_html("{bound} may fail: {why}", bound=BOUND, why=why)
     if sample.law_distance < simulation.settings.law.critical_distance - BELOW:
-        return "halt", tr("below d<sub>m</sub>, but falling no further")
-    return "go", tr("{bound} stands", bound=bound)
+        return "halt", tr_html("below d<sub>m</sub>, but falling no further")
+    return "go", tr_html("{bound} stands", bound=BOUND)
 
 
 def _condition_text(condition: Condition, simulation: Simulation, sample: Sample) -> str:
     match condition:
         case Condition.SPEED:
-            return "w &gt; v"
+            return "w > v"
         case Condition.LEVER:
             s = sample.lever if sample.second is None else min(sample.lever, sample.second.lever)
-            return tr("no lever (s = {s})", s=f"{s:.2f}")
+            return tr("no lever (s = {s})", s=decimal(f"{s:.2f}"))
         case Condition.BOUND:
             second = sample.second
             if second is None or sample.authority in (Authority.STOP, Authority.SPEED):
@@ -64,6 +69,6 @@ def _condition_text(condition: Condition, simulation: Simulation, sample: Sample
             return tr("between two pairs")
 
 
-def pills_html(pills: list[tuple[str, str]]) -> str:
-    """Return pills as HTML, each of a class and words."""
-    return "".join(f'<span class="{kind}">{text}</span>' for kind, text in pills)
+def pills_html(pills: list[tuple[str, str]]) -> Markup:
+    """Return pills, each of a class of CSS and words."""
+    return macros("page/panels/pills.html").pills(pills)

@@ -1,35 +1,30 @@
 """What is said in numbers and words: the tip, the status, the promise, the error, and the law's equation."""
 
 import math
-from html import escape
 from typing import Final, NamedTuple
 
 import viser
+from markupsafe import Markup
 
-from app.i18n.speaking import tr
+from app.i18n.speaking import decimal, tr
 from app.page.panels.promise_pills import pills_html, promise_html
+from app.recording.run_file import SHOWN_DIGITS, made_with
 from app.session.clock import Pace
 from app.session.elbow_swivel import Swivel
 from app.session.frame import Frame
-from app.session.relevant_settings import both_avoid
 from app.session.shown import Shown
 from app.session.student_law import LawStatus
 from app.text.equations import equation_html
+from app.text.experiment_texts import EXPERIMENT_TEXTS
+from app.text.templates import element, macros
 from controllers.kinematics import DAMPING, null_space_projector
 from controllers.limits import Authority
 from controllers.tasks import TASK_DIMENSION
 from scenes.history import Sample
-from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
 PERIOD: Final = 0.15
 """Wall time between two refreshes [s]; a number that changes faster cannot be read."""
-
-RETREATING: Final = (
-    *("smooth_priority", "strict_priority", "strict_switched", "null_space_avoidance"),
-    *("intermediate_value", "task_activation", "continuous_inverse"),
-)
-"""Laws that lose distance to an obstacle faster than v."""
 
 
 class Tile(NamedTuple):
@@ -38,7 +33,7 @@ class Tile(NamedTuple):
     Attributes:
         kind: class of CSS, for its colour.
         value: as text.
-        label: under it, as HTML.
+        label: under it.
         bad: whether it is one to worry about.
     """
 
@@ -49,91 +44,93 @@ class Tile(NamedTuple):
 
 
 class Readout:
-    """Tip, status, promise, numbers and equation, one block each."""
+    """Tip, status, promise, numbers and equation, one block each. `operated`: whether the reader can pull the arms."""
 
-    def __init__(self, gui: viser.GuiApi) -> None:
+    def __init__(self, gui: viser.GuiApi, operated: bool = True) -> None:
+        self._operated = operated
         self._tip, self._status, self._numbers, self._equation = (gui.add_html("") for _ in range(4))
         self._next = 0.0
         self._shown: tuple[object, ...] = ()
 
-    def show(self, frame: Frame) -> None:
-        """Refresh what has changed: every `PERIOD` while the run goes on, and at once while it rests."""
-        if (frame.now < self._next and not frame.pace.paused) or frame.state == self._shown:
+    def show(self, frame: Frame, asking: bool) -> None:
+        """Refresh what has changed: every `PERIOD` while the run goes on, and at once while it rests.
+
+        Args:
+            asking: whether a lesson waits for a prediction, so that only the state of the clock is shown.
+        """
+        if (frame.now < self._next and not frame.pace.paused) or (frame.state, asking) == self._shown:
             return
-        self._shown, self._next = frame.state, frame.now + PERIOD
+        self._shown, self._next = (frame.state, asking), frame.now + PERIOD
         shown, simulation, sample = frame.shown, frame.simulation, frame.sample
-        self._tip.content = f'<div class="duet duet-tip">{tip_html(shown)}</div>'
-        pills = replay_html(shown) + status_html(frame.pace, simulation, sample) + custom_law_html(shown.student_law)
-        self._status.content = f'<div class="duet duet-status" role="status">{pills}</div>'
-        pills = promise_html(simulation, sample, shown.student_law.file is not None) + error_html(simulation, sample, frame.ghost)
-        numbers = f'<div class="duet-status">{pills}</div>' if pills else tiles_html(simulation, sample)
-        self._numbers.content = f'<div class="duet">{numbers}</div>'
-        if shown.student_law.file is not None:
-            law = f'<div class="duet-eq">q̇ = law(situation)</div>{escape(shown.student_law.file)}'
-            self._equation.content = f'<div class="duet">{law}</div>'
-            return
-        self._equation.content = f'<div class="duet">{equation_html(frame.settings.run)}</div>'
+        self._tip.content = element("div", tip_text(shown, self._operated), class_="duet duet-tip")
+        law = shown.student_law
+        pills = replay_html(shown) + status_html(frame.pace, simulation, sample, asking)
+        pills += Markup() if frame.replayed else custom_law_html(law)
+        self._status.content = element("div", "", pills, class_="duet duet-status", role="status")
+        pills = promise_html(simulation, sample, law.file is not None) + error_html(simulation, sample, frame.ghost)
+        numbers = element("div", "", pills, class_="duet-status") if pills else tiles_html(simulation, sample)
+        self._numbers.content = "" if asking else element("div", "", numbers, class_="duet")
+        if law.file is not None:
+            file = tr(made_with(law.file, law.sha256)) if frame.replayed else f"{law.file}, SHA-256 {law.sha256[:SHOWN_DIGITS]}…"
+            equation = macros("text/equation.html").of_file(file)
+        else:
+            equation = equation_html(frame.settings.run)
+        self._equation.content = element("div", "", equation, class_="duet")
 
 
-def replay_html(shown: Shown) -> str:
+def replay_html(shown: Shown) -> Markup:
     """Return a pill with the moment that is replayed; nothing while live."""
     if shown.replay_time is None:
-        return ""
-    return f'<span class="past">{tr("the past: {time} s", time=f"{shown.replay_time:.1f}")}</span>'
+        return Markup()
+    return pills_html([("past", tr("the past: {time} s", time=decimal(f"{shown.replay_time:.1f}")))])
 
 
-def custom_law_html(law: LawStatus) -> str:
+def custom_law_html(law: LawStatus) -> Markup:
     """Return a pill that says what runs the student's law, or why nothing does; nothing where there is none."""
-    file = law.file or law.ghost_file
+    file, own = law.file or law.ghost_file, law.file
     if file is None:
-        return ""
-    file, why = escape(file), escape(tr(law.problem))
-    if why:
-        still = tr("the arm stands still: {why}", why=why) if law.file else tr("the ghost stands still: {why}", why=why)
-        return f'<span class="alarm">{still}</span>'
-    if law.waits:
-        return f'<span class="halt">{tr("waiting for {file}", file=file)}</span>'
-    if law.slow is not None:
-        needs, allowed = (f"{1e3 * seconds:.2g}" for seconds in law.slow)
-        slow = tr("slowed: your law needs {needs} ms a call; real time allows {allowed} ms", needs=needs, allowed=allowed)
-        return f'<span class="halt">{slow}</span>'
-    if law.away:
-        return f'<span class="past">{tr("{file} is gone; what it said last runs on", file=file)}</span>'
-    return f'<span class="go">{tr("runs {file}", file=file) if law.file else tr("the ghost runs {file}", file=file)}</span>'
+        return Markup()
+    if law.problem:
+        why = tr(law.problem)
+        pill = "alarm", tr("the arm stands still: {why}", why=why) if own else tr("the ghost stands still: {why}", why=why)
+    elif law.waits:
+        pill = "halt", tr("waiting for {file}", file=file)
+    elif law.slow is not None:
+        needs, allowed = (decimal(f"{1e3 * seconds:.2g}") for seconds in law.slow)
+        pill = "halt", tr("slowed: your law needs {needs} ms a call; real time allows {allowed} ms", needs=needs, allowed=allowed)
+    elif law.away:
+        pill = "past", tr("{file} is gone; what it said last runs on", file=file)
+    else:
+        pill = "go", tr("runs {file}", file=file) if own else tr("the ghost runs {file}", file=file)
+    return pills_html([pill])
 
 
 # --- tiles ---------------------------------------------------------------------------------------------------------------------
 
 
-def tiles_html(simulation: Simulation, sample: Sample) -> str:
+def tiles_html(simulation: Simulation, sample: Sample) -> Markup:
     """Return the numbers of an arm that stands alone as tiles; nothing where the card of the line of contact has them."""
-    if sample.pair >= 0:
-        return ""
-    return '<div class="duet-tiles">' + "".join(_tile_html(tile) for tile in _alone_tiles(simulation, sample)) + "</div>"
+    return Markup() if sample.pair >= 0 else macros("page/panels/readout.html").tiles(_alone_tiles(simulation, sample))
 
 
-def _tile_html(tile: Tile) -> str:
-    return f'<div{" class=bad" if tile.bad else ""}><b class="{tile.kind}">{tile.value}</b><span>{tile.label}</span></div>'
-
-
-def error_html(simulation: Simulation, sample: Sample, ghost: Simulation | None = None) -> str:
+def error_html(simulation: Simulation, sample: Sample, ghost: Simulation | None = None) -> Markup:
     """Return |e| of an arm with an obstacle as a pill, and the ghost's; nothing of an arm that stands alone."""
     if sample.pair < 0:
-        return ""
-    beside = "" if ghost is None else f" ({tr('ghost')} {_error_text(ghost, ghost.sample())})"
-    return f'<span><b class="e">|e|</b> {_error_text(simulation, sample)}{beside}</span>'
+        return Markup()
+    beside = "" if ghost is None else _error_text(ghost, ghost.sample())
+    return macros("page/panels/readout.html").error(_error_text(simulation, sample), beside)
 
 
 def _error_text(simulation: Simulation, sample: Sample) -> str:
     if simulation.error_unit != "rad²":
         return f"{sample.error * 1000.0:.0f} mm"
     error = math.degrees(sample.error)
-    if simulation.settings.scene == "imitation" and sample.second is not None:
+    if simulation.settings.experiment.follows == "person" and sample.second is not None:
         left, right = error, math.degrees(math.sqrt(sample.second.squared_error))
         if simulation.avoiding.name == "right":
             left, right = right, left
         return tr("{left}° left, {right}° right", left=f"{left:.0f}", right=f"{right:.0f}")
-    return f"{error:.1f}°"
+    return decimal(f"{error:.1f}°")
 
 
 def _alone_tiles(simulation: Simulation, sample: Sample) -> list[Tile]:
@@ -147,83 +144,35 @@ def _alone_tiles(simulation: Simulation, sample: Sample) -> list[Tile]:
         Tile("e", f"{sample.error * 1000.0:.1f}", "|e|, mm"),
         Tile("lam", f"{free:.1f}", tr("free, tr N")),
         Tile("d", "–" if angle != angle else f"{angle:.0f}°".replace("-", "−"), tr("elbow")),
-        Tile("w", f"{k:.3g}", "K dt ≥ 2" if k >= 2.0 else "K dt &lt; 2", k >= 2.0),
+        Tile("w", f"{k:.3g}", "K dt ≥ 2" if k >= 2.0 else "K dt < 2", k >= 2.0),
     ]
 
 
 # --- words ---------------------------------------------------------------------------------------------------------------------
 
 
-def tip_html(session: Shown) -> str:
-    """Return one or two sentences on what to do and what to watch."""
+def tip_text(session: Shown, operated: bool = True) -> str:
+    """Return one or two sentences on what to do and what to watch; on the stage of a class what to watch alone."""
     if session.replay_time is not None:
         return tr("What you see is over. Space plays it and rests, . goes one step, R goes back to live.")
     run = session.settings.run
     itself = session.settings.page.autopilot and session.held is None
-    match run.scene:
-        case "solo":
-            return _solo_tip(run, itself)
-        case "ball":
-            what = {"hand": tr("its hand"), "elbow": tr("its elbow"), "arm": tr("all of it")}[run.point]
-            does = tr("The arm takes its hand from A to B and back, and keeps {what} clear of the ball.", what=what)
-            crosses = itself and run.ball == "cross"
-            return f"{does} {tr('The ball crosses the path by itself; drag it.') if crosses else tr('Drag the ball.')}"
-        case "hold":
-            keeps = _hold_words(run)
-            if itself:
-                return f"{tr('The autopilot moves the orange arm; pull it anywhere to take over.')} {keeps}"
-            return f"{tr('Pull the orange arm anywhere.')} {keeps}"
-        case "master_slave":
-            follows = (
-                tr("The silver arm follows it in a mirror, and {avoids}.", avoids=_who_avoids(run))
-                if run.following == "mirrored"
-                else tr("The silver arm follows it joint by joint, and {avoids}.", avoids=_who_avoids(run))
-            )
-            does = (
-                tr("The autopilot moves the orange arm, the master; pull it anywhere to take over.")
-                if itself
-                else tr("Pull the orange arm, the master, anywhere.")
-            )
-            return f"{does} {follows}"
-        case _:
-            does = tr(
-                "Both arms follow the person by four angles each, and {avoids}. See-through: where they ought to be.",
-                avoids=_who_avoids(run),
-            )
-            return f"{does} {tr('Pull the arms of the figure anywhere.')}"
+    texts = EXPERIMENT_TEXTS[run.scene]
+    if not operated:
+        who = tr("The autopilot moves the orange arm.") if itself else tr("The teacher moves the orange arm.")
+        led = run.experiment.moves == "arm" and run.experiment.obstacle == "arm"
+        return f"{who} {texts.watched(run)}" if led else texts.watched(run)
+    return texts.tip(run, itself)
 
 
-def _solo_tip(run: RunSettings, itself: bool) -> str:
-    if run.path == "circle":
-        return tr("The hand draws a circle. Take K down to 0 and it drifts; raise K times and dt until K dt &gt; 2.")
-    drag = tr("Pull the arm at its elbow, or its hand to another place.")
-    does = tr("The autopilot swings the elbow; pull the arm anywhere to take over.") if itself else drag
-    return f"{does} {tr('The elbow moves in the null space of the hand: |e| stays small.')}"
-
-
-def _hold_words(run: RunSettings) -> str:
-    if run.avoid == "guided":
-        return tr("It keeps clear of the silver arm, which keeps its hand in the ring.")
-    if run.avoid == "both":
-        return tr("The silver arm keeps its hand in the ring, and both keep clear.")
-    return tr("The silver arm keeps its hand in the ring, and keeps clear.")
-
-
-def _who_avoids(run: RunSettings) -> str:
-    return {
-        "paper": tr("both keep clear of each other"),
-        "both": tr("both keep clear of each other"),
-        "free": tr("keeps clear") if run.scene == "master_slave" else tr("the other one keeps clear"),
-        "guided": tr("the master keeps clear") if run.scene == "master_slave" else tr("your own one keeps clear"),
-    }[run.avoid]
-
-
-def status_html(pace: Pace, simulation: Simulation, sample: Sample) -> str:
-    """Return the state of the clock and everything that is wrong, as pills."""
+def status_html(pace: Pace, simulation: Simulation, sample: Sample, asking: bool = False) -> Markup:
+    """Return the state of the clock and everything that is wrong, as pills; while a lesson is `asking`, the clock alone."""
     run, law = simulation.settings, simulation.settings.law
-    pills = [("halt", tr("paused"))] if pace.paused else [("go", tr("{rate}× real time", rate=f"{pace.rate:.1f}"))]
+    pills = [("halt", tr("paused"))] if pace.paused else [("go", tr("{rate}× real time", rate=decimal(f"{pace.rate:.1f}")))]
     if pace.slowed:
         pills.append(("halt", tr("slowed: the server is busy")))
+    if asking:
+        return pills_html(pills)
     if sample.pair < 0:
         if run.gain * run.overdrive * run.dt >= 2.0:
             pills.append(("alarm", tr("K dt ≥ 2: unstable")))
@@ -232,13 +181,14 @@ def status_html(pace: Pace, simulation: Simulation, sample: Sample) -> str:
             pills.append(("alarm", reason))
         return pills_html(pills)
     pills += [("alarm", tr("out of authority: {why}", why=reason)) for reason in _reasons(simulation, sample)]
-    if law.law == "unprotected":
+    ball = simulation.room.ball is not None
+    if law.entry.sees == "nothing":
         pills.append(("halt", tr("avoidance is off")))
-    if law.law in RETREATING and not both_avoid(run) and sample.approach > law.nominal_velocity and not law.feed_forward:
-        faster = tr("the ball is faster than v") if run.scene == "ball" else tr("the hand is faster than v")
+    if law.entry.retreats and not run.both_avoid and sample.approach > law.nominal_velocity and not law.knows_w:
+        faster = tr("the ball is faster than v") if ball else tr("the hand is faster than v")
         pills.append(("alarm", faster))
     if sample.distance < 0.0:
-        pills.append(("alarm", tr("the arm overlaps the ball") if run.scene == "ball" else tr("the arms overlap")))
+        pills.append(("alarm", tr("the arm overlaps the ball") if ball else tr("the arms overlap")))
     return pills_html(pills)
 
 

@@ -1,22 +1,24 @@
 """Replay with a scrubber, and the files to save or load: the run, a table, pictures, a page that plays, Python."""
 
-import html
 import json
 from collections.abc import Callable
-from typing import Final
+from dataclasses import field
+from typing import Final, Literal
 
 import viser
+from markupsafe import Markup
 
-from app.export.export_queue import KINDS, ExportQueue
+from app.export.export_queue import KINDS, ExportQueue, Kind
 from app.i18n.speaking import tr
 from app.page import STATIC
 from app.page.panels.choice_buttons import ChoiceButtons
-from app.page.panels.copy_button import copy_button
 from app.page.panels.scrubber import Scrubber
-from app.runtime.job_pool import Jobs
 from app.session.actions import Action, Pause
 from app.session.frame import Frame
+from app.session.replay_player import ReplayPlayer
 from app.session.session import Session
+from app.text.templates import element, macros
+from app.web.control_events import on_command, on_file, on_press
 from app.web.viser_internals import HotkeyKey
 from scenes.inputs import KEEP
 
@@ -44,108 +46,128 @@ WRITE: Final = 0.1
 _STYLE: Final = (STATIC / "replay.css").read_text(encoding="utf-8")
 
 
-def replay_style(loaded: str) -> str:
+class OperateReplay(Action, newest_by=("what",)):
+    """Watch the newest part of the run, play or rest, go back to live, or only rest."""
+
+    what: Literal["watch", "play", "leave", "rest"]
+
+
+class ChooseLength(Action):
+    """Mean another part of the run, by its place in `LENGTHS`."""
+
+    index: int
+
+
+class Export(Action, newest_by=("kind",)):
+    """Make a file of the run."""
+
+    kind: Kind
+
+
+class LoadRun(Action):
+    """Load the run of a file."""
+
+    name: str
+    content: bytes = field(repr=False)
+
+
+def replay_style(loaded: str) -> Markup:
     """Return a style that says all over the page that this is no live run. `loaded`: name of the file that is shown, or ""."""
     words = tr("This is a loaded run") if loaded else tr("This is the past")
-    return f"<style>body::after{{content:{json.dumps(words, ensure_ascii=False)}}}{_STYLE}</style>"
+    return Markup(f"<style>body::after{{content:{json.dumps(words, ensure_ascii=False)}}}{_STYLE}</style>")
 
 
 class ReplayBar:
-    """All controls of the shelf.
+    """The controls of replays and of files.
 
     Args:
-        background: where everything is computed.
+        player: the session's.
         send: gives the visitor a file: name and content.
 
     Attributes:
-        shelf: what they operate.
+        exports: makes and loads the files.
     """
 
     def __init__(
         self,
         gui: viser.GuiApi,
         session: Session,
-        background: Jobs,
+        player: ReplayPlayer,
         send: Callable[[str, bytes], None],
         notify: Callable[[str, str], None],
     ) -> None:
         self._gui, self._session, self._send, self._notify = gui, session, send, notify
-        self.shelf = shelf = ExportQueue(session, background)
-        session.player = self._player = player = shelf.player
+        self._player, self.exports = player, ExportQueue(session, player)
         self._length = LENGTHS["30 s"]
-
-        def operate(button: int) -> None:
-            match button:
-                case 0:
-                    player.watch(self._length)
-                case 1:
-                    player.take(Pause())
-                case _:
-                    player.leave()
 
         self._replay = ChoiceButtons(
             gui,
             "replay",
             ("Watch", "Play", "Back to live"),
             "The run waits while you look at what was; Space plays and rests, . goes one step.",
-            lambda i: session.post(lambda: operate(i), ("replay", i)),
+            lambda i: session.post(OperateReplay(("watch", "play", "leave")[i])),
         )
         self._replay.show(offered=(0,))
         self._scrubber = Scrubber(gui, session, player.seek, "moment", 0.01, WRITE)
         # By this the script finds the box.
-        self._mark = f'<i hidden data-duet-moment="{html.escape(self._scrubber.id)}"></i>'
+        self._mark = element("i", hidden="", data_duet_moment=self._scrubber.id)
         self._state = gui.add_html(self._mark)
         self._rest_key: viser.CommandHandle | None = None
         lengths = tuple(LENGTHS)
         self._lengths = ChoiceButtons(
-            gui, "the last", lengths, "How much of the run is meant, to watch and to save.", self._choose
+            gui,
+            "the last",
+            lengths,
+            "How much of the run is meant, to watch and to save.",
+            lambda i: session.post(ChooseLength(i)),
         )
         self._lengths.show(lengths.index("30 s"))
-        self._save = ChoiceButtons(
-            gui, "save as", LABELS, HINT, lambda i: session.post(lambda: shelf.ask(KINDS[i], self._length), ("save", i))
-        )
-        self._upload = gui.add_upload_button(
+        self._save = ChoiceButtons(gui, "save as", LABELS, HINT, lambda i: session.post(Export(KINDS[i])))
+        upload = gui.add_upload_button(
             tr("Load a run"),
             icon=viser.Icon.UPLOAD,
             color="gray",
             hint=tr("A file saved with Run: it is made again, compared with what came out then, and replayed."),
         )
-
-        @self._upload.on_upload
-        async def _(event: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
-            file = event.target.value
-            session.post(lambda: shelf.load(file.content, file.name), "load")
+        on_file(upload, lambda name, content: session.post(LoadRun(name, content)))
 
     def take(self, action: Action) -> bool:
-        """Do an action if it is about the replay; return whether it was."""
-        return self._player.take(action)
+        """Do an action if it is about the replay or a file; return whether it was."""
+        match action:
+            case OperateReplay("watch"):
+                self._player.watch(self._length)
+            case OperateReplay("play"):
+                self._player.take(Pause())
+            case OperateReplay("leave"):
+                self._player.leave()
+            case OperateReplay():
+                self._rest()
+            case ChooseLength(index):
+                self._length = tuple(LENGTHS.values())[index]
+                self._lengths.show(index)
+            case Export(kind):
+                self.exports.ask(kind, self._length)
+            case LoadRun(name, content):
+                self.exports.load(content, name)
+            case _:
+                return self._scrubber.take(action) or self._player.take(action)
+        return True
 
     def close(self) -> None:
         """Back to live; drop everything that is being computed."""
         self._offer_rest(False)
         self._player.leave()
-        self.shelf.close()
-        self._session.player = None
-
-    def _choose(self, index: int) -> None:
-        def choose() -> None:
-            self._length = tuple(LENGTHS.values())[index]
-            self._lengths.show(index)
-
-        self._session.post(choose, "length")
+        self.exports.close()
 
     def _offer_rest(self, offered: bool) -> None:
-        """Listen to `KEY`, or not."""
+        """Add the command of `KEY` while there is a replay to stop, or remove it."""
         if self._rest_key is not None and not offered:
             self._rest_key.remove()
             self._rest_key = None
         elif self._rest_key is None and offered:
             title, icon = tr("Replay: stand still"), viser.Icon.PLAYER_PAUSE
             self._rest_key = self._gui.add_command(title, hotkey=KEY, modifier="alt+shift", icon=icon)
-
-            @self._rest_key.on_trigger
-            async def _(_: viser.CommandEvent) -> None:
-                self._session.post(self._rest, "rest")
+            on_command(self._rest_key, lambda: self._session.post(OperateReplay("rest")))
 
     def _rest(self) -> None:
         if self._player.replay is not None:
@@ -155,25 +177,24 @@ class ReplayBar:
 
     def show(self, frame: Frame) -> None:
         """Hand over what is ready, and bring the controls up to date."""
-        shelf, replay = self.shelf, self._player.replay
-        for file in shelf.take_files():
+        exports, replay = self.exports, self._player.replay
+        for file in exports.take_files():
             self._send(*file)
-        for news in shelf.take_news():
-            self._notify(*news)
-        if (snippet := shelf.take_snippet()) is not None:
+        while self._player.news:
+            self._notify(*self._player.news.pop(0))
+        if (snippet := exports.take_snippet()) is not None:
             self._show_snippet(snippet)
         playing = replay is not None and replay.playing
         self._replay.show(1 if playing else -1, (0,) if replay is None else (1, 2))
         self._offer_rest(replay is not None)
         self._scrubber.show(frame.now, None if replay is None else (replay.begin, replay.end, replay.time))
         text = self._words()
-        said = f'<div class="duet duet-state" role="status">{html.escape(text)}</div>' if text else ""
-        self._state.content = self._mark + said
+        self._state.content = self._mark + element("div", text, class_="duet duet-state", role="status") if text else self._mark
 
     def _words(self) -> str:
-        shelf = self.shelf
-        if shelf.busy:
-            return tr("Making {what} …", what=tr(shelf.busy))
+        exports = self.exports
+        if exports.busy:
+            return tr("Making {what} …", what=tr(exports.busy))
         if self._player.replay is None:
             return ""
         if self._player.loaded:
@@ -182,12 +203,5 @@ class ReplayBar:
 
     def _show_snippet(self, snippet: str) -> None:
         with self._gui.add_modal(tr("This run in Python")) as modal:
-            self._gui.add_html(
-                '<div class="duet"><pre style="max-height:50vh;overflow:auto;white-space:pre-wrap;overflow-wrap:anywhere;'
-                f'font-size:12px" tabindex="0">{html.escape(snippet)}</pre>{copy_button(tr("Copy"), "pre")}</div>'
-            )
-            close = self._gui.add_button(tr("Close"))
-
-        @close.on_click
-        async def _(_: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
-            modal.close()
+            self._gui.add_html(macros("page/panels/copy.html").snippet(snippet))
+            on_press(self._gui.add_button(tr("Close")), modal.close)

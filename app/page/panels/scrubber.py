@@ -7,14 +7,20 @@ from typing import Final
 import viser
 
 from app.i18n.speaking import tr
+from app.session.actions import Action
 from app.session.session import Session
+from app.web.control_events import on_entry
 from app.web.viser_internals import uuid_of
 
 HANDS_OFF: Final = 0.4
 """Time without a write after the visitor has moved it [s]."""
 
-CROSSING: Final = 0.3
-"""What was written this long ago may meet on its way what the visitor does [s]."""
+
+class Seek(Action, newest_by=("slider",)):
+    """Go to a moment of the run [s]. `slider`: its name."""
+
+    slider: str
+    time: float
 
 
 class Scrubber:
@@ -22,7 +28,7 @@ class Scrubber:
 
     Args:
         seek: takes the moment that the visitor has chosen [s], on the session's thread.
-        control: the name of the control among the session's actions.
+        name: of the slider among the session's actions.
         step: of the slider [s].
         period: time between two writes while the moment goes on [s].
         order: its place in the open container, None for the end.
@@ -33,23 +39,16 @@ class Scrubber:
         gui: viser.GuiApi,
         session: Session,
         seek: Callable[[float], None],
-        control: str,
+        name: str,
         step: float,
         period: float,
         order: float | None = None,
     ) -> None:
-        self._seek, self._step, self._period = seek, step, period
+        self._seek, self._name, self._step, self._period = seek, name, step, period
         self._clock = self._next = 0.0
-        self._written, self._crossed = -CROSSING, False
         hint = tr("Any moment of what is kept, on the clock of the run.")
         self._slider = gui.add_slider(tr("moment [s]"), 0.0, 1.0, step, 0.0, visible=False, hint=hint, order=order)
-
-        @self._slider.on_update
-        async def _(event: viser.GuiEvent[viser.GuiSliderHandle[float]]) -> None:
-            # What the server writes comes back here too, without a client.
-            if event.client_id is not None:
-                time = event.target.value
-                session.post(lambda: self._drag(time), control)
+        on_entry(self._slider, lambda time: session.post(Seek(name, time)))
 
     @property
     def id(self) -> str:
@@ -60,10 +59,13 @@ class Scrubber:
         """Write the moment at once."""
         self._next = self._clock
 
-    def _drag(self, time: float) -> None:
+    def take(self, action: Action) -> bool:
+        """Do an action if it is about this slider; return whether it was."""
+        if not (isinstance(action, Seek) and action.slider == self._name):
+            return False
         self._next = self._clock + HANDS_OFF
-        self._crossed = self._clock - self._written < CROSSING
-        self._seek(time)
+        self._seek(action.time)
+        return True
 
     def show(self, now: float, span: tuple[float, float, float] | None) -> None:
         """Bring it up to date.
@@ -85,8 +87,5 @@ class Scrubber:
         # A slider of no length has no place for its knob.
         end = max(end, begin + self._step)
         slider.min, slider.max = begin, end
-        if self._crossed or abs(slider.value - time) > 0.4 * self._step:
-            value = min(max(time, begin), end)
-            # What crossed the visitor's value on its way stands in their browser now; viser sends nothing that is no change.
-            slider.value = math.nextafter(value, math.inf) if value == slider.value else value
-            self._written, self._crossed = self._clock, False
+        if abs(slider.value - time) > 0.4 * self._step:
+            slider.value = min(max(time, begin), end)

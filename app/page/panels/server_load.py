@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from app.i18n.speaking import tr
-from app.text.html_element import element
 
 
 class ServerLoad(NamedTuple):
@@ -29,13 +28,10 @@ def combined(loads: Sequence[ServerLoad]) -> ServerLoad:
     return ServerLoad(min(frames), sum(sessions), sum(places), max(load))
 
 
-def load_html(load: ServerLoad) -> str:
-    """Return the server's numbers as pills."""
-    state = "halt" if load.load > 100 else "go"
-    return "".join(
-        (
-            element("span", tr("frames/s: {count}", count=load.frames)),
-            element("span", tr("sessions at work: {count} of {places}", count=load.sessions, places=load.places)),
-            element("span", tr("load: {percent} %", percent=load.load), class_=state),
-        )
-    )
+def load_pills(load: ServerLoad) -> list[tuple[str, str]]:
+    """Return the server's numbers as pills: kind and words."""
+    return [
+        ("", tr("frames/s: {count}", count=load.frames)),
+        ("", tr("sessions at work: {count} of {places}", count=load.sessions, places=load.places)),
+        ("halt" if load.load > 100 else "go", tr("load: {percent} %", percent=load.load)),
+    ]

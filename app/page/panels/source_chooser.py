@@ -1,17 +1,27 @@
 """Who is imitated, as a visitor chooses it: brings in the person of a file or a camera, and takes a BVH file in."""
 
 from collections.abc import Callable
-from html import escape
+from dataclasses import field
 
 import viser
 
 from app.i18n.speaking import tr
+from app.session.actions import Action
 from app.session.frame import Frame
-from app.session.input_sources import MODEL_REMEDY, PersonTarget, from_bvh
+from app.session.input_source import MODEL_REMEDY, PersonTarget, from_bvh
 from app.session.session import Session
 from app.settings import Source
+from app.text.templates import element
+from app.web.control_events import on_file
 from controllers.errors import DuetError
 from scenes.person.bvh import read_bvh
+
+
+class TakePerson(Action):
+    """Take a person's recorded motion in, from a BVH file."""
+
+    name: str
+    content: bytes = field(repr=False)
 
 
 class Sources:
@@ -29,15 +39,12 @@ class Sources:
             visible=False,
         )
         self._state = gui.add_html("", visible=False)
+        on_file(self._upload, lambda name, content: session.post(TakePerson(name, content)))
 
-        @self._upload.on_upload
-        async def _(event: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
-            file = event.target.value
-            session.post(lambda: self._take_in(file.name, file.content), "person")
-
-    def _take_in(self, name: str, content: bytes) -> None:
+    def take_person(self, action: TakePerson) -> None:
+        """Imitate the person of a file from now on, if it can be read."""
         try:
-            self._uploaded = from_bvh(read_bvh(content, name))
+            self._uploaded = from_bvh(read_bvh(action.content, action.name))
         except DuetError as error:
             self._notify("This file cannot be imitated", str(error))
             return
@@ -45,10 +52,9 @@ class Sources:
             self._session.set_source(self._uploaded)
 
     def show(self, frame: Frame) -> None:
-        """Follow the settings."""
-        del frame
-        settings = self._session.settings
-        source = settings.page.source if settings.run.scene == "imitation" else None
+        """Bring in the person that the settings ask for, where they have changed."""
+        settings = frame.live.settings
+        source = settings.page.source if settings.run.experiment.moves == "person" else None
         if source != self._shown:
             before, self._shown = self._shown, source
             self._change(before, source)
@@ -73,4 +79,4 @@ class Sources:
             self._session.set_source(None)
 
     def _say(self, text: str) -> None:
-        self._state.content = f'<div class="duet duet-tip">{escape(text)}</div>' if text else ""
+        self._state.content = element("div", text, class_="duet duet-tip") if text else ""

@@ -1,5 +1,5 @@
 // Shows what `.duet-overlay` holds over the whole page: inside a panel it could not cover more than the panel.
-// A student may close it, by the button or Esc.
+// The button or Esc closes it: on a teacher's page and on a projector with the teacher's key for all, on another page there.
 addEventListener("DOMContentLoaded", () => {
   const overlay = document.createElement("div");
   overlay.id = "duet-overlay";
@@ -8,6 +8,7 @@ addEventListener("DOMContentLoaded", () => {
   document.body.append(overlay);
   const close = () => {
     overlay.textContent = "";
+    duet.pressKey("9");
   };
   overlay.addEventListener("click", (event) => {
     if (event.target === overlay || event.target.closest("button")) close();
@@ -15,11 +16,12 @@ addEventListener("DOMContentLoaded", () => {
   addEventListener("keydown", (event) => {
     if (event.key === "Escape" && overlay.firstChild) close();
   });
-  let shown = "";
+  let shown = null;
   setInterval(() => {
-    const sent = document.querySelector(".duet-overlay")?.innerHTML ?? "";
+    // The element itself says whether it was sent again: the same address may have been away between two looks.
+    const sent = document.querySelector(".duet-overlay");
     if (sent === shown) return;
     shown = sent;
-    overlay.innerHTML = sent;
+    overlay.innerHTML = sent?.innerHTML ?? "";
   }, 250);
 });

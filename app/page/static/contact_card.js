@@ -63,6 +63,7 @@ addEventListener("DOMContentLoaded", () => {
     const alone = words.step !== undefined;
     card.hidden = false;
     card.classList.toggle("alone", alone);
+    card.classList.toggle("asks", words.asks === true);
     card.classList.toggle("replayed", words.past !== undefined);
     card.setAttribute("aria-label", words.name);
     fold();
@@ -88,6 +89,7 @@ addEventListener("DOMContentLoaded", () => {
     (mm / 1000)
       .toFixed(2)
       .replace(/^-(?=0\.00$)/, "")
+      .replace(".", words.point)
       .replace("-", "−");
 
   // The sum as it stands in the formula: ḋ = λ v − (1 − λ) u − w.
@@ -119,11 +121,11 @@ addEventListener("DOMContentLoaded", () => {
     if (words.step !== undefined) {
       const mm = Number(seen.now) / 1000;
       number.className = "e";
-      say(mm.toFixed(mm < 10 ? 1 : 0), number);
+      say(mm.toFixed(mm < 10 ? 1 : 0).replace(".", words.point), number);
       say(words.off, unit);
       trend.className = "trend";
       say(words.title, trend);
-      duet.symbols = { e: `${mm.toFixed(1)} mm` };
+      duet.symbols = { e: `${mm.toFixed(1).replace(".", words.point)} mm` };
       duet.bodies = {};
       picture.setAttribute("aria-label", `${number.textContent} ${words.off}; ${note.textContent}`);
       return;
@@ -131,13 +133,21 @@ addEventListener("DOMContentLoaded", () => {
     number.className = s.d < words.dm ? "d below" : "d";
     say(String(Math.abs(s.d)), number);
     say(s.d < 0 ? words.overlap : words.apart, unit);
+    if (words.asks) {
+      trend.className = "trend";
+      say("", trend);
+      duet.symbols = null;
+      duet.bodies = words.bodies;
+      picture.setAttribute("aria-label", `${number.textContent} ${unit.textContent}. ${note.textContent}`);
+      return;
+    }
     trend.className = `trend ${["closes", "holds", "opens"][s.way + 1]}`;
     say(words.past === undefined ? words.trends[s.way + 1] : `${words.past}: ${words.trends[s.way + 1]}`, trend);
     cells.querySelectorAll(".value").forEach((value, i) => {
       say(fixed(inFormula(words.terms[i][0], s.terms[i])), value);
       if (words.terms[i][0] === "lost") value.parentElement.hidden = s.terms[i] === 0;
     });
-    const lam = s.lam.toFixed(2);
+    const lam = fixed(1000 * s.lam);
     const both = { d: `${s.d} mm`, dm: `${words.dm} mm`, lam, v: fixed(words.v) };
     // Of two arms that give way, each has a u of its own.
     duet.symbols = words.two ? both : { ...both, u: fixed(s.u), w: fixed(s.w) };

@@ -162,7 +162,7 @@
           return [at + 9, at - 9 - width].map((left) => ({ left, right: left + width, top: middle - 8, bottom: middle + 8 }));
         });
       };
-      const number = s.lam.toFixed(2);
+      const number = s.lam.toFixed(2).replace(".", words.point);
       const clear = (text) =>
         free(
           beside(text).filter((box) => !crossed(box)),

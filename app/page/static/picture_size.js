@@ -18,7 +18,7 @@ addEventListener("DOMContentLoaded", () => {
       said = "";
     }
     if (!box || !scene?.canvas?.isConnected || document.hidden) return;
-    plots = document.querySelector("[data-floating-window]:has(.duet-plots)") ?? (plots?.isConnected ? plots : null);
+    plots = document.querySelector("[data-duet-holds~=plots]") ?? (plots?.isConnected ? plots : null);
     plots ??= document.querySelector("[data-floating-window]");
     const picture = scene.canvas.getBoundingClientRect();
     const { top, height } = plots?.getBoundingClientRect() ?? picture;

@@ -1,16 +1,20 @@
-// Gives every tab a random word of its own, under which the server keeps its progress for a while.
+// Gives every tab a random word of its own, under which the server keeps its progress for a while. In a lecture the word of a student is
+// the browser's, so that a student who closes the tab and opens another one is the same voter.
 (() => {
   const STORED = "duetResume";
+  const isStudent = duet.lecture && !duet.query.key && !new URLSearchParams(location.search).has("screen");
+  let storage = null;
   let word = "";
   try {
-    word = sessionStorage.getItem(STORED);
+    storage = isStudent ? localStorage : sessionStorage;
+    word = storage.getItem(STORED);
   } catch {
     // The browser blocks storage for this page: the word lives as long as the page.
   }
   if (!word) {
     word = Array.from(crypto.getRandomValues(new Uint8Array(16)), (byte) => byte.toString(16).padStart(2, "0")).join("");
     try {
-      sessionStorage.setItem(STORED, word);
+      storage?.setItem(STORED, word);
     } catch {
       // As above.
     }

@@ -69,17 +69,22 @@
   const onClosed = (worker, reason) => {
     heard = null;
     if (leaving) return;
-    if (reason === reasons.wait) show(texts.wait);
-    if (reason === reasons.full || reason === reasons.elsewhere || reason === reasons.wait) {
+    if (reason === reasons.full || reason === reasons.elsewhere) {
       leaving = true;
       // The tabs of a class come back at different times, but none waits for long.
-      const least = { [reasons.full]: 300, [reasons.wait]: 1000 }[reason] ?? 0;
-      setTimeout(() => location.reload(), least + 700 * Math.random());
+      setTimeout(() => location.reload(), (reason === reasons.full ? 300 : 0) + 700 * Math.random());
       return;
     }
     if (reason === reasons.tooMany) {
       leaving = true;
       show(texts.tooMany, false);
+      return;
+    }
+    if (reason === reasons.takenOver) {
+      leaving = true;
+      show(texts.takenOver, false);
+      // The tab that is used is the one that goes on.
+      for (const used of ["focus", "pointerdown", "keydown"]) addEventListener(used, () => location.reload());
       return;
     }
     if (shown !== texts.refused) show(texts.lost);

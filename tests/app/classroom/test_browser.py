@@ -2,11 +2,13 @@
 
 import csv
 import io
+import zipfile
 from pathlib import Path
 
 import numpy as np
 from playwright.sync_api import Page
 
+from app.lessons.session.lesson_actions import GoTo
 from app.settings import Settings
 from scenes.settings import changed
 from tests.app.conftest import HAND, OpenHouse, ask, lecture_of
@@ -73,6 +75,8 @@ def test_a_teacher_and_two_students(house: OpenHouse, page_at: PageAt) -> None:
     on_stage(ann, "1")
     bo.get_by_role("button", name="3 In 4.").click()
     teacher.get_by_text("2 answered · 0 not yet").wait_for()
+    teacher.get_by_text("addresses: 1").wait_for()
+    assert not teacher.get_by_text("votes without a page").count(), "both show the page"
     until(bo, lambda: "Your prediction: In 4." in (bo.locator("#duet-say").text_content() or ""), "announced", WAIT)
     assert ann.locator(".duet-poll").count() == bo.locator(".duet-poll").count() == 0
     teacher.get_by_role("button", name="Reveal to everybody").click()
@@ -105,7 +109,9 @@ def test_a_teacher_and_two_students(house: OpenHouse, page_at: PageAt) -> None:
     bo.get_by_text("Handed in as =Bo <b>.", exact=True).wait_for()
     until(bo, lambda: "Handed in as" in (bo.locator("#duet-say").text_content() or ""), "announced", WAIT)
     teacher.get_by_text("reports handed in: 1").wait_for()
-    table, page = (taken(teacher, kind) for kind in ("CSV", "HTML"))
+    table, page, reports = (taken(teacher, kind) for kind in ("CSV", "HTML", "ZIP"))
+    with zipfile.ZipFile(io.BytesIO(reports)) as archive:
+        assert archive.namelist() == ["001 _Bo _b_.html"] and b"=Bo &lt;b&gt;" in archive.read("001 _Bo _b_.html")
     rows = list(csv.DictReader(io.StringIO(table.decode("utf-8-sig"))))
     assert [[row[key] for key in ("round", "answer_1", "answer_3", "'=Bo <b>")] for row in rows] == [
         ["1", "1", "1", "3"],
@@ -115,25 +121,44 @@ def test_a_teacher_and_two_students(house: OpenHouse, page_at: PageAt) -> None:
     bo.get_by_role("button", name="Take it back").click()
     teacher.get_by_text("reports handed in: 1").wait_for(state="detached")
 
-    # The address on every screen, and away by a key.
-    on_stage(teacher, "Alt+Shift+J")
+    # The address on every page; a student closes it for oneself, the teacher by × for all, and a key shows it on the teacher's page alone.
+    teacher.get_by_role("tab", name="Join", exact=True).click()
+    teacher.get_by_role("button", name="On every page").click()
     over = ann.locator("#duet-overlay")
     over.get_by_role("img", name="QR code of the address").wait_for()
-    box = over.locator("section").bounding_box()
-    assert box is not None and box["y"] >= 0.0 and box["y"] + box["height"] <= 420.0
+
+    def is_in_view() -> bool:
+        box = over.locator("section").bounding_box()
+        return box is not None and box["y"] >= 0.0 and box["y"] + box["height"] <= 420.0
+
+    until(ann, is_in_view, "the whole address", WAIT)
     ann.keyboard.press("Escape")
     over.locator("section").wait_for(state="detached")
-    # It covers the teacher's own page too, until the same key hides it everywhere.
-    teacher.locator("#duet-overlay section").wait_for()
-    teacher.keyboard.press("Alt+Shift+J")
-    teacher.locator("#duet-overlay section").wait_for(state="detached")
+    bo.locator("#duet-overlay section").wait_for()
+    assert host.controls.operator is not None
+    panel = host.controls.operator.panel
+    assert panel is not None
+    for away in ("×", "Escape", "PageDown", "Alt+Shift+J"):
+        teacher.locator("#duet-overlay section").wait_for()
+        if away == "×":
+            teacher.locator("#duet-overlay").get_by_role("button", name="Close").click()
+        else:
+            teacher.keyboard.press(away)
+        for page in (teacher, bo):
+            page.locator("#duet-overlay section").wait_for(state="detached")
+        # The key takes it away as long as the panel has not shown that it is away.
+        until(teacher, lambda: not (host.control.presenter.inviting or panel._inviting), "away for all", WAIT)
+        if away != "Alt+Shift+J":
+            on_stage(teacher, "Alt+Shift+J")
+            assert bo.locator("#duet-overlay section").count() == 0
+    teacher.get_by_role("tab", name="Class", exact=True).click()
 
     # Out to explore: every tab finds its own session by itself.
     teacher.get_by_role("button", name="Explore freely").click()
     for page in (ann, bo):
         page.locator(".duet-banner.own").first.wait_for()
         page.locator(".duet-l-head").wait_for()
-    assert len(host.sessions) == 2
+    until(ann, lambda: len(host.sessions) == 2, "two sessions", WAIT)
     close_software_note(ann)
     on_stage(ann, "[")
     speeds = lambda: sorted(ask(one, lambda s: s.settings.page.speed) for one in host.sessions.values())  # noqa: E731
@@ -144,7 +169,7 @@ def test_a_teacher_and_two_students(house: OpenHouse, page_at: PageAt) -> None:
     teacher.get_by_role("button", name="Follow me").click()
     for page in (ann, bo):
         page.locator(".duet-banner.follow").first.wait_for()
-    assert not host.sessions
+    until(ann, lambda: not host.sessions, "no session of their own", WAIT)
 
 
 def test_a_teachers_plots_stand_side_by_side(house: OpenHouse, page_at: PageAt) -> None:
@@ -153,7 +178,56 @@ def test_a_teachers_plots_stand_side_by_side(house: OpenHouse, page_at: PageAt) 
     page.goto(f"{house(lecture=True).url}/?lesson=3&step=2")
     captions = page.locator(".duet-caption")
     captions.nth(1).wait_for()
-    widths = page.evaluate("() => [...document.querySelectorAll('.duet-caption')].map(one => one.parentElement.clientWidth)")
-    panel = page.locator("[data-floating-window]:has(.duet-plots)").bounding_box()
-    assert panel is not None and len(widths) == 2
-    assert abs(widths[0] - widths[1]) <= 2 and sum(widths) > 0.9 * panel["width"]
+
+    def side_by_side() -> bool:
+        widths = page.evaluate("() => [...document.querySelectorAll('.duet-caption')].map(one => one.parentElement.clientWidth)")
+        panel = page.locator("[data-floating-window]:has(.duet-plots)").bounding_box()
+        assert panel is not None and len(widths) == 2
+        return abs(widths[0] - widths[1]) <= 2 and sum(widths) > 0.9 * panel["width"]
+
+    until(page, side_by_side, "two plots side by side", WAIT)
+
+
+def test_one_student_is_one_voter_in_one_tab_at_a_time(house: OpenHouse, page_at: PageAt) -> None:
+    opened = house(changed(Settings(), "picture", "fast"), lecture=True, key="chalk")
+    host = lecture_of(opened)
+    teacher, ann, bo = page_at(1000, 560), page_at(640, 420), page_at(640, 420)
+    come(teacher, f"{opened.url}/?key=chalk&lesson=1")
+    come(ann, opened.url)
+    come(bo, opened.url)
+    teacher.get_by_text("0 answered · 2 not yet").wait_for()
+    ann.get_by_role("button", name="3 In 4.").click()
+    teacher.get_by_text("1 answered · 1 not yet").wait_for()
+
+    # Ann closes the tab and opens the address again: she is who she was.
+    context = ann.context
+    ann.close()
+    teacher.get_by_text("students here: 1").wait_for()
+    ann = context.new_page()
+    come(ann, opened.url)
+    ann.get_by_text("Your prediction: In 4.").first.wait_for()
+    ann.get_by_role("button", name="1 In none").click()
+    teacher.get_by_text("1 answered · 1 not yet").wait_for()
+    ask(host.session, lambda _: host.lessons.act(GoTo(2, 0)))
+    on_stage(ann, "2")
+    until(teacher, lambda: len(host.room.ballots.questions) == 2, "the second answer", WAIT)
+    (voters,) = {tuple(host.room.ballots.rounds_of(question)[0]) for question in host.room.ballots.questions}
+    assert len(voters) == 1 and len(host.room.ballots.ballots_of(voters[0])) == 2
+    # Another browser is another student.
+    on_stage(bo, "1")
+    teacher.get_by_text("2 answered · 0 not yet").wait_for()
+
+    # A second tab goes on in place of the first one, and the first one again when it is used.
+    second = context.new_page()
+    come(second, opened.url)
+    away = "Duet is open in another tab of this browser."
+    ann.get_by_text(away).wait_for()
+    until(ann, lambda: len(host.room.here) == 2, "both students", WAIT)
+    ann.locator("body").click(position={"x": 400, "y": 60})
+    second.get_by_text(away).wait_for()
+    ann.get_by_text("You follow the teacher").first.wait_for()
+    teacher.get_by_text("students here: 2").wait_for()
+    # The teacher may have several.
+    third = teacher.context.new_page()
+    come(third, f"{opened.url}/?key=chalk")
+    assert not teacher.get_by_text(away).count() and host.operator is not None

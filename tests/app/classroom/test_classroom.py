@@ -1,5 +1,6 @@
 """The class without a page: answers are counted once and without names, places are few and fair, and the address can be typed."""
 
+import re
 import xml.etree.ElementTree as ElementTree
 from typing import NoReturn
 
@@ -12,13 +13,14 @@ from app.classroom.breakout_places import HOLD, BreakoutPlaces
 from app.classroom.classroom import Classroom
 from app.classroom.classroom_html import mine_html, poll_html
 from app.hosting.teacher_key import is_mistaken, is_teacher
+from app.lessons.bookmark import Phase
 from app.lessons.loading import load_lessons
 from app.lessons.outcomes import reference
-from app.lessons.phases import Phase
 from app.lessons.progress import StepProgress, from_json
 from app.lessons.tally import Ballot, Tally
 from app.lessons.walkthrough import Walkthrough
 from app.plots.curve_chart import COLUMNS
+from app.theme import PALETTES
 from tests.app.html_reader import HtmlReader
 
 BOOK = load_lessons()
@@ -81,6 +83,17 @@ def test_a_round_is_never_changed_by_a_later_one(rounds: list[dict[str, int]], r
     assert again.rounds_of(PLACE) == ballots.rounds_of(PLACE) and again.ballots_of("ann") == ballots.ballots_of("ann")
 
 
+def test_what_a_student_reads_has_one_full_stop_and_on_a_phone_no_keys() -> None:
+    room, walk = Classroom(8), Walkthrough(BOOK)
+    for lesson in BOOK.lessons:
+        walk.go(lesson.id, 0)
+        poll = room.poll(walk)
+        for choice in range(len(poll.choices) if poll is not None else 0):
+            assert ".." not in re.sub("<[^>]*>", "", str(mine_html(poll or fail(), Ballot(choice))))
+        if poll is not None:
+            assert "with the keys 1 to" in mine_html(poll, Ballot()) and "keys" not in mine_html(poll, Ballot(), keys=False)
+
+
 def test_both_rounds_stand_side_by_side_and_a_tie_is_said() -> None:
     room, walk = Classroom(8), Walkthrough(BOOK)
     walk.go("lambda", 0)
@@ -97,20 +110,19 @@ def test_both_rounds_stand_side_by_side_and_a_tie_is_said() -> None:
     assert room.draw(walk, "ann", question, FULL) and room.draw(walk, "ed", question, FULL)
     poll = room.poll(walk) or fail()
     shown = poll_html(poll, live=True)
-    HtmlReader(shown.replace("/>", "></path>"))
+    HtmlReader(str(shown).replace("/>", "></path>"))
     assert shown.count(">Round 1<") == shown.count(">Round 2<") == 4 and "width:25%" in shown and "width:50%" in shown
     assert "A tie: answers 1 and 2, votes for each: 2." in shown
     assert "Answered both times: 3, another answer the second time: 2." in shown and "From wrong" not in shown
     assert "pale: round 1 (1) · strong: round 2 (2)" in shown
     assert shown.count('class="first"') == 2, "the curve of the first round, and its median"
-    assert "Your first answer: <b>" in mine_html(poll, Ballot(), Ballot(1)) and "Asked again" in mine_html(
-        poll, Ballot(), Ballot(1)
-    )
+    mine = mine_html(poll, Ballot(), Ballot(1))
+    assert "Your first answer: <b>" in mine and "Asked again" in mine
     room.ballots.reveal(question)
     walk.choose(0)
     walk.next()
     shown = poll_html(room.poll(walk) or fail())
-    assert "The run is compared with answer 1." in shown and "From wrong to right: 1; from right to wrong: 1." in shown
+    assert "The run is compared with each of them." in shown and "From wrong to right: 1; from right to wrong: 1." in shown
 
 
 def test_what_is_handed_in_is_what_was_done_on_the_stage_and_in_an_own_session() -> None:
@@ -266,4 +278,5 @@ def test_the_qr_code_is_dark_on_white_with_its_quiet_zone() -> None:
     width = int(drawn.attrib["viewBox"].split()[2])
     # Version 2 has 25 modules, and there are 4 quiet ones at every side.
     assert width == 25 + 2 * 4 and "width" not in drawn.attrib and drawn.attrib["role"] == "img"
-    assert {p.attrib.get("fill") or p.attrib.get("stroke") for p in drawn.iter() if p.tag.endswith("path")} >= {"#fff", "#14181c"}
+    colours = {p.attrib.get("fill") or p.attrib.get("stroke") for p in drawn.iter() if p.tag.endswith("path")}
+    assert colours >= {"#fff", PALETTES["light"].ink}

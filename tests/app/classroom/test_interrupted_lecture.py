@@ -4,11 +4,11 @@ from pathlib import Path
 
 import msgspec
 
+from app.classroom.class_messages import Reported
 from app.classroom.lecture_record import _summary_in
-from app.hosting.record_bytes import packed, unpacked
 from app.hosting.record_writer import RecordWriter
 from app.hosting.session_store import SessionStore
-from app.hosting.visitor_record import ClassRecord, VisitorRecord
+from app.hosting.visitor_record import ClassRecord, VisitorRecord, record_from_bytes, record_to_bytes
 from app.lessons.loading import load_lessons
 from app.settings import Settings
 from app.start import App
@@ -30,7 +30,7 @@ def test_a_lecture_that_breaks_off_goes_on_and_one_that_has_ended_does_not(house
     host.control.post("again")
     teacher.wait_for(lambda _: host.room.ballots.earlier)
     host.control.post_answer(STUDENT, 1)
-    host.control.post_hand_in(STUDENT, "Ann")
+    host.control.post_work(Reported(STUDENT, "Ann"))
     teacher.wait_for(lambda _: host.room.work.hand_ins and any(host.room.ballots.everything[0].values()))
     asked, _ = host.room.ballots.everything
     place = ask(host.session, lambda _: (host.lessons.walk.lesson.id, host.lessons.walk.step.id))
@@ -68,6 +68,7 @@ def test_a_lecture_that_breaks_off_goes_on_and_one_that_has_ended_does_not(house
     again = lecture_of(house(lecture=True, store=saved))
     assert (again.lessons.walk.lesson.id, again.lessons.walk.step.id) == place and again.lessons.open
     assert [len(one) for one in again.room.ballots.rounds_of(place)] == [1, 1] and set(again.room.work.hand_ins) == {STUDENT}
+    assert again.room.voters.pageless == {STUDENT} and not again.room.voters.pages_only
     assert again.room.ballots.everything[0] == asked and again.session.settings == record.settings
     assert record.state is not None and again.session.simulation.steps >= record.state.run.snapshot.steps
     # A student who is back first does not lead.
@@ -81,12 +82,14 @@ def test_a_class_that_broke_off_long_ago_is_one_that_has_ended() -> None:
     assert left is not None and left.saved == 5.0 and left.asked[0].rounds[0].counts[1] == 1
     assert _summary_in(record, True, BOOK) is None and _summary_in(None, False, BOOK) is None
     ended = VisitorRecord({}, Settings(), None, last_class=left)
-    assert _summary_in(unpacked(packed(ended), VisitorRecord), False, BOOK) == left
+    assert _summary_in(record_from_bytes(record_to_bytes(ended), VisitorRecord), False, BOOK) == left
 
 
 def test_a_record_of_a_class_from_before_the_rounds_is_read() -> None:
     room = ClassRecord(5.0, {("redundancy", "freedom"): {STUDENT: (1, ())}}, (), True, TEACHER, (STUDENT,))
     record = VisitorRecord({}, Settings(), None, None, room)
     data = msgspec.to_builtins(record)
-    del data["last_class"], data["room"]["earlier"], data["room"]["passed"], data["room"]["hand_ins"]
-    assert unpacked(packed(data), VisitorRecord) == record
+    del data["last_class"]
+    for later in ("earlier", "passed", "hand_ins", "pages_only", "pageless"):
+        del data["room"][later]
+    assert record_from_bytes(record_to_bytes(data), VisitorRecord) == record

@@ -3,29 +3,26 @@
 import html
 import urllib.error
 import urllib.request
-from collections.abc import Callable
 from typing import Any
 from urllib.parse import quote
 
 import pytest
 
-from app.bench.page_mirror import Mirror
+from app.bench.headless_client import Mirror
 from app.classroom.teacher_panel import COMMANDS
 from app.lessons.loading import load_lessons, load_notes
 from app.lessons.session.lesson_actions import Choose, GoOn, GoTo
 from app.page.panels.choice_buttons import MARK
 from app.start import App
-from app.web.audiences import MOVED_CODE
-from app.web.index_page import ROOM_IS_FULL
+from app.web.pages import HELLO, ROOM_IS_FULL, TAKEN_OVER
 from scenes.settings import values
+from tests.app.classroom.lecture_room import KEY, WAIT, Class, Come, choose, command, sees
 from tests.app.conftest import Join, OpenHouse, ask, lecture_of
 from tests.app.page.helpers import bodies, buttons, click, open_lessons, shown
+from tests.app.web.conftest import ended
 from tests.blocking_client import BlockingClient
 
 BOOK, NOTES = load_lessons(), load_notes()
-KEY = "chalk ü"
-WAIT = 60.0
-Come = Callable[..., BlockingClient]
 
 
 @pytest.fixture(autouse=True)
@@ -55,72 +52,6 @@ def come(join: Join) -> Come:
     return make
 
 
-def sees(visitor: BlockingClient, *texts: str) -> None:
-    try:
-        visitor.wait_for(lambda _: all(text in shown(visitor) for text in texts), WAIT)
-    except TimeoutError as error:
-        raise AssertionError(f"{[t for t in texts if t not in shown(visitor)]} not in {shown(visitor)[-3000:]}") from error
-
-
-def choose(visitor: BlockingClient, label: str) -> None:
-    """Press one of a row of buttons."""
-
-    def places(_: object) -> list[tuple[str, str]]:
-        rows = bodies(visitor, "GuiButtonGroupMessage")
-        return [(row["uuid"], o) for row in rows for o in row["options"] if str(o).removeprefix(MARK) == label]
-
-    visitor.wait_for(places, WAIT)
-    uuid, value = places(None)[0]
-    visitor.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": value}})
-
-
-def command(visitor: BlockingClient, name: str) -> None:
-    """Do something by its name, as the palette and the keys do."""
-    visitor.wait_for(lambda v: any(c["label"] == name for c in list(v.mirror.commands.values())), WAIT)
-    uuid = next(uuid for uuid, c in visitor.mirror.commands.items() if c["label"] == name)
-    visitor.send({"type": "CommandTriggerMessage", "uuid": uuid})
-
-
-class Class:
-    """A lecture, whose teacher is in lesson 1, and its students by their names."""
-
-    def __init__(self, house: OpenHouse, come: Come, **options: Any) -> None:
-        self.opened, self._come = house(lecture=True, key=KEY, **options), come
-        self.host = lecture_of(self.opened)
-        self.teacher = come(self.opened, key=KEY)
-        self.students: dict[str, BlockingClient] = {}
-        open_lessons(self.teacher)
-        sees(self.teacher, "Lesson 1 · step 1")
-
-    def come(self, *names: str) -> list[BlockingClient]:
-        self.students |= {name: self._come(self.opened, name) for name in names}
-        return [self.students[name] for name in names]
-
-    def send(self, label: str, *names: str) -> list[BlockingClient]:
-        """The teacher chooses where the students work, and their pages are asked to come again, and do."""
-        choose(self.teacher, label)
-        for name in names:
-            self.is_sent_away(name)
-        return self.come(*names)
-
-    def is_sent_away(self, name: str) -> None:
-        """Wait until a student's page is asked to come again."""
-        visitor = self.students[name]
-        visitor.wait_for(lambda v: v.closed is not None, WAIT)
-        assert visitor.closed is not None and visitor.closed.rcvd is not None and visitor.closed.rcvd.code == MOVED_CODE
-
-    def number(self, name: str) -> int:
-        """Wait until a student has a session of their own, and return its number."""
-        visitor = self.students[name]
-        visitor.wait_for(lambda v: bodies(v, "GuiSliderMessage"), WAIT)
-        (owner,) = {str(node["owner"]) for node in list(visitor.mirror.nodes.values()) if node.get("owner")}
-        visitor.wait_for(lambda _: int(owner) in self.host.sessions, WAIT)
-        return int(owner)
-
-    def critical_distance(self, name: str) -> float:
-        return ask(self.host.sessions[self.number(name)], lambda s: s.settings.run.law.critical_distance)
-
-
 def secrets_of(lesson: str) -> list[str]:
     """Words that stand in the notes to a lesson and in nothing that students read."""
     lines = [line.strip() for line in NOTES[lesson].splitlines() if len(line.split()) > 5]
@@ -137,6 +68,7 @@ def test_only_the_key_opens_the_notes_and_a_wrong_one_is_named(house: OpenHouse,
         ask(host.session, lambda _, lesson=lesson: host.lessons.act(GoTo(BOOK.lessons.index(lesson), 0)))
         sees(teacher, secrets_of(lesson.id)[0])
         sees(students[2], f"Lesson {lesson.number} · step 1")
+    students[1].wait_for(lambda _: "not the teacher" in everything(students[1]), WAIT)
     sent, heard = everything(teacher), [everything(student) for student in students]
     for lesson in some:
         words = secrets_of(lesson.id)
@@ -220,6 +152,35 @@ def test_a_class_answers_on_its_own_devices(house: OpenHouse, come: Come) -> Non
     bo.wait_for(lambda v: not [c for c in list(v.mirror.commands.values()) if str(c["label"]).startswith("Answer")], WAIT)
 
 
+def test_votes_of_a_program_without_a_page_are_seen_and_can_be_left_out(house: OpenHouse, come: Come) -> None:
+    room = Class(house, come)
+    host, teacher, pages = room.host, room.teacher, room.come("ann", "bo")
+    for page in pages:
+        page.send({"type": HELLO})
+        click(page, "1 ")
+    programs = room.come(*(f"program {number}" for number in range(5)))
+    for program in programs:
+        click(program, "2 ")
+    sees(teacher, "7 answered · 0 not yet", "votes: 7", "addresses: 1", "votes without a page: 5")
+    click(teacher, "Leave out votes without a page")
+    sees(teacher, "2 answered · 0 not yet", "votes without a page: 5")
+    # One that votes later and goes at once is left out, too.
+    (late,) = room.come("late")
+    click(late, "2 ")
+    late.close()
+    sees(teacher, "2 answered · 0 not yet", "votes without a page: 6")
+    assert ask(host.session, lambda _: host._summaries()[0].asked[0].rounds[0].counts[:2]) == (2, 0)
+    click(teacher, "Count votes without a page")
+    sees(teacher, "8 answered · 0 not yet")
+    click(teacher, "Leave out votes without a page")
+    sees(teacher, "2 answered · 0 not yet")
+    click(teacher, "Reveal to everybody")
+    sees(pages[0], "The class said", "2 answered")
+    assert host.lessons.walk.done.choice == 0
+    # A program sees no more of it than a page.
+    assert not any("without a page" in everything(one) for one in (*pages, *programs))
+
+
 def test_two_students_and_a_teacher_do_not_reach_each_other(house: OpenHouse, come: Come) -> None:
     room = Class(house, come)
     host, teacher = room.host, room.teacher
@@ -234,7 +195,7 @@ def test_two_students_and_a_teacher_do_not_reach_each_other(house: OpenHouse, co
     sees(ann, "this is your own session")
     # They begin where the teacher is, and see nothing of the stage.
     assert room.critical_distance("ann") == room.critical_distance("bo") == 0.12
-    assert all(node.get("owner") == str(a) for name, node in ann.mirror.nodes.items() if name.startswith("/arms/"))
+    assert all(node.get("owner") == str(a) for name, node in list(ann.mirror.nodes.items()) if name.startswith("/arms/"))
 
     def state(number: int | None = None) -> tuple[Any, ...]:
         session = host.session if number is None else host.sessions[number]
@@ -258,7 +219,9 @@ def test_two_students_and_a_teacher_do_not_reach_each_other(house: OpenHouse, co
     # Follow me: the stage, and nothing of their own.
     ann, bo = room.send("Follow me", "ann", "bo")
     sees(ann, "You follow the teacher")
-    assert host.sessions == {} and not bodies(ann, "GuiSliderMessage")
+    # Bo's earlier connection may end later than ann's.
+    ann.wait_for(lambda _: host.sessions == {}, WAIT)
+    assert not bodies(ann, "GuiSliderMessage")
     # Released again, each has their own settings, and bo is in his lesson.
     ann, bo = room.send("Explore freely", "ann", "bo")
     assert room.critical_distance("ann") == 0.07
@@ -268,16 +231,32 @@ def test_two_students_and_a_teacher_do_not_reach_each_other(house: OpenHouse, co
     bo.wait_for(lambda _: host.sessions[b].settings.run.law.critical_distance == 0.2, WAIT)
 
 
-def test_explorers_begin_at_the_teachers_step_with_their_own_answers(house: OpenHouse, come: Come) -> None:
+def test_a_second_tab_of_a_student_takes_the_place_of_the_first_one(house: OpenHouse, come: Come) -> None:
     room = Class(house, come)
     (ann,) = room.come("ann")
     click(ann, "2 ")
-    sees(room.teacher, "1 answered")
+    sees(room.teacher, "1 answered · 0 not yet")
+
+    def doubled(first: BlockingClient) -> BlockingClient:
+        (second,) = room.come("ann")
+        assert ended(first)[1] == TAKEN_OVER
+        return second
+
+    ann = doubled(ann)
+    sees(ann, "You may change it until the reveal.")
+    sees(room.teacher, "1 answered · 0 not yet", "students here: 1")
+    # The same holds in a session of her own, at the teacher's step and with her own answer; not for projectors and teachers.
     ask(room.host.session, lambda _: room.host.lessons.act(GoTo(1, 1)))
     (ann,) = room.send("Explore freely", "ann")
-    sees(ann, "Lesson 2 · step 2")
     walk = room.host.participants[room.number("ann")].visitor.lessons.walk  # type: ignore[union-attr]
     assert walk.done_in(BOOK.lessons[0].id, BOOK.lessons[0].steps[0].id).choice == 1
+    ann = doubled(ann)
+    sees(ann, "this is your own session", "Lesson 2 · step 2")
+    sees(room.teacher, "students here: 1")
+    screens = [come(room.opened, "s", query="screen=1") for _ in range(2)]
+    teachers = [come(room.opened, "t", key=KEY) for _ in range(2)]
+    sees(room.teacher, "screens: 2")
+    assert all(one.closed is None for one in (ann, *screens, *teachers))
 
 
 def test_places_are_few_and_a_student_without_one_reads_so(house: OpenHouse, come: Come) -> None:
@@ -304,18 +283,10 @@ def test_places_are_few_and_a_student_without_one_reads_so(house: OpenHouse, com
     sees(ann, "this is your own session")
 
 
-def test_every_button_of_the_teacher_has_a_key_and_the_address_is_shown_until_it_is_hidden(house: OpenHouse, come: Come) -> None:
+def test_every_button_of_the_teacher_has_a_key(house: OpenHouse, come: Come) -> None:
     room = Class(house, come)
     teacher, (ann,) = room.teacher, room.come("ann")
     names = {action: name for name, _, action in COMMANDS}
-    # The address is the teacher's until it is on every screen.
-    address = room.opened.url.removeprefix("http://") + "/"
-    sees(teacher, "students here: 1", address, "<svg")
-    assert address not in everything(ann)
-    command(teacher, names["invite"])
-    sees(ann, "Join the class", address, "QR code")
-    click(teacher, "Hide it again")
-    ann.wait_for(lambda _: "Join the class" not in shown(ann), WAIT)
     # There is nothing to reveal yet; what comes after it is done after it.
     command(teacher, names["reveal"])
     for action, text in (("pause", "The teacher has paused everybody."), ("pause", "You follow the teacher")):
@@ -333,6 +304,69 @@ def test_every_button_of_the_teacher_has_a_key_and_the_address_is_shown_until_it
     teacher.wait_for(lambda _: not room.host.room.free, WAIT)
 
 
+def test_the_address_is_shown_where_the_teacher_asks_for_it_and_ends_everywhere(house: OpenHouse, come: Come) -> None:
+    room = Class(house, come)
+    teacher, invite = room.teacher, next(name for name, _, action in COMMANDS if action == "invite")
+    address = room.opened.url.removeprefix("http://") + "/"
+    (ann,) = room.come("ann")
+
+    def inviting(*pages: BlockingClient) -> bool:
+        return all("Join the class" in shown(one) for one in pages)
+
+    def no_longer(**pages: BlockingClient) -> None:
+        for name, one in pages.items():
+            try:
+                one.wait_for(lambda _, one=one: not inviting(one), WAIT)
+            except TimeoutError as error:
+                where = room.host.control.presenter.inviting
+                raise AssertionError(f"the page of {name} keeps the address, which is asked for on {where!r} pages") from error
+
+    # In the tab it is the teacher's; without a projector the teacher's page is the screen.
+    sees(teacher, "students here: 1", address, "<svg")
+    command(teacher, invite)
+    sees(teacher, "Join the class", "the address is on the screen")
+    command(teacher, invite)
+    no_longer(teacher=teacher)
+    screen = come(room.opened, query=f"screen=1&key={quote(KEY)}")
+    sees(teacher, "screens: 1")
+    choose(teacher, "On the screen")
+    sees(screen, "Join the class", address, "QR code")
+    # It is no part of the picture, which may be frozen.
+    command(teacher, "Class: the screen frozen, or live")
+    sees(teacher, "the screen is frozen")
+    command(screen, "Class: the address away")
+    no_longer(screen=screen)
+    assert room.host.control.presenter.frozen
+    assert "Join the class" not in everything(ann) and address not in everything(ann) and not inviting(teacher)
+    # On every page; one that opens later does not get it, but the next time.
+    choose(teacher, "On every page")
+    for one in (teacher, screen, ann):
+        sees(one, "Join the class", address, "QR code")
+    (bo,) = room.come("bo")
+    sees(bo, "You follow the teacher")
+    sees(teacher, "students here: 2", "the address is on every page")
+    command(teacher, "Class: the next thing on the screen")
+    no_longer(teacher=teacher, screen=screen, ann=ann)
+    assert not room.host.control.presenter.frozen and "Join the class" not in everything(bo)
+    choose(teacher, "On every page")
+    sees(bo, "Join the class")
+    choose(teacher, "Nowhere")
+    no_longer(teacher=teacher, screen=screen, ann=ann, bo=bo)
+
+
+def test_a_press_counts_though_the_mark_has_moved_meanwhile(house: OpenHouse, come: Come) -> None:
+    room = Class(house, come)
+    teacher, presenter = room.teacher, room.host.control.presenter
+    choose(teacher, "On every page")
+    sees(teacher, "the address is on every page")
+    (row,) = (row["uuid"] for row in bodies(teacher, "GuiButtonGroupMessage") if "Nowhere" in row["options"])
+    # The page has not been sent yet that the mark is elsewhere; nothing else counts as a press.
+    for value in ("On every screen", "", f"{MARK}Nowhere"):
+        teacher.send({"type": "GuiUpdateMessage", "uuid": row, "updates": {"value": value}})
+    teacher.wait_for(lambda _: not presenter.inviting, WAIT)
+    assert teacher.closed is None
+
+
 def test_a_report_is_handed_in_on_the_stage_and_in_an_own_session_and_taken_back(house: OpenHouse, come: Come) -> None:
     room = Class(house, come)
     teacher, work, (ann, bo) = room.teacher, room.host.room.work, room.come("ann", "bo")
@@ -348,14 +382,14 @@ def test_a_report_is_handed_in_on_the_stage_and_in_an_own_session_and_taken_back
     # In a session of her own she finds it handed in, goes on, and hands it in again, without a name.
     ann, bo = room.send("Explore freely", "ann", "bo")
     sees(ann, "Handed in as Ann =1.")
-    (visitor,) = (one.visitor for one in room.host.participants.values() if one.id == ids["ann"])
+    visitor = room.host.participants[room.number("ann")].visitor
     assert visitor is not None
     ask(visitor.session, lambda _: [visitor.lessons.act(GoTo(3, 0)), visitor.lessons.act(Choose(1))])
     click(ann, "Hand in again")
     sees(ann, "Handed in without a name.")
     assert '"choice": 1' in work.hand_ins[ids["ann"]].progress and "lambda" in work.hand_ins[ids["ann"]].progress
     # Bo does something there, and hands it in from the stage.
-    (his,) = (one.visitor for one in room.host.participants.values() if one.id == ids["bo"])
+    his = room.host.participants[room.number("bo")].visitor
     assert his is not None
     ask(his.session, lambda _: his.lessons.act(Choose(0)))
     ann, bo = room.send("Follow me", "ann", "bo")
@@ -371,14 +405,14 @@ def test_a_full_lecture_asks_to_wait_but_lets_the_teacher_in(house: OpenHouse, c
     opened = house(lecture=True, key=KEY, watchers=2)
     ann, _ = come(opened, "ann"), come(opened, "bob")
     host = lecture_of(opened)
-    ann.wait_for(lambda _: host.session.simulation.time > 0.3)
+    # Both see the stage, which takes no place yet.
+    ann.wait_for(lambda _: host.session.simulation.time > 0.3 and opened.server.count_clients() == 2)
     assert host.operator is None
     with pytest.raises(urllib.error.HTTPError, match="503") as full:
         urllib.request.urlopen(opened.url, timeout=60)
     assert "2 places" in full.value.read().decode()
     with BlockingClient(opened.url, query="key=wrong") as late:
-        late.wait_for(lambda v: v.closed)
-        assert late.closed is not None and late.closed.rcvd is not None and late.closed.rcvd.reason == ROOM_IS_FULL
+        assert ended(late)[1] == ROOM_IS_FULL
     teacher = come(opened, key=KEY)
     with urllib.request.urlopen(f"{opened.url}/?key={quote(KEY)}", timeout=60) as page:
         assert page.status == 200

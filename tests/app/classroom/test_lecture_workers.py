@@ -8,15 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from app.hosting.record_bytes import unpacked
 from app.hosting.store_file import StoreFile
-from app.hosting.visitor_record import VisitorRecord
+from app.hosting.visitor_record import VisitorRecord, record_from_bytes
 from app.web.audiences import MOVED_CODE
-from tests.app.classroom.test_lecture import choose, sees
+from tests.app.classroom.lecture_room import choose, sees
+from tests.app.hosting.test_workers import worker_of
 from tests.app.page.helpers import bodies, buttons, click, open_lessons
 from tests.app.runtime.processes import until
 from tests.app.served import Serve, Served
-from tests.app.test_workers import worker_of
+from tests.app.web.conftest import ended
 from tests.blocking_client import BlockingClient
 
 NAMES = ("ann", "bo", "cy")
@@ -43,17 +43,12 @@ def come(served: Served) -> Iterator[Come]:
         yield make
 
 
-def sent_away(visitor: BlockingClient) -> None:
-    visitor.wait_for(lambda v: v.closed is not None, 60.0)
-    assert visitor.closed is not None and visitor.closed.rcvd is not None and visitor.closed.rcvd.code == MOVED_CODE
-
-
 def critical_distance(store: Path, name: str) -> float:
     """The one of a student's record in the store [m]."""
     file = StoreFile(store, 10**9)
     found = file.read(f"{name.encode().hex():0<32}")
     file.close()
-    return 0.0 if found is None else unpacked(found[1], VisitorRecord).settings.run.law.critical_distance
+    return 0.0 if found is None else record_from_bytes(found[1], VisitorRecord).settings.run.law.critical_distance
 
 
 def has_controls(visitor: BlockingClient) -> None:
@@ -72,7 +67,7 @@ def test_students_explore_in_other_processes_and_the_teacher_reaches_them(served
     # Explore freely: each has a session, in lesson and step of the stage and with an own answer, in another process.
     choose(teacher, "Explore freely")
     for one in students:
-        sent_away(one)
+        assert ended(one)[0] == MOVED_CODE
     students = [come(name) for name in NAMES]
     for one in students:
         has_controls(one)
@@ -116,7 +111,7 @@ def test_students_explore_in_other_processes_and_the_teacher_reaches_them(served
     # Follow me: all are at the stage again.
     choose(teacher, "Follow me")
     for one in students:
-        sent_away(one)
+        assert ended(one)[0] == MOVED_CODE
     students = [come(name) for name in NAMES]
     for one in students:
         sees(one, "You follow the teacher")

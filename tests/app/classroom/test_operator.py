@@ -1,15 +1,26 @@
-"""A lecture: all see the same, and one tab has the controls."""
+"""A lecture: all see the same run, each tab in its own theme, profile, picture and language, and one has the controls."""
+
+import itertools
+import threading
+
+import pytest
 
 from app.bench.headless_client import CAMERA
 from app.classroom.leader import Leader
-from app.hosting.teacher_key import MOST_ADDRESSES, Guesses
-from app.page.panels.hotkeys import HOTKEYS
+from app.hosting.teacher_key import LONGEST, MOST_ADDRESSES, Guesses
+from app.i18n.catalogue import words_of
+from app.lessons.loading import in_language, load_lessons
+from app.lessons.session.lesson_actions import GoOn
+from app.page.panels.hotkeys import hotkeys
 from app.session.session import Session
-from app.settings import Settings
-from app.web.index_page import KEY_LATER
+from app.settings import Language, Settings
+from app.text.lesson_text import plain
+from app.theme import PALETTES
+from app.web.audiences import MOST
 from tests.app.conftest import Join, OpenHouse, ask, lecture_of
 from tests.app.page.by_hand import WRIST
-from tests.app.page.helpers import bodies, buttons, click, hotkey_uuid, open_lessons
+from tests.app.page.helpers import Client, bodies, buttons, click, hotkey_uuid, open_lessons, shown
+from tests.app.runtime.processes import until
 from tests.blocking_client import BlockingClient
 
 LEADER = f"resume={'1' * 32}"
@@ -29,7 +40,7 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
     opened = house(lecture=True)
     host, session = lecture_of(opened), lecture_of(opened).session
     first = join(opened, LEADER)
-    first.wait_for(lambda v: len(v.mirror.commands) >= len(HOTKEYS) and LINK in v.mirror.grabbable)
+    first.wait_for(lambda v: len(v.mirror.commands) >= len(hotkeys()) and LINK in v.mirror.grabbable)
     second = join(opened, "dm=0.3")
     assert session.settings == Settings()
     for visitor in (first, second):
@@ -63,6 +74,7 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
     for uuid in list(first.mirror.commands):
         second.send({"type": "CommandTriggerMessage", "uuid": uuid})
     # The camera is everybody's own: once it has arrived, all of the above has, too.
+    second.wait_for(lambda _: len(opened.server.get_clients()) == 2)
     known = opened.server.get_clients()
     (own,) = (client for number, client in known.items() if number != host.operator)
     second.send(CAMERA | {"image_height": 500, "image_width": 700})
@@ -86,9 +98,9 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
     assert host.operator is None and session.held is None and not has_controls(second) and not has_controls(third)
     # It is back, before its next connection breaks off is noticed, too.
     again = join(opened, LEADER)
-    again.wait_for(lambda v: LINK in v.mirror.grabbable and len(v.mirror.commands) >= len(HOTKEYS))
+    again.wait_for(lambda v: LINK in v.mirror.grabbable and len(v.mirror.commands) >= len(hotkeys()))
     back = join(opened, LEADER)
-    back.wait_for(lambda v: LINK in v.mirror.grabbable and len(v.mirror.commands) >= len(HOTKEYS))
+    back.wait_for(lambda v: LINK in v.mirror.grabbable and len(v.mirror.commands) >= len(hotkeys()))
     assert host.operator == int(back.mirror.nodes[LINK]["owner"]) != operator
     back.set_value("critical distance d_m [mm]", 100.0)
     back.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(back, "pause")})
@@ -119,20 +131,124 @@ def test_without_a_key_the_lead_is_kept_for_a_minute_and_is_no_students() -> Non
     assert admits(9, cy, 162.0) and not admits(10, ann, 163.0)
 
 
-def test_one_wrong_key_a_second_is_checked_from_one_address() -> None:
+def test_one_wrong_key_a_second_is_answered_from_one_address_and_the_right_one_never_waits() -> None:
     now, wrong, right = 0.0, {"key": "chalk"}, {"key": "chalk-dust"}
     guesses, keyless = (Guesses(key, lambda: now) for key in ("chalk-dust", None))
-    for now, address, query, answer in (  # noqa: B007  the clock reads it
-        (5.0, "here", wrong, ""),
-        (5.9, "here", wrong, KEY_LATER),
-        (5.9, "here", right, KEY_LATER),
-        (5.9, "here", {}, ""),
-        (5.9, "there", right, ""),
-        (6.1, "here", right, ""),
-        (6.2, "here", right, ""),
+    for now, address, query, delay in (  # noqa: B007  the clock reads it
+        (5.0, "here", wrong, 1.0),
+        (5.0, "here", wrong, 2.0),
+        (5.5, "here", right, 0.0),
+        (5.5, "here", {}, 0.0),
+        (5.5, "here", wrong, 2.5),
+        (5.5, "there", wrong, 1.0),
+        (60.0, "here", wrong, 1.0),
     ):
-        assert guesses.turn_away(address, query) == answer
-        assert keyless.turn_away(address, query) == ""
+        assert guesses.delay(address, query) == pytest.approx(delay)
+        assert keyless.delay(address, query) == 0.0
+    assert max(guesses.delay("here", wrong) for _ in range(100)) == LONGEST
     for i in range(MOST_ADDRESSES + 5):
-        guesses.turn_away(f"{i}", wrong)
+        guesses.delay(f"{i}", wrong)
     assert len(guesses._wrong) == MOST_ADDRESSES
+
+
+def test_the_teacher_enters_while_a_student_with_the_same_address_guesses(house: OpenHouse, join: Join) -> None:
+    opened = house(lecture=True, key="chalk-dust")
+    done = threading.Event()
+
+    def guess() -> None:
+        while not done.is_set():
+            BlockingClient(opened.url, query="key=chalk-guess").close()
+
+    guessers = [threading.Thread(target=guess) for _ in range(4)]
+    for one in guessers:
+        one.start()
+    try:
+        until(lambda: opened.server._delayed == 4)
+        teacher = join(opened, f"{LEADER}&key=chalk-dust")
+        teacher.wait_for(lambda v: LINK in v.mirror.grabbable)
+        assert lecture_of(opened).operator is not None
+    finally:
+        done.set()
+        for one in guessers:
+            one.join()
+
+
+BOOK = load_lessons()
+WAIT = 60.0
+LESSON = next(i for i, lesson in enumerate(BOOK.lessons) if lesson.number == 1)
+
+
+def says(visitor: BlockingClient, *words: str) -> None:
+    visitor.wait_for(lambda _: all(word in shown(visitor) for word in words), WAIT)
+
+
+def strokes(visitor: Client) -> set[tuple[str, float]]:
+    plots = bodies(visitor, "GuiUplotMessage")
+    return {(str(line["stroke"]), float(line["width"])) for plot in plots for line in plot["series"][1:]}
+
+
+def test_every_tab_of_a_lecture_has_its_own_look_and_language(house: OpenHouse, join: Join) -> None:
+    opened = house(lecture=True)
+    host = lecture_of(opened)
+    teacher = join(opened, f"resume={'1' * 32}", language="en")
+    teacher.wait_for(lambda v: v.mirror.grabbable, WAIT)
+    english, german = join(opened, language="en"), join(opened, "lang=de&picture=fast")
+    screen = join(opened, "screen=1&profile=projector&theme=dark&lang=de")
+    slovene = join(opened, language="sl, de;q=0.5")
+    ask(host.session, lambda _: host.lessons.enter(LESSON))
+    looks: list[tuple[BlockingClient, Language]] = [(english, "en"), (german, "de"), (screen, "de"), (slovene, "sl")]
+    for visitor, language in looks:
+        step = in_language(BOOK, language).lessons[LESSON].steps[0]
+        theme, larger = ("dark", 1.3) if visitor is screen else ("light", 1.0)
+        says(visitor, plain(step.title), words_of(language)("Goal"), f"--duet-k:{larger:g}")
+        visitor.wait_for(lambda v, theme=theme: PALETTES[theme].error in {colour for colour, _ in strokes(v)}, WAIT)
+        assert 2.2 * larger in {width for _, width in strokes(visitor)}
+        lit = visitor is german
+        visitor.wait_for(lambda v, lit=lit: bool(v.mirror.nodes.get("/light/sky", {}).get("visible", True)) == lit, WAIT)
+        if visitor is not screen:
+            # The palette's names and the buttons of the answers are in the language of the tab too.
+            assert step.question is not None
+            name, answer = words_of(language)("Answer {number}", number=1), f"1   {plain(step.question.choices[0].text)}"
+            visitor.wait_for(lambda v, name=name: name in {c["label"] for c in list(v.mirror.commands.values())}, WAIT)
+            visitor.wait_for(lambda v, answer=answer: answer in buttons(v), WAIT)
+    assert not screen.mirror.commands
+    # What the teacher chooses for the own page stays there, and the lesson goes on where it is.
+    steps = ask(host.session, lambda _: host.lessons.walk.run_id)
+    ask(host.session, lambda s: [s.change("lang", "sl"), s.change("theme", "dark"), s.change("profile", "projector")])
+    says(teacher, plain(in_language(BOOK, "sl").lessons[LESSON].steps[0].title), "--duet-k:1.3")
+    teacher.wait_for(lambda v: PALETTES["dark"].error in {colour for colour, _ in strokes(v)}, WAIT)
+    assert "--duet-k:1.3" not in shown(english) and ask(host.session, lambda _: host.lessons.walk.run_id) == steps
+    says(english, plain(BOOK.lessons[LESSON].steps[0].title))
+    # The class's answers and the outcome, in every language.
+    click(german, "1   ")
+    walk = host.lessons.walk
+    place = walk.lesson.id, walk.step.id
+    teacher.wait_for(lambda _: host.room.ballots.tally(place, 3, host.room.here).answered == 1, WAIT)
+    host.control.post("reveal")
+    ask(host.session, lambda _: host.lessons.act(GoOn()))
+    for visitor, language in looks:
+        says(visitor, words_of(language)("The class said"), words_of(language)("Measured"))
+
+
+def test_what_a_look_shows_is_packed_once_and_forgotten_with_its_last_watcher(house: OpenHouse, join: Join) -> None:
+    opened = house(lecture=True)
+    host = lecture_of(opened)
+    join(opened)
+    ann, bo, cy = join(opened, "lang=de"), join(opened, "lang=de&dm=0.3"), join(opened, "lang=de&theme=dark")
+    cy.wait_for(lambda _: len(host.shared.pages) == 2, WAIT)
+    assert sorted(len(audience.watchers) for audience in host.audiences.audiences) == [1, 2]
+    ann.close()
+    cy.wait_for(lambda _: [len(one.watchers) for one in host.audiences.audiences] == [1, 1], WAIT)
+    bo.close()
+    cy.wait_for(lambda _: len(host.shared.pages) == 1, WAIT)
+    # So many looks are drawn; more of them join the one that is most like theirs, in their language.
+    every = itertools.product(("sl", "en"), ("light", "dark"), ("desk", "projector"))
+    looks = [f"lang={lang}&theme={theme}&profile={size}" for lang, theme, size in every]
+    # Each is a tab of its own, as without an id one address has few connections.
+    others = [join(opened, f"{look}&resume={number:016d}") for number, look in enumerate(looks)]
+    assert len(host.audiences.audiences) == MOST and len(looks) + 1 > MOST
+    more = join(opened, f"lang=de&theme=dark&picture=fast&resume={'f' * 16}")
+    says(more, 'data-words="de"')
+    assert len(host.audiences.audiences) == MOST and all(one.closed is None for one in others)
+    # A lecture has room for more pages than there are private sessions; a place is taken, and given back, a moment later.
+    more.wait_for(lambda _: opened.server.count_clients() == 11, WAIT)

@@ -2,17 +2,20 @@
 
 import itertools
 from dataclasses import replace
+from time import monotonic
 
 import pytest
 
 from app.classroom.ballots import Tally
 from app.classroom.classroom import Classroom, Poll
+from app.classroom.classroom_html import poll_html, tied_html
 from app.classroom.presenter import Presenter, Station, stations_of
 from app.classroom.screen_html import screen_html
+from app.classroom.screen_panel import next_station_label
 from app.classroom.teacher_control import TeacherControl
+from app.lessons.bookmark import Phase
 from app.lessons.loading import load_lessons
-from app.lessons.phases import Phase
-from app.lessons.session.lesson_actions import Choose, GoTo, StartOrPause
+from app.lessons.session.lesson_actions import Choose, GoTo, ShowWhy, StartOrPause
 from app.lessons.session.lesson_session import LessonSession
 from app.session.frame import make_frame
 from app.session.session import Session
@@ -54,8 +57,10 @@ class Stage:
             assert self.room.answer(self.lessons.walk, f"student {i}", choice)
 
     def until(self, station: Station) -> None:
-        """Frames until the run is over."""
-        assert any(self.frame() is station for _ in range(2000)), (station, self.presenter.station)
+        """Frames until the run is over, and what it is measured by is computed beside it, in a thread."""
+        deadline = monotonic() + 60.0
+        while self.frame() is not station:
+            assert monotonic() < deadline, (station, self.presenter.station)
 
 
 @pytest.fixture
@@ -79,8 +84,14 @@ def test_a_clicker_goes_through_a_step_and_back(stage: Stage) -> None:
     stage.frame(20)
     # Back to the answers, which stay revealed, while the run waits; and on with it.
     assert stage.act("back") is Station.ANSWERS and stage.session.paused and stage.session.simulation.steps > 0
+    # From the answers to the question, which does not show them.
+    assert stage.act("back") is Station.QUESTION
+    poll = stage.control.poll()
+    assert poll is not None and poll.revealed
+    assert "width:67%" in screen(stage, poll, Station.ANSWERS) and "width:67%" not in screen(stage, poll, Station.QUESTION)
+    assert stage.act("on") is Station.ANSWERS and stage.act("back") is Station.QUESTION
     assert stage.act("back") is Station.SCENE
-    assert stage.act("on", "on") is Station.RUN and not stage.session.paused
+    assert [stage.act("on") for _ in range(3)] == [Station.QUESTION, Station.ANSWERS, Station.RUN] and not stage.session.paused
     # Once more ends the run, and its outcome follows by itself.
     stage.act("on")
     stage.until(Station.OUTCOME)
@@ -126,10 +137,15 @@ def test_every_step_of_every_lesson_has_a_next_station_up_to_the_next_step(stage
 
 def test_a_page_key_first_brings_back_a_covered_picture(stage: Stage) -> None:
     presenter = stage.presenter
-    for cover in ("blank", "freeze"):
+    walk = stage.lessons.walk
+    says = next_station_label(presenter, presenter.following(walk))
+    assert says == "Next: the question"
+    for cover in ("blank", "freeze", "invite", "invite all"):
         stage.act(cover)
-        assert presenter.blank or presenter.frozen
-        assert stage.act("on") is Station.SCENE and not (presenter.blank or presenter.frozen)
+        assert presenter.blank or presenter.frozen or presenter.inviting
+        assert next_station_label(presenter, presenter.following(walk)) == "Next: the picture again"
+        assert stage.act("on") is Station.SCENE and not (presenter.blank or presenter.frozen or presenter.inviting)
+        assert next_station_label(presenter, presenter.following(walk)) == says
     assert stage.act("on") is Station.QUESTION
     stage.act("blank", "freeze", "live")
     assert not (presenter.blank or presenter.frozen)
@@ -194,3 +210,27 @@ def test_what_a_class_or_a_lesson_says_is_never_markup(stage: Stage) -> None:
         for one in (bad, None):
             made = screen_html(station, view, one, None, ())
             assert "<img" not in made and (station is Station.CHALLENGE or "&lt;img" in made), station
+
+
+def test_a_tie_is_compared_with_both(stage: Stage) -> None:
+    stage.answer(0, 2)
+    stage.act("on", "on")
+    poll = stage.control.poll()
+    assert poll is not None and poll.staged == (0, 2) and stage.lessons.walk.done.choice == 0
+    assert "The run is compared with each of them." in poll_html(poll)
+    # The one that is chosen on the stage is not said to be the class's.
+    assert ".mine" in tied_html(poll) and "card" not in tied_html(poll).partition("</style>")[2]
+    stage.act("on")
+    stage.frame(20)
+    stage.act("on")
+    stage.until(Station.OUTCOME)
+    poll = stage.control.poll()
+    assert poll is not None and poll.outcome and poll.right == 2
+    cards = tied_html(poll).partition("</style>")[2]
+    assert cards.count("The class said") == 2 and cards.count("card wrong") == cards.count("card right") == 1
+    # The run that shows why the first one is wrong is about that one alone.
+    if stage.lessons.view().why:
+        stage.lessons.act(ShowWhy())
+        stage.frame()
+        poll = stage.control.poll()
+        assert poll is not None and poll.staged == (0,) and tied_html(poll) == ""

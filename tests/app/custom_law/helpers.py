@@ -12,7 +12,7 @@ from app.custom_law.custom_law import CustomLaw
 from app.custom_law.law_limits import LawLimits
 from app.custom_law.wire import VelocityQuestion, decode_question, encode
 from app.runtime.job_pool import JobPool
-from app.session.input_sources import InputSources
+from app.session.input_source import InputSources
 from app.session.session import Session
 from app.settings import Settings
 from controllers.kinematics import Array

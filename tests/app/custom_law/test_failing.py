@@ -161,8 +161,7 @@ def test_a_slow_beginning_holds_no_call_up(file: Path, tmp_path: Path) -> None:
                 law(SITUATION)
         assert law.problem is None and law.waiting
         (tmp_path / "call").touch()
-        until(lambda: np.any(soon(law)))
-        assert_array_equal(soon(law), SITUATION.nominal * 2)
+        until(lambda: np.array_equal(soon(law), SITUATION.nominal * 2))
         law.refresh()
         assert not law.waiting
         assert law.problem is None
@@ -215,7 +214,7 @@ def test_it_goes_with_the_page(file: Path, end: str) -> None:
     page = f"""
         import os, sys
         from pathlib import Path
-        from app.custom_law.child import Child
+        from app.custom_law.process import Child
         from app.custom_law.wire import LoadFile, encode
         path = Path({str(file)!r})
         child = Child(path, 2**28)

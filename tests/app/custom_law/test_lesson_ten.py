@@ -1,15 +1,14 @@
 """The end of the lessons in a real browser: a law of one's own is broken, mended, tested, and passes."""
 
 import re
+from hashlib import sha256
 from pathlib import Path
 
-from app.cli.laws import NewLaw, new_law
+from app.cli.grade import NewLaw, new_law
 from app.custom_law.trials import TRIALS
 from app.hosting.private_host import PrivateHost
-from app.lessons.phases import Phase
-from app.page.lessons.custom_law_html import COMMANDS
-from app.session.input_sources import InputSources
-from app.settings import Settings
+from app.lessons.bookmark import Phase
+from app.page.lessons.lesson_html import COMMANDS
 from tests.app.conftest import OpenHouse, ask, live_sessions
 from tests.browser import PageAt, close_software_note, until
 
@@ -18,7 +17,7 @@ def test_ones_custom_law_is_broken_mended_tested_and_passes(house: OpenHouse, pa
     path = tmp_path / "my_law.py"
     assert new_law(NewLaw(path)) == 0
     text = path.read_text(encoding="utf-8")
-    opened = house(Settings(), sources=InputSources(law_file=path))
+    opened = house(law_file=path)
     page = page_at(1100, 700)
     page.goto(f"{opened.url}/?lesson=10&step=5")
     page.locator(".duet-l-head").wait_for()
@@ -40,6 +39,8 @@ def test_ones_custom_law_is_broken_mended_tested_and_passes(house: OpenHouse, pa
     until(page, lambda: session.paused or session.simulation.time > time, "the clock")
     path.write_text(text.replace("MU = 0.01 ", "MU = 0.06 "), encoding="utf-8")
     page.locator(".card.right.law", has_text="my_law.py runs.").wait_for()
+
+    page.get_by_text(f"my_law.py, SHA-256 {sha256(path.read_bytes()).hexdigest()[:12]}…").wait_for(state="attached")
 
     # The six tests come one by one, in words, and pass the challenge.
     page.keyboard.press("c")
@@ -63,6 +64,6 @@ def test_without_a_file_the_step_says_what_to_type(house: OpenHouse, page_at: Pa
         now = page.locator(".duet-l-head .phases .now").inner_text()
         page.keyboard.press("n")
         until(page, lambda now=now: page.locator(".duet-l-head .phases .now").inner_text() != now, "the next part")
-    said = page.locator(".duet-l-attempt").inner_text()
-    assert all(command in said for command in COMMANDS)
+    said = page.locator(".duet-l-attempt")
+    until(page, lambda: all(command in said.inner_text() for command in COMMANDS), "what to type")
     assert page.get_by_role("button", name="Test my law").count() == 0

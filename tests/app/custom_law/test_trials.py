@@ -1,4 +1,4 @@
-"""The six tests of a student's law: what a sensible law passes, what each of the others fails, and what is said of it."""
+"""The tests of a student's law, with what each fails and says, and the law on the page: beside, as the law, as the ghost, at rest."""
 
 import math
 import textwrap
@@ -10,19 +10,29 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-from app.cli.laws import LawTest, NewLaw, law_test, new_law
+from app.cli.grade import LawTest, NewLaw, law_test, new_law
+from app.custom_law import examination as examination_module
 from app.custom_law import template
-from app.custom_law.examine import Dropped, examine, examine_one
+from app.custom_law.arena import TrialResult
+from app.custom_law.examination import NO_FILE, Dropped, Examination, ExaminationProgress, examine, examine_one
 from app.custom_law.law_file import LawFile
 from app.custom_law.law_limits import LawProblem
-from app.custom_law.trial_result import TrialResult
-from app.custom_law.trials import TRIALS, examine_law
+from app.custom_law.trials import TRIALS, WHY, examine_law
+from app.lessons.bookmark import Phase
+from app.lessons.loading import load_lessons
+from app.lessons.session.lesson_actions import Check, GoBack, GoOn
+from app.lessons.session.lesson_session import LessonSession
+from app.page.lessons.lesson_html import law_html
+from app.runtime.job_pool import BUSY, JobPool
+from app.session.session import Session
+from app.settings import Settings
 from controllers.errors import BadInputFile, BadSetting
 from controllers.kinematics import Array
 from controllers.laws.situation import Law, Situation
-from scenes.law_factory import make_law
-from scenes.settings import LawName, LawSettings
-from tests.app.custom_law.helpers import PAPER, received, situation, write
+from scenes.settings import LawSettings, changed
+from tests.app.custom_law.helpers import PAPER, received, session_of, situation, write
+from tests.app.inline import Inline
+from tests.app.runtime.processes import until
 
 KEEPS, ALONE, OUT, SMOOTH, BOUNDED, QUICK = TRIALS
 
@@ -42,17 +52,17 @@ class Candidate:
         return self._law(situation)
 
 
-def built_in(name: LawName = "smooth_priority", **settings: Any) -> Candidate:
-    return Candidate(make_law(LawSettings(law=name, **settings)))
+def built_in(name: str = "smooth_priority", **settings: Any) -> Candidate:
+    return Candidate(LawSettings(law=name, **settings).made())
 
 
 def from_text(text: str) -> Candidate:
     file = LawFile("my_law.py", textwrap.dedent(text).encode(), 2**28)
-    return Candidate(make_law(LawSettings()), lambda situation: file.velocities(received(situation))[0])
+    return Candidate(LawSettings().made(), lambda situation: file.velocities(received(situation))[0])
 
 
 @cache
-def verdicts_of(name: LawName) -> dict[str, TrialResult]:
+def verdicts_of(name: str) -> dict[str, TrialResult]:
     """Of a built-in law; to be read only."""
     return {verdict.name: verdict for verdict in examine_law(built_in(name))}
 
@@ -116,7 +126,7 @@ def test_a_new_law_is_the_papers_and_fails_what_the_paper_left_open(
     assert BOUNDED in lines[1] and "fails by" in lines[1]
 
 
-FAILED: dict[LawName, set[str]] = {
+FAILED: dict[str, set[str]] = {
     "smooth_priority": set(),
     "strict_priority": {ALONE, SMOOTH},
     "strict_switched": {SMOOTH},
@@ -132,7 +142,7 @@ FAILED: dict[LawName, set[str]] = {
 
 
 @pytest.mark.parametrize(("name", "failures"), FAILED.items())
-def test_what_the_built_in_laws_fail(name: LawName, failures: set[str]) -> None:
+def test_what_the_built_in_laws_fail(name: str, failures: set[str]) -> None:
     assert failed(list(verdicts_of(name).values())) == failures
 
 
@@ -154,7 +164,7 @@ def test_numbers_of_the_built_in_laws() -> None:
     assert paper[SMOOTH].numbers["share"] == pytest.approx(0.5, abs=0.02)
     assert verdicts_of("strict_switched")[SMOOTH].numbers["share"] == pytest.approx(1.0, abs=0.02)
     # Digit for digit where J_d is regular, with the same λ.
-    paper, there = make_law(LawSettings()), situation()
+    paper, there = LawSettings().made(), situation()
     assert [template.activation(d) for d in (0.1, 0.2, math.inf)] == [paper.activation(d) for d in (0.1, 0.2, math.inf)]
     np.testing.assert_allclose(template.law(there), paper(there), rtol=1e-3)
 
@@ -163,16 +173,16 @@ def test_laws_that_fail_and_files_that_cannot_be_loaded(tmp_path: Path) -> None:
     # An exception in overlap ends the three tests that come there, with its line; the others start again.
     text = PAPER + "    def guard(d):\n        if d < 0:\n            raise ValueError('overlap')\n"
     text = text.replace("        c = ", "        guard(situation.distance)\n        c = ")
-    verdicts = examine(write(tmp_path / "my_law.py", text), only=(OUT, ALONE, BOUNDED, QUICK))
+    verdicts = list(examine(write(tmp_path / "my_law.py", text), only=(OUT, ALONE, BOUNDED, QUICK)))
     assert [verdict.passed for verdict in verdicts] == [False, True, False, False]
     for verdict in verdicts:
         if not verdict.passed:
             assert verdict.reason.startswith("my_law.py, line 13: ValueError: overlap") and verdict.numbers == {}
-    verdicts = examine(write(tmp_path / "my_law.py", "def law(s)\n"))
+    verdicts = list(examine(write(tmp_path / "my_law.py", "def law(s)\n")))
     assert failed(verdicts) == set(TRIALS)
     assert {verdict.reason for verdict in verdicts} == {"my_law.py, line 1: SyntaxError: expected ':', in “def law(s)”"}
     with pytest.raises(BadInputFile, match="no such file"):
-        examine(tmp_path / "other.py")
+        list(examine(tmp_path / "other.py"))
 
 
 def test_a_slow_law_is_named_and_does_not_hold_the_others_up() -> None:
@@ -194,3 +204,160 @@ def test_nothing_is_overwritten(tmp_path: Path) -> None:
         with pytest.raises(BadSetting, match=says):
             new_law(NewLaw(there))
     assert path.read_text(encoding="utf-8") == "mine"
+
+
+NAMES = tuple(TRIALS)
+STANDS_STILL = "def law(s):\n    return 0.0 * s.nominal"
+
+
+def names_it(path: Path, text: bytes, name: str, stopped: Callable[[], bool]) -> TrialResult:
+    assert path.name == "my_law.py" and not stopped()
+    return TrialResult(name, name.encode() in text, f"{name} is named", {})
+
+
+def test_verdicts_come_in_order_and_on_the_text_as_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(examination_module, "examine_one", names_it)
+    path, background = write(tmp_path / "my_law.py", "# " + ", ".join(NAMES[:-1])), Inline()
+    examination = Examination(path, background, lambda: None)
+    assert examination.progress == ExaminationProgress("my_law.py") and not examination.advance()
+    examination.begin()
+    write(path, "# " + ", ".join(NAMES))
+    for count, name in enumerate(NAMES):
+        assert examination.progress.running and not examination.progress.finished
+        assert [v.name for v in examination.progress.verdicts] == list(NAMES[:count]) and not examination.advance()
+        assert background.work(name) == [name]
+        assert examination.advance()
+    assert examination.progress.finished and not examination.progress.running and not examination.advance()
+    assert [v.passed for v in examination.progress.verdicts] == [True] * 5 + [False]
+    examination.begin()
+    background.work()
+    assert examination.advance() and all(v.passed for v in examination.progress.verdicts)
+
+
+def test_tests_that_cannot_be_made_say_why(tmp_path: Path) -> None:
+    path, background = write(tmp_path / "my_law.py", "def law(s):\n    return s.nominal"), Inline()
+    examination = Examination(path, background, lambda: None)
+    examination.begin()
+    examination.drop()
+    assert examination.progress == ExaminationProgress("my_law.py") and {job.state for job in background.jobs} == {"dropped"}
+    closed = JobPool(1)
+    closed.close()
+    examination = Examination(path, closed, lambda: None)
+    examination.begin()
+    assert examination.advance() and not examination.progress.running and examination.progress.message == BUSY
+    path.unlink()
+    with pytest.raises(BadInputFile, match="new-law"):
+        examination.begin()
+
+
+def test_it_is_the_law_or_the_ghosts(tmp_path: Path) -> None:
+    path = write(tmp_path / "my_law.py", STANDS_STILL)
+    with session_of(path, scene="ball") as session:
+
+        def moves() -> tuple[bool, bool]:
+            session.advance(0.02)
+            assert session.ghost is not None
+            joints = session.simulation.avoiding.joints
+            return bool(np.any(session.simulation.velocities[joints])), bool(np.any(session.ghost.velocities[joints]))
+
+        session.change("ghost", "smooth_priority")
+        assert (session.student_law.file, session.student_law.ghost_file) == ("my_law.py", None)
+        until(lambda: moves() == (False, True))
+        session.change("ghost", "own")
+        assert (session.student_law.file, session.student_law.ghost_file) == (None, "my_law.py")
+        assert session.simulation.steps == 0
+        until(lambda: moves() == (True, False))
+        assert session.student_law.problem == ""
+        write(path, "def law(s):\n    return s.nominal / 0 + nothing")
+        until(lambda: moves() and session.student_law.problem)
+        assert "line 2: NameError" in session.student_law.problem and moves() == (True, False)
+        write(path, PAPER)
+        until(lambda: moves() == (True, True))
+        assert session.student_law.problem == ""
+        session.change("ghost", "off")
+        assert (session.student_law.file, session.student_law.ghost_file) == ("my_law.py", None)
+
+
+def test_without_a_file() -> None:
+    session = Session(changed(Settings(), "ghost", "own"))
+    assert session.student_law.ghost_file is None and session.ghost is not None and session.law.examination is None
+    for _ in range(20):
+        session.advance(0.02)
+    assert np.array_equal(session.ghost.positions, session.simulation.positions)
+    session = Session(Settings())
+    run = LessonSession(session, load_lessons())
+    to_challenge(session, run)
+    assert run.own_tests == NO_FILE
+    run.act(Check())
+    run.decide()
+    assert run.walk.done.attempts == 0 and run.own_tests == NO_FILE
+
+
+def to_challenge(session: Session, run: LessonSession) -> None:
+    run.enter("limits", 4)
+    while run.walk.phase is not Phase.CHALLENGE:
+        run.act(GoOn())
+        session.advance(0.0)
+        run.decide()
+
+
+def test_in_lessons_it_rests_until_its_turn(tmp_path: Path) -> None:
+    with session_of(write(tmp_path / "my_law.py", STANDS_STILL)) as session:
+        run = LessonSession(session, load_lessons())
+        assert session.student_law.file == "my_law.py" and run.own_tests is None
+        run.enter("limits", 4)
+        assert session.student_law.file is None and run.own_tests is None
+        to_challenge(session, run)
+        assert session.student_law.file == "my_law.py"
+        while run.walk.phase is not Phase.DO:
+            assert session.student_law.file == "my_law.py"
+            run.act(GoBack())
+        assert session.student_law.file is None
+        to_challenge(session, run)
+        run.leave()
+        assert session.student_law.file == "my_law.py" and run.own_tests is None
+
+
+def test_the_challenge_is_passed_by_six_tests(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(examination_module, "examine_one", names_it)
+    background = Inline()
+    path = write(tmp_path / "my_law.py", "# " + ", ".join(NAMES[1:]))
+    with session_of(path, background) as session:
+        run = LessonSession(session, load_lessons())
+        to_challenge(session, run)
+        assert run.own_tests == ExaminationProgress("my_law.py")
+
+        def check() -> None:
+            until(lambda: run._runs.ready)
+            run.act(Check())
+            for name in NAMES:
+                background.work(name)
+                run.decide()
+            assert run.own_tests is not None and run.own_tests.finished
+
+        until(lambda: run._runs.ready)
+        run.act(Check())
+        check()
+        assert run.walk.done.attempts == 1 and not run.walk.done.passed
+        attempt = run.walk.done.last
+        assert attempt is not None and attempt.failed == NAMES[:1] and attempt.text.endswith("is named")
+        assert WHY[NAMES[0]] in attempt.text
+        write(path, "# " + ", ".join(NAMES))
+        check()
+        assert run.walk.done.attempts == 2 and run.walk.done.passed
+
+
+def test_every_test_says_how_it_went_in_words() -> None:
+    verdicts = tuple(TrialResult(name, name != NAMES[1], f"d < {i} mm & so on", {}) for i, name in enumerate(NAMES))
+    before = law_html(ExaminationProgress("a<b>.py"), "", False, False)
+    assert "a&lt;b&gt;.py runs." in before and all(WHY[name] in before for name in NAMES)
+    middle = law_html(ExaminationProgress("my_law.py", verdicts[:3], True), "line 2: <script>", False, False)
+    assert "&lt;script&gt;" in middle and "its arm stands still" in middle and 'role="status"' in middle
+    for word, count in ((">passed<", 2), (">failed<", 1), (">being tested<", 1), (">waits<", 2)):
+        assert middle.count(word) == count
+    assert "Test 4 of 6" in middle and "d &lt; 1 mm &amp; so on" in middle and WHY[NAMES[1]] in middle
+    end = law_html(ExaminationProgress("my_law.py", verdicts), "", False, False)
+    assert "5 of 6 tests passed." in end and "card wrong" in end and "Challenge passed." not in end
+    assert "Challenge passed." in law_html(ExaminationProgress("my_law.py", verdicts), "", False, True)
+    assert "my_law.py is gone." in law_html(ExaminationProgress("my_law.py"), "", True, False)
+    assert "&lt;no" in law_html(ExaminationProgress("my_law.py", message="<no"), "", False, False)

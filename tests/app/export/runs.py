@@ -4,14 +4,14 @@ import gzip
 import json
 import struct
 from functools import cache
-from typing import Any, get_args
+from typing import Any
 
 from controllers.kinematics import Array
+from scenes.experiments import EXPERIMENTS
 from scenes.inputs import Recorded
-from scenes.settings import SceneName
 from tests.scenes.helpers import given_settings, recorded_run
 
-SCENES: tuple[SceneName, ...] = get_args(SceneName)
+SCENES = tuple(EXPERIMENTS)
 
 
 @cache

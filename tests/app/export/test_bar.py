@@ -35,7 +35,7 @@ def enter(page: Page, opened: App, query: str = "") -> tuple[Session, ReplayBar]
     until(page, lambda: len(live_sessions(opened)) == 1, "one session")
     close_software_note(page)
     page.get_by_text("Keep and replay").click()
-    bar = stand_of(opened).operation._keep
+    bar = stand_of(opened).operation._replay_bar
     assert bar is not None
     return stand_of(opened).session, bar
 
@@ -79,7 +79,8 @@ def test_the_past_the_link_and_the_report(house: OpenHouse, page_at: PageAt) -> 
     opened = house()
     page = page_at(1180, 640, permissions=["clipboard-read", "clipboard-write"])
     session, bar = enter(page, opened, "picture=fast&dm=0.12&gizmo=1")
-    until(page, lambda: session.simulation.time > 1.0, "a second of the run")
+    # Longer than the page takes to say that it is replayed.
+    until(page, lambda: session.simulation.time > 4.0, "some seconds of the run")
     look_back(page, session, bar)
     run = export(page, session)
     share(page, opened, session)
@@ -89,12 +90,12 @@ def test_the_past_the_link_and_the_report(house: OpenHouse, page_at: PageAt) -> 
 
 
 def look_back(page: Page, session: Session, bar: ReplayBar) -> None:
-    queue = bar.shelf
+    queue = bar.exports
     page.get_by_role("button", name="Watch").click()
     page.get_by_text("This is the past; the live run waits.").wait_for()
     assert session.paused
     until(page, lambda: not is_there(page, HAND), "no handles")
-    assert "This is the past" in over_the_stage(page)
+    until(page, lambda: "This is the past" in over_the_stage(page), "the word over the stage")
     until(page, lambda: queue.player.replay is not None and not queue.player.replay.playing, "at rest at its end")
     press_key(page, "Space")
     until(page, lambda: queue.player.replay is not None and queue.player.replay.playing, "from the beginning")
@@ -146,16 +147,16 @@ def back_to_live(page: Page, session: Session, bar: ReplayBar) -> None:
     wait_frames(page, 4)
     then = world_position(page, WRIST)
     page.get_by_role("button", name="Back to live").click()
-    until(page, lambda: bar.shelf.player.replay is None and not session.paused, "live")
+    until(page, lambda: bar.exports.player.replay is None and not session.paused, "live")
     until(page, lambda: bool(np.abs(world_position(page, WRIST) - then).max() > 1e-4), "the arm of the live run")
     until(page, lambda: is_there(page, HAND), "handles")
-    assert over_the_stage(page) == "none"
+    until(page, lambda: over_the_stage(page) == "none", "nothing over the stage")
 
 
 def load_files(page: Page, run: bytes) -> None:
     bring(page, "mine.duet.npz", run)
     page.get_by_text("This is mine.duet.npz, not the live run.").wait_for()
-    assert "This is a loaded run" in over_the_stage(page)
+    until(page, lambda: "This is a loaded run" in over_the_stage(page), "the word over the stage")
     page.get_by_role("button", name="Back to live").click()
     bring(page, "theirs.duet.npz", saved_bytes(piece("ball", 1.0)[0]))
     page.get_by_text("This is theirs.duet.npz, not the live run.").wait_for()

@@ -3,21 +3,24 @@
 import csv
 import io
 import re
+import zipfile
+from dataclasses import replace
 from pathlib import Path
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.classroom.classroom import Classroom
 from app.classroom.student_work import clean_name
-from app.export.class_report import class_report_bytes, report_names
+from app.cli.main import main
+from app.export.class_report import class_report_bytes, class_zip_bytes, report_names
 from app.export.class_summary import ClassSummary, HandIn
 from app.export.class_table import COLUMNS, class_table_bytes, safe_cell
 from app.export.report_html import LOCKED
 from app.i18n.catalogue import words_of
-from app.lessons.loading import load_lessons
+from app.lessons.loading import in_language, load_lessons
 from app.lessons.progress import from_json
-from app.lessons.translated_book import in_language
 from app.lessons.walkthrough import Walkthrough
 from app.plots.curve_chart import COLUMNS as CURVE
 from app.settings import Language
@@ -65,6 +68,27 @@ def test_the_page_has_every_round_and_the_reports() -> None:
     more = ("Answered both times: 2, another answer the second time: 2.", "1 drawn", "I see.", "✓ passed", "attempts: 2")
     assert [part for part in (*parts, *more) if part not in text] == []
     assert "bo" not in re.findall(r"\w+", text) and LOCKED in page
+
+
+def test_what_was_handed_in_is_graded_from_one_zip_file(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    summary = class_of("../Ann\\")
+    (ann,) = summary.hand_ins
+    summary = replace(summary, hand_ins=(ann, replace(ann, name="Š: Žan"), replace(ann, name="")))
+    archive, table = tmp_path / "class.zip", tmp_path / "marks.csv"
+    archive.write_bytes(class_zip_bytes(summary, in_language(BOOK, "de").lessons, "de"))
+    assert main(["grade", str(archive), "--csv", str(table)]) == 0
+    with table.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["name"] for row in rows] == ["001 ___Ann_.html", "002 Š_ Žan.html", "003 ohne Namen 1.html"]
+    assert {(row["kind"], row["steps"], row["attempts"], row["passed"], row["reason"][:11]) for row in rows} == {
+        ("report", "2", "2", "1", "redundancy/")
+    }
+    with zipfile.ZipFile(archive) as parts:
+        assert "I see." in HtmlReader(parts.read("001 ___Ann_.html").decode()).text
+    for content in (b"no archive", archive.read_bytes()[:-200]):
+        archive.write_bytes(content)
+        assert main(["grade", str(archive), "--csv", str(table)]) == 2
+    assert capfd.readouterr().err.count("is no folder and no ZIP file") == 2
 
 
 def test_the_table_has_a_row_a_question_and_round_and_a_challenge() -> None:

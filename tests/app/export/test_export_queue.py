@@ -16,15 +16,14 @@ from app.export.python_snippet import is_fresh
 from app.export.scene_film import film_scene
 from app.lessons.loading import load_lessons
 from app.lessons.progress import StepProgress
-from app.recording import replay_player
-from app.recording.replay import Replay, film
-from app.recording.replay_player import DRAFT
 from app.recording.run_file import saved_bytes, saved_from, verify
+from app.session import replay_player
 from app.session.actions import ChangeSpeed, Pause, Reset, SingleStep, Toggle
-from app.session.input_sources import InputSources
+from app.session.background_studies import trade_off_row
+from app.session.input_source import InputSources
+from app.session.replay import Replay, make_film
+from app.session.replay_player import DRAFT
 from app.session.session import Session
-from app.session.student_law import LawStatus
-from app.session.trade_off import row
 from app.settings import PageSettings, Settings
 from scenes.inputs import KEEP, Recorded
 from scenes.rerun import Stopped
@@ -39,8 +38,10 @@ class Desk:
 
     def __init__(self, people: InputSources | None = None, **settings: object) -> None:
         self.background = Inline()
-        self.session = Session(Settings(run=given_settings(**settings)), sources=people or InputSources())
-        self.queue = ExportQueue(self.session, self.background)
+        run = given_settings(**settings)
+        self.session = Session(Settings(run=run), background=self.background, sources=people or InputSources())
+        assert self.session.player is not None
+        self.queue = ExportQueue(self.session, self.session.player)
 
     def run(self, seconds: float) -> None:
         """Let the live run go on."""
@@ -50,6 +51,10 @@ class Desk:
     def frame(self, elapsed: float = 0.03) -> bool:
         self.session.advance(elapsed, float("inf"))
         return self.queue.player.advance(elapsed)
+
+    def take_news(self) -> list[tuple[str, str]]:
+        news, self.queue.player.news = self.queue.player.news, []
+        return news
 
     def watch(self, seconds: float) -> Replay:
         self.queue.player.watch(seconds)
@@ -66,7 +71,7 @@ class Desk:
 @pytest.fixture
 def desk(monkeypatch: pytest.MonkeyPatch) -> Desk:
     """Two seconds of the hold experiment; no frame is cut short on a busy machine."""
-    monkeypatch.setattr("app.recording.replay.BUDGET", float("inf"))
+    monkeypatch.setattr("app.session.replay.BUDGET", float("inf"))
     made = Desk()
     made.run(2.0)
     assert made.session.simulation.steps == 400
@@ -81,7 +86,7 @@ def test_a_file_is_made_in_the_background_and_handed_over_once(desk: Desk, kind:
     assert desk.work() == [kind] and not desk.queue.busy
     (file,) = desk.queue.take_files()
     assert file.name.startswith("duet-hold-") and file.name.endswith({"run": ".duet.npz"}.get(kind, f".{kind}"))
-    assert len(file.content) > 1000 and not desk.queue.take_files() and not desk.queue.take_news()
+    assert len(file.content) > 1000 and not desk.queue.take_files() and not desk.take_news()
 
 
 def test_the_page_that_plays_gets_what_the_page_shows(desk: Desk) -> None:
@@ -106,8 +111,8 @@ def test_a_saved_run_is_the_run_and_one_that_would_come_out_differently_is_not_s
     desk.run(0.1)
     desk.queue.ask("run", KEEP)
     desk.work()
-    (news,) = desk.queue.take_news()
-    assert "comes out differently" in news.text and not desk.queue.take_files()
+    ((_, text),) = desk.take_news()
+    assert "comes out differently" in text and not desk.queue.take_files()
 
 
 def test_lines_of_python_are_of_the_chosen_piece(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -138,22 +143,8 @@ def test_before_the_first_step_there_is_nothing(desk: Desk) -> None:
         for kind in KINDS:
             empty.queue.ask(kind, 10.0)
         empty.queue.player.watch(10.0)
-        assert not empty.background.waiting() and len(empty.queue.take_news()) == len(KINDS) + 1
+        assert not empty.background.waiting() and len(empty.take_news()) == len(KINDS) + 1
         assert empty.queue.player.replay is None
-
-
-def test_a_law_of_ones_own_gives_numbers_but_no_second_run(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Session, "student_law", property(lambda _: LawStatus("my_law.py")))
-    for kind in ("run", "html", "python"):
-        desk.queue.ask(kind, 1.0)
-    desk.queue.player.watch(1.0)
-    news = desk.queue.take_news()
-    assert len(news) == 4 and all("my_law.py runs in its own process" in entry.text for entry in news)
-    assert not desk.background.waiting() and not desk.session.paused
-    desk.queue.ask("csv", 1.0)
-    (job,) = desk.background.waiting()
-    table = job.arguments[-1]
-    assert table.tobytes() == desk.session.simulation.history.table(job.arguments[0].steps).tobytes()
 
 
 @pytest.mark.parametrize("paused", [False, True])
@@ -240,15 +231,15 @@ def test_leaving_drops_what_is_being_made(desk: Desk) -> None:
 def test_a_file_is_compared_and_replayed_and_a_bad_one_changes_nothing(desk: Desk) -> None:
     desk.queue.load(b"PK no file at all", "mine.npz")
     desk.work()
-    (news,) = desk.queue.take_news()
-    assert news.title == "This file was not loaded" and news.text.startswith("mine.npz: ")
+    ((title, text),) = desk.take_news()
+    assert title == "This file was not loaded" and text.startswith("mine.npz: ")
     assert desk.queue.player.replay is None and not desk.session.paused
     recorded, table = piece("ball", 1.0)
     desk.queue.load(saved_bytes(recorded), "theirs.duet.npz")
     assert desk.queue.busy == "the run of the file" and not desk.session.paused
     assert desk.work() == ["load"]
-    (news,) = desk.queue.take_news()
-    assert news.title == "Loaded: the same run" and news.text.startswith("theirs.duet.npz: Made again: all 200 steps")
+    ((title, text),) = desk.take_news()
+    assert title == "Loaded: the same run" and text.startswith("theirs.duet.npz: Made again: all 200 steps")
     assert desk.work() == ["film"]
     past = desk.queue.player.past
     assert past is not None and past.settings.run.scene == "ball" and desk.queue.player.loaded == "theirs.duet.npz"
@@ -270,12 +261,12 @@ JOBS: dict[str, Callable[[Recorded, Flag], object]] = {
     "picture": lambda run, stopped: picture_bytes(run, 1.0, "none", "png", stopped=stopped),
     "player": lambda run, stopped: player_html(run, 1.0, PageSettings(), stopped),
     "scene": lambda run, stopped: film_scene(run, 1.0, PageSettings(), stopped),
-    "film": film,
+    "film": make_film,
     "run file": lambda run, stopped: saved_bytes(run, None, stopped),
     "verification": lambda run, stopped: verify(saved_from(saved_bytes(run), "a.npz"), stopped),
     "snippet": is_fresh,
     "report": lambda run, stopped: lab_bytes((Done(load_lessons().lessons[0], 0, StepProgress(), run),), "en", stopped),
-    "map": lambda run, stopped: row(RunSettings(dt=0.02), 6.0, stopped),
+    "map": lambda run, stopped: trade_off_row(RunSettings(dt=0.02), 6.0, stopped),
 }
 
 

@@ -114,7 +114,7 @@ def test_every_copy_prints_on_both_papers_without_a_cut(page_at: PageAt, tmp_pat
     assert main(["handout", "--out", str(tmp_path), "--teacher"]) == 0
     files = sorted(tmp_path.glob("*.html"))
     assert len(files) == 2 * len(BOOK.lessons)
-    page = page_at()
+    page = page_at(fresh=True)
     page.emulate_media(media="print")
     for path in files:
         page.goto(path.as_uri())

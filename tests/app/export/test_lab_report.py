@@ -13,16 +13,17 @@ from app.export.export_queue import ExportQueue
 from app.export.lab_report import Done, done_in, lab_bytes, recorded_of, report_title, rich_html
 from app.export.plot_pictures import inline_svg
 from app.export.report_html import LOCKED, ReportEntry, report_html
-from app.hosting.resume import open_link
 from app.hosting.session_store import SessionStore
+from app.hosting.visitor import open_link
 from app.hosting.visitor_record import VisitorRecord
+from app.lessons.bookmark import Phase
 from app.lessons.loading import load_lessons
-from app.lessons.phases import Phase
 from app.lessons.progress import LONGEST_REASON, MOST_WORDS
 from app.lessons.reference_runs import simulated
 from app.lessons.session.lesson_actions import Choose, Draw, ResetStep, StartOrPause
 from app.lessons.session.lesson_session import LessonSession
 from app.plots.curve_chart import COLUMNS
+from app.session.replay_player import ReplayPlayer
 from app.session.session import Session
 from app.settings import Settings
 from scenes.rerun import rerun
@@ -116,8 +117,7 @@ def run() -> LessonSession:
     run = LessonSession(Session(Settings()), BOOK)
     run.enter(0)
     run.act(Choose(3))
-    while not run._runs.ready:
-        pass
+    run._runs.wait(60.0)
     run.act(StartOrPause())
     while run.walk.phase is Phase.DO:
         run._session.advance(0.05)
@@ -148,7 +148,7 @@ def test_prediction_outcome_plots_settings_and_own_words(run: LessonSession) -> 
         "scene = One arm alone (eqs 1–8)",
         "I did not expect that.\n&lt;script&gt;alert(1)&lt;/script&gt;",
     ):
-        assert part in page.replace("&#x27;", "'")
+        assert part in page.replace("&#39;", "'")
     assert page.count("<figure>") == 1 and "hand error" in page and "elbow angle" in page
     assert "because" not in made((replace(done, progress=replace(done.progress, because="")),)).casefold()
     reason, _, measured = page.partition('<div class="beside"><div><b>Because</b><p>no joint is locked &lt;script&gt;')[
@@ -203,9 +203,9 @@ def test_formulas_are_drawn_and_paragraphs_kept() -> None:
 
 def test_it_is_made_as_a_file_in_the_background(run: LessonSession) -> None:
     background = Inline()
-    queue = ExportQueue(run._session, background)
+    queue = ExportQueue(run._session, ReplayPlayer(run._session, background, run._session.wake))
     queue.ask_report(())
-    assert [news.title for news in queue.take_news()] == ["There is nothing to report yet"] and not background.waiting()
+    assert [title for title, _ in queue.player.news] == ["There is nothing to report yet"] and not background.waiting()
     queue.ask_report(steps_of(run))
     assert queue.busy == "the lab report"
     (job,) = background.waiting()

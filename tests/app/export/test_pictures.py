@@ -197,15 +197,3 @@ def test_an_svg_for_a_page_keeps_to_itself() -> None:
     assert clips and set(clips) <= set(ids)
     assert "viewBox" in root.attrib and not {"width", "height"} & set(root.attrib) and "<metadata" not in svg
     assert embedded('<?xml?><svg width="1" height="2" viewBox="0 0 1 2"></svg>', "a") == '<svg viewBox="0 0 1 2"></svg>'
-
-
-def test_a_law_of_ones_own_is_not_asked_again() -> None:
-    recorded, table = piece("hold")
-    other = table[-200:].copy()
-    other[:, COLUMN["d"]] = 0.25
-    _, header, rows = read(csv_bytes(recorded, 2.0, other))
-    assert len(rows) == 200 and {float(row[header.index("d")]) for row in rows} == {0.25}
-    drawn = picture_bytes(recorded, 2.0, "lambda", "svg", other)
-    assert drawn != picture_bytes(recorded, 1.0, "lambda", "svg")
-    # What asks the laws of the settings is left out.
-    assert picture_bytes(recorded, 2.0, "laws", "svg", other) == picture_bytes(recorded, 2.0, "none", "svg", other)

@@ -1,8 +1,8 @@
 """Every text of the page that the catalogues translate.
 
-A text is found as an argument of `tr("…")`, of `N_("…")` and of functions that show it, such as `notify("…", "…")`; as the text or template
-of an error that may appear on the page, or of another `LazyText`; as label, hint or choice of a setting; as name of a row of buttons; and
-in the tables below.
+A text is found as an argument of `tr("…")`, also in a template, of `N_("…")` and of functions that show it, such as
+`notify("…", "…")`; as the text or template of an error that may appear on the page, or of another `LazyText`; as label, hint or choice of a
+setting; as name of a row of buttons; and in the tables below.
 """
 
 import ast
@@ -12,6 +12,8 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
+from jinja2 import Environment, nodes
+
 import app
 from app.custom_law.trials import TRIALS, WHY
 from app.export.export_queue import TITLES, WORDS
@@ -19,20 +21,20 @@ from app.i18n.catalogue import FOLDER, read_texts
 from app.i18n.client_texts import ALL
 from app.lessons.measures.quantity import QUANTITIES
 from app.page.lessons.lesson_html import NEXT, PHASES
-from app.page.panels.contact_card import SHARES
 from app.page.panels.controls import TABS
-from app.page.panels.hotkeys import CLICKER_KEYS, HOTKEYS, LESSON_KEYS
-from app.plots.laws_chart import LAW_NAMES
+from app.page.panels.hotkeys import CLICKER_KEYS, LESSON_KEYS, hotkeys
 from app.plots.plot_choice import CHARTS
 from app.plots.time_plots import TIME_PLOTS
-from app.settings import Settings
-from app.text.equations import ALONE, EQUATIONS
+from app.settings import LANGUAGES, TRANSLATIONS, Settings
+from app.text.equations import ALONE
+from app.text.law_texts import LAW_TEXTS
+from scenes.laws import LAWS
 from scenes.settings import specs
 
 _APP: Final = Path(app.__file__).parent
 _LETTERS: Final = re.compile(r"[^\W\d_]{2}")
 _NO_TEXT: Final = re.compile(r"<[^>]*>|&\w+;|\{[^{}]*\}")
-_SAID: Final = ("_said", "notify", "_notify", "News", "ChoiceButtons", "_stop_trouble")
+_SAID: Final = ("tr_html", "notify", "_notify", "News", "ChoiceButtons", "_stop_trouble")
 """Functions and classes that translate their arguments, beside `tr` and `N_`."""
 
 _TELLING: Final = ("LazyText", "BadSetting", "BadInputFile", "MissingPackage", "_fault", "_check", "Wrong")
@@ -49,50 +51,29 @@ ON_THE_PAGE: Final = (
 for the command line, and for authors of lessons."""
 
 FORMULAS: Final = {
-    "K",
-    "v",
-    "n",
-    "g",
-    "β",
-    "γ",
-    "η",
-    "q̇",
-    "d_m",
-    "d_0",
-    "dt",
-    "w_max",
-    "λ(d)",
-    "q₁–q₄",
-    "u v w",
-    "n, v",
-    "k_r",
-    "a²",
-    "ε",
-    "e²(d)",
+    *("K", "v", "n", "g", "β", "γ", "η", "q̇", "a²", "ε", "dt", "d_m", "d_0", "k_r", "w_max", "λ(d)", "e²(d)", "q₁–q₄"),
+    *("d ≥ d<sub>m</sub>", "u v w", "n, v"),
 }
 """Labels that are symbols, …"""
 
 NAMES: Final = {
-    *("CSV", "HTML", "PNG", "SVG", "Python", *specs(Settings)["robot"].choice_labels, "English", "Deutsch", "Slovenščina"),
-    *("Pseudo (a test)", "Faverjon & Tournassoud 1987", "Khatib 1986", "Lee, Mansard & Park 2012", "Žlajpah & Nemec 2002"),
-    *("Simetti & Casalino 2016", "Mansard, Remazeilles & Chaumette 2009", "Moe et al. 2016"),
+    *("CSV", "HTML", "PNG", "SVG", "Python", *specs(Settings)["robot"].options().values(), *LANGUAGES.values()),
+    *(
+        "Pseudo (a test)",
+        "Faverjon & Tournassoud 1987",
+        "Khatib 1986",
+        "Kanoun, Lamiraux & Wieber 2011",
+        "Lee, Mansard & Park 2012",
+        "Žlajpah & Nemec 2002",
+    ),
+    *("Simetti & Casalino 2016", "Mansard, Remazeilles & Chaumette 2009", "Moe et al. 2016", "Mansard, Khatib & Kheddar 2009"),
 }
 """… and names: the same in every language."""
 
 
 BODIES: Final = (
-    "L",
-    "R",
-    "upper arm",
-    "elbow",
-    "forearm",
-    "wrist",
-    "hand",
-    "pedestal",
-    "ball",
-    "link",
-    "outer link",
-    "outer upper arm",
+    *("L", "R", "upper arm", "elbow", "forearm", "wrist", "hand"),
+    *("pedestal", "ball", "link", "outer link", "outer upper arm"),
 )
 """Of which the pairs are, as `app.plots.pair_strips` names them."""
 
@@ -104,14 +85,16 @@ JOINTS: Final = (
 
 OTHERS: Final = (
     *("the replay", "the run of the file", "the lab report"),
-    "There is too little to measure yet; let it run for a few seconds.",
+    *("There is too little to measure yet; let it run for a few seconds.", "decimal sign\x04."),
 )
 
 
 @cache
 def messages() -> tuple[str, ...]:
     """Return every English text that the page says, each once, sorted; formulas, numbers and names of symbols are left out."""
-    return tuple(sorted({found for found in (*_of_tables(), *_of_sources(), *_of_errors()) if _has_words(found)}))
+    return tuple(
+        sorted({found for found in (*_of_tables(), *_of_sources(), *_of_templates(), *_of_errors()) if _has_words(found)})
+    )
 
 
 def missing(language: str) -> tuple[str, ...]:
@@ -125,17 +108,18 @@ def _has_words(found: str) -> bool:
 
 def _of_tables() -> Iterator[str]:
     for spec in specs(Settings).values():
-        yield from (spec.label, spec.words, spec.help, *spec.choice_labels)
+        yield from (spec.label, spec.words, spec.help, *spec.options().values())
     yield from (name for name, _, _ in TABS)
-    yield from (hotkey.text for hotkey in (*HOTKEYS, *LESSON_KEYS, *CLICKER_KEYS))
+    yield from (hotkey.text for hotkey in (*hotkeys(), *LESSON_KEYS, *CLICKER_KEYS))
     for course in TIME_PLOTS.values():
         yield from (course.title, *(line.name for line in course.lines if line.name))
-    for equation in (ALONE, *EQUATIONS.values()):
-        yield equation.source
-        for line in equation.lines:
-            yield from re.findall(r"\\text\{\{(.+?)\}\}", line)
+    yield ALONE[1]
+    yield from (law.short for law in LAWS.values())
+    for texts in LAW_TEXTS.values():
+        yield from (texts.source, texts.share, texts.consequence, texts.acting, texts.missed)
+        yield from re.findall(r"\\text\{\{(.+?)\}\}", "".join(texts.equation))
     yield from (quantity.label for quantity in QUANTITIES.values())
-    for table in (CHARTS, LAW_NAMES, NEXT, PHASES, SHARES, TITLES, WORDS, WHY):
+    for table in (CHARTS, NEXT, PHASES, TITLES, WORDS, WHY):
         yield from map(str, table.values())
     yield from (*BODIES, *JOINTS, *OTHERS, *TRIALS, *ALL)
 
@@ -150,6 +134,16 @@ def _of_sources(folder: Path = _APP) -> Iterator[str]:
                 yield from _texts((*node.args, *(keyword.value for keyword in node.keywords)), named)
             elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith("notes.append"):
                 yield from _texts(node.args, named)
+
+
+def _of_templates() -> Iterator[str]:
+    reader = Environment()
+    for path in sorted(_APP.rglob("*.html")):
+        for call in reader.parse(path.read_text(encoding="utf-8")).find_all(nodes.Call):
+            if isinstance(call.node, nodes.Name) and call.node.name in ("tr", "tr_html", "words"):
+                # A text as it stands, or one of two.
+                texts = (text for given in call.args for text in (given, *given.find_all(nodes.Const)))
+                yield from (text.value for text in texts if isinstance(text, nodes.Const) and isinstance(text.value, str))
 
 
 def on_the_page() -> Iterator[Path]:
@@ -207,6 +201,6 @@ def _texts(nodes: Iterable[ast.expr], named: dict[str, ast.expr], deep: bool = T
 
 
 if __name__ == "__main__":
-    for language in ("de", "sl"):
+    for language in TRANSLATIONS:
         for found in missing(language):
             print(language, repr(found))

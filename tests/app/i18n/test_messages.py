@@ -17,7 +17,7 @@ from app.custom_law.law_file import LawFile, Wrong
 from app.custom_law.law_limits import problem_of
 from app.custom_law.trials import examine_law
 from app.custom_law.wire import Failure, TextParts, decode_reply, encode
-from app.hosting.resume import open_link, step_of
+from app.hosting.visitor import open_link, step_of
 from app.i18n.catalogue import words_of
 from app.i18n.client_texts import ALL, ICON_NAMES, LOST, OURS, VISERS, translations
 from app.i18n.speaking import set_language, tr
@@ -25,9 +25,7 @@ from app.lessons.loading import load_lessons
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.walkthrough import Walkthrough
 from app.recording.outcome import Comparison, Difference
-from app.recording.provenance import unlike
-from app.recording.replay_player import not_again
-from app.recording.run_file import Verdict, _words, load_run, saved_bytes
+from app.recording.run_file import Verdict, _words, load_run, saved_bytes, unlike
 from app.session.session import Session
 from app.settings import Settings, from_query
 from controllers.errors import BadInputFile, BadSetting, DuetError, LazyText, joined
@@ -35,6 +33,7 @@ from controllers.laws.unprotected import Unprotected
 from scenes.inputs_file import recorded_from
 from scenes.person.bvh import read_bvh
 from scenes.person.clips import Clip
+from scenes.rerun import not_again
 from scenes.settings import RunSettings, changed
 from tests.app.export.runs import piece
 from tests.app.i18n.conftest import untranslated

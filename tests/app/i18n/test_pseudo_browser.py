@@ -6,7 +6,7 @@ from playwright.sync_api import Page
 from app.i18n.pseudo import pseudo
 from app.page.panels.controls import TABS
 from tests.app.conftest import OpenHouse
-from tests.browser import PageAt, close_software_note, until
+from tests.browser import PageAt, close_software_note, lasting, until
 
 CUT = """() => {
   const cut = [];
@@ -59,16 +59,16 @@ def test_nothing_is_cut_off(house: OpenHouse, page_at: PageAt, width: int, heigh
     for name, seen in {"Law": "law", "Arms": "task", "Compare": "ghost", "View": "language", "Keys": "restart the run"}.items():
         page.get_by_role("tab", name=pseudo(name)).click()
         page.get_by_text(pseudo(seen), exact=True).first.wait_for()
-        assert page.evaluate(CUT) == [], name
+        assert lasting(page, lambda: page.evaluate(CUT)) == [], name
         # The page's script translates what viser says a little later.
         until(page, lambda: english(page) == [], f"the last English word of {name}")
     page.get_by_role("button", name=pseudo("Lessons")).evaluate("e => e.click()")
     page.locator("button.lesson").nth(10).wait_for()
-    assert page.evaluate(CUT) == []
+    assert lasting(page, lambda: page.evaluate(CUT)) == []
     page.locator("button.lesson").first.evaluate("e => e.click()")
     page.locator(".duet-l-head").wait_for()
     until(page, lambda: page.get_by_role("button", name=pseudo("Reset step")).count() > 0, "the lesson's buttons")
-    assert page.evaluate(CUT) == []
+    assert lasting(page, lambda: page.evaluate(CUT)) == []
 
 
 def test_a_browser_says_what_its_person_reads(house: OpenHouse, page_at: PageAt) -> None:

@@ -1,39 +1,52 @@
-"""The catalogues, the current language, and the language of a browser."""
+"""The catalogues, the current language, that of a browser, and a further one: an entry and its files, in a copy of the app."""
 
+import json
+import os
 import re
+import shutil
+import subprocess
+import sys
 import threading
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from app.cli.main import main
+from app.hosting.serve_options import ServeOptions
 from app.i18n.catalogue import FOLDER, Words, read_texts, words_of
+from app.i18n.client_texts import translations
 from app.i18n.pseudo import FIRST, GROWTH, LAST, pseudo
-from app.i18n.reader_language import language_of, preferred
+from app.i18n.reader_language import language_asked, language_of, preferred
 from app.i18n.sides import side
-from app.i18n.speaking import set_language, tr
+from app.i18n.speaking import decimal, set_language, tr
+from app.jupyter.duet import inline_html
+from app.jupyter.notebook_run import NotebookRun
 from app.lessons.loading import load_lessons
-from app.lessons.translated_book import in_language
+from app.page.panels.controls import TABS
 from app.plots.pair_strips import pair_name
-from app.settings import Language, Settings
+from app.settings import LANGUAGES, TRANSLATIONS, Language, Settings
+from app.start import start_app
 from scenes.settings import RunSettings, changed, specs
 from scenes.simulation import Simulation
 from tests.app.i18n.messages import BODIES, FORMULAS, JOINTS, NAMES, messages, missing
-
-FILES: tuple[Language, ...] = ("de", "sl")
+from tests.blocking_client import BlockingClient
 
 LABEL = 14
 """Most letters of a label before a control; longer ones are cut off."""
 
 
 def parts(text: str) -> Counter[str]:
-    return Counter(re.findall(r"\{[^{}]*\}|<[^>]*>|&\w+;", text))
+    # The forms of a counted word are the language's own.
+    return Counter(re.findall(r"\{[^{}]*\}|<[^>]*>|&\w+;", re.sub(r":[^{}]*\|[^{}]*\}", "}", text)))
 
 
-@pytest.mark.parametrize("language", FILES)
+@pytest.mark.parametrize("language", TRANSLATIONS)
 def test_a_catalogue_is_complete_and_keeps_the_parts(language: Language) -> None:
     """A text that is missing belongs into app/i18n/<language>.toml; one that is left over belongs out of it."""
     texts, words = read_texts(FOLDER / f"{language}.toml"), words_of(language)
@@ -42,6 +55,40 @@ def test_a_catalogue_is_complete_and_keeps_the_parts(language: Language) -> None
     assert {key for key, text in texts.items() if (key[-1] == " ") != (text[-1] == " ") or not text.strip()} == set()
     labels = {spec.label: words(spec.label) for spec in specs(Settings).values()}
     assert {label: text for label, text in labels.items() if len(text) > LABEL} == {}
+
+
+@pytest.mark.parametrize(
+    ("language", "changes", "pairs", "said"),
+    [
+        ("en", 1, 1, "1 change among 1 pair."),
+        ("en", 0, 102, "0 changes among 102 pairs."),
+        ("de", 3, 2, "3 Wechsel bei 2 Paaren."),
+        ("sl", 1, 1, "1 menjava med 1 parom."),
+        ("sl", 2, 2, "2 menjavi med 2 paroma."),
+        ("sl", 104, 3, "104 menjave med 3 pari."),
+        ("sl", 5, 5, "5 menjav med 5 pari."),
+        ("sl", 112, 12, "112 menjav med 12 pari."),
+    ],
+)
+def test_a_number_chooses_its_word(language: Language, changes: int, pairs: int, said: str) -> None:
+    key = "{changes} {changes:change|changes} among {pairs} {pairs:pair|pairs}."
+    assert words_of(language)(key, changes=changes, pairs=pairs) == said
+
+
+@pytest.mark.parametrize("language", TRANSLATIONS)
+def test_no_two_tabs_are_called_alike(language: Language) -> None:
+    words = words_of(language)
+    begin = [words(name)[:4] for name in (*(tab[0] for tab in TABS), "Keys")]
+    assert len(set(begin)) == len(begin), begin
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_the_welcome_promises_what_the_arm_can_keep(language: Language) -> None:
+    words = words_of(language)
+    bound = {"en": "as long as it can", "de": "solange er kann", "sl": "dokler more"}[language]
+    # Where the orange arm alone keeps clear, the silver one does keep its hand there.
+    said = [words(key) for key in messages() if "hand in the ring" in key and not key.startswith("It keeps clear")]
+    assert len(said) == 3 and all(bound in text for text in said)
 
 
 def test_the_list_knows_what_is_said() -> None:
@@ -123,12 +170,66 @@ def test_any_header_gives_a_language(accept: str) -> None:
     assert preferred(accept) in ("en", "de", "sl")
 
 
-@pytest.mark.parametrize("language", FILES)
-def test_lessons_in_other_languages(language: Language) -> None:
-    book = load_lessons()
-    other = in_language(book, language)
-    assert not other.problems
-    assert [lesson.id for lesson in other.lessons] == [lesson.id for lesson in book.lessons]
-    assert {lesson.language for lesson in other.lessons} == {language}
-    assert all(own.title != lesson.title for own, lesson in zip(other.lessons, book.lessons, strict=True))
-    assert in_language(book, "en") is book and in_language(book, "pseudo") is book
+ROOT = Path(__file__).parents[3]
+LAST_LANGUAGE = '"sl": "Slovenščina"'
+CATALOGUE = r"""
+"language" = "lingvo"
+"Loading …" = "Ŝargado …"
+"This Duet has ended. Run the cell again." = "Ĉi tiu Duet finiĝis."
+"decimal sign\u0004." = ","
+"""
+
+
+def answers(folder: Path) -> dict[str, object]:
+    """What the app says wherever a language is chosen."""
+    opened = start_app(ServeOptions())
+    visitor = BlockingClient(opened.url, language="eo-XX, de;q=0.9")
+    visitor.wait_for(lambda v: any(e.get("label") == "lingvo" for e in list(v.mirror.gui.values())), 60.0)
+    choice = visitor.mirror.labelled("lingvo")["options"]
+    visitor.close()
+    opened.close()
+    set_language("eo")
+    server = cast(NotebookRun, SimpleNamespace(key="k", port=1, server_run="r"))
+    return {
+        "page": list(choice),
+        "number": decimal("0.5"),
+        "asked": [language_asked({"lang": "eo"}, "de"), language_asked({}, "fr, eo;q=0.5, en;q=0.1")],
+        "browser": translations()["eo"]["Loading …"],
+        "notebook": "Ĉi tiu Duet finiĝis." in inline_html(server, 400),
+        "lessons": [str(problem) for problem in load_lessons().problems],
+        "handout": main(["handout", "--lesson", "1", "--lang", "eo", "--out", str(folder)]),
+    }
+
+
+def test_a_further_language_is_one_entry_its_catalogue_and_its_lessons(tmp_path: Path) -> None:
+    app, out = tmp_path / "app", tmp_path / "out"
+    shutil.copytree(ROOT / "app", app, ignore=shutil.ignore_patterns("__pycache__"))
+    settings = (app / "settings.py").read_text(encoding="utf-8")
+    assert settings.count(LAST_LANGUAGE) == 1
+    (app / "settings.py").write_text(settings.replace(LAST_LANGUAGE, f'{LAST_LANGUAGE}, "eo": "Esperanto"'), encoding="utf-8")
+    (app / "i18n" / "eo.toml").write_text(CATALOGUE, encoding="utf-8")
+    lesson = (app / "lessons" / "01-redundancy.de.md").read_text(encoding="utf-8")
+    translated = lesson.replace("# Redundanz und Nullraum", "# Redundo", 1)
+    (app / "lessons" / "01-redundancy.eo.md").write_text(translated, encoding="utf-8")
+    code = f"from tests.app.i18n.{Path(__file__).stem} import *; print(json.dumps(answers(Path({str(out)!r}))))"
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        timeout=300.0,
+        check=True,
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join((str(tmp_path), str(ROOT)))},
+    )
+    assert json.loads(done.stdout.splitlines()[-1]) == {
+        "page": ["As the browser asks", "English", "Deutsch", "Slovenščina", "Esperanto"],
+        "number": "0,5",
+        "asked": ["eo", "eo"],
+        "browser": "Ŝargado …",
+        "notebook": True,
+        "lessons": [],
+        "handout": 0,
+    }
+    (page,) = out.iterdir()
+    handout = page.read_text(encoding="utf-8")
+    assert page.name.endswith("-eo.html") and '<html lang="eo">' in handout and "Redundo" in handout

@@ -1,5 +1,6 @@
 """A real Jupyter server, in the folder that a hub would give it."""
 
+import json
 import os
 import subprocess
 import sys
@@ -48,26 +49,27 @@ class JupyterServer:
 @pytest.fixture(scope="package")
 def jupyter(tmp_path_factory: pytest.TempPathFactory) -> Iterator[JupyterServer]:
     home = tmp_path_factory.mktemp("home")
-    server = JupyterServer(free_port(), home / "log")
+    output = home / "log"
     options = {
         "ServerApp.ip": "127.0.0.1",
-        "ServerApp.port": server.port,
-        "ServerApp.port_retries": 0,
-        "ServerApp.base_url": server.folder,
+        # The next free one, if another program takes it meanwhile.
+        "ServerApp.port": free_port(),
+        "ServerApp.base_url": JupyterServer.folder,
         "ServerApp.allow_remote_access": True,
         "ServerApp.open_browser": False,
         "IdentityProvider.token": TOKEN,
     }
     command = [sys.executable, "-m", "jupyter_server", "--allow-root", *(f"--{key}={value}" for key, value in options.items())]
     with (
-        server.log.open("wb") as log,
+        output.open("wb") as log,
         subprocess.Popen(command, cwd=home, env=environment(home), stdout=log, stderr=log) as process,
     ):
         try:
-            deadline = time.monotonic() + 60.0
-            while not _answers(server):
-                assert goes_on(process) and time.monotonic() < deadline, server.log.read_text(encoding="utf-8")
-            yield server
+            deadline = time.monotonic() + 120.0
+            about = home / "runtime" / f"jpserver-{process.pid}.json"
+            while not ((port := _port_in(about)) and _answers(JupyterServer(port, output))):
+                assert goes_on(process) and time.monotonic() < deadline, output.read_text(encoding="utf-8")
+            yield JupyterServer(port, output)
         finally:
             process.terminate()
 
@@ -83,6 +85,14 @@ def goes_on(process: subprocess.Popen[bytes]) -> bool:
     with suppress(subprocess.TimeoutExpired):
         process.wait(0.1)
     return process.returncode is None
+
+
+def _port_in(about: Path) -> int:
+    """Return the port that a server says it has; 0 as long as it has not said so."""
+    try:
+        return json.loads(about.read_text(encoding="utf-8"))["port"]
+    except (OSError, ValueError):
+        return 0
 
 
 def _answers(server: JupyterServer) -> bool:

@@ -18,6 +18,8 @@ from tests.blocking_client import BlockingClient
 from tests.browser import PageAt, screenshot, until
 from tests.test_imports import ROOT
 
+pytestmark = pytest.mark.slow
+
 DOCUMENT = (ROOT / "app" / "documents" / "jupyter.md").read_text(encoding="utf-8")
 (EXAMPLE,) = re.findall(r"^```ipython\n(.*?)^```", DOCUMENT, flags=re.MULTILINE | re.DOTALL)
 
@@ -114,7 +116,7 @@ def test_the_first_cell_operates_it_and_a_foreign_page_needs_the_key(cell: Execu
 def test_the_cell_finds_the_page_through_jupyter(
     cell: Execute, page_html: str, jupyter: JupyterServer, page_at: PageAt, tmp_path: Path
 ) -> None:
-    page = page_at(1000, 800)
+    page = page_at(1000, 800, fresh=True)
     page.goto(f"{jupyter.origin}{jupyter.folder}api/status?token={TOKEN}")
     # Jupyter's own pages say where they are in this element; JupyterLab itself is not among the tests' packages.
     config = f'<script id="jupyter-config-data" type="application/json">{{"baseUrl": "{jupyter.folder}"}}</script>'
@@ -138,7 +140,7 @@ def test_it_ends_with_close_and_without_the_run_the_cell_says_so(
         socket.create_connection(("127.0.0.1", port_of(page_html)))
     with pytest.raises(AssertionError, match=r"DuetError: .*duet.show\(\) opens a new one"):
         cell("run.history()")
-    page = page_at(700, 300, expect=("status of 500",))
+    page = page_at(700, 300, fresh=True, expect=("status of 500",))
     page.goto(f"{jupyter.origin}{jupyter.folder}api/status?token={TOKEN}")
     page.route(
         "**/lab",
@@ -149,7 +151,7 @@ def test_it_ends_with_close_and_without_the_run_the_cell_says_so(
 
 
 def test_where_jupyter_has_no_proxy_the_cell_gives_a_link(page_at: PageAt, page_html: str) -> None:
-    page = page_at(700, 300, expect=("status of 404",))
+    page = page_at(700, 300, fresh=True, expect=("status of 404",))
     page.route("**/*", lambda route: route.fulfill(status=404))
     page.route("**/lab", lambda route: route.fulfill(content_type="text/html", body=f"<body>{page_html}"))
     page.goto("http://localhost:1/lab")

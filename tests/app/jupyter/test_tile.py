@@ -14,7 +14,7 @@ from websockets.typing import Origin, Subprotocol
 from app.web.viser_internals import VISER_VERSION
 from tests.app.jupyter.conftest import TOKEN, JupyterServer
 from tests.blocking_client import BlockingClient
-from tests.browser import PageAt, wait_ready
+from tests.browser import PageAt, until, wait_ready
 
 LOAD = """
 import sys
@@ -60,7 +60,7 @@ def test_a_browser_under_the_hubs_name_sees_the_arms_and_a_foreign_page_does_not
     wait_ready(page, "/room")
     link = page.locator(".duet-link input")
     link.wait_for(state="attached")
-    assert link.input_value().startswith(f"{jupyter.origin}{jupyter.folder}duet/?")
+    until(page, lambda: link.input_value().startswith(f"{jupyter.origin}{jupyter.folder}duet/?"), "the link")
     cookies = "; ".join(f"{one.get('name')}={one.get('value')}" for one in page.context.cookies())
     assert first_message(jupyter, jupyter.origin, cookies)
     for origin, brought in ((jupyter.origin, ""), ("http://evil.example", cookies)):
@@ -76,6 +76,7 @@ def first_message(jupyter: JupyterServer, origin: str, cookies: str) -> bytes | 
         origin=Origin(origin),
         subprotocols=[Subprotocol(f"viser-v{VISER_VERSION}")],
         additional_headers={"Cookie": cookies},
+        open_timeout=60.0,
         proxy=None,
     ) as connection:
         return connection.recv(30.0)

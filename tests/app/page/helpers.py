@@ -6,7 +6,7 @@ from typing import Any
 from app.bench.headless_client import HeadlessClient
 from app.page.panels.choice_buttons import MARK
 from app.page.panels.controls import PICKER, TABS
-from app.page.panels.hotkeys import HOTKEYS
+from app.page.panels.hotkeys import hotkeys
 from app.session.relevant_settings import matters
 from app.session.session import Session
 from app.settings import Settings
@@ -18,7 +18,7 @@ Client = BlockingClient | HeadlessClient
 SPECS = specs(Settings)
 ON_PAGE = (*PICKER, *(key for _, _, keys in TABS for key in keys))
 USUAL_STAGE = {"scene": "hold", "law": "smooth_priority"}
-STAGES: dict[str, dict[str, str]] = {
+STAGES: dict[str, dict[str, Any]] = {
     **{key: {"scene": "solo"} for key in ("path", "kx")},
     **{key: {"scene": "ball"} for key in ("point", "ball")},
     **{key: {"scene": "imitation", "source": "clips"} for key in ("source", "clip")},
@@ -29,7 +29,7 @@ STAGES: dict[str, dict[str, str]] = {
     "kr": {"law": "set_based_task"},
     "beta": {"pairs": "soft"},
     "eps": {"pairs": "smooth"},
-    "coupled": {"avoid": "both"},
+    "coupled": {"avoid": "both", "ff": False},
 }
 """Key → what must be chosen for its control to be in view; the others are there by default."""
 
@@ -53,8 +53,8 @@ def another(key: str, present: Any) -> tuple[Any, Any]:
     """A possible value other than the present one: as the page sends it, and as the settings keep it."""
     spec = SPECS[key]
     if spec.choices:
-        index = (spec.choices.index(present) + 1) % len(spec.choices)
-        return spec.choice_labels[index], spec.choices[index]
+        other = spec.choices[(spec.choices.index(present) + 1) % len(spec.choices)]
+        return spec.options()[other], other
     if isinstance(present, bool):
         return not present, not present
     if isinstance(present, int):
@@ -67,8 +67,8 @@ def another(key: str, present: Any) -> tuple[Any, Any]:
 
 def hotkey_uuid(visitor: BlockingClient, action: str) -> str:
     """The uuid of the palette command that stands for a hotkey."""
-    text = next(h.text for h in HOTKEYS if h.name == action).capitalize()
-    return next(uuid for uuid, command in visitor.mirror.commands.items() if command["label"] == text)
+    text = next(h.text for h in hotkeys() if h.name == action).capitalize()
+    return next(uuid for uuid, command in list(visitor.mirror.commands.items()) if command["label"] == text)
 
 
 def press(guest: Guest, action: str) -> None:
@@ -103,9 +103,16 @@ def buttons(visitor: Client) -> list[str]:
 
 def click(visitor: BlockingClient, start: str) -> None:
     """Press the button in view whose label begins like this."""
-    visitor.wait_for(lambda _: any(label.startswith(start) for label in buttons(visitor)), 60.0)
-    elements = bodies(visitor, "GuiButtonMessage")
-    visitor.click(next(e["label"] for e in elements if str(e["label"]).removeprefix(MARK).startswith(start)))
+    found: list[str] = []
+
+    def is_there(_: object) -> bool:
+        # Its label may be another one a moment later.
+        elements = bodies(visitor, "GuiButtonMessage")
+        found[:] = [e["uuid"] for e in elements if str(e["label"]).removeprefix(MARK).startswith(start)]
+        return bool(found)
+
+    visitor.wait_for(is_there, 60.0)
+    visitor.send({"type": "GuiUpdateMessage", "uuid": found[0], "updates": {"value": True}})
 
 
 def open_lessons(visitor: BlockingClient) -> None:

@@ -7,26 +7,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.hosting.private_host import PrivateHost
 from app.lessons.lesson import Step
 from app.lessons.loading import load_lessons
 from app.lessons.reference_runs import begin, person_of
 from app.page.camera_follow import CameraFollow
-from app.page.free_picture import FreePicture, free_picture
 from app.page.lessons.lesson_camera import lesson_view
 from app.page.lessons.lesson_panel import NARROW_WIDTH, WIDTH
+from app.page.picture_size import FreePicture, free_picture
 from app.session.input_source import InputSource
-from app.stage.camera_fit import Pose, project
-from app.stage.framed_points import AHEAD, framed_now
-from app.stage.stage_camera import view_of
+from app.stage.camera_view import AHEAD, Pose, framed_now, project, view_of
 from app.theme import DOCK_WIDTH
 from scenes.rigs import Camera
 from scenes.roles import TargetSource
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
-from tests.app.conftest import OpenHouse, ask
-from tests.app.page.by_hand import run_on, visit
-from tests.browser import PageAt, screenshot, settled_view, until, world_to_px
+
+pytestmark = pytest.mark.slow
 
 SIZES = ((1440, 900), (1024, 768), (390, 844))
 TITLE_BAR, RAIL = 47.0, 40.0
@@ -107,50 +103,6 @@ def test_every_step_of_a_lesson(step: Step) -> None:
     assert watch(simulation, source, min(step.setup.seconds, 12.0), view, True) == []
 
 
-def test_our_projection_is_the_pages_and_a_visitor_who_turns_the_view_keeps_it(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(900, 640)
-    opened = house()
-    session = visit(page, opened, "autopilot=0&seed=3")
-    settled_view(page)
-    ring = ask(session, lambda s: np.array(s.simulation.place))
-    host = opened.host
-    assert isinstance(host, PrivateHost)
-    (visitor,) = host.visitors.values()
-    camera = visitor.client.camera
-    box = page.evaluate(
-        "(() => { const box = __viserMutable.canvas.getBoundingClientRect(); return [box.left, box.top, box.width, box.height]; })()"
-    )
-    pose = Pose(np.array(camera.position), np.array(camera.look_at), camera.fov)
-    (ours,) = project(pose, (box[2], box[3]), ring[None])
-    assert np.abs(np.array(world_to_px(page, ring)) - ours - box[:2]).max() < 1.0
-    picture = visitor.view.picture(visitor.client)
-    assert abs(picture.width - box[2]) < 2.0 and abs(picture.height - box[3]) < 2.0
-
-    # The camera goes where the hand goes.
-    def sent() -> Any:
-        return np.array(camera.position)
-
-    first = sent()
-    session.post(lambda: session.simulation.positions.__setitem__(session.simulation.guided.joints.start, 2.0))
-    until(page, lambda: np.linalg.norm(sent() - first) > 0.05, "following")
-    assert not visitor.view.left_alone(visitor.client)
-    settled_view(page)
-    # The visitor turns the view, and keeps it.
-    x, y = box[0] + 0.8 * box[2], box[1] + 0.1 * box[3]
-    page.mouse.move(x, y)
-    page.mouse.down()
-    page.mouse.move(x - 60, y + 20, steps=4)
-    page.mouse.up()
-    until(page, lambda: visitor.view.left_alone(visitor.client), "being left alone")
-    view = settled_view(page)
-    ask(session, lambda s: s.reset())
-    run_on(page, session, 0.3)
-    assert np.allclose(settled_view(page), view, atol=1e-6)
-    page.keyboard.press("v")
-    until(page, lambda: np.linalg.norm(sent() - first) < 0.05, "the first view")
-    assert not visitor.view.left_alone(visitor.client)
-
-
 def test_what_the_card_and_the_panels_cover_is_not_free() -> None:
     desk = free_picture((1440.0, 853.0), 1096.0, "desk")
     assert not desk.contains(100.0, 100.0) and desk.contains(400.0, 100.0) and desk.contains(100.0, 260.0)
@@ -184,36 +136,3 @@ def test_late_news_of_our_own_moves_is_no_move_of_the_visitor() -> None:
     assert one.camera.position is place, "a view that the visitor chose is moved"
     one.follow.first_view(simulation, 6.0)
     assert not one.follow.left_alone and one.outside(framed_now(simulation)[0]) == []
-
-
-def test_the_picture_uses_the_place_of_folded_plots(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(1000, 760)
-    opened = house()
-    session = visit(page, opened, "autopilot=0&profile=projector")
-    assert isinstance(opened.host, PrivateHost)
-    (visitor,) = opened.host.visitors.values()
-    plots = page.locator("[data-floating-window]").first
-
-    def as_on_the_page() -> bool:
-        picture = visitor.view.picture(visitor.client)
-        box = page.evaluate("__viserMutable.canvas.getBoundingClientRect().toJSON()")
-        covered = box["bottom"] - plots.evaluate("(plots) => plots.getBoundingClientRect().top")
-        seen, real = (picture.width, picture.height, picture.open.bottom), (box["width"], box["height"], box["height"] - covered)
-        return bool(np.abs(np.subtract(seen, real)).max() < 1.5)
-
-    # The title bar of a projector's page is taller.
-    until(page, as_on_the_page, "the picture's real size")
-    settled_view(page)
-    points = ask(session, lambda s: framed_now(s.simulation)[0])
-    before = max(world_to_px(page, point)[1] for point in points)
-    away = np.linalg.norm(visitor.client.camera.position)
-    plots.locator("[data-dock-minimize]").click()
-    until(page, as_on_the_page, "the folded plots")
-    until(page, lambda: np.linalg.norm(visitor.client.camera.position) < away - 0.1, "a nearer camera")
-    settled_view(page)
-    assert max(world_to_px(page, point)[1] for point in points) > before + 50.0
-    assert not visitor.view.left_alone(visitor.client)
-    screenshot(page, "folded-plots")
-    plots.locator("[data-dock-minimize]").click()
-    until(page, as_on_the_page, "the open plots")
-    until(page, lambda: abs(np.linalg.norm(visitor.client.camera.position) - away) < 0.05, "the camera of before")

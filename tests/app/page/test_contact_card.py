@@ -1,13 +1,15 @@
 """The card of the line of contact in a real browser: what it shows is what the run does, and no label lies over another."""
 
 import re
+from functools import cache
+from typing import Any
 
 import numpy as np
 from playwright.sync_api import Page
 
-from app.hosting.private_host import PrivateHost
 from app.i18n.speaking import set_language
-from app.lessons.phases import Phase
+from app.lessons.bookmark import Phase
+from app.lessons.session.lesson_actions import Choose
 from app.page.panels.contact_card import (
     contact_note,
     contact_numbers,
@@ -24,8 +26,9 @@ from app.session.session import Session
 from app.settings import Language
 from tests.app.conftest import OpenHouse, ask
 from tests.app.page.by_hand import visit
-from tests.app.test_readout import played, settings
-from tests.browser import PageAt, screenshot, until
+from tests.app.page.test_readout import played, settings
+from tests.browser import PageAt, lasting, screenshot, until
+from tests.tools.lesson_walker import enter, shown_step
 
 PAUSED = Pace(True, 1.0, False)
 
@@ -63,7 +66,7 @@ def drawing(query: str, language: Language, seconds: float = 1.0, changed: dict[
     try:
         simulation, whole = played(query, seconds), settings(query)
         sample = simulation.sample()
-        frame = Frame(0.0, Session(whole), simulation, None, sample, whole, PAUSED)
+        frame = Frame(0.0, live := Session(whole), live, None, simulation, None, sample, whole, PAUSED)
         if sample.pair < 0:
             words, note, numbers = solo_words(whole.run), solo_note(whole.run), solo_numbers(sample)
             return part_text(words), part_text(note), part_text(numbers)
@@ -81,6 +84,7 @@ def drawing(query: str, language: Language, seconds: float = 1.0, changed: dict[
         set_language("en")
 
 
+@cache
 def states(language: Language) -> list[Drawing]:
     def at(d: float, lam: float, rest: float | None = None, query: str = "scene=hold", **more: float | None) -> Drawing:
         return drawing(query, language, changed={"d": d, "law": d, "lam": lam, "rest": rest, **more})
@@ -111,13 +115,13 @@ def states(language: Language) -> list[Drawing]:
 
 
 def draw(page: Page, one: Drawing) -> None:
-    """Show a state in place of the waiting run's, and return when it is drawn."""
-    page.evaluate(
-        """texts => ["words", "note", "now"].forEach((name, i) => {
-          for (const e of document.querySelectorAll(`.duet-contact-${name}`)) e.dataset.text = texts[i]; })""",
-        one,
+    """Show a state in place of the waiting run's, and return when it is drawn; the server may just have sent the run's own again."""
+    page.wait_for_function(
+        """texts => { ["words", "note", "now"].forEach((name, i) => {
+          for (const e of document.querySelectorAll(`.duet-contact-${name}`)) e.dataset.text = texts[i]; });
+          return document.getElementById("duet-contact").dataset.drawn === texts[2]; }""",
+        arg=one,
     )
-    page.wait_for_function("now => document.getElementById('duet-contact').dataset.drawn === now", arg=one[2])
 
 
 def waiting(page: Page, house: OpenHouse, query: str = "") -> Session:
@@ -144,8 +148,12 @@ def test_no_label_lies_over_another(house: OpenHouse, page_at: PageAt) -> None:
         page.wait_for_function("k => getComputedStyle(document.documentElement).getPropertyValue('--duet-k') === k", arg=k)
         for language in languages:
             for number, one in enumerate(states(language)):
-                draw(page, one)
-                found = page.evaluate(TEXTS)
+
+                def overlaps(one: Drawing = one) -> list[str]:
+                    draw(page, one)
+                    return page.evaluate(TEXTS)
+
+                found = lasting(page, overlaps)
                 faults += [f"{width} {profile} {language} {number}: {fault}" for fault in found]
                 if found:
                     screenshot(page, f"contact-{width}-{profile}-{language}-{number}")
@@ -160,96 +168,163 @@ POINTS = """() => {
     net: card.querySelector(".sum").getAttribute("d"), values: [...card.querySelectorAll(".value")].map((e) => e.textContent) }; }"""
 
 
-def test_the_bead_and_its_height_are_the_runs_d_and_lambda(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(900, 640)
+CURVES = """() => Object.fromEntries(Object.values(__viserTestpoints.uplots).flatMap(({ chart }) =>
+    chart.series.slice(1, 4).map(({ label, alpha }) => [label, alpha ?? 1])))"""
+"""How opaque the first curves of every plot are, by name."""
+
+
+def test_the_bead_and_its_height_are_the_runs_and_a_symbol_lights_up_everywhere(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(1000, 700)
     session = visit(page, house())
     # Near enough that λ has a height to look at.
     until(page, lambda: session.simulation.sample().activation > 0.3, "λ")
     ask(session, lambda s: s.halt.set("visitor"))
     page.get_by_text("paused", exact=True).first.wait_for()
     sample = ask(session, lambda s: s.simulation.sample())
+    terms = ask(
+        session,
+        lambda s: budget_terms(
+            s.simulation, sample, Frame(0.0, s, s, None, s.simulation, None, sample, s.settings, PAUSED).contact
+        ),
+    )
+    values = [-t.value if t.kind in ("u", "w") else t.value for t in terms]
     page.wait_for_function(
         "d => document.querySelector('#duet-contact .gap b').textContent === d", arg=f"{1e3 * sample.distance:.0f}"
     )
-    # Sent in thousandths, said in hundredths: rounded twice.
-    until(page, lambda: abs(float(page.evaluate(POINTS)["label"].split("λ ")[1][:4]) - sample.activation) < 0.0056, "the last λ")
-    seen = page.evaluate(POINTS)
+    seen: dict[str, Any] = {}
+
+    def of_the_last_step() -> bool:
+        seen.update(page.evaluate(POINTS))
+        shown = [float(text.replace("−", "-")) for text in seen["values"]]
+        # Sent in thousandths, said in hundredths: rounded twice.
+        said = abs(float(seen["label"].split("λ ")[1][:4]) - sample.activation) < 0.0056
+        return said and len(shown) == len(values) and np.allclose(shown, values, atol=0.0056)
+
+    until(page, of_the_last_step, "λ and the budget of the last step")
     span = 360.0
     place = seen["left"] + (seen["right"] - seen["left"]) * 1e3 * sample.law_distance / span
     assert abs(seen["bead"] - place) < 0.6
     assert abs(seen["axis"] - seen["tip"] - (seen["axis"] - seen["top"]) * sample.activation) < 0.3
     xs, ys = np.array([point.split(",") for point in seen["curve"].split()], float).T
     assert abs(np.interp(seen["bead"], xs, ys) - seen["tip"]) < 1.5, "the bead stands on the curve"
-    terms = ask(
-        session,
-        lambda s: budget_terms(s.simulation, sample, Frame(0.0, s, s.simulation, None, sample, s.settings, PAUSED).contact),
-    )
-    shown = [float(text.replace("−", "-")) for text in seen["values"]]
-    assert np.allclose(shown, [-t.value if t.kind in ("u", "w") else t.value for t in terms], atol=0.0056)
     assert "orange arm" in page.locator("#duet-contact").inner_text()
     assert re.search(r"^\d+ mm apart, the gap (opens|holds|closes); λ 0\.\d\d\. ", seen["label"])
 
-    # Folded it stays so in this browser.
-    page.get_by_role("button", name="Fold this drawing").click()
-    page.reload()
-    page.get_by_role("button", name="Show the drawing").wait_for()
-    assert not page.locator("#duet-contact .chart").is_visible() and page.locator("#duet-contact .gap").is_visible()
-
-
-CURVES = """() => Object.fromEntries(Object.values(__viserTestpoints.uplots).flatMap(({ chart }) =>
-    chart.series.slice(1, 4).map(({ label, alpha }) => [label, alpha ?? 1])))"""
-"""How opaque the first curves of every plot are, by name."""
-
-
-def test_a_symbol_lights_up_everywhere(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(1000, 700)
-    waiting(page, house)
+    # A symbol lights up everywhere.
     number = page.locator(".duet-eq .live.lam").first
     number.wait_for()
-    lam = page.locator("#duet-contact .large.lam").text_content()
-    assert lam is not None and number.text_content() == lam.split()[-1]
+    lam = page.locator("#duet-contact .large.lam").text_content() or ""
+    # Words and numbers are drawn a few times a second, the card with every frame.
+    until(page, lambda: number.text_content() == lam.split()[-1], f"{lam} in the equation, too")
     parts = ("#duet-contact .curve", "#duet-contact [data-symbol=v].bar", ".duet-caption .d")
     lit = "parts => parts.map((part) => document.querySelector(part).classList.contains('duet-lit'))"
 
     def lights(place: str, *expected: bool) -> None:
-        page.locator(place).first.hover(force=True)
-        until(page, lambda: page.evaluate(lit, parts) == list(expected), f"{place} lights up")
+        def lit_up() -> bool:
+            page.locator(place).first.hover(force=True)
+            return page.evaluate(lit, parts) == list(expected)
+
+        until(page, lit_up, f"{place} lights up")
 
     lights(".duet-eq .hit[data-symbol=lam]", True, False, False)
     lights("#duet-contact .term[data-symbol=v]", False, True, False)
     assert page.locator(".duet-eq .hit[data-symbol=v].duet-lit").count() == 1
     lights("#duet-contact circle.body", False, False, True)
     # The curve of d stands out from its plot, and the other plot stays as it is.
-    curves = page.evaluate(CURVES)
-    assert curves["d"] == 1.0 and curves["d_m"] < 0.5 and curves["e2"] == 1.0
+
+    def d_stands_out() -> bool:
+        curves = page.evaluate(CURVES)
+        return curves["d"] == 1.0 and curves["d_m"] < 0.5 and curves["e2"] == 1.0
+
+    until(page, d_stands_out, "the curve of d")
     page.locator(".duet-eq .hit[data-symbol=lam]").first.focus()
     until(page, lambda: page.evaluate(lit, parts) == [True, False, False], "the focus")
     page.mouse.move(500, 600)
     until(page, lambda: page.locator(".duet-lit").count() == 0, "darkness")
-    assert set(page.evaluate(CURVES).values()) == {1.0}
+    until(page, lambda: set(page.evaluate(CURVES).values()) == {1.0}, "all curves as before")
+
+    # Folded it stays so in this browser.
+    page.get_by_role("button", name="Fold this drawing").click()
+    page.reload()
+    page.get_by_role("button", name="Show the drawing").wait_for()
+    page.locator("#duet-contact .gap").wait_for()
+    assert not page.locator("#duet-contact .chart").is_visible()
 
 
-def test_d_lights_up_in_the_formulas_of_a_lesson(house: OpenHouse, page_at: PageAt) -> None:
+def test_a_number_has_the_decimal_sign_of_the_language(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(1000, 700)
+    session = visit(page, house(), "lang=de")
+    until(page, lambda: session.simulation.sample().activation > 0.05, "λ")
+    ask(session, lambda s: s.halt.set("visitor"))
+    point, parts = re.compile(r"\d\.\d"), ("#duet-contact [role=img]", ".duet-eq", ".duet-status >> nth=0")
+    languages: dict[Language, str] = {"de": "Abstand", "sl": "razdalja"}
+    for language, word in languages.items():
+        ask(session, lambda s, language=language: s.change("lang", language))
+        page.get_by_text(f"{word} d_m [mm]").first.wait_for()
+        until(
+            page,
+            lambda: re.search(r"λ \d,\d\d", page.locator("#duet-contact [role=img]").get_attribute("aria-label") or ""),
+            "a comma",
+        )
+        until(page, lambda: "," in (page.locator("#duet-contact text.lam").text_content() or ""), "a comma in the drawing")
+        page.locator(".duet-eq .live.lam").first.wait_for()
+        assert lasting(page, lambda: [p for p in parts if point.search(page.locator(p).first.text_content() or "")]) == []
+        for query in ("scene=solo&path=circle&k=1", "scene=ball&dead=0.05"):
+            assert not point.search(drawing(query, language)[1]), query
+        assert '"point":","' in drawing("scene=solo", language)[0] and '"point":"."' in drawing("scene=hold", "en")[0]
+
+
+LAW = ("#duet-contact .curve", "#duet-contact text.lam", "#duet-contact text.rest", "#duet-contact .term", "#duet-contact .trend")
+
+
+def test_the_card_keeps_back_what_a_lesson_asks_and_d_lights_up_in_its_formulas(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1280, 800)
-    opened = house()
-    session = visit(page, opened, "lesson=4&step=1&lang=en")
-    assert isinstance(opened.host, PrivateHost)
-    walk = next(iter(opened.host.visitors.values())).lessons.walk
+    session, run = enter(page, house(), "lesson=3&step=1&lang=en")
+    pill = page.locator(".duet-status").filter(has_text="stands")
+
+    def seen() -> list[str]:
+        return [part for part in LAW if any(text.strip() for text in page.locator(f"{part}:visible").all_text_contents())]
+
+    # The words "a retreat for ever", the curve to be drawn, the resting distance, and what the next steps make of an error.
+    for lesson, step in ((2, 0), (3, 0), (5, 0), (1, 2)):
+        shown_step(page, session, run, lesson, step)
+        page.locator("#duet-contact.asks").wait_for()
+        until(page, lambda: page.locator("#duet-contact .gap b").inner_text() != "", "d, or |e|")
+        until(page, lambda: pill.count() == 0, "no word of the promise")
+        assert seen() == [] and not page.locator("#duet-contact .curve").is_visible()
+        assert page.locator("#duet-contact .note").inner_text() == ""
+        label = page.locator("#duet-contact [role=img]").get_attribute("aria-label") or ""
+        assert "λ" not in label and "priority" not in label and "grows" not in label
+        assert page.evaluate("duet.symbols?.lam") is None
+        screenshot(page, f"asks-{lesson + 1}.{step + 1}")
+    assert page.get_by_text("unstable").count() == 0
+    shown_step(page, session, run, 3, 0)
+    # Here d lights up in the formulas, too.
     inline = page.locator(".duet-lesson p path.d")
     inline.first.wait_for()
-    x, y = inline.first.evaluate(
-        "(d) => { const b = d.getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]; }"
-    )
-    page.mouse.move(x, y)
-    until(page, lambda: inline.first.evaluate("(d) => d.classList.contains('duet-lit')"), "d in a line of text")
+
+    def lit_in_the_text() -> bool:
+        inline.first.hover(force=True)
+        return inline.first.evaluate("(d) => d.classList.contains('duet-lit')")
+
+    until(page, lit_in_the_text, "d in a line of text")
     until(page, lambda: page.locator("#duet-contact .d.duet-lit").count() > 0, "d in the card")
-    ask(session, lambda _: setattr(walk, "phase", Phase.EXPLAIN))
+    page.mouse.move(640, 300)
+    ask(session, lambda _: run.act(Choose(0)))
+    until(page, lambda: {LAW[1], LAW[3], LAW[4]} <= set(seen()), "the law, now that the prediction is given")
+    page.locator("#duet-contact .curve").wait_for()
+    pill.first.wait_for()
+    ask(session, lambda _: setattr(run.walk, "phase", Phase.EXPLAIN))
     hits = page.locator(".duet-l-explain .hit[data-symbol=d]")
     hits.first.wait_for()
     page.mouse.move(640, 300)
-    hits.nth(1).focus()
-    until(page, lambda: page.locator(".duet-l-explain path.d.duet-lit").count() == 4, "d in eq. (31)")
-    screenshot(page, "lit-d")
+
+    def lit_in_the_equation() -> bool:
+        # It is drawn again with the run's numbers, and has lost the focus then.
+        hits.nth(1).focus()
+        return page.locator(".duet-l-explain path.d.duet-lit").count() == 4
+
+    until(page, lit_in_the_equation, "d in eq. (31)")
 
 
 def test_the_word_for_the_gap_does_not_flicker() -> None:

@@ -2,14 +2,15 @@
 
 import numpy as np
 import pytest
-from playwright.sync_api import Page
+from playwright.sync_api import Locator, Page
 
 from app.page.panels.controls import PICKER, TABS
 from app.session.session import Session
 from tests.app.conftest import HAND, OpenHouse, ask
 from tests.app.page.by_hand import control, hand, see_controls, see_plots, set_by_hand, visit
 from tests.app.page.helpers import bring_into_view
-from tests.browser import PageAt, screenshot, until, wait_ready, world_position
+from tests.app.page.test_controls import PATIENCE
+from tests.browser import PageAt, screenshot, settled_box, until, wait_ready, world_position
 
 TAB_KEYS = {name: keys for name, _, keys in TABS}
 
@@ -37,9 +38,9 @@ def test_every_control_of_the_law_by_hand(house: OpenHouse, page_at: PageAt) -> 
     thumb.focus()
     page.keyboard.press("ArrowRight")
     until(page, lambda: session.settings.run.law.critical_distance == pytest.approx(before + 0.005), "the thumb")
-    track = control(page, "n").locator(".mantine-Slider-root").bounding_box()
-    assert track is not None
-    page.mouse.click(track["x"] + 0.75 * track["width"], track["y"] + track["height"] / 2)
+    track = control(page, "n").locator(".mantine-Slider-root")
+    _, _, width, height = settled_box(page, track)
+    track.click(position={"x": 0.75 * width, "y": height / 2})
     until(page, lambda: abs(session.settings.run.law.order - 15.25) < 1.0, "the track")
     # A number that is impossible stays on the page.
     settings, box = session.settings, control(page, "dm").locator("input[type=text]").last
@@ -58,12 +59,12 @@ def test_every_control_of_the_law_by_hand(house: OpenHouse, page_at: PageAt) -> 
     until(page, lambda: page.locator("#duet-contact circle.ghost").get_attribute("visibility") == "visible", "the ghost's ring")
     page.locator(".duet-caption").get_by_text("ghost", exact=True).first.wait_for()
     page.get_by_role("button", name="Measure", exact=True).click()
-    page.get_by_text("Largest step of q̇").wait_for()
+    page.get_by_text("Largest step of q̇").wait_for(timeout=1000.0 * PATIENCE)
     page.get_by_role("tab", name="Law").click()
     control(page, "dm").locator("input[type=text]").last.fill("200")
     page.get_by_role("tab", name="Compare").click()
-    page.get_by_text("as it was", exact=True).wait_for()
-    page.get_by_text("With dm = 200 mm.").wait_for()
+    page.get_by_text("as it was", exact=True).wait_for(timeout=1000.0 * PATIENCE)
+    page.get_by_text("With dm = 200 mm.").wait_for(timeout=1000.0 * PATIENCE)
 
 
 def test_every_other_control_by_hand(house: OpenHouse, page_at: PageAt) -> None:
@@ -72,8 +73,13 @@ def test_every_other_control_by_hand(house: OpenHouse, page_at: PageAt) -> None:
     ask(session, lambda s: s.toggle_pause())
     control(page, "rig").wait_for()
     see_controls(page, session, PICKER)
-    tops = [place.evaluate("e => e.getBoundingClientRect().top") for place in (control(page, key) for key in PICKER)]
-    assert tops == sorted(tops) and tops[-1] < page.locator(".duet-eq").first.evaluate("e => e.getBoundingClientRect().top")
+
+    def in_order() -> bool:
+        places = *(control(page, key) for key in PICKER), page.locator(".duet-eq").first
+        tops = [place.evaluate("e => e.getBoundingClientRect().top") for place in places]
+        return tops == sorted(tops) and tops[-2] < tops[-1]
+
+    until(page, in_order, "the choice of the experiment above the equation")
     # The experiment last, so that the others are tried in the usual one.
     for key in reversed(PICKER):
         set_by_hand(page, session, key)
@@ -97,9 +103,13 @@ def test_every_other_control_by_hand(house: OpenHouse, page_at: PageAt) -> None:
     page.wait_for_function("document.documentElement.dataset.mantineColorScheme === 'dark'")
     page.wait_for_function("getComputedStyle(document.documentElement).getPropertyValue('--duet-k').trim() === '1.3'")
     see_plots(page, ("distance d [m]", "error e² [m²]"))
-    for box in page.locator("[data-testid=floating-panel], [data-floating-window]").all():
+
+    def inside(box: Locator) -> bool:
         place = box.bounding_box()
-        assert place is not None and place["x"] >= -1 and place["x"] + place["width"] <= 901
+        return place is not None and place["x"] >= -1 and place["x"] + place["width"] <= 901
+
+    panels = page.locator("[data-testid=floating-panel], [data-floating-window]")
+    until(page, lambda: all(inside(box) for box in panels.all()), "every panel in the window")
     screenshot(page, "page-900-dark-projector")
     # Last, as shadows take a machine without a graphics card seconds.
     for key in set(keys) - {"theme", "profile"}:

@@ -10,7 +10,7 @@ from app.session.session import Session
 from app.settings import Settings
 from scenes.settings import values
 from scenes.targets import HandTarget, JointTarget
-from tests.app.conftest import ELBOW, HAND, Arrive, OpenHouse, ask, live_sessions
+from tests.app.conftest import ELBOW, HAND, Arrive, OpenHouse, ask
 from tests.app.page.helpers import ON_PAGE, SPECS, another, bring_into_view, notes, page_label, press, roundtrip
 from tests.tools.monkey.visitor import assert_sound
 
@@ -49,7 +49,8 @@ def test_every_control_changes_one_setting_of_one_visitor_and_no_bad_value_gets_
         one.wait(lambda s, key=key, expected=expected: values(s.settings)[key] == pytest.approx(expected, abs=1e-9))
         now = values(one.session.settings)
         assert {k for k in now if now[k] != after[k]} == {key}
-        assert one.session.simulation.settings == one.session.settings.run and values(other.session.settings) == theirs, key
+        # Asked for, as the run is built again only after its settings have changed.
+        assert one.ask(lambda s: s.simulation.settings == s.settings.run) and values(other.session.settings) == theirs, key
         one.run_on(0.05)
         one.ask(assert_sound)
     ask(one.session, lambda s: [s.change("scene", "hold"), s.change("rig", "table")])
@@ -71,25 +72,6 @@ def test_what_one_visitor_does_leaves_the_arms_of_another_as_they_were_to_the_la
         alone.advance(alone.settings.run.dt)
     assert len(table) > 50
     assert alone.simulation.history.table().tobytes() == table.tobytes()
-
-
-def test_wrong_types_cost_only_the_own_connection(house: OpenHouse, arrive: Arrive) -> None:
-    opened = house()
-    witness = arrive(opened)
-    before = values(witness.session.settings)
-    for key in ON_PAGE:
-        wrong: list[Any] = [None, [1, 2], {"a": 1}, b"\x00", 3 if SPECS[key].choices or isinstance(before[key], bool) else "wide"]
-        for value in wrong[ON_PAGE.index(key) % 5 :: 5]:
-            victim = arrive(opened)
-            victim.visitor.set_value(page_label(key), value)
-            victim.visitor.wait_for(lambda v: v.closed)
-            assert victim.visitor.closed is not None and victim.visitor.closed.rcvd is not None
-            assert victim.visitor.closed.rcvd.code == 1008
-            assert values(victim.session.settings) == before
-            witness.wait(lambda _, number=victim.number: number not in live_sessions(opened))
-    witness.run_on(0.1)
-    assert values(witness.session.settings) == before and set(live_sessions(opened)) == {witness.number}
-    witness.ask(assert_sound)
 
 
 def test_a_refused_value_is_named_and_written_back(house: OpenHouse, arrive: Arrive) -> None:
@@ -151,7 +133,7 @@ def test_a_slider_leads_the_master_and_the_slave_follows(house: OpenHouse, arriv
     for value in (float("nan"), 1e9, wanted):
         visitor.set_value("elbow", value)
     visitor.wait_for(lambda _: isinstance(session.held, JointTarget))
-    visitor.wait_for(lambda _: abs(np.degrees(session.simulation.positions[master][3]) - wanted) < 0.5, 15.0)
-    after = session.simulation.positions
+    visitor.wait_for(lambda _: abs(np.degrees(session.simulation.positions[master][3]) - wanted) < 0.5)
+    visitor.wait_for(lambda _: abs(session.simulation.positions[slave][3] - before[slave][3]) > np.radians(4.0))
+    after = guest.ask(lambda s: s.simulation.positions.copy())
     assert np.abs(np.delete(after[master] - before[master], 3)).max() < 0.02
-    assert abs(after[slave][3] - before[slave][3]) > np.radians(4.0)

@@ -10,13 +10,14 @@ from PIL import Image
 from playwright.sync_api import Page
 
 from app.session.session import Session
-from app.stage.target_place import RADIUS
+from app.stage.target_marks import RADIUS
 from app.theme import PALETTES, rgb
-from scenes.room import PATH
+from scenes.ball import PATH
 from tests.app.conftest import OpenHouse, ask
-from tests.app.page.by_hand import CUT, FREE, LATE_UPDATE, run_on, see_free, see_plots, visit
-from tests.browser import PageAt, close_software_note, screenshot, until, wait_frames, world_to_px
+from tests.app.page.by_hand import CUT, LATE_UPDATE, run_on, see_free, see_plots, visit
+from tests.browser import PageAt, close_software_note, drawn, lasting, screenshot, until, wait_frames, world_to_px
 
+SEEN = "p => document.elementFromPoint(...p) === __viserMutable.canvas"
 FOREARM = "/person/body/left_upper_arm/left_forearm"
 SIGHTS = ("hold", "torso"), ("hold", "table"), *((scene, "torso") for scene in ("solo", "ball", "master_slave", "imitation"))
 
@@ -42,7 +43,7 @@ def test_first_sight_of_every_scene_and_rig(
             start = ask(session, lambda s: s.simulation.home)
             assert start is not None
             for end in (start, start + PATH):
-                assert page.evaluate("p => document.elementFromPoint(...p) === __viserMutable.canvas", world_to_px(page, end))
+                until(page, lambda end=end: page.evaluate(SEEN, world_to_px(page, end)), "the ball's way in free sight")
         # Somewhere on the way, so that the picture shows what happens.
         run_on(page, session, 2.5 if scene == "ball" else 1.5)
         if scene == "hold":
@@ -54,9 +55,10 @@ def test_first_sight_of_every_scene_and_rig(
             ask(session, lambda s, theme=theme: s.change("theme", theme))
             page.wait_for_function("theme => document.documentElement.dataset.mantineColorScheme === theme", arg=theme)
             wait_frames(page, 6)
-            screenshot(page, f"page-{width}-{scene}-{rig}-{theme}")
-            assert page.evaluate(CUT) == [], (scene, rig, theme)
-        assert page.evaluate(FREE, nodes) == [], (scene, rig)
+            with drawn(page):
+                screenshot(page, f"page-{width}-{scene}-{rig}-{theme}")
+            assert lasting(page, lambda: page.evaluate(CUT)) == [], (scene, rig, theme)
+        see_free(page, nodes, f"{scene}, {rig}, on the way")
         ask(session, lambda s: s.toggle_pause())
 
 
@@ -64,7 +66,8 @@ def ring_share(page: Page, session: Session, colour: str) -> float:
     """The share of 24 points all along the ring at which its colour is seen; the hand and the handles may hide some."""
     place, rotation = ask(session, lambda s: (s.simulation.place, s.simulation.place_rotation))
     assert place is not None and rotation is not None
-    picture = np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB"), float) / 255.0
+    with drawn(page):
+        picture = np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB"), float) / 255.0
     wanted = colorsys.rgb_to_hsv(*(c / 255.0 for c in rgb(colour)))[0]
     seen = 0
     for angle in np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False):

@@ -30,8 +30,9 @@ def test_a_second_tab_is_private_and_a_link_sets_it(house: OpenHouse, page_at: P
     other.get_by_text("law = '<img src=x onerror=alert(1)>'").wait_for()
     assert other.locator("img[src=x]").count() == 0 and alerts == []
     other.wait_for_function("document.documentElement.dataset.mantineColorScheme === 'dark'")
-    assert control(other, "dm").locator("input[type=text]").last.input_value() == "100"
-    assert control(other, "n").locator("input[type=text]").last.input_value() == "10"
+    for key, number in {"dm": "100", "n": "10"}.items():
+        box = control(other, key).locator("input[type=text]").last
+        until(other, lambda box=box, number=number: box.input_value() == number, key)
     see_plots(other, ("distance", "error", "activation λ"))
     # Neither sees the other.
     assert chosen(first) == USUAL | {"autopilot": False}

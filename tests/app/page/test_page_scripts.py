@@ -1,5 +1,6 @@
-"""The page's scripts: what they are given reaches them safely, and a linter reads them."""
+"""The page's sources: scripts are given what they need safely and a linter reads them; a panel draws from the frame alone."""
 
+import ast
 import platform
 import shutil
 import subprocess
@@ -8,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from app.page.page_scripts import page_assets
+from app.page.page_assets import page_assets
 from app.settings import PageSettings
-from app.web.page_assets import PageAssets
+from app.web.pages import PageAssets
 from tests.test_imports import ROOT
 
 BIOME = Path(sys.executable).with_name("biome")
@@ -21,21 +22,21 @@ PACKAGED = (sys.platform, platform.machine()) == ("linux", "x86_64")
 @pytest.mark.skipif(not PACKAGED, reason="the linter of scripts is packaged for Linux on x86-64 only")
 def test_scripts_and_style_sheets_are_free_of_faults(tmp_path: Path) -> None:
     def lint(folder: Path) -> tuple[int, str]:
-        command = (str(BIOME), "ci", "--colors=off", "--error-on-warnings", "app")
+        command = (str(BIOME), "ci", "--colors=off", "--error-on-warnings", ".")
         done = subprocess.run(command, capture_output=True, text=True, cwd=folder, timeout=60, check=False)
         return done.returncode, done.stdout + done.stderr
 
-    code, said = lint(ROOT)
+    code, said = lint(ROOT / "app")
     assert code == 0, said
-    count = sum(1 for kind in ("js", "css") for _ in (ROOT / "app").rglob(f"*.{kind}"))
+    # Its own settings are a file that it reads, too.
+    count = 1 + sum(1 for kind in ("js", "css") for _ in (ROOT / "app").rglob(f"*.{kind}"))
     assert f"Checked {count} files" in said
     # With the same settings it finds faults.
-    shutil.copy(ROOT / "biome.jsonc", tmp_path)
-    (tmp_path / "app").mkdir()
-    (tmp_path / "app" / "a.js").write_text(
+    shutil.copy(ROOT / "app" / "biome.jsonc", tmp_path)
+    (tmp_path / "a.js").write_text(
         "duet.known = unknown;\n(() => {\n  const unused = 1;\n  var old = 1;\n  duet.known = old;\n})();\n"
     )
-    (tmp_path / "app" / "a.css").write_text("a { colour: red; }\n")
+    (tmp_path / "a.css").write_text("a { colour: red; }\n")
     code, said = lint(tmp_path)
     rules = ("noUndeclaredVariables", "noUnusedVariables", "noVar", "noUnknownProperty")
     assert code != 0 and [rule for rule in rules if rule not in said] == [], said
@@ -56,3 +57,42 @@ def test_every_script_and_style_sheet_is_on_the_page() -> None:
     own = {path for path in assets.styles if path.parent == folder}
     assert {*folder.glob("*.css")} == {*own, folder / "style.css", folder / "replay.css"}
     assert len({*assets.scripts}) == len(assets.scripts)
+
+
+PANELS = sorted(p for room in ("panels", "lessons") for p in (ROOT / "app" / "page" / room).glob("*.py"))
+
+WRITES = {"post", "set_source"}
+"""What drawing may do to a session: it reads nothing."""
+
+
+def reads_past_the_frame(source: str) -> list[str]:
+    """Return what the methods that a class's `show` comes to read of a session, with their lines."""
+    found: list[str] = []
+    for made in ast.walk(ast.parse(source)):
+        if not isinstance(made, ast.ClassDef):
+            continue
+        methods = {node.name: node for node in made.body if isinstance(node, ast.FunctionDef)}
+        waiting, seen = ["show"], set[str]()
+        while waiting:
+            name = waiting.pop()
+            if name in seen or name not in methods:
+                continue
+            seen.add(name)
+            for node in ast.walk(methods[name]):
+                if not isinstance(node, ast.Attribute):
+                    continue
+                if isinstance(node.value, ast.Name) and node.value.id == "self":
+                    waiting.append(node.attr)
+                elif ast.unparse(node.value) in ("self._session", "session") and node.attr not in WRITES:
+                    found.append(f"{node.lineno}: {ast.unparse(node)}")
+    return found
+
+
+@pytest.mark.parametrize("path", PANELS, ids=lambda path: path.name)
+def test_a_panel_reads_the_frame_alone(path: Path) -> None:
+    assert reads_past_the_frame(path.read_text(encoding="utf-8")) == []
+
+
+def test_a_read_past_the_frame_is_found_in_what_show_calls() -> None:
+    source = "class Panel:\n    def show(self, frame):\n        self._draw()\n    def _draw(self):\n        print(self._session.held)\n"
+    assert reads_past_the_frame(source) == ["5: self._session.held"]

@@ -1,10 +1,10 @@
 """Tabs and plots in a real browser, and a picture that is drawn for a change alone."""
 
 from app.page.panels.choice_buttons import MARK
-from app.page.panels.hotkeys import HOTKEYS
+from app.page.panels.hotkeys import hotkeys
 from tests.app.conftest import OpenHouse, ask
 from tests.app.page.by_hand import see_plots, visit
-from tests.browser import PageAt, settled_view, until, wait_frames
+from tests.browser import PageAt, drawn, settled_view, until, wait_frames
 
 TIMES = {"λ": "activation λ", "q": "joints q [°]", "q̇": "joint speeds q̇ [°/s]", "u v w": "speeds along the line [m/s]"}
 """What stands on a button → the beginning of the plot's title, over time."""
@@ -28,7 +28,7 @@ def test_tabs_plots_and_the_picture_at_rest(house: OpenHouse, page_at: PageAt) -
             shown = page.get_by_text(text, exact=True)
             shown.wait_for(state="visible" if tab == name else "hidden")
         if name == "Keys":
-            for hotkey in HOTKEYS:
+            for hotkey in hotkeys():
                 keyed = page.locator("tr").filter(has=page.locator(f'kbd:text-is("{hotkey.shown}")'))
                 assert keyed.filter(has=page.get_by_text(hotkey.text, exact=True)).count() == 1
 
@@ -70,15 +70,16 @@ def test_tabs_plots_and_the_picture_at_rest(house: OpenHouse, page_at: PageAt) -
         wait_frames(page, 20)
         return len(pictures) > 2 and pictures[-1] == pictures[-2] == pictures[-3]
 
-    until(page, at_rest, "a picture at rest")
-    steps, first = session.simulation.steps, pictures[-1]
-    wait_frames(page, 20)
-    assert corner() == first
-    assert session.simulation.steps == steps
-    page.get_by_role("button", name="Step", exact=True).click()
-    until(page, lambda: session.simulation.steps == steps + 1, "one step")
-    page.get_by_role("button", name="● Pause", exact=True).click()
-    until(page, lambda: corner() != first, "a moving picture")
+    with drawn(page):
+        until(page, at_rest, "a picture at rest", 180.0)
+        steps, first = session.simulation.steps, pictures[-1]
+        wait_frames(page, 20)
+        assert corner() == first
+        assert session.simulation.steps == steps
+        page.get_by_role("button", name="Step", exact=True).click()
+        until(page, lambda: session.simulation.steps == steps + 1, "one step")
+        page.get_by_role("button", name="● Pause", exact=True).click()
+        until(page, lambda: corner() != first, "a moving picture")
     page.get_by_role("button", name="Reset", exact=True).click()
     until(page, lambda: session.simulation.steps < steps, "a fresh start")
     # Plots of other experiments.
@@ -116,9 +117,13 @@ MOVED = """() => new Promise(done => {
 def test_without_a_graphics_card_a_picture_is_drawn_for_a_change_alone(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(700, 500)
     session = visit(page, house())
+
     # While the arms move there is a picture for every one of their changes.
-    drawn, passed = page.evaluate(REST, 2000)
-    assert drawn > passed / 1000 + 2
+    def moves() -> bool:
+        drawn, passed = page.evaluate(REST, 2000)
+        return drawn > passed / 1000 + 2
+
+    until(page, moves, "more pictures than its heartbeat")
     ask(session, lambda s: s.toggle_pause())
     page.get_by_text("paused", exact=True).wait_for()
     settled_view(page, 10)

@@ -1,51 +1,113 @@
-"""No text of the page is cut off, covered or written over another one: at first sight and in every step of every lesson, at three sizes."""
+"""No text of the page is cut off, covered or written over another one: at first sight, on every tab of the controls, and in every step of
+every lesson, in windows of three sizes and in three languages."""
 
 import pytest
+from playwright.sync_api import Page
 
-from tests.app.conftest import OpenHouse
+from app.hosting.private_host import PrivateHost
+from app.lessons.bookmark import Phase
+from app.lessons.session.lesson_actions import Enter
+from app.lessons.session.lesson_session import LessonSession
+from app.page.panels.controls import TABS
+from app.session.session import Session
+from tests.app.conftest import OpenHouse, ask
 from tests.app.page.by_hand import visit
-from tests.browser import PageAt, wait_frames
-from tests.tools.lesson_walker import enter, shown_step
+from tests.app.page.helpers import STAGES, USUAL_STAGE
+from tests.browser import PageAt, lasting, until, wait_frames
+from tests.tools.lesson_walker import shown_step
 from tests.tools.page_flaws import flaws
 
-SIZES = ((1440, 900), (1024, 768), (390, 844))
+CUT_LABELS = """() => [...document.querySelectorAll('label[for]')].filter(label => label.offsetWidth).flatMap(label => {
+  const column = label.closest('p'), row = column.parentElement.parentElement.getBoundingClientRect();
+  const text = label.getBoundingClientRect(), box = column.getBoundingClientRect();
+  const whole = column.scrollWidth <= column.clientWidth && text.right <= box.right + 1 && text.bottom <= row.bottom + 1
+    && row.right <= innerWidth + 1;
+  return whole ? [] : [label.textContent + ' ' + [column.scrollWidth, column.clientWidth, text.right, box.right]];
+})"""
+
+WIDE_FORMULAS = """() => [...document.querySelectorAll('.duet-lesson svg[aria-label]')].flatMap((svg) => {
+  const { left, right } = svg.getBoundingClientRect(), box = svg.closest('.duet-formula,.duet-lesson').getBoundingClientRect();
+  const out = Math.max(right - box.right, box.left - left);
+  return out > 0.5 ? [`${svg.getAttribute('aria-label')}: ${out.toFixed(0)} px beyond its box`] : [];
+})"""
+
+
+def test_flaws_are_found(page_at: PageAt) -> None:
+    page = page_at(300, 200)
+    for body, kinds in {
+        "<p>one line</p><p>another</p>": [],
+        '<p style="width:30px;overflow:hidden;white-space:nowrap">much too long for that</p>': ["cut at a side"],
+        '<p style="height:9px;overflow:hidden">one<br>two</p>': ["cut above or below"],
+        '<div style="height:30px;overflow:auto">one<br>two<br>three<br>four</div>': [],
+        '<p>under</p><div style="position:fixed;inset:0;background:#fff"></div>': ["covered by"],
+        '<p style="position:absolute;top:5px">first</p><p style="position:absolute;top:8px">second</p>': ["over each other"],
+        '<p style="position:absolute;left:-20px">half outside</p>': ["cut at a side"],
+    }.items():
+        page.set_content(body)
+        found = flaws(page)
+        assert {text.split(":")[0].split(" p.")[0].split(" div.")[0] for text in found} >= set(kinds), body
+        assert bool(found) == bool(kinds), found
+
+
+def wide_formulas(page: Page, session: Session, run: LessonSession) -> list[str]:
+    """The formulas of the present step, and of its explanation with this moment's numbers, that are wider than their box."""
+    found = lasting(page, lambda: page.evaluate(WIDE_FORMULAS))
+    if "$$" in run.walk.step.explain:
+        ask(session, lambda _: setattr(run.walk, "phase", Phase.EXPLAIN))
+        numbered = "[...document.querySelectorAll('.duet-l-explain .duet-formula svg')].every((svg) => svg.role === 'group')"
+        page.locator(".duet-l-explain .duet-formula").first.wait_for(state="attached")
+        page.wait_for_function(f"document.querySelector('.duet-l-explain .duet-formula svg') && {numbered}")
+        found += lasting(page, lambda: page.evaluate(WIDE_FORMULAS))
+    return found
+
+
+def see_labels(page: Page, session: Session) -> None:
+    """Look at the labels of every tab, in experiments and under laws that have long ones."""
+    tabs = page.get_by_role("tab")
+    seen: set[str] = set()
+    for key in ("d0", "gamma", "kr", "coupled", "kx"):
+
+        def choose(s: Session, key: str = key) -> None:
+            for k, value in (USUAL_STAGE | STAGES[key]).items():
+                s.change(k, value)
+
+        ask(session, choose)
+        for i in range(len(TABS)) if key in ("d0", "kx") else (0,):
+            tabs.nth(i).click()
+            until(page, lambda i=i: tabs.nth(i).get_attribute("aria-selected") == "true", f"tab {i}")
+            wait_frames(page, 3)
+            assert lasting(page, lambda: page.evaluate(CUT_LABELS)) == []
+            seen |= set(page.locator("label[for]:visible").all_inner_texts())
+    assert len(seen) > 30
 
 
 @pytest.mark.parametrize(
-    ("body", "kinds"),
+    ("size", "language", "look", "words"),
     [
-        ("<p>one line</p><p>another</p>", []),
-        ('<p style="width:30px;overflow:hidden;white-space:nowrap">much too long for that</p>', ["cut at a side"]),
-        ('<p style="height:9px;overflow:hidden">one<br>two</p>', ["cut above or below"]),
-        ('<div style="height:30px;overflow:auto">one<br>two<br>three<br>four</div>', []),
-        ('<p>under</p><div style="position:fixed;inset:0;background:#fff"></div>', ["covered by"]),
-        ('<p style="position:absolute;top:5px">first</p><p style="position:absolute;top:8px">second</p>', ["over each other"]),
-        ('<p style="position:absolute;left:-20px">half outside</p>', ["cut at a side"]),
+        ((1440, 900), "en", {"profile": "projector"}, "critical distance d_m [mm]"),
+        ((1024, 768), "de", {"theme": "dark"}, "kritischer Abstand d_m [mm]"),
+        ((390, 844), "sl", {}, "kritična razdalja d_m [mm]"),
     ],
 )
-def test_flaws_are_found(body: str, kinds: list[str], page_at: PageAt) -> None:
-    page = page_at(300, 200)
-    page.set_content(body)
-    found = flaws(page)
-    assert {text.split(":")[0].split(" p.")[0].split(" div.")[0] for text in found} >= set(kinds)
-    assert bool(found) == bool(kinds), found
-
-
-@pytest.mark.parametrize("size", SIZES)
-def test_the_page_as_it_opens(size: tuple[int, int], house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(*size)
-    visit(page, house(), "autopilot=0")
-    assert flaws(page) == []
-
-
-@pytest.mark.parametrize(("size", "language"), [*zip(SIZES, ("en", "de", "sl"), strict=True)])
-def test_every_step_of_every_lesson(size: tuple[int, int], language: str, house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(*size)
-    session, run = enter(page, house(), f"lesson=1&lang={language}")
+def test_the_page_as_it_opens_every_control_and_every_step_of_every_lesson(
+    size: tuple[int, int], language: str, look: dict[str, str], words: str, house: OpenHouse, page_at: PageAt
+) -> None:
+    page, opened = page_at(*size), house()
+    session = visit(page, opened, f"autopilot=0&lang={language}")
+    assert lasting(page, lambda: flaws(page)) == []
+    before = session.settings.page
+    ask(session, lambda s: [s.change(key, value) for key, value in look.items()])
+    page.get_by_text(words, exact=True).wait_for()
+    see_labels(page, session)
+    ask(session, lambda s: [s.change(key, getattr(before, key)) for key in look])
+    assert isinstance(opened.host, PrivateHost)
+    (run,) = (visitor.lessons for visitor in opened.host.visitors.values())
+    ask(session, lambda _: run.act(Enter(0)))
     found: list[str] = []
     for lesson in range(len(run.book.lessons)):
         for step in range(len(run.book.lessons[lesson].steps)):
             shown_step(page, session, run, lesson, step)
             wait_frames(page, 3)
-            found += [f"{lesson + 1}.{step + 1}: {flaw}" for flaw in flaws(page)]
+            flawed = lasting(page, lambda: flaws(page), 10.0)
+            found += [f"{lesson + 1}.{step + 1}: {flaw}" for flaw in (*flawed, *wide_formulas(page, session, run))]
     assert found == []

@@ -43,9 +43,14 @@ def test_it_says_three_lines_and_hides_no_arm(
     card.get_by_text(WORDS[language]).wait_for()
     arms = [f"/arms/{arm.name}{WRIST}" for arm in session.simulation.room.arms]
     until(page, lambda: page.evaluate(FREE, arms) == [], "both hands in free sight")
-    box = card.bounding_box()
-    assert box is not None and box["x"] >= 0.0 and box["x"] + box["width"] <= width and box["y"] + box["height"] <= height
-    assert card.evaluate("card => [card, ...card.querySelectorAll('p, button')].every(e => e.scrollWidth <= e.clientWidth + 1)")
+
+    def fits() -> bool:
+        box = card.bounding_box()
+        inside = box is not None and box["x"] >= 0.0 and box["x"] + box["width"] <= width and box["y"] + box["height"] <= height
+        whole = "card => [card, ...card.querySelectorAll('p, button')].every(e => e.scrollWidth <= e.clientWidth + 1)"
+        return inside and card.evaluate(whole)
+
+    until(page, fits, "the whole card in the window")
     assert page.evaluate("document.activeElement === document.body"), "keys still move the arm"
     screenshot(page, f"welcome-{width}")
     page.keyboard.press("Tab")
@@ -81,7 +86,7 @@ def test_its_buttons_open_the_first_lesson_or_just_the_page(house: OpenHouse, pa
     visit(page, opened)
     page.get_by_role("button", name="Start lesson 1").click()
     page.locator(".duet-l-head").get_by_text("Lesson 1 · step 1 of 3").wait_for()
-    assert page.locator(CARD).count() == 0
+    page.locator(CARD).wait_for(state="detached")
     other = page_at(1024, 768, newcomer=True)
     other.add_init_script("Object.defineProperty(window, 'localStorage', { get() { throw new DOMException('blocked'); } })")
     session = visit(other, opened)
@@ -94,7 +99,7 @@ def test_its_buttons_open_the_first_lesson_or_just_the_page(house: OpenHouse, pa
 
 def test_links_to_something_and_lectures_do_not_greet(house: OpenHouse, arrive: Arrive, join: Join) -> None:
     private, lecture = house(), house(lecture=True)
-    assert "duet-welcome" in shown(arrive(private).visitor)
+    arrive(private).visitor.wait_for(lambda v: "duet-welcome" in shown(v))
     for key, value in {"lesson": "1", "rig": "table", "whole": "1"}.items():
         assert not is_for_newcomers({key: value})
         assert "duet-welcome" not in shown(arrive(private, f"{key}={value}").visitor)

@@ -13,29 +13,24 @@ from app.page.panels.plots_panel import Plots
 from app.session.frame import freeze
 from app.session.session import Session
 from app.settings import Details, PageSettings, Settings
-from scenes.settings import LawName, LawSettings, RobotName, RunSettings, SceneName
+from scenes.experiments import EXPERIMENTS
+from scenes.settings import LawSettings, RobotName, RunSettings
 from scenes.simulation import Simulation
+from tests.scenes.helpers import moved
 
-SCENES: tuple[SceneName, ...] = get_args(SceneName)
-LAWS: tuple[LawName, ...] = get_args(LawName)
+SCENES = tuple(EXPERIMENTS)
 DETAILS: tuple[Details, ...] = get_args(Details)
 
 
 @cache
-def played(
-    scene: SceneName = "hold", law: LawName = "smooth_priority", robot: RobotName = "lwr", seconds: float = 1.5
-) -> Simulation:
+def played(scene: str = "hold", law: str = "smooth_priority", robot: RobotName = "lwr", seconds: float = 1.5) -> Simulation:
     """An experiment that its own person has moved for a while; not to be moved on."""
     settings = RunSettings(scene=scene, robot=robot, law=LawSettings(law=law))
-    simulation = Simulation(settings)
-    person = simulation.source()
-    while simulation.time < seconds:
-        simulation.step(person.target(simulation.time))
-    return simulation
+    return moved(settings, lambda simulation: simulation.time >= seconds)
 
 
 def text(html: str) -> str:
-    return re.sub(r"<[^>]+>", " ", html)
+    return re.sub(r"<[^>]+>", " ", str(html))
 
 
 def paths(html: str, kind: str) -> list[np.ndarray]:
@@ -91,7 +86,7 @@ def go_on(session: Session, seconds: float) -> None:
 class ShownPanel:
     """A session without a clock, and its panel of plots without a browser."""
 
-    def __init__(self, scene: SceneName, details: Details = "none", **page: Any) -> None:
+    def __init__(self, scene: str, details: Details = "none", **page: Any) -> None:
         self.session = Session(Settings(RunSettings(scene=scene), PageSettings(details=details, **page)))
         self.gui, self.now = Gui(), -1.0
         gui, tab = cast(viser.GuiApi, self.gui), cast(viser.GuiTabHandle, nullcontext())

@@ -1,26 +1,39 @@
-"""What is computed beside the frames: a queue that keeps its promises, and workers that start, end and die unnoticed."""
+"""What is computed beside the frames: a queue that keeps its promises, workers that die unnoticed, one pool for several processes."""
 
 import logging
 import multiprocessing
 import os
+import secrets
 import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from app.runtime import job_pool
+from app.runtime.job_address import JobAddress, start_job_server
 from app.runtime.job_pool import BUSY, ENDED, Job, JobPool
+from app.runtime.shared_jobs import JobClient, JobServer
 from tests.app.conftest import Join, OpenHouse, ask, live_sessions
 from tests.app.runtime.jobs import die, double, note, refuse, stumble, wait_for, who
 from tests.app.runtime.processes import gone, until
 
+pytestmark = pytest.mark.slow
+
 
 def finish(*jobs: Job) -> None:
     until(lambda: all(job.state in ("done", "failed", "dropped") for job in jobs))
+
+
+def tell(path: Path, word: str) -> None:
+    """Write the file that a job waits for, which is there when the word is."""
+    draft = path.with_suffix(".draft")
+    draft.write_text(word, encoding="utf-8")
+    draft.replace(path)
 
 
 def begun(folder: Path) -> None:
@@ -28,7 +41,13 @@ def begun(folder: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def shared() -> Iterator[JobPool]:
+def others() -> set[BaseProcess]:
+    """Processes of tests before."""
+    return set(multiprocessing.active_children())
+
+
+@pytest.fixture(scope="module")
+def shared(others: set[BaseProcess]) -> Iterator[JobPool]:
     """One worker for all tests that leave it alive."""
     background = JobPool(1)
     yield background
@@ -39,15 +58,15 @@ def shared() -> Iterator[JobPool]:
 def busy(shared: JobPool, tmp_path: Path) -> Iterator[Callable[[], None]]:
     """The only worker is busy until this is called."""
     until(lambda: shared.load == (0, 0))
-    door = tmp_path / "door"
-    job = shared.submit("other", "wait", wait_for, door)
+    dispatcher = tmp_path / "dispatcher"
+    job = shared.submit("other", "wait", wait_for, dispatcher)
     begun(tmp_path)
-    yield lambda: door.touch()
-    door.touch()
+    yield lambda: dispatcher.touch()
+    dispatcher.touch()
     finish(job)
 
 
-def test_a_job_is_done_and_wakes_its_owner(shared: JobPool) -> None:
+def test_a_job_is_done_and_wakes_its_owner(others: set[BaseProcess], shared: JobPool) -> None:
     news = threading.Event()
     owner = object()
     job = shared.submit(owner, "a", double, 21.0, wake=news.set)
@@ -60,7 +79,7 @@ def test_a_job_is_done_and_wakes_its_owner(shared: JobPool) -> None:
     number, patience, ignores, threads = job.result
     assert number != os.getpid() and ignores and threads == "1"
     assert patience == os.nice(0) + job_pool.NICENESS
-    assert [child.pid for child in multiprocessing.active_children()] == [number]
+    assert [child.pid for child in set(multiprocessing.active_children()) - others] == [number]
 
 
 def test_the_newest_request_has_the_place_of_the_older_ones(shared: JobPool, tmp_path: Path, busy: Callable[[], None]) -> None:
@@ -73,15 +92,6 @@ def test_the_newest_request_has_the_place_of_the_older_ones(shared: JobPool, tmp
     busy()
     finish(*jobs)
     assert words.read_text().split("\n") == ["4", "other owner", "other kind", ""]
-
-
-def test_a_running_job_is_stopped_by_a_newer_one(shared: JobPool, tmp_path: Path) -> None:
-    old = shared.submit("me", "a", wait_for, tmp_path / "never")
-    begun(tmp_path)
-    new = shared.submit("me", "a", double, 1.0)
-    assert old.state == "dropped"
-    finish(new)
-    assert new.result == 2.0 and old.state == "dropped" and old.result is None
 
 
 def test_an_owner_that_goes_takes_their_jobs_along(shared: JobPool, tmp_path: Path) -> None:
@@ -100,14 +110,14 @@ def test_an_owner_that_goes_takes_their_jobs_along(shared: JobPool, tmp_path: Pa
 
 
 def test_what_is_urgent_goes_first_and_the_others_begin_again(shared: JobPool, tmp_path: Path) -> None:
-    patient = shared.submit("me", "long", wait_for, tmp_path / "door")
+    patient = shared.submit("me", "long", wait_for, tmp_path / "dispatcher")
     begun(tmp_path)
     words = tmp_path / "words"
     usual = shared.submit("me", "usual", note, words, "usual")
     urgent = shared.submit("you", "urgent", note, words, "urgent", urgent=True)
     finish(urgent)
     assert urgent.state == "done" and words.read_text().split()[0] == "urgent"
-    (tmp_path / "door").write_text("at last")
+    tell(tmp_path / "dispatcher", "at last")
     finish(patient, usual)
     assert patient.result == "at last" and len((tmp_path / "begun").read_text().split()) == 2
     assert words.read_text().split() == ["urgent", "usual"]
@@ -115,7 +125,7 @@ def test_what_is_urgent_goes_first_and_the_others_begin_again(shared: JobPool, t
     first = shared.submit("me", "urgent", wait_for, tmp_path / "gate", urgent=True)
     begun(tmp_path)
     second = shared.submit("you", "urgent", double, 1.0, urgent=True)
-    (tmp_path / "gate").write_text("done")
+    tell(tmp_path / "gate", "done")
     finish(first, second)
     assert (first.result, second.result) == ("done", 2.0) and (tmp_path / "begun").read_text().split() == ["gate"]
 
@@ -233,8 +243,8 @@ def test_a_house_computes_for_its_visitors_and_ends_it_all(house: OpenHouse, joi
         s.change("dm", 0.12)
 
     ask(session, move)
-    visitor.wait_for(lambda _: session.what_if is not None and session.what_if.stride == 1)
-    answer = session.what_if
+    visitor.wait_for(lambda _: session.studies.questions.what_if is not None)
+    answer = session.studies.questions.what_if
     assert answer is not None and answer.settings.law.critical_distance == 0.12
     # Who asks and leaves leaves nothing behind.
     ask(session, lambda s: s.measure_smoothness())
@@ -247,3 +257,94 @@ def test_a_house_computes_for_its_visitors_and_ends_it_all(house: OpenHouse, joi
     opened.close()
     assert set(multiprocessing.active_children()) == others
     assert jobs.load[1] == 0
+
+
+@pytest.fixture
+def address(tmp_path: Path) -> JobAddress:
+    return JobAddress(str(tmp_path / "jobs"), secrets.token_bytes(16))
+
+
+@pytest.fixture
+def server(address: JobAddress) -> Iterator[JobServer]:
+    server = JobServer(address, 1)
+    yield server
+    server.close()
+
+
+@pytest.fixture
+def clients(address: JobAddress, server: JobServer) -> Iterator[tuple[JobClient, JobClient]]:
+    both = JobClient(address, lambda: None), JobClient(address, lambda: None)
+    yield both
+    for client in both:
+        client.close()
+
+
+def test_two_clients_share_one_pool_and_each_gets_its_own_results(
+    clients: tuple[JobClient, JobClient], server: JobServer, tmp_path: Path
+) -> None:
+    one, other = clients
+    news = threading.Event()
+    first, second = one.submit("me", "a", double, 1.0, wake=news.set), other.submit("me", "a", double, 2.0)
+    finish(first, second)
+    assert (first.result, second.result) == (2.0, 4.0) and news.wait(60.0)
+    failed = one.submit("me", "a", refuse), one.submit("me", "b", stumble), one.submit("me", "c", double, lambda: None)
+    finish(*failed)
+    assert [job.state for job in failed] == ["failed"] * 3 and all(job.message for job in failed)
+    assert server.pool.workers == 1 and server.pool.load == (0, 0)
+    running = one.submit("me", "long", wait_for, tmp_path / "dispatcher")
+    begun(tmp_path)
+    waiting = other.submit("me", "b", note, tmp_path / "words", "other")
+    urgent = other.submit("me", "urgent", double, 3.0, urgent=True)
+    finish(urgent)
+    assert urgent.result == 6.0 and waiting.state == "waiting"
+    one.cancel("me")
+    finish(waiting)
+    assert running.state == "dropped" and (tmp_path / "words").read_text() == "other\n"
+
+
+@pytest.mark.parametrize("kind", ["pool", "client"])
+def test_a_running_job_is_stopped_by_a_newer_one(request: pytest.FixtureRequest, tmp_path: Path, kind: str) -> None:
+    jobs = request.getfixturevalue("shared") if kind == "pool" else request.getfixturevalue("clients")[0]
+    old = jobs.submit("me", "a", wait_for, tmp_path / "never")
+    begun(tmp_path)
+    new = jobs.submit("me", "a", double, 4.0)
+    assert kind == "client" or old.state == "dropped"
+    finish(new)
+    assert new.result == 8.0 and old.state == "dropped" and old.result is None
+
+
+def test_a_client_that_goes_takes_its_jobs_along(clients: tuple[JobClient, JobClient], server: JobServer, tmp_path: Path) -> None:
+    one, other = clients
+    running = one.submit("me", "a", wait_for, tmp_path / "never")
+    begun(tmp_path)
+    one.close()
+    left = other.submit("me", "a", double, 5.0)
+    finish(left)
+    assert (running.state, left.result) == ("dropped", 10.0)
+    until(lambda: server.pool.load == (0, 0))
+
+
+def test_a_server_that_is_killed_is_started_again_with_the_next_job(address: JobAddress, tmp_path: Path) -> None:
+    processes: list[subprocess.Popen[bytes]] = []
+
+    def start() -> None:
+        processes.append(start_job_server(address))
+
+    client = JobClient(address, start)
+    assert processes == []
+    try:
+        job = client.submit("me", "a", double, 1.0)
+        finish(job)
+        lost = client.submit("me", "a", wait_for, tmp_path / "never")
+        begun(tmp_path)
+        processes[0].kill()
+        finish(lost)
+        assert (lost.state, lost.message) == ("failed", ENDED)
+        again = client.submit("me", "a", double, 2.0)
+        finish(again)
+        assert (job.result, again.result, len(processes)) == (2.0, 4.0, 2)
+    finally:
+        client.close()
+        for process in processes:
+            process.kill()
+            process.communicate()

@@ -14,7 +14,7 @@ from app.lessons.session.lesson_session import LessonSession
 from app.runtime.throttled_log import EVER_RARER, ThrottledLog
 from app.session.session import Session
 from app.settings import Settings
-from tests.app.conftest import OpenHouse, ask
+from tests.app.conftest import OpenHouse, ask, live_sessions
 from tests.blocking_client import BlockingClient
 
 LOG = logging.getLogger("duet.tests.throttled")
@@ -117,7 +117,7 @@ def test_a_page_that_fails_at_every_frame_does_not_fill_the_log(house: OpenHouse
         visitor.wait_for(lambda _: visitor.mirror.replayed)
         host = opened.host
         assert isinstance(host, PrivateHost)
-        visitor.wait_for(lambda _: len(host.sessions) == 1)
+        visitor.wait_for(lambda _: len(live_sessions(opened)) == 1)
         (stand,) = host.visitors.values()
         ask(stand.session, lambda _: setattr(stand, "frame", fail))
         visitor.wait_for(lambda _: frames > 5)

@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 from pytest import MonkeyPatch
 
 from app.session import session as session_module
-from app.session.clock import BUDGET, LONGEST_GAP, SLOWEST, SPEEDS, TOGETHER, Clock, budget_of, next_speed
-from app.session.halt import Halt
+from app.session.actions import Action, Pause, SetSetting, SingleStep
+from app.session.clock import BUDGET, LONGEST_GAP, SLOWEST, SPEEDS, TOGETHER, Clock, Halt, budget_of, next_speed
 from app.session.session import Session
 from app.settings import Settings
 from scenes.targets import HandTarget, Target
-from tests.app.session.conftest import DT, bits
+from tests.app.session.conftest import DT, bits, go
 
 
 @given(st.lists(st.floats(0.0, LONGEST_GAP), min_size=1, max_size=50), st.sampled_from(SPEEDS))
@@ -166,8 +166,7 @@ def test_a_run_that_hurries_is_the_same_run_and_goes_on_in_its_own_time(session:
     while session.simulation.time < 3.0 - DT / 2:
         assert session.advance(0.0) > 0
     assert session.simulation.steps == round(3.0 / DT) and not session.paused
-    for _ in range(30):
-        other.advance(0.1)
+    go(other, 3.0)
     assert bits(session) == bits(other)
     assert session.advance(0.1) == 20
 
@@ -215,21 +214,25 @@ def test_the_run_goes_on_when_no_reason_is_left() -> None:
 Ask = Callable[[Session], None]
 
 
-@pytest.mark.parametrize("ask", [Session.single_step, Session.toggle_pause], ids=["a single step", "go on"])
+@pytest.mark.parametrize(
+    ("ask", "action"), [(Session.single_step, SingleStep()), (Session.toggle_pause, Pause())], ids=["a single step", "go on"]
+)
 @pytest.mark.parametrize("posted", [True, False], ids=["by the page", "before the frame"])
 @pytest.mark.parametrize("paused", [True, False], ids=["paused before", "running before"])
-def test_no_step_is_made_while_the_teacher_stops_it(session: Session, ask: Ask, posted: bool, paused: bool) -> None:
+def test_no_step_is_made_while_the_teacher_stops_it(
+    session: Session, ask: Ask, action: Action, posted: bool, paused: bool
+) -> None:
     session.advance(0.05)
     before = session.simulation.steps
     session.halt.set("visitor", paused)
     session.halt.set("teacher")
     for _ in range(3):
         if posted:
-            session.post(lambda: ask(session))
+            session.post(action)
         else:
             ask(session)
         assert session.advance(0.05) == 0
-    session.post(lambda: session.change("dm", 0.2))
+    session.post(SetSetting("dm", 0.2))
     session.advance(0.05)
     assert session.settings.run.law.critical_distance == 0.2, "anything but a step"
     assert session.paused and session.simulation.steps == before
@@ -251,8 +254,7 @@ def test_reset_is_a_fresh_start_to_the_last_bit(session: Session, change: dict[s
     session.advance(0.1)
     for key, value in {"autopilot": True, **change}.items():
         session.change(key, value)
-    for _ in range(30):
-        session.advance(0.1)
+    go(session, 3.0)
     session.reset()
     fresh = Session(session.settings)
     assert session.simulation.time == 0.0 and session.simulation.history.count == 0 and session.held is None

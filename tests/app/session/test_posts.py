@@ -1,21 +1,37 @@
 """What is posted to a session is done in order at the beginning of the next frame: one value a control, within a budget."""
 
+import ast
 import logging
 import math
 from itertools import cycle, islice
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
-from app.session.action_queue import BUDGET, MOST_PRESSES, MOST_REBUILDS, PERIOD, ActionQueue
+import app
+from app.session.actions import (
+    BUDGET,
+    MOST_PRESSES,
+    MOST_REBUILDS,
+    PERIOD,
+    Action,
+    ActionQueue,
+    Digit,
+    Drag,
+    Pause,
+    SetSetting,
+    SingleStep,
+)
 from app.session.session import Session
 from app.settings import PageSettings, Settings
+from tests.app.posted_call import NamedCall, do_call, post_call
 
 
 def test_posts_are_done_in_order_at_the_beginning_of_the_next_frame(session: Session) -> None:
     done: list[int] = []
     for number in range(3):
-        session.post(lambda number=number: done.append(10 * number + session.simulation.steps))
+        post_call(session, lambda number=number: done.append(10 * number + session.simulation.steps))
     assert done == []
     session.advance(0.05)
     assert done == [0, 10, 20]
@@ -23,9 +39,9 @@ def test_posts_are_done_in_order_at_the_beginning_of_the_next_frame(session: Ses
 
 def test_a_post_that_fails_stops_neither_the_others_nor_the_clock(session: Session, caplog: pytest.LogCaptureFixture) -> None:
     done: list[str] = []
-    session.post(lambda: done.append("before"))
-    session.post(lambda: session.change("dm", math.nan))
-    session.post(lambda: done.append("after"))
+    post_call(session, lambda: done.append("before"))
+    session.post(SetSetting("dm", math.nan))
+    post_call(session, lambda: done.append("after"))
     with caplog.at_level(logging.ERROR, "duet.session"):
         assert session.advance(0.05) == 10
     assert done == ["before", "after"] and len(caplog.records) == 1
@@ -35,17 +51,18 @@ def test_a_post_that_fails_stops_neither_the_others_nor_the_clock(session: Sessi
 @pytest.fixture
 def clock(session: Session) -> SimpleNamespace:
     clock = SimpleNamespace(now=100.0)
-    session.posts = ActionQueue(lambda: clock.now)
+    session.posts = ActionQueue(session.handle, lambda: clock.now)
     return clock
 
 
 def test_the_newest_value_of_a_control_wins_and_the_order_of_different_ones_is_kept(session: Session) -> None:
     done: list[str] = []
+    session.takers["test"] = do_call
     for control, value in (("dm", 1), ("n", 1), ("dm", 2), ("v", 1), ("n", 2)):
-        session.post(lambda control=control, value=value: done.append(f"{control}={value}"), control)
+        session.post(NamedCall(control, lambda control=control, value=value: done.append(f"{control}={value}")))
     session.advance(0.0)
     assert done == ["dm=2", "v=1", "n=2"]
-    session.post(lambda: done.append("dm=3"), "dm")
+    session.post(NamedCall("dm", lambda: done.append("dm=3")))
     session.advance(0.0)
     assert done[3:] == ["dm=3"]
 
@@ -53,11 +70,11 @@ def test_the_newest_value_of_a_control_wins_and_the_order_of_different_ones_is_k
 def test_what_counts_every_time_is_done_every_time_but_not_without_end(session: Session) -> None:
     session.halt.set("visitor")
     for _ in range(5):
-        session.post(session.single_step)
+        session.post(SingleStep())
     assert session.advance(0.1) == 5
     for _ in range(MOST_PRESSES + 100):
-        session.post(session.single_step)
-    session.post(lambda: session.change("dm", 0.2), "dm")
+        session.post(SingleStep())
+    session.post(SetSetting("dm", 0.2))
     while session.advance(0.0):
         pass
     assert session.simulation.steps == 5 + MOST_PRESSES and session.settings.run.law.critical_distance == 0.2
@@ -72,7 +89,7 @@ def test_actions_go_on_in_the_next_frame(session: Session, clock: SimpleNamespac
         clock.now += cost * BUDGET
 
     for number in range(7):
-        session.post(lambda number=number: slow(number))
+        post_call(session, lambda number=number: slow(number))
     assert [session.advance(0.005) for _ in range(7)] == [1] * 7 and done == first and not len(session.posts)
 
 
@@ -92,8 +109,8 @@ def test_four_rebuilds_a_second_and_the_last_one_asked_for(session: Session, clo
 
     last = ""
     for wish in wishes:
-        session.post(lambda wish=wish: session.change("scene", wish), "scene")
-        session.post(lambda: session.change("dm", 0.2), "dm")
+        session.post(SetSetting("scene", wish))
+        session.post(SetSetting("dm", 0.2))
         asked, last = asked + 1.0 / rate, wish
         while asked >= frame:
             asked -= frame
@@ -116,7 +133,7 @@ def test_four_rebuilds_a_second_and_the_last_one_asked_for(session: Session, clo
 def test_whatever_is_built_again_counts(session: Session, clock: SimpleNamespace, key: str, choices: tuple[str, ...]) -> None:
     done: list[str] = []
     for choice in islice(cycle(choices), 20):
-        session.post(lambda choice=choice: (session.change(key, choice), done.append(choice))[0])
+        post_call(session, lambda choice=choice: (session.change(key, choice), done.append(choice))[0])
     for _ in range(10):
         session.advance(0.0)
     assert len(done) in (MOST_REBUILDS, MOST_REBUILDS + 1)  # The first may be what there is already.
@@ -127,14 +144,40 @@ def test_whatever_is_built_again_counts(session: Session, clock: SimpleNamespace
 
 def test_what_builds_nothing_is_not_held_back(session: Session, clock: SimpleNamespace) -> None:
     for i in range(20):
-        session.post(lambda i=i: session.change("dm", 0.1 + 0.005 * i))
+        post_call(session, lambda i=i: session.change("dm", 0.1 + 0.005 * i))
     session.advance(0.0)
     assert not len(session.posts) and session.settings.run.law.critical_distance == pytest.approx(0.195)
 
 
-def test_what_waits_can_be_dropped(session: Session) -> None:
-    session.post(lambda: session.change("dm", 0.2), "dm")
-    session.post(session.reset)
+def test_a_queue_says_what_waits(session: Session) -> None:
+    for action in (Pause(), SetSetting("dm", 0.15), SetSetting("scene", "hold"), SetSetting("dm", 0.2), Pause()):
+        session.post(action)
+    session.post(Digit(2))
+    session.post(Drag("hand", "end"))
+    waits = ["Pause()", "SetSetting(key='dm', value=0.2)", "Pause()", "Digit(number=2)"]
+    assert [repr(action) for action in session.posts.waiting[:-1]] == waits
+    assert repr(session.posts.waiting[-1]).startswith("Drag(handle='hand', phase='end'")
     session.posts.drop()
     session.advance(0.0)
-    assert session.settings == Settings() and not len(session.posts)
+    assert session.posts.waiting == () and session.settings == Settings()
+
+
+def test_nothing_is_queued_but_values() -> None:
+    """What product code posts is made there from a class or is the value of a variable: no lambda, no partial, no method to call."""
+    posted: list[ast.expr] = []
+    for path in Path(app.__file__).parent.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in ("post", "put"):
+                posted += node.args
+    assert len(posted) > 30
+    assert not [ast.unparse(one) for one in posted if isinstance(one, ast.Lambda) or "partial(" in ast.unparse(one)]
+
+
+def test_what_nothing_does_is_said_and_left_out(session: Session, caplog: pytest.LogCaptureFixture) -> None:
+    class Unknown(Action):
+        """Of no room."""
+
+    session.post(Unknown())
+    with caplog.at_level(logging.ERROR, "duet.session"):
+        session.advance(0.05)
+    assert "nothing here does" in caplog.text and session.simulation.steps

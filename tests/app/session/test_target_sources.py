@@ -1,28 +1,35 @@
-"""What moves the arm: the autopilot, a hand that takes hold, keys that nudge, a guest, or a recorded run."""
+"""What moves the arm: the autopilot, a hand that takes hold, keys that nudge, a guest, a recorded run, a file or a camera."""
 
+import json
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from app.cli.main import main
 from app.session import session as session_module
+from app.session.input_source import InputSources, find_input_sources, from_bvh
 from app.session.session import Session
-from controllers.errors import BadSetting
+from controllers.errors import BadInputFile, BadSetting
+from scenes.ball import BALL_ROOM
 from scenes.headless import run
-from scenes.rerun import rerun
-from scenes.room import BALL_ROOM, Room
+from scenes.person.bvh import read_bvh
+from scenes.person.clips import Clip
+from scenes.room import Room
 from scenes.settings import RunSettings
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, Target
-from tests.app.session.conftest import DT, bits
+from tests.app.conftest import Arrive, OpenHouse
+from tests.app.session.conftest import DT, bits, go
+from tests.scenes.person.bvh_text import MIXAMO, write_bvh
 
 
 def test_autopilot_begins_where_the_hand_is(session: Session) -> None:
     session.change("autopilot", False)
     hand = session.simulation.kinematics.hand_pose(session.simulation.guided).translation.copy()
     session.hold(HandTarget(hand + np.array([0.0, 0.0, 0.1])))
-    for _ in range(10):
-        session.advance(0.1)
+    go(session, 1.0)
     session.hold(None)
     simulation = session.simulation
     now = simulation.kinematics.hand_pose(simulation.guided).translation.copy()
@@ -42,12 +49,10 @@ def test_every_experiment_has_a_person_of_its_own(session: Session, scene: str) 
     session.change("ball", "cross")
     assert isinstance(session.target(), PEOPLE[scene])
     q = session.simulation.positions.copy()
-    for _ in range(10):
-        session.advance(0.1)
+    go(session, 1.0)
     assert np.abs(session.simulation.positions - q).max() > 0.002
     session.reset()
-    for _ in range(5):
-        session.advance(0.1)
+    go(session, 0.5)
     again = run(session.settings.run, 0.5)
     assert bits(session) == again.table.tobytes()
 
@@ -129,29 +134,6 @@ def test_a_guest_moves_the_arm_until_it_is_taken_hold_of(session: Session) -> No
     assert len(asked) == 23
 
 
-def test_what_is_recorded_can_be_made_again_to_the_last_bit(session: Session) -> None:
-    for i in range(40):
-        session.advance(0.08)
-        if i == 10:
-            session.change("dm", 0.2)
-        if i == 20:
-            session.hold(HandTarget(np.array([0.4, 0.1, 1.0]), np.eye(3).T, np.array([0.2, -0.4, 1.0])))
-        if i == 30:
-            session.toggle_pause()
-            session.single_step()
-        if i == 35:
-            session.toggle_pause()
-    for seconds in (1.0, 2.0, 99.0):
-        recorded = session.recorded(seconds)
-        assert recorded is not None
-        table = session.simulation.history.table(recorded.steps)
-        assert rerun(recorded).table.tobytes() == table.tobytes()
-    session.reset()
-    assert session.recorded() is None or session.advance(DT) == 1
-    again = session.recorded()
-    assert again is None or again.steps == 1
-
-
 def test_nudges_add_up_but_do_not_run_away(session: Session) -> None:
     simulation = session.simulation
     hand = simulation.kinematics.hand_pose(simulation.guided).translation.copy()
@@ -175,8 +157,7 @@ def test_a_nudge_moves_the_hand(session: Session, scene: str, held: Target | Non
     session.nudge(np.array([0.0, 0.02, 0.0]))
     expected = hand + (0.3 if isinstance(held, HandTarget) else np.array([0.0, 0.02, 0.0]))
     assert isinstance(session.held, HandTarget) and np.allclose(session.held.position, expected)
-    for _ in range(20):
-        session.advance(0.1)
+    go(session, 2.0)
     if not isinstance(held, HandTarget):
         moved = simulation.kinematics.hand_pose(simulation.guided).translation - hand
         assert np.linalg.norm(moved - [0.0, 0.02, 0.0]) < 5e-3
@@ -191,8 +172,7 @@ def test_a_nudge_moves_the_ball_but_no_person(session: Session) -> None:
     for _ in range(3):
         session.nudge(np.array([0.0, 0.02, 0.0]))
     assert isinstance(session.held, BallTarget) and np.allclose(session.held.position, ball + np.array([0.0, 0.06, 0.0]))
-    for _ in range(20):
-        session.advance(0.1)
+    go(session, 2.0)
     assert np.allclose(session.simulation.positions[columns], session.held.position, atol=2e-3)
     for _ in range(500):
         session.nudge(np.array([0.02, 0.0, 0.0]))
@@ -219,3 +199,69 @@ def test_a_robot_that_is_not_there_changes_nothing(session: Session, monkeypatch
     assert session.settings is before and session.simulation.settings is before.run and session.simulation.room is room
     assert session.held is not None
     assert session.advance(0.1) == 20
+
+
+@pytest.fixture
+def wave(tmp_path: Path) -> Path:
+    path = tmp_path / "wave.bvh"
+    path.write_text(write_bvh(Clip("wave"), MIXAMO), encoding="utf-8")
+    return path
+
+
+def angles_of(target: object) -> np.ndarray:
+    assert isinstance(target, AnglesTarget) and target.angles is not None
+    return target.angles
+
+
+def test_a_recorded_person_starts_again_at_the_end(wave: Path) -> None:
+    motion = read_bvh(wave)
+    person = from_bvh(motion)
+    for time in (0.0, 0.7, 0.5 * motion.duration):
+        for laps in (0, 3):
+            wanted = motion.angles(time)
+            assert wanted is not None
+            assert np.abs(angles_of(person.target(time + laps * motion.duration)) - wanted).max() < 1e-9
+
+
+def test_wrong_sources_are_refused(wave: Path, tmp_path: Path) -> None:
+    with pytest.raises(BadSetting, match="one of them"):
+        find_input_sources(None, 0, wave, wave)
+    with pytest.raises(BadSetting, match="--pose-model"):
+        find_input_sources(None, 0, None, None)
+    broken = tmp_path / "broken.bvh"
+    broken.write_text("HIERARCHY\nROOT", encoding="utf-8")
+    with pytest.raises(BadInputFile, match=r"broken\.bvh"):
+        find_input_sources(broken, None, None, None)
+    assert find_input_sources(None, None, None, None) == InputSources()
+
+
+def test_run_imitates_a_file(wave: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out, bvh = tmp_path / "out.csv", ["--bvh", str(wave)]
+    last: list[str] = []
+    for options in (bvh, ["--clip", "clap"]):
+        assert main(["run", "--scene", "imitation", "--seconds", "3", "--csv", str(out), *options]) == 0
+        assert json.loads(capsys.readouterr().out)["steps"] == 600
+        last.append(out.read_text(encoding="utf-8").splitlines()[-1])
+    assert last[0] != last[1]
+    for wrong, named in (bvh, "--scene imitation"), (["--scene", "imitation", *bvh, "--inputs", str(wave)], "one of them"):
+        assert main(["run", "--seconds", "1", *wrong]) == 2
+        assert named in capsys.readouterr().err
+
+
+def test_a_visitor_chooses_a_file_then_a_camera_that_is_not_there_then_the_clips(
+    house: OpenHouse, arrive: Arrive, wave: Path
+) -> None:
+    guest = arrive(house(bvh=wave))
+    session, motion = guest.session, read_bvh(wave)
+    guest.ask(lambda s: [s.change("source", "file"), s.change("scene", "imitation")])
+    guest.run_on(0.3)
+    guest.ask(lambda s: s.toggle_pause())
+    shown = angles_of(session.target())
+    seen = [motion.angles(t) for t in np.linspace(0.0, motion.duration, 600)]
+    assert min(np.abs(shown - angles).max() for angles in seen if angles is not None) < 0.02
+    for source in ("camera", "clips"):
+        guest.ask(lambda s, source=source: s.change("source", source))
+    clip = Clip(session.settings.run.clip, session.settings.run.seed)
+    guest.visitor.wait_for(lambda _: session.target() is not None)
+    shown = angles_of(session.target())
+    assert min(np.abs(shown - clip.angles(t)).max() for t in np.arange(0.0, 5.0, 0.005)) < 0.02

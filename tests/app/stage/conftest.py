@@ -1,7 +1,7 @@
 """A guest whose arms rest at first, and what stands on the guest's stage."""
 
-from collections.abc import Iterator, Sequence
-from typing import Any, get_args
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -9,11 +9,11 @@ import pytest
 
 from app.session.session import Session
 from controllers.kinematics import Array
-from scenes.settings import SceneName
+from scenes.experiments import EXPERIMENTS
 from tests.app.conftest import Arrive, Guest, OpenHouse
 from tests.blocking_client import BlockingClient
 
-SCENES: tuple[SceneName, ...] = get_args(SceneName)
+SCENES = tuple(EXPERIMENTS)
 BALL_ARROWS = "/gizmo/ball"
 TURN = (1.0, 0.0, 0.0, 0.0)
 
@@ -45,12 +45,25 @@ def drawn(visitor: BlockingClient) -> set[str]:
 
 
 def place(guest: Guest, node: str) -> Array:
-    return np.array(guest.visitor.mirror.nodes[node]["position"], float)
+    """Where a node stands in its parent; nan while it is not there."""
+    shown = guest.visitor.mirror.nodes.get(node)
+    return np.full(3, np.nan) if shown is None else np.array(shown["position"], float)
 
 
 def visible(guest: Guest, node: str) -> bool:
     shown = guest.visitor.mirror.nodes.get(node)
     return shown is not None and bool(shown.get("visible", True))
+
+
+def pause_when(guest: Guest, true: Callable[[Session], object]) -> None:
+    """Stop the run in the very frame in which something is true of it."""
+
+    def look(s: Session) -> bool:
+        if not s.paused and true(s):
+            s.toggle_pause()
+        return s.paused
+
+    guest.wait(lambda _: guest.ask(look))
 
 
 def comes(guest: Guest, distance: Any, limit: float) -> None:

@@ -11,7 +11,7 @@ from app.session.frame import freeze
 from app.session.session import Session
 from app.settings import Settings
 from app.stage.arms import ArmView
-from app.stage.contact_skin import FADE, ContactSkin, bodies_of_pair, capsule_mesh
+from app.stage.contact_view import FADE, ContactSkin, bodies_of_pair, capsule_mesh
 from app.web.server import DuetServer
 from controllers.kinematics import Array
 from scenes.lwr.shells import ORANGE
@@ -20,7 +20,7 @@ from scenes.simulation import Simulation
 from tests.app.conftest import Guest, OpenHouse, ask
 from tests.app.page.by_hand import run_on, visit
 from tests.app.page.helpers import press
-from tests.app.stage.conftest import change, drawn, drawn_pose, settle, visible
+from tests.app.stage.conftest import change, drawn, drawn_pose, pause_when, settle, visible
 from tests.browser import PageAt, until
 
 LOOK = """() => { const all = __viserMutable.nodeRefFromName, seen = {};
@@ -106,8 +106,7 @@ def test_the_skin_is_d_m_thick_and_hangs_on_the_obstacle(one: Guest) -> None:
 
 def test_the_arm_that_gives_way_is_tinted_and_a_key_switches_all_off(one: Guest) -> None:
     change(one, rig="table", speed=2.0, autopilot=True)
-    one.wait(lambda s: s.simulation.sample().activation > 0.5)
-    press(one, "pause")
+    pause_when(one, lambda s: s.simulation.sample().activation > 0.5)
     settle(one)
     share = one.ask(lambda s: s.simulation.sample().activation)
     assert tint(one, "left") == pytest.approx(share, abs=0.02) and tint(one, "right") == 0.0

@@ -1,4 +1,4 @@
-"""What stands on the stage is taken hold of: hand and elbow, master and slave, ghost, ball, and the figure of imitation."""
+"""What stands on the stage is drawn where it is, and taken hold of: links, hand and elbow, master and slave, ghost, ball, and figure."""
 
 import math
 from typing import get_args
@@ -8,17 +8,19 @@ import pinocchio as pin
 import pytest
 from numpy.testing import assert_allclose
 
-from app.page.handles.arm_handles import swivel_frame, wanted_pose
+from app.page.handles.transform_handles import swivel_frame, wanted_pose
 from app.session.session import Session
+from app.stage.arms import ArmView
 from app.stage.person_figure import SCALE, on_person, on_stage
 from controllers.kinematics import Array
 from scenes import solo
+from scenes.ball import BALL_RADIUS, PATH, POINT_RADIUS
 from scenes.person.angles import arm_points
 from scenes.person.figure import Figure
-from scenes.room import BALL_RADIUS, PATH, POINT_RADIUS
+from scenes.robots import RobotName, robot
 from scenes.settings import ArmName
-from scenes.targets import AnglesTarget, BallTarget, HandTarget
-from tests.app.conftest import ELBOW, HAND, Guest
+from scenes.targets import AnglesTarget, BallTarget, HandTarget, LinkTarget
+from tests.app.conftest import ELBOW, HAND, Arrive, Guest, OpenHouse
 from tests.app.page.helpers import press
 from tests.app.stage.conftest import ball, change, comes, drag, drawn, drawn_pose, hand, home, place, pull, settle, visible
 
@@ -26,9 +28,8 @@ from tests.app.stage.conftest import ball, change, comes, drag, drawn, drawn_pos
 def test_the_hand_of_the_single_arm(one: Guest) -> None:
     change(one, scene="solo")
     visitor, start = one.visitor, one.ask(hand)
-    visitor.wait_for(lambda _: np.abs(place(one, HAND) - start).max() < 2e-3)
     # Where only the position is asked for, there is nothing to turn.
-    assert visitor.mirror.nodes[HAND]["disable_rotations"]
+    visitor.wait_for(lambda v: np.abs(place(one, HAND) - start).max() < 2e-3 and v.mirror.nodes[HAND]["disable_rotations"])
     goal = start + np.array([0.05, 0.08, 0.04])
     drag(one, HAND, goal)
     one.wait(lambda s: isinstance(s.held, HandTarget) and s.held.rotation is None)
@@ -38,7 +39,8 @@ def test_the_hand_of_the_single_arm(one: Guest) -> None:
     # Released, the place stays there, and so do hand and handle.
     one.run_on(1.0)
     assert np.linalg.norm(one.ask(hand) - goal) < 5e-3
-    assert_allclose(place(one, "/place/ring"), one.ask(lambda s: wanted_pose(s.simulation)[0]), atol=1e-4)
+    wanted = one.ask(lambda s: wanted_pose(s.simulation)[0])
+    visitor.wait_for(lambda _: np.allclose(place(one, "/place/ring"), wanted, atol=1e-4))
     assert np.linalg.norm(place(one, "/place/ring") - goal) < 1e-3
     change(one, task="pose")
     visitor.wait_for(lambda v: not v.mirror.nodes[HAND]["disable_rotations"])
@@ -246,3 +248,134 @@ def test_the_figure_is_pulled_and_the_robots_follow(one: Guest) -> None:
     one.run_on(1.0)
     wish = one.ask(lambda s: s.target())
     assert wish is None or isinstance(wish, AnglesTarget)
+
+
+BASE = pin.SE3(pin.exp3(np.array([0.4, -0.9, 0.3])), np.array([0.1, -0.2, 0.9]))
+
+
+@pytest.mark.parametrize("name", get_args(RobotName))
+def test_nodes_stand_where_the_links_are_and_a_joint_that_rests_is_not_sent(
+    house: OpenHouse, arrive: Arrive, name: RobotName
+) -> None:
+    opened, model, is_default = house(), robot(name).model, name == "lwr"
+    guest = arrive(opened, "autopilot=0")
+    guest.ask(lambda s: s.toggle_pause())
+    visitor, scene = guest.visitor, opened.server.scene
+    arm = ArmView(scene, "/arm", BASE, "ghost", False) if is_default else ArmView(scene, "/arm", BASE, "orange", False, name)
+    paths = ["/arm/base" + "".join(f"/{joint}" for joint in list(model.names)[1 : n + 1]) for n in range(model.njoints)]
+    assert paths == [arm.link(joint) for joint in range(model.njoints)]
+    visitor.wait_for(lambda v: set(paths) <= set(v.mirror.nodes))
+    # A ghost casts no shadow.
+    assert all(visitor.mirror.nodes[path]["cast_shadow"] is not is_default for path in paths)
+    assert all(visitor.mirror.nodes[path]["receive_shadow"] is not is_default for path in paths)
+    data = model.createData()
+
+    def stands() -> bool:
+        drawn = [drawn_pose(guest, path).homogeneous for path in paths]
+        return np.allclose(drawn, [(BASE * pose).homogeneous for pose in data.oMi], atol=1e-6)
+
+    for q in np.random.default_rng(2).uniform(model.lowerPositionLimit, model.upperPositionLimit, (5, model.nq)):
+        for shift in (0.0, 0.01):
+            q[2] += shift
+            before = visitor.received.messages["SetOrientationMessage"]
+            arm.show(q.copy())
+            pin.forwardKinematics(model, data, q)
+            visitor.wait_for(lambda _: stands())
+        assert visitor.received.messages["SetOrientationMessage"] == before + 1
+    arm.visible = False
+    visitor.wait_for(lambda v: not v.mirror.nodes["/arm/base"].get("visible", True))
+    arm.remove()
+    visitor.wait_for(lambda v: not [node for node in v.mirror.nodes if node.startswith("/arm/")])
+
+
+LINK = "/arms/{}/base" + "".join(f"/j{i}" for i in range(1, 6))
+OFFSET = np.array([0.0, 0.05, 0.08])
+
+
+@pytest.fixture
+def guest(house: OpenHouse, arrive: Arrive) -> Guest:
+    """A guest whose arms rest, without arrows."""
+    return arrive(house(), "autopilot=0")
+
+
+def point(s: Session) -> Array:
+    """The point that is pulled, on the fifth link."""
+    return s.simulation.kinematics.data.oMi[s.simulation.guided.joint(5)].act(OFFSET)
+
+
+@pytest.mark.parametrize("scene", ["hold", "master_slave", "solo"])
+def test_a_link_is_pulled(guest: Guest, scene: str) -> None:
+    change(guest, scene=scene, speed=2.0)
+    arm, link = ("arm" if scene == "solo" else "right"), LINK.format("arm" if scene == "solo" else "right")
+    # Only the orange arm, and not its base; no arrows, and no mark before something is pulled.
+    links = {f"/arms/{arm}/base" + "".join(f"/j{i}" for i in range(1, joint + 1)) for joint in range(1, 8)}
+    guest.visitor.wait_for(lambda v: set(v.mirror.grabbable) == links)
+    assert not any(name.startswith("/gizmo") for name in drawn(guest.visitor))
+    assert not visible(guest, "/grip/point")
+    start = guest.ask(point)
+    frame, _ = guest.ask(lambda s: swivel_frame(s.simulation))
+    # The way on which the elbow swivels, so that every hand lets it.
+    goal = start + 0.05 * (frame[:, 2] - frame[:, 1]) / np.sqrt(2.0)
+    pull(guest, link, "start", start, start)
+    guest.wait(lambda s: isinstance(s.held, LinkTarget))
+    held = guest.session.held
+    assert isinstance(held, LinkTarget) and held.joint == 5
+    assert np.allclose(held.offset, OFFSET, atol=1e-3)
+    pull(guest, link, "update", start, goal)
+    comes(guest, lambda s: float(np.linalg.norm(point(s) - goal)), 0.015)
+    guest.visitor.wait_for(lambda _: visible(guest, "/grip/point") and visible(guest, "/grip/line"))
+    guest.visitor.wait_for(lambda _: np.linalg.norm(place(guest, "/grip/point") - guest.ask(point)) < 2e-3)
+    guest.visitor.wait_for(lambda _: np.allclose(place(guest, "/grip/place"), goal))
+    # Another one's end means nothing; its own lets go, and the arm stays where it came to.
+    pull(guest, link.removesuffix("/j5"), "end", start, goal)
+    guest.run_on(0.1)
+    assert guest.session.held is not None
+    pull(guest, link, "end", start, goal)
+    guest.wait(lambda s: s.held is None)
+    guest.visitor.wait_for(lambda _: not visible(guest, "/grip/point"))
+    there = guest.ask(point)
+    guest.run_on(1.0)
+    assert np.linalg.norm(guest.ask(point) - there) < (0.05 if scene == "solo" else 0.01)
+    # The arrow keys go on from there.
+    press(guest, "up")
+    guest.wait(lambda s: isinstance(s.held, HandTarget))
+
+
+def test_odd_pulls_are_not_followed_and_a_change_lets_go(guest: Guest) -> None:
+    link, far = LINK.format("right"), np.array([1e7, 0.0, 0.0])
+    # An update without a start, and a start that is nowhere.
+    pull(guest, link, "update", np.zeros(3), np.ones(3))
+    pull(guest, link, "start", np.array([np.nan, 0.0, 0.0]), np.ones(3))
+    guest.run_on(0.1)
+    assert guest.session.held is None
+    start = guest.ask(point)
+    pull(guest, link, "start", start, start)
+    pull(guest, link, "update", start, far)
+    guest.wait(lambda s: isinstance(s.held, LinkTarget) and not np.allclose(s.held.position, start, atol=0.1))
+    guest.run_on(1.0)
+    held = guest.session.held
+    assert isinstance(held, LinkTarget) and np.abs(held.position).max() <= 2.6
+    assert np.isfinite(guest.ask(lambda s: s.simulation.positions.copy())).all()
+    press(guest, "reset")
+    assert guest.session.held is None
+    pull(guest, link, "start", start, start)
+    guest.wait(lambda s: s.held is not None)
+    change(guest, guided="left")
+    guest.visitor.wait_for(lambda v: v.mirror.grabbable and all(n.startswith("/arms/left/") for n in v.mirror.grabbable))
+    assert guest.session.held is None
+
+
+def test_a_pull_is_replayed_and_the_past_cannot_be_taken_hold_of(guest: Guest) -> None:
+    link, start = LINK.format("right"), guest.ask(point)
+    goal = start + np.array([0.0, 0.06, 0.08])
+    pull(guest, link, "start", start, start)
+    pull(guest, link, "update", start, goal)
+    comes(guest, lambda s: float(np.linalg.norm(point(s) - goal)), 0.01)
+    pull(guest, link, "end", start, goal)
+    guest.wait(lambda s: s.held is None)
+    guest.visitor.set_value("replay", "Watch")
+    guest.wait(lambda s: s.player is not None and s.player.past is not None)
+    guest.visitor.wait_for(lambda v: not v.mirror.grabbable)
+    guest.visitor.wait_for(lambda _: visible(guest, "/grip/point"))
+    # The past begins where the link was taken.
+    guest.visitor.wait_for(lambda _: np.allclose(place(guest, "/grip/place"), goal))

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from viser import _messages as viser_messages
 from viser.infra._messages import Message
 
-from app.web.client_buffer import ClientBuffer
+from app.web.sending import ClientBuffer
 from app.web.viser_internals import MessageBuffer
 
 

@@ -1,19 +1,23 @@
 """The server's answers to requests; what it cannot do it says when it starts, and it leaves nothing behind when it stops."""
 
-import contextlib
 import json
+import logging
 import re
 import socket
 import threading
 from typing import Any
 
 import pytest
+from prometheus_client.parser import text_string_to_metric_families
 from viser import infra
 
-from app.web.index_page import QUESTION, ROOM_IS_FULL, full_page, page_query, patched_index
+from app.runtime.throttled_log import ThrottledLog
 from app.web.listening import PortInUse, port_answers
-from app.web.server import DuetServer
+from app.web.origin_policy import OriginPolicy
+from app.web.pages import QUESTION, ROOM_IS_FULL, full_page, page_query, patched_index
+from app.web.server import DuetServer, log
 from controllers.errors import BadSetting, DuetError
+from tests.app.runtime.processes import until
 from tests.app.web.conftest import Join, Room, Start, ended, get
 from tests.blocking_client import BlockingClient
 
@@ -39,11 +43,42 @@ def test_pages_carry_the_headers_and_the_server_tells_its_health(room: Room, joi
     assert get(room.server.url + "/nothing")[0] == 404
     assert get(room.server.url + "/../../../etc/passwd")[0] == 404
     assert get(room.server.url + "/index.html?dm=1")[0] == 200
-    join()
+    join().wait_for(lambda _: room.server.count_clients() == 1)
     _, headers, body = get(room.server.url + "/healthz")
     state = json.loads(body)
     assert headers["content-type"] == "application/json"
     assert state["ok"] is True and state["clients"] == 1 and state["room"] is True and re.match(r"\d", state["version"])
+
+
+def measured(body: bytes) -> dict[str, float]:
+    return {sample.name: sample.value for family in text_string_to_metric_families(body.decode()) for sample in family.samples}
+
+
+def test_prometheus_reads_what_the_health_says_here_or_with_the_key(start: Start) -> None:
+    behind, open_to_all = start(allowed_origins=("https://duet.example.org",)), start(host="0.0.0.0")
+    for server in (behind, open_to_all):
+        store = {"lasting": True, "problem": "the disk is full", "set_aside": "visitors.sqlite.damaged-20260101-000000"}
+        server.app_state = lambda store=store: {"store": store, "sessions": 7, "frames": 21, "load": 95, "places": 8}
+        server.may_measure = lambda query: query.get("key") == "chalk-dust"
+    health = json.loads(get(open_to_all.url + "/healthz")[2])
+    assert (health["sessions"], health["frames"], health["load"], health["store"]["problem"]) == (7, 21, 95, "the disk is full")
+    for url, headers, status in (
+        (open_to_all.url + "/metrics", {}, 200),
+        (open_to_all.url + "/metrics", {"X-Forwarded-For": "203.0.113.9"}, 403),
+        (open_to_all.url + "/metrics?key=chalk-dust", {"X-Forwarded-For": "203.0.113.9"}, 200),
+        (behind.url + "/metrics", {}, 403),
+        (behind.url + "/metrics?key=chalk", {}, 403),
+        (behind.url + "/metrics?key=chalk-dust", {}, 200),
+    ):
+        answered, answer, body = get(url, **headers)
+        assert answered == status, (url, headers)
+        if status == 200:
+            assert answer["content-type"].startswith("text/plain; version=0.0.4") and answer["cache-control"] == "no-store"
+            values = measured(body)
+            assert [values[f"duet_{name}"] for name in ("ok", "clients", "room", "sessions")] == [1.0, 0.0, 1.0, 7.0]
+            assert (values["duet_frames_per_second"], values["duet_load_ratio"]) == (21.0, 0.95)
+            assert (values["duet_store_lasting"], values["duet_store_ok"], values["duet_store_set_aside"]) == (1.0, 0.0, 1.0)
+    assert not OriginPolicy("0.0.0.0", 8080).is_local("192.168.1.5", ())
 
 
 def test_index_is_patched_once_and_safely(room: Room) -> None:
@@ -64,7 +99,7 @@ def test_index_is_patched_once_and_safely(room: Room) -> None:
         *(("/?dm=0.1&n=10", {"dm": "0.1", "n": "10"}), ("/", {}), ("?a=1", {"a": "1"}), ("/?a=1&a=2", {"a": "1"})),
         *(("/?empty=", {"empty": ""}), ("/?x=%3Cscript%3E&y=a+b", {"x": "<script>", "y": "a b"})),
         *(("/?" + "k" * 41 + "=1&ok=2", {"ok": "2"}), ("/?long=" + "v" * 401 + "&ok=2", {"ok": "2"})),
-        *(("/?" + "&".join(f"k{i}=1" for i in range(65)), {}), ("//evil.example/?a=1", {"a": "1"})),
+        *(("/?" + "&".join(f"k{i}=1" for i in range(65)), {}), ("//evil.example/?a=1", {"a": "1"}), ("//[?a=1", {"a": "1"})),
     ],
 )
 def test_page_query(path: str, query: dict[str, str]) -> None:
@@ -103,11 +138,13 @@ def test_documents_are_served_in_the_language_that_is_asked_for(start: Start) ->
     assert get(f"{url}s")[0] == 404
 
 
-def ask(room: Room, *pieces: bytes) -> tuple[int, dict[str, str], bytes]:
+def ask(room: Room, *pieces: bytes, closes: bool = False) -> tuple[int, dict[str, str], bytes]:
     with socket.create_connection(("127.0.0.1", room.server.get_port()), timeout=60) as line:
         line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         for piece in pieces:
             line.sendall(piece)
+        if closes:
+            line.shutdown(socket.SHUT_WR)
         answer = b"".join(iter(lambda: line.recv(65536), b""))
     head, _, body = answer.partition(b"\r\n\r\n")
     first, *rest = head.decode().split("\r\n")
@@ -143,13 +180,53 @@ def test_other_methods_are_answered_with_what_is_possible(room: Room) -> None:
         assert ask(room, request(method, "/", *upgrade))[0] == 405
 
 
-def test_what_is_no_request_is_not_answered(room: Room) -> None:
-    for noise in (b"\x16\x03\x01\x02\x00\x01\r\n\r\n", b"HEAD\r\n\r\n", b"get / HTTP/1.1\r\n\r\n", b"x" * 9000):
-        with socket.create_connection(("127.0.0.1", room.server.get_port()), timeout=60) as line:
-            line.sendall(noise)
-            with contextlib.suppress(ConnectionResetError):
-                assert line.recv(100) == b""
+HEAD = b"GET / HTTP/1.1\r\nHost: localhost\r\n"
+FAULTS = {
+    400: (
+        *(b"\x16\x03\x01\x02\x00\x01\r\n", b"\r\n\r\n", b"HEAD\r\n\r\n", b"GET /\r\n\r\n", b"garbage\n" * 9),
+        *(b"get / HTTP/1.1\r\n\r\n", b"GET / HTTP/1.1\nHost: localhost\n\n", b"GET /\x00 HTTP/1.1\r\n"),
+        *(b"GET / HTTP/1.1\r\n\r\n", HEAD + b"Host: localhost\r\n\r\n"),
+        *(HEAD + b"%b\r\n\r\n" % line for line in (b"colon", b"A : b", b" b", b"A: \x01")),
+        *(HEAD + b"Content-Length: %b\r\n\r\n" % length for length in (b"x", b"5")),
+        *(HEAD + b"A: b\n\r\n\r\n", HEAD + b"Transfer-Encoding: chunked\r\n\r\n0\r\n\r\n"),
+    ),
+    414: (b"x" * 9000, b"GET /" + b"x" * 9000 + b" HTTP/1.1\r\nHost: localhost\r\n\r\n"),
+    431: (HEAD + b"A: " + b"x" * 9000 + b"\r\n\r\n", HEAD + b"A: b\r\n" * 200 + b"\r\n"),
+    505: (b"GET / HTTP/1.0\r\n\r\n", b"PRI * HTTP/2.0\r\n\r\n"),
+}
+
+
+def test_a_faulty_request_is_answered_with_what_is_wrong_and_logged_with_its_address(
+    room: Room, caplog: pytest.LogCaptureFixture
+) -> None:
+    room.server.log = ThrottledLog(log, (0.0,))
+    for status, requests in FAULTS.items():
+        for one in requests:
+            with caplog.at_level(logging.WARNING):
+                caplog.clear()
+                answered, headers, _ = ask(room, one)
+                assert (answered, headers["x-content-type-options"]) == (status, "nosniff"), one
+                (line,) = caplog.messages
+                assert line.startswith(f"faulty request: {status} ") and line.endswith(", from 127.0.0.1")
+    # No file can have these names.
+    for path in (f"/{'x' * 3000}", "//[", "/%00"):
+        assert ask(room, request("GET", path))[0] == 404
     assert ask(room, request("HEAD"))[0] == 200
+
+
+def test_what_hangs_up_and_what_says_more_than_a_request_are_no_warnings(room: Room, caplog: pytest.LogCaptureFixture) -> None:
+    room.server.log = ThrottledLog(log, (0.0,))
+    asked = request("GET", "/healthz")
+    with caplog.at_level(logging.DEBUG):
+        for sent in (b"", b"GET /hea", asked[:-2]):
+            before = caplog.text.count("opening handshake failed")
+            with socket.create_connection(("127.0.0.1", room.server.get_port())) as line:
+                line.sendall(sent)
+            until(lambda before=before: caplog.text.count("opening handshake failed") > before)
+        # It may close its own end, and what follows is not taken for a websocket's frames.
+        for more in (b"", b"more" * 1000, asked * 3):
+            assert ask(room, asked + more, closes=True)[0] == 200
+    assert not [record for record in caplog.records if record.levelno >= logging.WARNING], caplog.text
 
 
 @pytest.mark.parametrize("other_host", ["127.0.0.1", "0.0.0.0"])
@@ -187,7 +264,8 @@ def test_stopping_releases_port_thread_and_page(start: Start, capfd: pytest.Capt
     again = start(port)
     assert again.get_port() == port and again.run != server.run
     again.stop()
-    assert set(threading.enumerate()) <= before
+    # The threads of its callbacks end by themselves.
+    until(lambda: set(threading.enumerate()) <= before)
     assert capfd.readouterr().out == ""
 
 

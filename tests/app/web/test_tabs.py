@@ -3,8 +3,7 @@
 from app.hosting.visitor_record import tab_id
 from app.page import STATIC
 from app.web.connection import FilteredConnection
-from app.web.index_page import page_query
-from app.web.page_assets import PageAssets
+from app.web.pages import PageAssets, page_query
 from app.web.traffic_limits import TrafficLimits
 from tests.app.web.conftest import Start
 from tests.blocking_client import BlockingClient
@@ -34,8 +33,10 @@ def test_a_lost_connection_is_said_and_taken_back(start: Start, page_at: PageAt)
 def test_the_full_page_lets_in_by_itself(start: Start, page_at: PageAt) -> None:
     server = start(max_clients=1)
     server.gui.add_markdown("welcome")
-    page = page_at(900, 600, expect=(r"status of 503",))
-    with BlockingClient(server.url):
+    page = page_at(900, 600, fresh=True, expect=(r"status of 503",))
+    with BlockingClient(server.url) as program:
+        # It takes the place with its first message.
+        program.wait_for(lambda _: server.count_clients() == 1)
         page.goto(f"{server.url}/?dm=0.1")
         page.get_by_text("Every place is taken").wait_for()
         screenshot(page, "room-full")
@@ -64,7 +65,7 @@ window.Worker = class extends Worker {
 
 def test_a_tab_that_draws_nothing_and_stores_nothing_says_hello_and_its_name(start: Start, page_at: PageAt) -> None:
     server = start(assets=RESUME, limits=TrafficLimits(connections=1))
-    page = page_at(700, 500)
+    page = page_at(700, 500, fresh=True)
     page.add_init_script(_IN_THE_BACKGROUND)
     page.goto(server.url)
     with BlockingClient(server.url) as program:

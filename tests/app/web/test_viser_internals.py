@@ -22,7 +22,7 @@ from viser import _messages as viser_messages
 from viser._assignable_props_api import AssignablePropsBase
 
 import app.web.sending
-from app.bench.page_mirror import decode_frame
+from app.bench.headless_client import decode_frame
 from app.web import viser_internals
 from app.web.sending import STAMP, Packed
 from app.web.server import DuetServer
@@ -75,20 +75,10 @@ def produced(produce: Callable[..., Any], batches: list[list[viser_messages.Mess
 
 def odd_values() -> list[dict[str, Any]]:
     """Values of all types that a property may be set to; each in a dictionary of its own, for none takes another's place."""
-    values = [
-        True,
-        np.True_,
-        3,
-        np.int64(3),
-        0.5,
-        np.float32(0.5),
-        np.str_("text"),
-        None,
-        (1, np.float64(2.0)),
-        [np.uint8(1), "a"],
-    ]
-    arrays = [np.arange(6, dtype=np.float16).reshape(2, 3).T, (np.zeros(0), np.ones(2)), {"inside": np.arange(3)}]
-    return [{f"p{i}": value} for i, value in enumerate(values + arrays)]
+    values = [True, np.True_, 3, np.int64(3), 0.5, np.float32(0.5), np.str_("text"), None]
+    mixed = [(1, np.float64(2.0)), [np.uint8(1), "a"], (np.zeros(0), np.ones(2)), {"inside": np.arange(3)}]
+    arrays = [np.arange(6, dtype=np.float16).reshape(2, 3).T]
+    return [{f"p{i}": value} for i, value in enumerate(values + mixed + arrays)]
 
 
 def some_batches() -> list[list[viser_messages.Message]]:

@@ -1,20 +1,25 @@
-"""M of section III against finite differences of the closed loop."""
+"""M of section III, and the barrier function W, against finite differences and integrals of the closed loop."""
 
+import math
+from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
 import pinocchio as pin
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+from scipy.integrate import quad
 
 from controllers.activation import activation_slope
 from controllers.kinematics import Array, damped_solution, pseudo_inverse
-from controllers.laws.situation import AUTHORITY, Situation
+from controllers.laws.situation import AUTHORITY, Situation, textbook_projector
 from controllers.laws.smooth_priority import SmoothPriority
 from controllers.proximity import Proximity
-from controllers.stability import analyse
+from controllers.stability import analyse, barrier, barrier_integral
 from controllers.tasks import pose_error
-from tests.controllers.helpers import bodies, random_postures
+from tests.controllers.helpers import bodies, derivative, random_postures
 
 LAW = SmoothPriority(0.15, 6.0, 0.3)
 
@@ -138,3 +143,136 @@ def test_the_damped_m_is_that_of_the_running_loop(task: str) -> None:
         lengths = [float(np.linalg.norm(pose_error(p, goal.translation, goal.rotation)[:3])) for p in (there, back)]
         assert (lengths[0] - lengths[1]) / (2.0 * step) == pytest.approx(damped.task_error_rate(e, slice(3)), abs=1e-5)
     assert apart > 1e-3
+
+
+def integral(d: float, dm: float, n: float) -> float:
+    """∫_d^∞ λ/(1 − λ) ds by quadrature over ln(s − d_m), with the first terms of the series beyond 20 m."""
+    body = quad(lambda t: math.exp(t) / math.expm1(n * math.log1p(math.exp(t) / dm)), math.log(d - dm), 3.0, limit=400)[0]
+    x = dm / (dm + math.exp(3.0))
+    return body + dm * sum(x ** (n * k - 1.0) / (n * k - 1.0) for k in range(1, 100))
+
+
+@given(st.floats(0.03, 0.3), st.floats(1.05, 20.0) | st.just(2.0), st.floats(1e-5, 2.0))
+def test_barrier_integral_is_the_integral(dm: float, n: float, gap: float) -> None:
+    """The closed form against quadrature, for every order above 1."""
+    assert barrier_integral(dm + gap, dm, n) == pytest.approx(integral(dm + gap, dm, n), rel=1e-6)
+
+
+@pytest.mark.parametrize("n", [1.0, 1.5, 2.0, 2.0 + 1e-12, 6.0, 20.0])
+def test_slope_of_the_barrier(n: float) -> None:
+    """dW/dd = −λ/(1 − λ) · v/|J_d|², n = 1 included, and the closed form of n = 2 is the limit of the others."""
+    for d in (0.151, 0.2, 0.35, 0.9):
+        h = 1e-6 * d
+        slope = (barrier_integral(d + h, 0.15, n) - barrier_integral(d - h, 0.15, n)) / (2.0 * h)
+        lam = (0.15 / d) ** n
+        assert slope == pytest.approx(-lam / (1.0 - lam), rel=1e-4)
+    assert barrier_integral(0.2, 0.15, 2.0 + 1e-12) == pytest.approx(barrier_integral(0.2, 0.15, 2.0), rel=1e-9)
+
+
+def test_at_and_below_the_critical_distance() -> None:
+    """W is infinite at d_m and below, for any order and lever; above it is finite, and not a number without a lever."""
+    row, error = np.full(7, 0.2), np.zeros(7)
+    for n in (1.0, 2.0, 6.0):
+        for d in (0.15, 0.1, -0.02):
+            assert barrier_integral(d, 0.15, n) == math.inf
+            assert barrier(error, 2.0, row, d, 0.15, n, 0.3) == math.inf == barrier(error, 2.0, 0.0 * row, d, 0.15, n, 0.3)
+        assert math.isfinite(barrier(error, 2.0, row, 0.15 + 1e-12, 0.15, n, 0.3))
+        assert math.isnan(barrier(error, 2.0, np.full(7, 0.04), 0.2, 0.15, n, 0.3))
+        assert n == 1.0 or barrier_integral(math.inf, 0.15, n) == 0.0
+    assert barrier(np.full(7, 0.1), 2.0, row, 0.2, 0.15, 2.0, 0.0) == pytest.approx(0.07)
+
+
+@dataclass(frozen=True)
+class Planar:
+    """A planar arm of three links; its fingertip keeps clear of a ball at rest."""
+
+    ball: Array
+    radius: float
+
+    def tip(self, q: Array) -> Array:
+        angles = np.cumsum(q)
+        return np.array([0.4, 0.35, 0.25]) @ np.column_stack((np.cos(angles), np.sin(angles)))
+
+    def distance(self, q: Array) -> float:
+        """d."""
+        return float(np.linalg.norm(self.tip(q) - self.ball)) - self.radius
+
+    def row(self, q: Array) -> Array:
+        angles, lengths = np.cumsum(q), np.array([0.4, 0.35, 0.25])
+        links = lengths[:, None] * np.column_stack((-np.sin(angles), np.cos(angles)))
+        J = np.cumsum(links[::-1], axis=0)[::-1]
+        away = self.tip(q) - self.ball
+        return J @ (away / np.linalg.norm(away))
+
+
+NEAR = Planar(np.array([0.9, 0.35]), 0.05)
+"""The ball is where the arm should be: at `GOAL` d would be .114 m."""
+
+ASIDE = Planar(np.array([0.55, 0.25]), 0.05)
+"""The ball is beside the way, and |J_d| falls to a third along it."""
+
+GOAL = np.array([0.5, 0.1, -0.1])
+
+
+@pytest.mark.parametrize("n", [1.0, 2.0, 6.0])
+def test_the_law_is_a_projected_gradient_flow(n: float) -> None:
+    """q̇ = −(I − λ J_d^# J_d) ∇W, ∇W by finite differences, exact for a v that grows with |J_d|²."""
+    seen = 0
+    for q in np.random.default_rng(2).uniform(-1.5, 1.5, (60, 3)):
+        d, row = NEAR.distance(q), NEAR.row(q)
+        if d < 0.16 or np.linalg.norm(row) < 1.1 * AUTHORITY:
+            continue
+        seen += 1
+
+        def W(x: Array) -> Array:
+            j = NEAR.row(x)
+            return np.array([barrier(GOAL - x, 2.0, j, NEAR.distance(x), 0.15, n, float(j @ j))])
+
+        law = SmoothPriority(0.15, n, float(row @ row))
+        dq = law(Situation(q, 2.0 * (GOAL - q), row, d, 0.0))
+        gradient = derivative(W, q)[0]
+        assert_allclose(dq, -textbook_projector(row, law.activation(d)) @ gradient, atol=1e-5)
+        assert float(gradient @ dq) <= 1e-6
+    assert seen > 30
+
+
+def frozen_run(arm: Planar, start: Array, n: float, exact: bool, steps: int = 5000) -> tuple[Array, Array, Array]:
+    """W, ½ |q_r − q|² and d along a run towards `GOAL`, the ball at rest; `exact`: v grows with |J_d|², else it is .3 m/s."""
+    q, dt, kept = start.copy(), 1e-3, []
+    for _ in range(steps):
+        row, d, error = arm.row(q), arm.distance(q), GOAL - q
+        law = SmoothPriority(0.15, n, 0.6 * float(row @ row) if exact else 0.3)
+        kept.append((barrier(error, 2.0, row, d, 0.15, n, law.nominal_velocity), 0.5 * float(error @ error), d))
+        q = q + dt * law(Situation(q, 2.0 * error, row, d, 0.0))
+    W, V, distances = np.array(kept).T
+    return W, V, distances
+
+
+def risen(values: Array) -> float:
+    return float(np.maximum(np.diff(values), 0.0).sum()) / abs(float(values[0]))
+
+
+@pytest.mark.parametrize("n", [1.0, 2.0, 6.0])
+@pytest.mark.parametrize("start", [(-0.6, -0.1, 0.0), (0.58, 0.1, -0.1)])
+def test_w_falls_along_a_run_and_keeps_the_distance(n: float, start: tuple[float, ...]) -> None:
+    """With v ∝ |J_d|² W never rises, and d stays above d_m; with the paper's constant v it hardly rises while |J_d| hardly changes."""
+    W, _, distances = frozen_run(NEAR, np.array(start), n, True)
+    assert np.isfinite(W).all() and W[-1] < 0.99 * W[0] and np.diff(W).max() <= 1e-14
+    assert distances.min() > 0.15 > NEAR.distance(GOAL)
+    W, _, distances = frozen_run(NEAR, np.array(start), n, False)
+    assert np.isfinite(W).all() and risen(W) < 1e-4
+    assert distances.min() > 0.15
+
+
+def test_where_w_falls_and_where_it_does_not() -> None:
+    # Positive control: started near its goal the arm is pushed away from it; V = ½ |q_r − q|² rises, W falls all the same.
+    W, V, _ = frozen_run(NEAR, np.array([0.58, 0.1, -0.1]), 2.0, True)
+    assert risen(V) > 1.0 and risen(W) < 1e-12
+    # The honest limit: |J_d| falls from .5 to .19 m/rad on the way, and under the paper's constant v W rises by more than 1 %.
+    start = np.array([1.0, 0.1, -0.8])
+    rows = [float(np.linalg.norm(ASIDE.row(q))) for q in (start, GOAL)]
+    assert rows[1] < 0.5 * rows[0]
+    W, _, _ = frozen_run(ASIDE, start, 2.0, False)
+    assert risen(W) > 0.01
+    W, _, _ = frozen_run(ASIDE, start, 2.0, True)
+    assert risen(W) == 0.0

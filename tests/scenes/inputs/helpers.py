@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from scenes.inputs import InputsLog, Recorded
 from scenes.inputs_file import recorded_bytes
-from scenes.settings import SceneName, changed
+from scenes.settings import changed
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, LinkTarget, Target
 from tests.scenes.helpers import logged_run, scene_settings
 
@@ -52,7 +52,7 @@ def everything(log: InputsLog) -> Recorded:
 
 
 @cache
-def sample_file(scene: SceneName = "hold", seconds: float = 1.3) -> tuple[Recorded, bytes]:
+def sample_file(scene: str = "hold", seconds: float = 1.3) -> tuple[Recorded, bytes]:
     """Recorded inputs with a change of settings in their middle, and their file; shared, so only to be read."""
     simulation, log = logged_run(scene_settings(scene), seconds)
     simulation.apply(changed(simulation.settings, "k", 3.0))

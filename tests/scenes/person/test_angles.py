@@ -148,16 +148,6 @@ def test_memory_of_angles() -> None:
     assert_allclose(tracked([true] * 60, "left", np.radians([0.0, 87.0, 50.0, 80.0]))[-1], true, atol=1e-6)
 
 
-@given(st.floats(-20.0, 20.0), st.floats(-20.0, 20.0), st.floats(0.0, 1.0))
-def test_remembered(angle: float, previous: float, sine: float) -> None:
-    found = person.remembered(angle, previous, sine)
-    step = person.wrapped(angle - previous)
-    assert min(0.0, step) - 1e-12 <= found - previous <= max(0.0, step) + 1e-12
-    if sine >= 0.1:
-        assert abs(person.wrapped(found - angle)) < 1e-9
-    assert person.remembered(angle, previous, 0.0) == previous
-
-
 def test_points_that_make_no_body_give_no_angles() -> None:
     whole = body_points(np.radians([[20.0, 10.0, 0.0, 60.0]] * 2))
     assert person.body_angles(whole) is not None

@@ -15,10 +15,9 @@ from controllers.errors import BadInputFile, BadSetting, DuetError
 from controllers.kinematics import Array
 from scenes.person import camera, film
 from scenes.person.angles import arm_points
-from scenes.person.camera import CameraSource, read_film
+from scenes.person.camera import ARMS, ELBOWS, HIPS, SHOULDERS, WRISTS, CameraSource, landmarks_to_angles, read_film
 from scenes.person.clips import Clip
 from scenes.person.film import VideoFrame
-from scenes.person.landmarks import ARMS, ELBOWS, HIPS, SHOULDERS, WRISTS, landmarks_to_angles
 from scenes.person.source import MissingPackage
 from tests.scenes.person.strategies import SIDES, bodies, plain_arms
 

@@ -15,11 +15,12 @@ from controllers.kinematics import Array
 from scenes.lwr import shells
 from scenes.robots import RobotName, drawing, robot
 from scenes.robots.drawing import joint_frames, link_meshes, robot_glbs
-from scenes.robots.enclosing import GRID, SHORTEST, enclosing_capsule
 from scenes.robots.example_data import EXAMPLES
-from scenes.robots.fitting import build_example
+from scenes.robots.fitting import GRID, SHORTEST, build_example, enclosing_capsule
 from tests.scenes.helpers import glb_head, own_cache
 from tests.scenes.robots.helpers import NAMES, OTHERS, away, collision_points, link_poses, outside, postures
+
+pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -1,6 +1,8 @@
-"""What the loop promises: the distance is kept, the smooth minimum is smooth, joints stay inside their limits, the same bits each time."""
+"""The loop keeps the distance, its bits and the joint limits; and why authority is lost at the bounds, and what each treatment keeps."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 import pinocchio as pin
@@ -9,25 +11,34 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
-from controllers.choices import Treatment
-from scenes.history import COLUMN
+from controllers.choices import BoundsTreatment, Treatment
+from controllers.kinematics import Array
+from controllers.laws.situation import row_damping
+from controllers.limits import Authority
+from scenes.headless import summarise
+from scenes.history import COLUMN, Sample
 from scenes.room import build_room
-from scenes.settings import ArmName, RigName, changed
+from scenes.settings import ArmName, LawSettings, RigName, RunSettings, changed
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget
 from tests.scenes.helpers import (
     RIG_NAMES,
+    SEEDS,
+    TREATMENTS,
     avoiding_hand,
     column,
     guided_hand,
     hold_run,
     hold_settings,
+    inside_limits,
     overlapping_start,
+    place_of,
     play,
     wander,
     with_law,
 )
-from tests.scenes.simulation.helpers import SEEDS, TREATMENTS, inside_limits
+
+pytestmark = pytest.mark.slow
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
@@ -177,3 +188,172 @@ def test_resets_start_afresh() -> None:
     assert_array_equal(start, kept)
     assert np.abs(simulation.positions - kept).max() > 0.01
     assert_array_equal(build_room("torso").start, Simulation(hold_settings()).positions)
+
+
+def cornered(chosen: RunSettings, at_stops: bool, fits: Callable[[Array, Array], bool], tries: int = 3000) -> Simulation:
+    """Return a simulation at a posture where the avoiding arm's row J_d and q satisfy a condition.
+
+    Args:
+        at_stops: draw the avoiding arm's joints at their stops instead of anywhere between.
+        fits: of J_d (7,) and q (7,) of the avoiding arm.
+    """
+    simulation = Simulation(chosen)
+    model, joints, random = simulation.room.model, simulation.avoiding.joints, np.random.default_rng(8)
+    lower, upper = model.lowerPositionLimit, model.upperPositionLimit
+    for _ in range(tries):
+        q = random.uniform(lower, upper)
+        if at_stops:
+            q[joints] = np.where(random.random(7) < 0.5, lower[joints], upper[joints])
+        simulation.kinematics.update(q)
+        near = simulation.detector.detect("single")
+        if near.distance < chosen.law.critical_distance and fits(near.row[joints], q[joints]):
+            simulation.reset(q)
+            return simulation
+    raise AssertionError("found no such posture")
+
+
+FAST = with_law(hold_settings("table", pairs="single"), critical_distance=0.30, nominal_velocity=1.0)
+
+
+def row_of(simulation: Simulation, sample: Sample) -> Array:
+    """J_d (7,) of the closest pair, of the avoiding arm at a sample."""
+    simulation.kinematics.update(sample.positions)
+    return simulation.detector.detect("single").row[simulation.avoiding.joints].copy()
+
+
+def reach_of(simulation: Simulation, row: Array, q: Array) -> tuple[float, float]:
+    """The largest retreat [m/s] that the avoiding arm's top speeds allow, and that its stops leave of it."""
+    joints, model = simulation.avoiding.joints, simulation.room.model
+    top, g = model.velocityLimit[joints], simulation.settings.limit_gain
+    way = np.where(row > 0.0, model.upperPositionLimit[joints] - q, q - model.lowerPositionLimit[joints])
+    return float(np.abs(row) @ top), float(np.abs(row) @ np.minimum(top, g * way))
+
+
+def test_bounds_are_the_reason() -> None:
+    # A retreat of 1 m/s that all joints at top speed together cannot make: SPEED, the joint that counts most, and all there is.
+    probe = Simulation(FAST)
+
+    def slow(row: Array, q: Array) -> bool:
+        fastest, left = reach_of(probe, row, q)
+        return float(np.linalg.norm(row)) > 0.2 and left > fastest - 1e-9 and fastest < 0.9
+
+    simulation = cornered(FAST, False, slow)
+    simulation.step(None)
+    sample = simulation.sample()
+    assert sample.authority == Authority.SPEED
+    dq, top = sample.velocities[simulation.avoiding.joints], simulation.room.model.velocityLimit[:7]
+    row = row_of(simulation, sample)
+    assert sample.joint == int(np.abs(row).argmax())
+    assert abs(dq[sample.joint]) == pytest.approx(top[sample.joint])
+    assert float(row @ dq) == pytest.approx(float(np.abs(row) @ top), abs=1e-6)
+    assert float(row @ dq) < 1.0
+
+    # Joints at the stops that they would have to pass: STOP, a joint that is at its stop, and it does not move on.
+    def blocked(row: Array, q: Array) -> bool:
+        fastest, left = reach_of(probe, row, q)
+        return fastest > 1.2 and left < 0.8
+
+    simulation = cornered(FAST, True, blocked)
+    simulation.step(None)
+    sample = simulation.sample()
+    assert sample.authority == Authority.STOP
+    joints, model = simulation.avoiding.joints, simulation.room.model
+    q, upper = sample.positions[joints], model.upperPositionLimit[joints]
+    assert abs(q[sample.joint]) == pytest.approx(upper[sample.joint])
+    assert sample.velocities[joints][sample.joint] == pytest.approx(0.0, abs=1e-9)
+    assert float(row_of(simulation, sample) @ sample.velocities[joints]) < 0.9
+    assert inside_limits(simulation)
+
+
+def short_lever(row: Array, _: Array) -> bool:
+    """Whether a row is so short that damping leaves less than half of what the law asks."""
+    square = float(row @ row)
+    return 1e-4 < square < 0.8 * row_damping(square)
+
+
+LEVER = with_law(hold_settings("table", pairs="single"), critical_distance=0.30, nominal_velocity=0.05)
+
+
+def test_a_missing_lever_is_the_reason() -> None:
+    # An approach that no joint can evade, J_d nearly 0: LEVERAGE; with a normal lever at the same d the reason is gone.
+    simulation = cornered(LEVER, False, short_lever)
+    simulation.step(None)
+    assert simulation.sample().authority == Authority.LEVERAGE
+    assert simulation.sample().joint == -1
+    assert summarise(simulation, simulation.history.table()).out_of_authority_s == simulation.settings.dt
+    able = cornered(LEVER, False, lambda row, q: float(np.linalg.norm(row)) > 0.3 and float(np.abs(q).max()) < 1.5)
+    able.step(None)
+    assert able.sample().authority == Authority.FULL
+    # At λ = 1, a task at top speed that still pulls closer: whatever the box has to do with it, authority is not FULL.
+    simulation = cornered(LEVER, False, short_lever)
+    simulation.apply(changed(simulation.settings, "k", 20.0))
+    missed = 0
+    for away in np.random.default_rng(1).uniform(-0.6, 0.6, (30, 3)):
+        simulation.reset(simulation.positions.copy())
+        place_of(simulation)[:] += away
+        simulation.step(None)
+        sample, joints = simulation.sample(), simulation.avoiding.joints
+        simulation.positions[:] = sample.positions
+        at_top = bool((np.abs(sample.velocities[joints]) >= simulation.room.model.velocityLimit[joints] - 1e-9).any())
+        row = row_of(simulation, sample)
+        if at_top and sample.activation == 1.0 and float(row @ sample.velocities[joints]) < 0.0:
+            missed += 1
+            assert sample.authority != Authority.FULL
+    assert missed > 5
+
+
+TIGHT = RunSettings(gain=20.0, hand_speed=1.0, limit_gain=2.0, law=LawSettings(nominal_velocity=1.0, critical_distance=0.3))
+BOUNDS_TREATMENTS: tuple[BoundsTreatment, ...] = get_args(BoundsTreatment)
+
+
+def pushed(treatment: BoundsTreatment, steps: int = 500, scene: str = "hold") -> Simulation:
+    """A run in which the guided hand goes to the other one, at once and fast."""
+    simulation = Simulation(replace(TIGHT, bounds=treatment, scene=scene))
+    place = simulation.kinematics.hand_pose(simulation.avoiding).translation.copy()
+    for _ in range(steps):
+        simulation.step(HandTarget(place))
+    return simulation
+
+
+@pytest.mark.parametrize("scene", ["hold", "master_slave"])
+@pytest.mark.parametrize("treatment", BOUNDS_TREATMENTS)
+def test_no_treatment_exceeds_a_bound(treatment: BoundsTreatment, scene: str) -> None:
+    simulation = pushed(treatment, scene=scene)
+    table, model = simulation.history.table(), simulation.room.model
+    q, dq = simulation.history.positions(table), simulation.history.velocities(table)
+    assert (q >= model.lowerPositionLimit - 1e-9).all() and (q <= model.upperPositionLimit + 1e-9).all()
+    assert (np.abs(dq) <= model.velocityLimit + 1e-9).all()
+
+
+def test_what_each_treatment_keeps_of_a_laws_velocity() -> None:
+    """The distance rate; the direction; the distance rate and, as far as the joints go, the hand's velocity."""
+    simulation = pushed("distance", 60)
+    group = simulation._groups[0]
+    row = simulation.detector.detect("soft", 100.0).row[group.joints]
+    J = simulation.roles.task.task_jacobian
+    assert J is not None
+    rng = np.random.default_rng(0)
+    better = 0
+    for _ in range(40):
+        wanted = rng.uniform(-1.3, 1.3, 7) * simulation.room.model.velocityLimit[group.joints]
+        kept, short, both = (group.bounded(row, wanted, treatment) for treatment in BOUNDS_TREATMENTS)
+        assert all(group.box.contains(bounded.velocities) for bounded in (kept, short, both))
+        assert float(row @ both.velocities) == pytest.approx(float(row @ kept.velocities), abs=1e-7)
+        assert_parallel(short.velocities, wanted)
+        lost = [float(np.linalg.norm(J @ (bounded.velocities - wanted))) for bounded in (kept, both)]
+        assert lost[1] <= lost[0] + 1e-7
+        better += lost[1] < 1e-7 < 1e-3 < lost[0]
+    assert better > 4
+
+
+def assert_parallel(one: np.ndarray, other: np.ndarray) -> None:
+    """The same direction."""
+    assert float(one @ other) == pytest.approx(float(np.linalg.norm(one) * np.linalg.norm(other)), rel=1e-12)
+
+
+def test_the_same_distance_is_kept_whatever_becomes_of_the_hand() -> None:
+    """Saturation in the null space comes after the distance rate: no nearer than by default, and the hand is no farther off."""
+    default, saturating = (pushed(treatment, 800).history.table() for treatment in ("distance", "null_space"))
+    d, e = COLUMN["d"], COLUMN["e2"]
+    assert saturating[:, d].min() > default[:, d].min() - 1e-3
+    assert saturating[:, e].mean() < default[:, e].mean()

@@ -20,6 +20,7 @@ import numpy as np
 from playwright.sync_api import Browser, BrowserContext, Dialog, Error, FileChooser
 
 from app.hosting.private_host import PrivateHost
+from app.hosting.serve_options import ServeOptions
 from app.session.session import Session
 from app.settings import Settings
 from app.start import App, start_app
@@ -247,7 +248,7 @@ class Monkey:
 
 def let_loose(browser: Browser, seed: int, seconds: float, least: int = 0, lecture: bool = False) -> Monkey:
     """Let a visitor (a lecturer, in a lecture) do anything for so long, and for so many actions at least; return them."""
-    opened = start_app("127.0.0.1", 0, Settings(), lecture=lecture)
+    opened = start_app(ServeOptions(lecture=lecture))
     context = browser.new_context(viewport={"width": 1024, "height": 768}, accept_downloads=True)
     try:
         with watching() as watch:
@@ -255,7 +256,7 @@ def let_loose(browser: Browser, seed: int, seconds: float, least: int = 0, lectu
             try:
                 monkey.arrive("")
                 end = time.monotonic() + seconds
-                while time.monotonic() < end or len(monkey.done) < least:
+                while time.monotonic() < end or monkey.counts.total() < least:
                     monkey.act()
                 monkey.leave()
             except (Trouble, Error) as trouble:

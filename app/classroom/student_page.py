@@ -1,0 +1,244 @@
+"""A student's own part of a lecture's page: the banner, the answers as buttons and keys, the verdict, and the lab report to hand in."""
+
+from collections import deque
+from collections.abc import Callable
+from contextlib import nullcontext
+from typing import Any, Final
+
+import viser
+
+from app.classroom.class_messages import Progressed, Reported, StudentPosts, TakenBack
+from app.classroom.classroom import Poll
+from app.classroom.classroom_html import banner_html, mine_html
+from app.classroom.student_work import LONGEST_NAME, clean_name
+from app.classroom.teacher_control import TeacherControl
+from app.export.class_summary import HandIn
+from app.i18n.speaking import N_, tr
+from app.lessons.session.lesson_session import LessonSession
+from app.lessons.tally import Ballot
+from app.page.lessons.drawing_board import DrawingBoard
+from app.page.lessons.lesson_html import choice_label
+from app.page.lessons.lesson_panel import ORDER, LessonPanel
+from app.page.picture_size import canvas_size
+from app.text.templates import macros
+from app.theme import NARROW
+from app.web.control_events import on_command, on_press
+from app.web.viser_internals import HotkeyKey, expand_for
+
+PHONE: Final = 576.0
+"""On a window up to this width viser puts all panels into one sheet at the bottom [CSS px]."""
+
+KEYS: Final[tuple[HotkeyKey, ...]] = ("1", "2", "3", "4", "5", "6")
+
+_OWN: Final = (
+    "<style>.duet-l-drawing:not(:has(.duet-draw)),.duet-l-choices,.duet-l-verdict,.duet-tied{display:none!important}</style>"
+)
+"""Hides the projector's axes and list of choices, and the class's verdict, as the student has a board, buttons and an own verdict."""
+
+
+def is_narrow(client: viser.ClientHandle) -> bool:
+    """Return whether a window has no room for lesson, stage and controls beside each other."""
+    return canvas_size(client)[0] < NARROW
+
+
+class Banner:
+    """One line at the top of a page: what the teacher has decided."""
+
+    def __init__(self, gui: viser.GuiApi) -> None:
+        self._gui = gui
+        self._handle = gui.add_html("", order=-30.0)
+        self._other: viser.GuiHtmlHandle | None = None
+
+    def show(self, kind: str, text: str, tab: viser.GuiTabHandle | None = None) -> None:
+        """Show a text; "" shows nothing. `tab`: of the lesson, in place of folded controls."""
+        line = banner_html(kind, text)
+        if tab is not None and self._other is None:
+            with tab:
+                self._other = self._gui.add_html("", order=0.5)
+        self._handle.content = "" if tab is not None else line
+        if self._other is not None:
+            self._other.content = line if tab is not None else ""
+
+
+class Answers:
+    """The buttons, keys and texts for one student's answers.
+
+    Args:
+        panel: of the lessons, in the plenary.
+        control: takes what the student hands in.
+        student: id of the tab.
+    """
+
+    def __init__(self, client: viser.ClientHandle, panel: LessonPanel, control: TeacherControl, student: str) -> None:
+        self._client, self._panel, self._control, self._student = client, panel, control, student
+        self._buttons: list[viser.GuiButtonHandle] = []
+        self._commands: list[viser.CommandHandle] = []
+        self._texts: list[viser.GuiHtmlHandle] = []
+        self._shown: tuple[Any, ...] = ()
+        self._narrow, self._phone, self._folded = is_narrow(client), canvas_size(client)[0] <= PHONE, False
+
+    def fold(self, folded: bool) -> None:
+        """On a narrow window fold the main panel while a lesson is open; the student can unfold it."""
+        if not self._narrow or folded == self._folded or (folded and self._panel.panel is None):
+            return
+        self._folded = folded
+        if not folded:
+            self._client.gui.main_panel.expand()
+            return
+        self._client.gui.main_panel.minimize()
+        if self._phone and self._panel.panel is not None:
+            expand_for(self._client, self._panel.panel)
+
+    def _make(self) -> None:
+        gui = self._client.gui
+        assert self._panel.tab is not None
+        with self._panel.tab:
+            self._texts = [
+                gui.add_html(_OWN, order=ORDER["choices"] + 0.1),
+                gui.add_html("", order=ORDER["choices"] + 8.5),
+                gui.add_html("", order=ORDER["verdict"] + 0.5),
+            ]
+            for i in range(len(KEYS)):
+                self._buttons.append(self._button(i))
+            control, student = self._control, self._student
+            self._board = DrawingBoard(
+                gui,
+                control.answers.put,
+                lambda question, curve: control.draw(student, question, curve),
+            )
+
+    def _button(self, index: int) -> viser.GuiButtonHandle:
+        button = self._client.gui.add_button(f"{index + 1}", visible=False, color="gray", order=ORDER["choices"] + 1.0 + index)
+        return on_press(button, lambda: self._answer(index))
+
+    def _command(self, index: int) -> viser.CommandHandle:
+        command = self._client.gui.add_command(
+            tr("Answer {number}", number=index + 1), hotkey=KEYS[index], icon=viser.Icon.HAND_CLICK
+        )
+        return on_command(command, lambda: self._answer(index))
+
+    def _answer(self, choice: int) -> None:
+        self._control.post_answer(self._student, choice)
+
+    def show(self, poll: Poll | None, ballot: Ballot | None, first: Ballot) -> None:
+        """Update everything. `ballot`: the student's newest one; `first`: see `mine_html`."""
+        mine = Ballot() if ballot is None else ballot
+        asked = None if poll is None else (poll.question, poll.choices, poll.open, poll.outcome, poll.verdicts, poll.round)
+        if self._panel.tab is None or (asked, mine, first) == self._shown:
+            return
+        self._shown = asked, mine, first
+        if not self._buttons:
+            self._make()
+        count = min(len(poll.choices), len(KEYS)) if poll is not None and poll.open else 0
+        for i, button in enumerate(self._buttons):
+            if poll is not None and i < count:
+                button.label = choice_label(i + 1, poll.choices[i], i == mine.choice)
+                button.color = "orange" if i == mine.choice else "gray"
+            button.visible = i < count
+        while len(self._commands) > count:
+            self._commands.pop().remove()
+        while len(self._commands) < count:
+            self._commands.append(self._command(len(self._commands)))
+        drawing = poll.drawing if poll is not None and poll.open else None
+        self._board.show(poll.question if poll is not None else ("", ""), drawing, mine.curve)
+        line = "" if poll is None else mine_html(poll, mine, first, not self._phone)
+        over = poll is not None and bool(poll.verdicts)
+        self._texts[1].content, self._texts[2].content = ("", line) if over else (line, "")
+
+
+WHAT: Final = N_(
+    "The teacher gets what is in your lab report (answers, reasons, drawings, outcomes, challenges, own words) and the name that you "
+    "type, if any. Until the class ends you can take it back."
+)
+"""What is handed in, in one line."""
+
+_IN_PANEL: Final = -29.0
+_IN_LESSON: Final = ORDER["hints"] + 7.5
+
+
+class _Form:
+    """The folder with name and buttons. The caller has opened its container.
+
+    Args:
+        hand_in: called with the name, on the network's thread.
+        take_back: called on the network's thread.
+    """
+
+    def __init__(self, gui: viser.GuiApi, order: float, hand_in: Callable[[str], None], take_back: Callable[[], None]) -> None:
+        self.folder = gui.add_folder(tr("Hand in my report"), order=order, expand_by_default=False)
+        with self.folder:
+            gui.add_html(macros("page/panels/pills.html").note(tr(WHAT)))
+            self._name = gui.add_text(tr("Name"), "")
+            self._state = gui.add_html("")
+            self._send = gui.add_button(tr("Hand in"), icon=viser.Icon.SEND)
+            self._back = gui.add_button(tr("Take it back"), icon=viser.Icon.ARROW_BACK_UP, color="gray", visible=False)
+        on_press(self._send, lambda: hand_in(clean_name(str(self._name.value)[: 4 * LONGEST_NAME])))
+        on_press(self._back, take_back)
+
+    def show(self, visible: bool, report: HandIn | None) -> None:
+        self.folder.visible = visible
+        self.folder.label = tr("Hand in my report") if report is None else tr("My report is handed in")
+        self._send.label = tr("Hand in") if report is None else tr("Hand in again")
+        self._back.visible = report is not None
+        if report is None:
+            self._state.content = ""
+            return
+        said = tr("Handed in as {name}.", name=report.name) if report.name else tr("Handed in without a name.")
+        self._state.content = macros("page/panels/pills.html").note(said, "duet-say")
+
+
+class HandInBox:
+    """The form on one student's page, and the student's progress for the class's counts.
+
+    Args:
+        control: takes both, as plain data.
+        student: id of the tab.
+    """
+
+    def __init__(self, gui: viser.GuiApi, control: StudentPosts, student: str) -> None:
+        self._gui, self._control, self._student = gui, control, student
+        self._forms: dict[bool, _Form] = {}
+        self._names: deque[str] = deque(maxlen=1)
+        self._version = -1
+        self._shown: tuple[bool, bool, HandIn | None] | None = None
+
+    def _form(self, order: float) -> _Form:
+        return _Form(self._gui, order, self._hand_in, lambda: self._control.post_work(TakenBack(self._student)))
+
+    def _hand_in(self, name: str) -> None:
+        # The progress belongs to the thread that calls `post`.
+        self._names.append(name)
+
+    def post(self, own: LessonSession | None) -> None:
+        """Post the report if the student has asked for it, and the progress in the student's own session whenever it has changed.
+
+        Args:
+            own: the lessons of that session; None in the plenary.
+        """
+        name = self._names.pop() if self._names else None
+        progress = "" if own is None or not own.begun or (name is None and own.version == self._version) else own.walk.to_json()
+        if own is not None:
+            self._version = own.version
+        if name is not None:
+            self._control.post_work(Reported(self._student, name, progress))
+        elif progress:
+            self._control.post_work(Progressed(self._student, progress))
+
+    def show(self, offered: bool, report: HandIn | None, tab: viser.GuiTabHandle | None) -> None:
+        """Offer the form.
+
+        Args:
+            offered: whether there is anything to hand in.
+            report: that is handed in; None for none.
+            tab: of the lesson, in place of folded controls.
+        """
+        shown = offered, tab is not None, report
+        if shown == self._shown:
+            return
+        self._shown = shown
+        in_lesson = tab is not None
+        if offered and in_lesson not in self._forms:
+            with tab or nullcontext():
+                self._forms[in_lesson] = self._form(_IN_LESSON if in_lesson else _IN_PANEL)
+        for place, form in self._forms.items():
+            form.show(offered and place == in_lesson, report)

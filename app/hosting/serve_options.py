@@ -1,0 +1,48 @@
+"""What a server is started with, from the command over the dispatcher to its workers. Imports nothing slow."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from app.settings import Settings
+
+
+@dataclass(frozen=True)
+class ServeOptions:
+    """How the page is served.
+
+    Attributes:
+        host, port: address to listen on; port 0 takes any free one.
+        settings: of a link without a query.
+        sessions: private sessions at once; None for as many as this machine carries.
+        watchers: pages that may be open in a lecture at once; the teacher gets in besides.
+        lecture: whether all see one plenary session.
+        key: the teacher's, or None.
+        allowed_origins: web addresses from which pages may connect besides our own.
+        bvh, camera, video, pose_model, law_file: see `app.session.input_source.find_input_sources`.
+        lessons: folder of lessons; None for our own.
+        ahead: whether to prepare what is slow the first time.
+        store: file in which what visitors do outlives the server; None for memory alone.
+        keep: how long it is kept after their last visit [s].
+        most_bytes: of the file.
+        loops: processes that share the sessions, each with a frame loop and a core of its own.
+    """
+
+    host: str = "127.0.0.1"
+    port: int = 0
+    settings: Settings = field(default_factory=Settings)
+    sessions: int | None = None
+    watchers: int = 200
+    lecture: bool = False
+    key: str | None = None
+    allowed_origins: tuple[str, ...] = ()
+    bvh: Path | None = None
+    camera: int | None = None
+    video: Path | None = None
+    pose_model: Path | None = None
+    law_file: Path | None = None
+    lessons: Path | None = None
+    ahead: bool = False
+    store: Path | None = None
+    keep: float = 24.0 * 3600.0
+    most_bytes: int = 500_000_000
+    loops: int = 1

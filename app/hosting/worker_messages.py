@@ -1,0 +1,185 @@
+"""What the processes of a server say to each other: the listening one and its workers; in a lecture, through it, the plenary's worker and
+those with breakout sessions. Imports nothing slow."""
+
+import pickle
+from collections.abc import Callable
+from dataclasses import dataclass
+from queue import Empty, SimpleQueue
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+from app.hosting.serve_options import ServeOptions
+from app.runtime.job_address import JobAddress
+
+if TYPE_CHECKING:
+    from scenes.robots.robot_files import GivenAtStart
+
+PULSE: Final = 2.0
+"""Time between two messages of a worker that it is at work [s]."""
+
+
+@dataclass(frozen=True)
+class WorkerStart:
+    """What a worker is to serve.
+
+    Attributes:
+        options: those of the server, with the address to which the dispatcher's socket is bound.
+        given: what only the command line knows of robots; None for nothing.
+        run: see `app.web.server.DuetServer`; chosen by the dispatcher.
+        jobs: the pool of jobs that all workers share; chosen by the dispatcher.
+        index: of the worker, from 0; chosen by the dispatcher.
+    """
+
+    options: ServeOptions
+    given: "GivenAtStart | None" = None
+    run: str = ""
+    jobs: JobAddress | None = None
+    index: int = 0
+
+
+class Ready(NamedTuple):
+    """A worker serves.
+
+    Attributes:
+        places: sessions that all workers have at once.
+    """
+
+    places: int
+
+
+class Failed(NamedTuple):
+    """A worker cannot start, for a reason that the user can remove."""
+
+    message: str
+
+
+class ClientCount(NamedTuple):
+    """How many browsers are connected to a worker; or, to a worker, how many to all others."""
+
+    browsers: int
+
+
+class AtWork(NamedTuple):
+    """A worker draws its pages, however slowly; sent every `PULSE`."""
+
+
+class MakeRoom(NamedTuple):
+    """Another worker serves now: tabs that wait for their pages are to go there.
+
+    Attributes:
+        share: the browsers that a worker keeps.
+    """
+
+    share: int
+
+
+class LetGo(NamedTuple):
+    """A worker has sent a tab away; it is a newcomer again."""
+
+    tab: str
+
+
+class Load(NamedTuple):
+    """How busy a worker is, sent every `PULSE`: the fields of its `ServerLoad`."""
+
+    report: tuple[int, ...]
+
+
+class LoadElsewhere(NamedTuple):
+    """How busy the other workers are."""
+
+    reports: tuple[tuple[int, ...], ...]
+
+
+class StartJobs(NamedTuple):
+    """A worker has a job, and the shared pool does not run."""
+
+
+class ToPlenary(NamedTuple):
+    """For the process with the plenary of a lecture; like the next two, opaque to the dispatcher."""
+
+    content: bytes
+
+
+class ForTab(NamedTuple):
+    """For the process with breakout sessions that gets a tab from now on."""
+
+    tab: str
+    content: bytes
+
+
+class ForAll(NamedTuple):
+    """For all processes with breakout sessions, also for those that start later."""
+
+    content: bytes
+
+
+class ForgetTabs(NamedTuple):
+    """All tabs come to the plenary when they connect again."""
+
+
+class Relayed(NamedTuple):
+    """What another process has sent."""
+
+    content: bytes
+
+
+class Replaced(NamedTuple):
+    """Another process of a lecture has been replaced: the plenary's, to all others; another one, to the plenary's."""
+
+    worker: int
+
+
+class Stop(NamedTuple):
+    """A worker is to save everything and to end. `goes_on`: whether a lecture goes on with the next server."""
+
+    goes_on: bool = False
+
+
+class WorkerLink:
+    """One process's end. All methods may be called from any thread.
+
+    Args:
+        index: of the process; 0 has the plenary.
+        send: sends a message to the dispatcher.
+
+    Attributes:
+        wake: called when something has arrived.
+    """
+
+    def __init__(self, index: int, send: Callable[[object], None]) -> None:
+        self.index, self._send = index, send
+        self.wake: Callable[[], None] = lambda: None
+        self._arrived: SimpleQueue[Any] = SimpleQueue()
+
+    def let_go(self, tab: str) -> None:
+        """Treat a tab as a newcomer when it connects again."""
+        self._send(LetGo(tab))
+
+    def to_plenary(self, message: object) -> None:
+        self._send(ToPlenary(pickle.dumps(message)))
+
+    def to_tab(self, tab: str, message: object) -> None:
+        """Send a message to the process that gets a tab from now on."""
+        self._send(ForTab(tab, pickle.dumps(message)))
+
+    def to_all(self, message: object) -> None:
+        """Send a message to all processes with breakout sessions, also to those that start later."""
+        self._send(ForAll(pickle.dumps(message)))
+
+    def forget_tabs(self) -> None:
+        """Send all tabs to the plenary again when they connect."""
+        self._send(ForgetTabs())
+
+    def put(self, message: object) -> None:
+        """Take a message for this process; content that another process has packed is unpacked."""
+        self._arrived.put(pickle.loads(message) if isinstance(message, bytes) else message)
+        self.wake()
+
+    def received(self) -> list[Any]:
+        """Return what has arrived since the last call."""
+        messages: list[Any] = []
+        while True:
+            try:
+                messages.append(self._arrived.get_nowait())
+            except Empty:
+                return messages

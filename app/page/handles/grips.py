@@ -1,0 +1,124 @@
+"""What a mouse or a finger takes hold of and pulls across the view: the visitor's arm, or the ball."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import viser
+
+from app.session.actions import Drag
+from app.session.session import Session
+from app.stage.arms import ArmView
+from app.stage.ball_view import BallView
+from app.stage.poses import checked_point
+from controllers.kinematics import Array
+from scenes.targets import BallTarget, LinkTarget
+
+GripNode = viser.GlbHandle | viser.IcosphereHandle
+
+
+class Grip:
+    """Nodes of the stage of which one is pulled at a time.
+
+    Args:
+        nodes: what can be taken hold of.
+        session: to which a pull is posted.
+    """
+
+    def __init__(self, nodes: Iterable[GripNode], session: Session) -> None:
+        self._session = session
+        self._nodes = {node.name: node for node in nodes}
+        self._taken: str | None = None
+
+        async def pulled(event: viser.SceneNodeDragEvent[Any]) -> None:
+            taken, to = checked_point(event.start_position), checked_point(event.end_position)
+            session.post(Drag(event.target.name, event.phase, to, taken=taken))
+
+        for node in self._nodes.values():
+            node.on_drag(pulled)
+
+    @property
+    def dragged(self) -> bool:
+        """Whether the visitor pulls at one of the nodes."""
+        return self._taken is not None
+
+    def drag(self, action: Drag) -> None:
+        """Follow a pull at one of the nodes; nothing happens at a pull at anything else."""
+        if action.handle not in self._nodes:
+            return
+        if action.phase == "end":
+            if self._taken == action.handle:
+                self._taken = None
+                self._let_go()
+            return
+        if action.taken is None or action.place is None:
+            return
+        if action.phase == "start":
+            self._taken = action.handle
+            self._take(action.handle, action.taken)
+        if self._taken == action.handle:
+            self._pull(action.place)
+
+    def _take(self, name: str, point: Array) -> None:
+        """Take hold of a node at a point (3,), world [m]."""
+        raise NotImplementedError
+
+    def _pull(self, place: Array) -> None:
+        """Pull what was taken to a place (3,), world [m]."""
+        raise NotImplementedError
+
+    def _let_go(self) -> None:
+        """Leave what was taken where it is."""
+        raise NotImplementedError
+
+    def show(self) -> None:
+        """Bring it up to date with the session."""
+
+    def forget_drag(self) -> None:
+        """Behave as if it had been let go."""
+        self._taken = None
+
+    def remove(self, nodes_stay: bool) -> None:
+        """Make the nodes plain again. `nodes_stay`: whether they are still on the stage."""
+        if nodes_stay:
+            for node in self._nodes.values():
+                node.remove_drag_callback()
+
+
+class ArmGrip(Grip):
+    """A pull at a link is a pull at the point of it that was taken."""
+
+    def __init__(self, arm: ArmView, session: Session) -> None:
+        super().__init__(arm.links, session)
+        self._joints = {link.name: joint for joint, link in enumerate(arm.links, 1)}
+        self._joint, self._offset = 0, session.simulation.positions[:0]
+
+    def _take(self, name: str, point: Array) -> None:
+        simulation = self._session.simulation
+        self._joint = self._joints[name]
+        placement = simulation.kinematics.data.oMi[simulation.guided.joint(self._joint)]
+        self._offset = placement.actInv(point)
+
+    def _pull(self, place: Array) -> None:
+        self._session.hold(LinkTarget(self._joint, self._offset, place))
+
+    def _let_go(self) -> None:
+        self._session.hold(None)
+
+
+class BallGrip(Grip):
+    """Takes the ball out of the autopilot's hands, and leaves it where it is let go."""
+
+    def __init__(self, view: BallView, session: Session) -> None:
+        super().__init__((view.ball,), session)
+        self._ball, self._offset = view.ball, np.zeros(3)
+
+    def _take(self, name: str, point: Array) -> None:
+        # It was taken at its surface, and must not jump by its radius.
+        self._offset = point - np.asarray(self._ball.position, float)
+
+    def _pull(self, place: Array) -> None:
+        self._session.hold(BallTarget(place - self._offset))
+
+    def _let_go(self) -> None:
+        self._session.hold(None)

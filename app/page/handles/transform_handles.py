@@ -1,0 +1,212 @@
+"""Handles with arrows and arcs: on the hand to move and turn it, on the ball, and on the elbow to swivel it about the line from shoulder to
+wrist."""
+
+import math
+from typing import Any, Final
+
+import numpy as np
+import pinocchio as pin
+import viser
+
+from app.session.actions import Drag
+from app.session.session import Session
+from app.stage.poses import checked_pose, fresh, put
+from controllers.kinematics import Array
+from scenes.simulation import Simulation
+from scenes.targets import BallTarget, HandTarget, Target
+
+AUTOPILOT_SIZE: Final = 0.6
+"""How much smaller they are while the autopilot plays."""
+
+
+class TransformHandle:
+    """Transform controls; a subclass says what a drag of them means.
+
+    Args:
+        name: of the node under `/gizmo`, and of the handle in a `Drag`.
+        size: length of the arrows [m].
+        look: further arguments of viser's `add_transform_controls`.
+    """
+
+    def __init__(self, scene: viser.SceneApi, session: Session, name: str, size: float, **look: Any) -> None:
+        self._session, self._name, self._size = session, name, size
+        self.dragged = False
+        """Whether the visitor is dragging it."""
+        self._handle = fresh(
+            scene.add_transform_controls(
+                f"/gizmo/{name}", scale=size, line_width=3.5, depth_test=False, disable_sliders=True, **look
+            )
+        )
+
+        @self._handle.on_update
+        async def _(event: viser.TransformControlsEvent) -> None:
+            session.post(Drag(name, event.phase, *checked_pose(event.target.position, event.target.wxyz)))
+
+    def drag(self, action: Drag) -> None:
+        """Follow a pull at it; nothing happens at a pull at another handle."""
+        if action.handle != self._name:
+            return
+        if action.phase != "end":
+            target = self._target(action.place, action.turn)
+            if target is not None:
+                self.dragged = True
+                self._session.hold(target)
+        elif self.dragged:
+            self.dragged = False
+            self._session.hold(None)
+
+    def show(self) -> None:
+        """Take the size that goes with who moves, unless it is being dragged: another size would end that."""
+        if not self.dragged:
+            self._handle.scale = self._size * (AUTOPILOT_SIZE if self._session.settings.page.autopilot else 1.0)
+
+    @property
+    def visible(self) -> bool:
+        return self._handle.visible
+
+    @visible.setter
+    def visible(self, visible: bool) -> None:
+        self._handle.visible = visible
+
+    def _target(self, place: Array | None, turn: Array | None) -> Target | None:
+        """Return what is held with the handle at a place (3,) [m], turned (3, 3); None if that says nothing."""
+        raise NotImplementedError
+
+    def forget_drag(self) -> None:
+        """Behave as if it had been let go."""
+        self.dragged = False
+
+    def remove(self) -> None:
+        """Take it out of the scene."""
+        self._handle.remove()
+
+
+FARTHEST_SWING: Final = 0.35
+"""A key held down pulls the elbow no further ahead of where it is [rad]."""
+
+
+class HandHandle(TransformHandle):
+    """Sits on the hand that one moves, or, where a hand is drawn to its place, on the place."""
+
+    def __init__(self, scene: viser.SceneApi, session: Session) -> None:
+        super().__init__(scene, session, "hand", 0.22)
+        self._turns = True
+
+    def _target(self, place: Array | None, turn: Array | None) -> HandTarget | None:
+        return None if place is None or turn is None else HandTarget(place, turn if self._turns else None)
+
+    def show(self) -> None:
+        """Put it where it belongs, unless it is being dragged."""
+        super().show()
+        simulation = self._session.simulation
+        self._turns = not keeps_place(simulation) or simulation.settings.task == "pose"
+        self._handle.disable_rotations = not self._turns
+        if not self.dragged:
+            place, rotation = wanted_pose(simulation)
+            put(self._handle, place, rotation if self._turns else np.eye(3))
+
+
+class ElbowHandle(TransformHandle):
+    """An arc about the line from shoulder to wrist; the hand stays where it is."""
+
+    def __init__(self, scene: viser.SceneApi, session: Session) -> None:
+        arc = {"disable_axes": True, "active_axes": (False, True, True), "opacity": 0.9}
+        super().__init__(scene, session, "elbow", 0.26, **arc)
+        self._start: tuple[Array, Array, Array, HandTarget] | None = None
+
+    def _target(self, place: Array | None, turn: Array | None) -> HandTarget | None:
+        del place
+        if turn is None:
+            return None
+        if self._start is None or not self.dragged:
+            simulation = self._session.simulation
+            frame, centre = swivel_frame(simulation)
+            elbow = simulation.kinematics.joint_point(simulation.guided.elbow)
+            self._start = frame, centre, elbow - centre, _hand_kept(simulation)
+        frame, centre, out, hand = self._start
+        # The handle turns about its own first axis, which is the line from shoulder to wrist.
+        angle = pin.log3(turn.dot(frame.T)).dot(frame[:, 0])
+        return hand._replace(elbow=centre + pin.exp3(frame[:, 0] * angle).dot(out))
+
+    def show(self) -> None:
+        """Put it where the elbow is, unless it is being dragged."""
+        super().show()
+        simulation = self._session.simulation
+        if not self.dragged:
+            frame, _ = swivel_frame(simulation)
+            put(self._handle, simulation.kinematics.joint_point(simulation.guided.elbow), frame)
+
+
+def swing_elbow(session: Session, angle: float) -> None:
+    """Pull the elbow on by an angle [rad], or, where it is not pulled, away from where it is; the hand stays where it is."""
+    simulation = session.simulation
+    frame, centre = swivel_frame(simulation)
+    out = simulation.kinematics.joint_point(simulation.guided.elbow) - centre
+    held = session.held if isinstance(session.held, HandTarget) else None
+    ahead = 0.0
+    if held is not None and held.elbow is not None:
+        there = held.elbow - centre
+        ahead = math.atan2(float(frame[:, 0].dot(np.cross(out, there))), float(out.dot(there)))
+    turned = min(max(ahead + angle, -FARTHEST_SWING), FARTHEST_SWING)
+    session.hold((held or _hand_kept(simulation))._replace(elbow=centre + pin.exp3(frame[:, 0] * turned).dot(out)))
+
+
+def keeps_place(simulation: Simulation) -> bool:
+    """Return whether your arm is drawn to its place, so that it is the place that you move."""
+    return simulation.guided is simulation.avoiding
+
+
+def wanted_pose(simulation: Simulation) -> tuple[Array, Array]:
+    """Return where your hand is wanted while it is not moved (3,) [m], and how it is to be turned (3, 3); copies."""
+    pose = simulation.kinematics.hand_pose(simulation.guided)
+    place, rotation = simulation.place, simulation.place_rotation
+    if keeps_place(simulation) and place is not None and rotation is not None:
+        return place.copy(), rotation.copy() if simulation.settings.task == "pose" else pose.rotation.copy()
+    return pose.translation.copy(), pose.rotation.copy()
+
+
+def _hand_kept(simulation: Simulation) -> HandTarget:
+    """Return the hand at its place, and turned as it is where the elbow can move all the same."""
+    joints, (place, rotation) = simulation.guided.joints, wanted_pose(simulation)
+    spare = joints.stop - joints.start > 6 and (not keeps_place(simulation) or simulation.settings.task == "pose")
+    return HandTarget(place, rotation if spare else None)
+
+
+def swivel_frame(simulation: Simulation) -> tuple[Array, Array]:
+    """Return a frame (3, 3) with the first axis from shoulder to wrist and the other two on either side of
+    the elbow, and the elbow's foot on that line (3,) [m]; guided arm."""
+    kinematics, arm = simulation.kinematics, simulation.guided
+    shoulder, elbow, wrist = (kinematics.joint_point(j) for j in (arm.shoulder, arm.elbow, arm.wrist))
+    x = wrist - shoulder
+    x /= np.linalg.norm(x)
+    out = elbow - shoulder
+    foot = shoulder + x * x.dot(out)
+    y = elbow - foot
+    length = float(np.linalg.norm(y))
+    if length < 1e-6:
+        # A straight arm has no swivel angle: any direction across the line will do.
+        y = np.cross(x, np.eye(3)[int(np.argmin(np.abs(x)))])
+        length = float(np.linalg.norm(y))
+    y = y / length
+    z = np.cross(x, y)
+    # The handle's arc runs from its second to its third axis; half a right angle back, it is centred on the elbow.
+    frame: Array = np.column_stack([x, (y - z) / math.sqrt(2.0), (y + z) / math.sqrt(2.0)]).astype(np.float64)
+    return frame, foot
+
+
+class BallHandle(TransformHandle):
+    """The arrows on the ball."""
+
+    def __init__(self, scene: viser.SceneApi, session: Session) -> None:
+        super().__init__(scene, session, "ball", 0.2, disable_rotations=True)
+
+    def _target(self, place: Array | None, turn: Array | None) -> BallTarget | None:
+        del turn
+        return None if place is None else BallTarget(place)
+
+    def show(self) -> None:
+        """Put it where the ball is, unless it is being dragged."""
+        super().show()
+        simulation = self._session.simulation
+        if not self.dragged:
+            put(self._handle, simulation.positions[simulation.room.ball])

@@ -1,0 +1,180 @@
+"""The boxes into which a student types: the numbers that a challenge asks for, a reason, and, by a script, a guess of d."""
+
+from collections.abc import Callable
+from typing import Final
+
+import viser
+
+from app.i18n.speaking import tr
+from app.lessons.bookmark import Phase
+from app.lessons.lesson import Challenge
+from app.lessons.outcomes import asks_for_distance
+from app.lessons.progress import LONGEST_REASON
+from app.lessons.session.lesson_actions import Guess, SayNumber
+from app.lessons.session.lesson_session import LessonSession
+from app.lessons.step_view import StepView
+from app.page.lessons.lesson_html import rules_html
+from app.page.lessons.lesson_panel import ORDER
+from app.session.actions import Action
+from app.session.session import Session
+from app.web.control_events import on_entry
+from app.web.viser_internals import uuid_of
+
+MOST_FORECASTS: Final = 4
+_GUESS: Final = ORDER["choices"] + 0.5
+_REASON: Final = ORDER["choices"] + 7.5
+
+
+class Forecasts:
+    """The boxes. The caller has opened their container.
+
+    Args:
+        run: the lessons; what is typed goes to their `said`.
+    """
+
+    def __init__(self, gui: viser.GuiApi, session: Session, run: LessonSession) -> None:
+        self._session, self._run = session, run
+        self._filled_for: tuple[str, str] | None = None
+        self._boxes = [self._make(gui, i) for i in range(MOST_FORECASTS)]
+
+    def _make(self, gui: viser.GuiApi, index: int) -> viser.GuiTextHandle:
+        box = gui.add_text(f"forecast {index}", "", visible=False, order=ORDER["after"] + 1.0 + index)
+        return on_entry(box, lambda text: self._session.post(SayNumber(index, read_number(text))))
+
+    def show(self, view: StepView, challenge: Challenge | None) -> None:
+        """Offer the boxes of a challenge, with what was typed there; none without one."""
+        here = (view.lesson.id, view.step.id) if challenge is not None else None
+        if self._filled_for != here:
+            self._filled_for = here
+            said = (*self._run.said, *(None,) * MOST_FORECASTS)
+            for box, number in zip(self._boxes, said[:MOST_FORECASTS], strict=True):
+                box.value = "" if number is None else f"{number:g}"
+        for i, box in enumerate(self._boxes):
+            box.visible = challenge is not None and i < len(view.forecasts)
+            if challenge is not None and box.visible:
+                unit = challenge.forecasts[i].measurement.unit
+                box.label = view.forecasts[i]
+                box.hint = tr("Your number, in {unit}.", unit=unit) if unit else tr("Your number.")
+
+
+def read_number(text: object) -> float | None:
+    """Return the number that a person typed, with a point or a comma and perhaps a unit behind it; None if there is none."""
+    if not isinstance(text, str):
+        return None
+    try:
+        number = float(text[:40].strip().split(" ")[0].replace(",", ".").replace("−", "-"))
+    except (ValueError, IndexError):
+        return None
+    return number if abs(number) < 1e9 else None
+
+
+class GuessBox:
+    """A hidden box, in which `contact_guess.js` types a guess in mm. The caller has opened its container.
+
+    Args:
+        post: has an action done on the thread to which the lessons belong.
+
+    Attributes:
+        id: of the box on the page.
+    """
+
+    def __init__(self, gui: viser.GuiApi, post: Callable[[Guess], None]) -> None:
+        box = gui.add_text("guess", "", order=_GUESS)
+        self.id = uuid_of(box)
+        hidden = f'div:has(> div > div > p > label[for="{self.id}"])'
+        gui.add_html(rules_html(f"{hidden}{{display:none}}"), order=_GUESS)
+
+        def take(text: str) -> None:
+            if (guess := read_guess(text[:200])) is not None:
+                post(guess)
+
+        on_entry(box, take)
+
+
+def read_guess(text: str) -> Guess | None:
+    """Return the guess that the script has sent; None for another text."""
+    try:
+        place, mm = text.split(" ")
+        lesson, step = place.split("/")
+        return Guess(lesson, step, float(mm) / 1000.0)
+    except ValueError:
+        return None
+
+
+def guess_words(lessons: LessonSession, box: str) -> dict[str, object]:
+    """Return what the card shows of a guess: its name, where it is [mm], the step, and the box, "" while no guess is taken; {} where the
+    step asks for no distance, and where the reader operates nothing: in a class the guess on the stage is not the reader's.
+
+    Args:
+        box: id of the box on the reader's page, "" for one that operates nothing.
+    """
+    walk = lessons.walk
+    if not box or not lessons.open or lessons.listing or not asks_for_distance(walk.step):
+        return {}
+    mm = None if walk.done.guess is None else round(1000.0 * walk.done.guess)
+    return {
+        "guess": {
+            "name": tr("my guess"),
+            "hint": tr("Drag ▼ along the axis: how far apart?"),
+            "mm": mm,
+            "at": f"{walk.lesson.id}/{walk.step.id}",
+            "box": box if walk.guessing else "",
+        }
+    }
+
+
+"""Between the answers and Run."""
+
+
+class GiveReason(Action, newest_by=("lesson", "step")):
+    """Give a reason for the prediction in the step of a lesson, by their names."""
+
+    lesson: str
+    step: str
+    reason: str
+
+
+class ReasonBox:
+    """One box for every step that asks something, made when it is first seen. The caller opens its container.
+
+    What is typed last may arrive when the student is already in another step, so that no two steps share a box.
+
+    Args:
+        run: the lessons; what is typed goes to their progress.
+    """
+
+    def __init__(self, gui: viser.GuiApi, session: Session, run: LessonSession, tab: viser.GuiTabHandle) -> None:
+        self._gui, self._session, self._run, self._tab = gui, session, run, tab
+        self._boxes: dict[tuple[str, str], viser.GuiTextHandle] = {}
+        self._written: dict[tuple[str, str], str] = {}
+
+    def _make(self, lesson: str, step: str) -> viser.GuiTextHandle:
+        hint = tr(
+            "Optional: one line of at most {count} characters. Your lab report shows it beside the outcome.", count=LONGEST_REASON
+        )
+        with self._tab:
+            box = self._gui.add_text(tr("Because …"), "", visible=False, hint=hint, order=_REASON)
+
+        return on_entry(box, lambda words: self._session.post(GiveReason(lesson, step, words[:LONGEST_REASON])))
+
+    def take(self, action: GiveReason) -> None:
+        """Note a reason in the progress of its step."""
+        lesson, step = action.lesson, action.step
+        self._run.walk.give_reason(action.reason, lesson, step)
+        self._written[lesson, step] = self._run.walk.done_in(lesson, step).because
+
+    def show(self, view: StepView | None) -> None:
+        """Offer the box of the present step as long as its answer can be changed; without a step none."""
+        if view is None:
+            for box in self._boxes.values():
+                box.visible = False
+            return
+        place = view.lesson.id, view.step.id
+        asking = (bool(view.choices) or view.drawing is not None) and view.phase in (Phase.PREDICT, Phase.DO)
+        if asking and place not in self._boxes:
+            self._boxes[place] = self._make(*place)
+        for other, box in self._boxes.items():
+            box.visible = asking and other == place
+        if asking and self._written.get(place, "") != view.because:
+            # A reload or a reset has changed it, not the student's typing.
+            self._written[place] = self._boxes[place].value = view.because

@@ -1,0 +1,74 @@
+"""Scripts and style sheets of the page, in their order, with what depends on the settings: constants, palette and profile."""
+
+from functools import cache
+from pathlib import Path
+
+from markupsafe import Markup
+
+from app.i18n.client_texts import ICON_NAMES, LOADING, NO_PICTURE, WHAT_TO_SWITCH_ON, WHAT_WORKS
+from app.page import STATIC
+from app.page.panels.hotkeys import hotkeys
+from app.page.panels.replay_bar import KEY
+from app.settings import PageSettings, Profile
+from app.stage.contact_view import contact_assets
+from app.theme import DOCK_WIDTH, NARROW, PALETTES, scale, symbol_rules
+from app.web.pages import MARK, PageAssets, software_rendering
+from scenes.laws import LAWS
+
+
+def page_assets(page: PageSettings, lecture: bool = False) -> PageAssets:
+    """Return what every page runs before viser's client.
+
+    Args:
+        page: theme and language, where the link asks for none.
+        lecture: whether all see one stage.
+    """
+    scripts = (
+        "holders teacher_key without_webgl fast_picture grab_events hand_hover picture_size hotkeys resume announcements "
+        "accessible_names replay_box drawing page_language folder_headings class_overlay presenter copy_button link_box pressed_buttons "
+        "welcome label_placement contact_chart contact_balance contact_guess contact_card live_equations lit_symbols loading"
+    )
+    styles = "without_webgl announcements class presenter welcome loading contact_card"
+    constants = {
+        "withoutWebgl": (NO_PICTURE, WHAT_WORKS, WHAT_TO_SWITCH_ON),
+        "relayedKeys": {hotkey.relayed: hotkey.key for hotkey in hotkeys() if hotkey.relayed},
+        "replayKey": KEY,
+        "lecture": lecture,
+        "iconNames": ICON_NAMES,
+        "loading": {"theme": page.theme, "language": page.language, "text": LOADING},
+    }
+    return software_rendering() + contact_assets() + PageAssets(_files(scripts, "js"), _files(styles, "css"), constants)
+
+
+def _files(names: str, kind: str) -> tuple[Path, ...]:
+    return tuple(STATIC / f"{name}.{kind}" for name in names.split())
+
+
+def loading_html() -> str:
+    """Return what the page's body begins with: our name, and one line until viser's client is there."""
+    return (STATIC / "loading.html").read_text(encoding="utf-8").replace("__MARK__", MARK)
+
+
+@cache
+def style_sheet(profile: Profile) -> Markup:
+    """Return the style sheet as a <style> element."""
+    k = scale(profile)
+    light, dark = PALETTES["light"], PALETTES["dark"]
+    colours = symbol_rules(".duet", ".duet-caption") + "".join(
+        f".duet .j{i + 1},.duet-caption .j{i + 1}{{color:light-dark({a},{b})}}"
+        for i, (a, b) in enumerate(zip(light.joints, dark.joints, strict=True))
+    )
+    colours += "".join(
+        f".duet .law{i + 1}{{color:light-dark({light.laws[i % len(light.laws)]},{dark.laws[i % len(dark.laws)]})}}"
+        for i in range(len(LAWS))
+    )
+    # viser's widgets take their size from this one number of the Mantine library.
+    root = f":root{{--duet-k:{k:g};--duet-dock:{DOCK_WIDTH * k:g}px;--mantine-scale:{k:g}!important}}"
+    panel, spare = "[data-duet-holds~=plots]", "[data-duet-holds~=spare]"
+    narrow = (
+        f"@media (max-width:{round(NARROW * k)}px){{"
+        f"{panel} [data-duet-holds~=charts]{{grid-template-columns:var(--duet-narrow)!important}}"
+        f"{panel} .mantine-Flex-root .mantine-Button-root{{padding:0 6px!important}}"
+        f"{panel} {spare},{panel} {spare}+div{{display:none}}}}"
+    )
+    return Markup(f"<style>{root}{(STATIC / 'style.css').read_text(encoding='utf-8')}{colours}{narrow}</style>")

@@ -1,0 +1,113 @@
+"""The controls under the plots: which are shown beside the first two, and, for the microscope, the signal and the instant."""
+
+from typing import Final, get_args
+
+import viser
+
+from app.page.panels.choice_buttons import ChoiceButtons
+from app.page.panels.page_panel import PagePanel
+from app.page.panels.scrubber import Scrubber
+from app.page.view import View
+from app.plots.plot_choice import possible_details
+from app.session.actions import Action, SetSetting
+from app.session.frame import Frame
+from app.session.microscope import STRIDE, Signal
+from app.session.session import Session
+from app.settings import PageSettings
+from scenes.settings import specs
+
+
+class DetailsChooser(PagePanel):
+    """The row of buttons; an open lesson chooses its plots itself.
+
+    Args:
+        view: with the panel of plots.
+    """
+
+    def __init__(self, client: viser.ClientHandle, session: Session, view: View) -> None:
+        spec = specs(PageSettings)["plot"]
+        self._lessons, self._choices = view.lessons, spec.choices
+        self._shown: tuple[object, ...] = ()
+
+        with view.plots_tab:
+            self._buttons = ChoiceButtons(
+                client.gui,
+                "more plots",
+                tuple(spec.options().values()),
+                spec.help,
+                lambda i: session.post(SetSetting("plot", spec.choices[i])),
+                order=0.5,
+            )
+
+    def show(self, frame: Frame) -> None:
+        """Offer the choices of this experiment, and mark the present one."""
+        state = frame.settings, self._lessons.open
+        if state == self._shown:
+            return
+        self._shown = state
+        possible, details = possible_details(frame.settings.run), frame.settings.page.details
+        marked = self._choices.index(details if details in possible else "none")
+        self._buttons.show(marked, tuple(map(self._choices.index, possible)), not self._lessons.open)
+
+
+QUANTITIES: Final[tuple[Signal, ...]] = get_args(Signal)
+
+WRITE: Final = 0.5
+"""Time between two writes of the slider while the run goes on [s]."""
+
+
+class Magnify(Action, newest_by=None):
+    """Look at a signal; without one at the largest jump, or so many steps on."""
+
+    quantity: Signal | None = None
+    steps: int = 0
+
+
+class MicroscopeButtons(PagePanel):
+    """Buttons and slider; they are there while the microscope is.
+
+    Args:
+        view: with the panel of plots.
+    """
+
+    def __init__(self, client: viser.ClientHandle, session: Session, view: View) -> None:
+        gui = client.gui
+        self._session, self._view = session, view
+        with view.plots_tab:
+            self._buttons = ChoiceButtons(
+                gui,
+                "single steps",
+                ("d", "λ", "q̇", "e", "Largest jump", "◀", "▶"),
+                "Which steps are shown: about the largest step of q̇ in the last 20 s, or ten steps earlier or later.",
+                self._press,
+                order=0.6,
+            )
+            seek = session.studies.microscope.go_to
+            self._scrubber = Scrubber(gui, session, seek, "instant", 0.005, WRITE, order=0.7)
+
+    def _press(self, place: int) -> None:
+        later = (Magnify(), Magnify(steps=-STRIDE), Magnify(steps=STRIDE))
+        self._session.post((*map(Magnify, QUANTITIES), *later)[place])
+
+    def take(self, action: Action) -> bool:
+        """Do an action if it is about the microscope; return whether it was."""
+        microscope = self._session.studies.microscope
+        match action:
+            case Magnify(quantity) if quantity is not None:
+                microscope.look_at(quantity)
+            case Magnify(_, 0):
+                microscope.find_jump()
+            case Magnify(_, steps):
+                microscope.move(steps, self._session.settings.run.dt)
+            case _:
+                return self._scrubber.take(action)
+        return True
+
+    def show(self, frame: Frame) -> None:
+        """Mark the present signal, and put the slider where the instant is."""
+        if frame.studies is None:
+            return
+        microscope = frame.studies.microscope
+        shown = "microscope" in self._view.plots_shown and not frame.replayed
+        self._buttons.show(QUANTITIES.index(microscope.quantity), visible=shown)
+        self._scrubber.show(frame.now, microscope.span if shown else None)

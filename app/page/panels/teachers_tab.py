@@ -1,0 +1,101 @@
+"""What a teacher's key opens: the notes on the lessons, and the server's load; and the notice that a key is wrong."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
+
+import viser
+from markupsafe import Markup
+
+from app.i18n.speaking import N_, tr
+from app.lessons.lesson import Step
+from app.lessons.loading import Notes, read_notes
+from app.lessons.session.lesson_session import LessonSession
+from app.page.panels.server_load import ServerLoad, load_pills
+from app.text.templates import element, macros
+
+ORDER: Final = -20.0
+"""Order of a teacher's tabs: above the controls."""
+
+
+class NotesView:
+    """The notes to the open lesson, those to the present step first.
+
+    Args:
+        notes: Markdown by lesson id.
+    """
+
+    def __init__(self, gui: viser.GuiApi, notes: Mapping[str, str]) -> None:
+        self._notes = {lesson: read_notes(text) for lesson, text in notes.items()}
+        self._handle = gui.add_html("")
+        self._shown: tuple[bool, Notes | None, Step | None] | None = None
+
+    def show(self, lessons: LessonSession) -> None:
+        """Update the notes to the open lesson and step."""
+        walk = lessons.walk if lessons.open else None
+        notes = self._notes.get(walk.lesson.id) if walk is not None else None
+        place = lessons.open, notes, walk.step if walk is not None else None
+        # Markdown with formulas is too slow to be read in every frame.
+        if place == self._shown:
+            return
+        self._shown = place
+        if walk is None or notes is None:
+            self._handle.content = no_notes_html(lessons.open)
+        else:
+            self._handle.content = notes_html(notes, walk.lesson.steps.index(walk.step) + 1, walk.step.setup.folder)
+
+
+class TeachersTab:
+    """The server's numbers and the notes in a tab of their own, for a teacher with a private session.
+
+    Args:
+        notes: Markdown by lesson id.
+    """
+
+    def __init__(self, gui: viser.GuiApi, notes: Mapping[str, str]) -> None:
+        with gui.add_tab_group(order=ORDER).add_tab(tr("Teacher's notes"), viser.Icon.NOTEBOOK):
+            self._load = gui.add_html("")
+            self._shown: ServerLoad | None = None
+            self._notes = NotesView(gui, notes)
+
+    def show(self, lessons: LessonSession, load: ServerLoad) -> None:
+        """Update the notes and the server's load."""
+        if load != self._shown:
+            self._shown = load
+            self._load.content = element(
+                "div", "", macros("page/panels/pills.html").heads([load_pills(load)]), class_="duet-class"
+            )
+        self._notes.show(lessons)
+
+
+def notes_html(notes: Notes, step: int, folder: Path | None = None) -> Markup:
+    """Return the teacher's notes to a lesson, the section of the present step first.
+
+    Args:
+        notes: of the lesson.
+        step: the present one, from 1.
+        folder: of the lesson's pictures.
+    """
+    return macros("page/panels/notes.html").notes(notes, step, folder)
+
+
+def no_notes_html(open: bool) -> Markup:
+    """Return the line that stands in place of notes. `open`: whether a lesson is open."""
+    line = (
+        tr("This lesson has no notes.")
+        if open
+        else tr("Open a lesson: its notes for the teacher are then here, and on no student's page.")
+    )
+    return macros("page/panels/pills.html").note(line)
+
+
+WRONG_KEY: Final = N_(
+    "This is not the teacher's key, so you are here as a student. The person who started Duet has the right link."
+)
+WRONG_TITLE: Final = N_("Wrong teacher key")
+
+
+def name_mistake(client: viser.ClientHandle) -> None:
+    """Show on a page that its key is wrong, and have its tab forget it."""
+    client.gui.add_html(element("i", class_="duet-key-wrong"), order=1000.0)
+    client.add_notification(tr(WRONG_TITLE), tr(WRONG_KEY), color="orange", auto_close_seconds=12.0)

@@ -1,0 +1,170 @@
+"""A visitor's window, as the page says it, and which part of the 3-D picture in it is free of plots, sheet and card."""
+
+import re
+from functools import lru_cache
+from typing import Any, Final, NamedTuple
+
+import viser
+
+from app.settings import Profile
+from app.text.templates import element
+from app.theme import PLOTS_FRAME, plots_height, scale
+from app.web.pages import page_query
+from app.web.viser_internals import request_of, uuid_of
+
+TITLEBAR: Final = 47.0
+"""Height of the bar at the top, until the page says how high its picture is [CSS px]."""
+
+
+class PictureSize(NamedTuple):
+    """What a browser says [CSS px].
+
+    Attributes:
+        window: width of the window.
+        width, height: of the 3-D picture.
+        covered: how high the plots cover the picture, open or folded.
+    """
+
+    window: float
+    width: float
+    height: float
+    covered: float
+
+
+class PictureReport:
+    """Listens to `picture_size.js` on the page of one client, which sends four numbers by a hidden box when they change.
+
+    Attributes:
+        size: None until the page has said it.
+    """
+
+    def __init__(self, client: viser.ClientHandle) -> None:
+        self.size: PictureSize | None = None
+        self._taken: PictureSize | None = None
+        box = client.gui.add_text("", "", visible=False)
+        client.gui.add_html(element("i", hidden="", data_duet_picture=uuid_of(box)), order=-1.0)
+
+        @box.on_update
+        async def _(event: viser.GuiEvent[Any]) -> None:
+            found = re.fullmatch(r"([1-9]\d{0,4}) ([1-9]\d{0,4}) ([1-9]\d{0,4}) (\d{1,5})", event.target.value)
+            if event.client_id is not None and found is not None:
+                self.size = PictureSize(*map(float, found.groups()))
+
+    def take_change(self) -> bool:
+        """Return whether the page has said another size since the last call."""
+        before, self._taken = self._taken, self.size
+        return before != self._taken
+
+
+def canvas_size(client: viser.ClientHandle) -> tuple[float, float]:
+    """Return width and height of a client's window below the title bar, as they were when it came [CSS px].
+
+    The camera's own size is in device pixels, and of a canvas that has not found its place yet.
+    """
+    request = request_of(client)
+    given = None if request is None else _given(request.path)
+    return given or (max(client.camera.image_width, 1.0), max(client.camera.image_height, 1.0))
+
+
+@lru_cache(maxsize=256)
+def _given(path: str) -> tuple[float, float] | None:
+    given = re.fullmatch(r"(\d{2,5})x(\d{2,5})", page_query(path).get("window", ""))
+    return None if given is None else (float(given[1]), max(float(given[2]) - TITLEBAR, 1.0))
+
+
+CARD: Final = (330.0, 190.0)
+"""Width and height of the card over the picture's top left corner [CSS px], times the profile's scale …"""
+
+PHONE_CARD: Final = 120.0
+"""… and its height on a phone, where it is as wide as the picture [CSS px]."""
+
+CARD_MARGIN: Final = 14.0
+"""Around the card [CSS px]."""
+
+LOW_CANVAS: Final = 520.0
+"""On a canvas lower than this the plots begin folded up [CSS px]."""
+
+PLOTS_ROW: Final = (720.0, 32.0)
+"""On a picture narrower than this the choice of plots needs a second row, and how high that is [CSS px]."""
+
+PLOTS_BAR: Final = 60.0
+"""Height of the folded plots [CSS px]."""
+
+CAPTION: Final = 0.13
+"""Share of a projector's height that the line below a scene without panels covers."""
+
+PHONE_ASPECT: Final = 0.62
+"""Width over height of the window below which it is a phone's."""
+
+PHONE_SHEET: Final = 0.48
+"""Share of a phone's height that the panels cover."""
+
+LEAST: Final = 80.0
+"""A free part narrower or lower than this is of no use [CSS px]."""
+
+
+class Rectangle(NamedTuple):
+    """A part of the picture [CSS px], from its top left corner."""
+
+    left: float
+    top: float
+    right: float
+    bottom: float
+
+    def inset(self, share: float) -> "Rectangle":
+        """Return the rectangle without a margin, a share of its shorter side."""
+        margin = share * min(self.right - self.left, self.bottom - self.top)
+        return Rectangle(self.left + margin, self.top + margin, self.right - margin, self.bottom - margin)
+
+    def contains(self, x: float, y: float) -> bool:
+        return self.left <= x <= self.right and self.top <= y <= self.bottom
+
+
+class FreePicture(NamedTuple):
+    """A picture between the docked panels, and what of it is free.
+
+    Attributes:
+        width, height: of the picture [CSS px].
+        open: above the plots, or above the sheet of a phone.
+        free: parts of it beside and below the card; together they are all that is free.
+    """
+
+    width: float
+    height: float
+    open: Rectangle
+    free: tuple[Rectangle, ...]
+
+    def contains(self, x: float, y: float, share: float = 0.0) -> bool:
+        """Return whether a point is free. `share`: of the margin, see `Rectangle.inset`."""
+        return any(part.inset(share).contains(x, y) for part in self.free)
+
+
+def free_picture(
+    window: tuple[float, float], width: float, profile: Profile, bare: bool = False, plots_cover: float | None = None
+) -> FreePicture:
+    """Return what is free of a picture.
+
+    Args:
+        window: width and height of the window below the title bar [CSS px].
+        width: of the picture, which is what docked panels leave of the window's [CSS px].
+        profile: of the page.
+        bare: whether the page shows no panels, but a line below the scene.
+        plots_cover: how high the plots are over the picture; None where only the page's usual layout is known [CSS px].
+    """
+    height, k = window[1], scale(profile)
+    phone = window[0] / height < PHONE_ASPECT
+    if bare:
+        covered = CAPTION * height
+    elif phone:
+        covered = PHONE_SHEET * height
+    elif plots_cover is not None:
+        covered = min(plots_cover, 0.6 * height)
+    else:
+        row = PLOTS_ROW[1] * k if width < PLOTS_ROW[0] * k else 0.0
+        panel = plots_height(height, profile) + PLOTS_FRAME * k + row if height >= LOW_CANVAS else PLOTS_BAR
+        covered = min(panel, 0.6 * height)
+    whole = Rectangle(0.0, 0.0, width, height - covered)
+    beside = whole._replace(left=width if phone else CARD[0] * k + 2.0 * CARD_MARGIN)
+    below = whole._replace(top=PHONE_CARD if phone else CARD[1] * k + 2.0 * CARD_MARGIN)
+    useful = [part for part in (beside, below) if min(part.right - part.left, part.bottom - part.top) >= LEAST]
+    return FreePicture(width, height, whole, tuple(useful) or (whole,))

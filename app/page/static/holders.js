@@ -1,0 +1,58 @@
+// Writes on an element what it holds, as words of `data-duet-holds`, for the style sheets: with `:has()` they would ask that of the whole
+// page after every change, which took half of a running page's processor time.
+(() => {
+  const window_ = "[data-floating-window]";
+  const above = (levels) => (held) => {
+    let element = held;
+    for (let i = 0; element && i < levels; i++) element = element.parentElement;
+    return element;
+  };
+  const around = (selector) => (held) => held.closest(selector);
+  const besides = (selector) => (held) => held.closest(selector)?.parentElement;
+  // Of each word: what is held, and how its holder is found.
+  const words = {
+    plots: [".duet-plots", around(window_)],
+    charts: [`${window_} .uplot-container`, above(2)],
+    unseen: [`.duet-plots, ${window_} style, .duet-language, .duet-welcome, [class^=duet-contact-]`, above(1)],
+    overlay: [`${window_} .duet-overlay`, above(1)],
+    row: [`${window_} .mantine-Flex-root`, above(1)],
+    caption: [".duet-caption", above(1)],
+    spare: [".duet-spare", above(1)],
+    label: [".mantine-Flex-root > div > p > label[for]", above(2)],
+    lesson: [".duet-lesson", above(2)],
+    drawing: [".duet-l-drawing .duet-draw", besides(".duet-l-drawing")],
+    heads: [".duet-heads", above(2)],
+    curves: [".duet-poll figure", (held) => above(2)(held.closest(".duet-poll"))],
+    welcome: ["#duet-welcome", around(":root")],
+    "right-dock": ["[data-dock-rail-root] [data-dock-edge=right]", around(":root")],
+    "left-dock": ["[data-dock-rail-root] [data-dock-edge=left]", around(":root")],
+  };
+  const any = Object.values(words)
+    .map(([held]) => held)
+    .join(",");
+  let holders = new Map();
+
+  const write = () => {
+    const found = new Map();
+    for (const [word, [held, holderOf]] of Object.entries(words)) {
+      for (const element of document.querySelectorAll(held)) {
+        const holder = holderOf(element);
+        if (holder) found.set(holder, (found.get(holder) ?? new Set()).add(word));
+      }
+    }
+    for (const holder of holders.keys()) if (!found.has(holder)) delete holder.dataset.duetHolds;
+    for (const [holder, its] of found) {
+      const text = [...its].join(" ");
+      if (holder.dataset.duetHolds !== text) holder.dataset.duetHolds = text;
+    }
+    holders = found;
+  };
+  const matters = (node) => node.nodeType === Node.ELEMENT_NODE && (node.matches(any) || node.querySelector(any));
+  addEventListener("DOMContentLoaded", () => {
+    // Before the next frame is drawn, so that nothing is seen without its style.
+    new MutationObserver((changes) => {
+      if (changes.some(({ addedNodes, removedNodes }) => [...addedNodes, ...removedNodes].some(matters))) write();
+    }).observe(document.documentElement, { childList: true, subtree: true });
+    write();
+  });
+})();

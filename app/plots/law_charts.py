@@ -1,0 +1,142 @@
+"""Charts of laws over the distance: the activation λ(d) as in Fig. 2, and the rate that each law gives at the present pull."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import lru_cache
+from typing import Final
+
+import numpy as np
+from markupsafe import Markup
+
+from app.i18n.speaking import tr
+from app.plots.chart import Chart, ChartAxes
+from app.session.frame import Contact
+from app.text.law_texts import LAW_TEXTS, LawLine
+from app.text.templates import macros
+from controllers.activation import activation
+from controllers.laws.situation import Law
+from scenes.history import Sample
+from scenes.law_answers import LawOfFile
+from scenes.laws import LAWS
+from scenes.settings import LawSettings
+from scenes.simulation import Simulation
+
+FAR: Final = 0.6
+"""End of the axis of distances [m]."""
+
+DISTANCES: Final = tuple((d / 10.0, "" if d % 2 else f"{d / 10.0:g}") for d in range(7))
+"""Its ticks, every other one with a number."""
+
+ORDERS: Final = (1.0, 2.0, 10.0)
+"""Of the paper's Fig. 2."""
+
+FRAME: Final = ChartAxes((0.0, FAR), (0.0, 1.05), DISTANCES, ((0.0, "0"), (0.5, "0.5"), (1.0, "1")))
+
+
+def distances(*kinks: float) -> np.ndarray:
+    """Return distances (k,) [m] to draw a law at: finer right above every kink, and on either side of it."""
+    parts = [np.linspace(0.0, FAR, 49)]
+    for kink in kinks:
+        parts.append(np.array([kink - 1e-6, kink]))
+        parts.append(kink + 1e-6 + (FAR - kink) * np.linspace(0.0, 1.0, 25) ** 2)
+    points = np.unique(np.concatenate(parts))
+    return points[(points >= 0.0) & (points <= FAR)]
+
+
+def curve_html(simulation: Simulation, ghost: Simulation | None, sample: Sample, height: int) -> Markup:
+    """Return the chart of λ(d).
+
+    Args:
+        simulation: with the law that is drawn.
+        ghost: its law is drawn dashed; None for no ghost.
+        height: [CSS px].
+    """
+    law = simulation.settings.law
+    chart = Chart(FRAME)
+    xs = distances(law.critical_distance, law.influence_distance)
+    for order in ORDERS:
+        ys = np.array([activation(d, law.critical_distance, order) for d in xs.tolist()])
+        chart.line(xs, ys, "faint", 1.2)
+    # Each name where its curve is two thirds of the way down, or, for a steep one, at its foot: there they are far from each other.
+    for order in ORDERS:
+        level = 0.34 if order < 5.0 else 0.1
+        chart.mark(law.critical_distance * level ** (-1.0 / order), level, "name faint", f"n = {order:g}")
+    if ghost is not None:
+        other = ghost.settings.law
+        ghost_xs = distances(other.critical_distance, other.influence_distance)
+        chart.line(ghost_xs, _activations(ghost.law, ghost_xs), "ghost", 2.0, "6 4")
+    chart.line(xs, _activations(simulation.law, xs), "lam", 2.6)
+    if math.isfinite(sample.law_distance):
+        chart.mark(sample.law_distance, sample.activation, "dot lam")
+    return chart.html(height)
+
+
+def _activations(law: Law, xs: np.ndarray) -> np.ndarray:
+    return law.activations(xs) if isinstance(law, LawOfFile) else np.array([law.activation(d) for d in xs.tolist()])
+
+
+_SPANS: Final = (0.2, 0.4, 0.6, 0.8, 1.2, 1.6, 2.4)
+"""Ends that the axis of speeds may have [m/s]: few, so that it does not breathe with u."""
+
+
+@lru_cache(maxsize=16)
+def all_laws(settings: LawSettings) -> dict[str, Law]:
+    return {name: replace(settings, law=name).made() for name in LAWS}
+
+
+def laws_html(simulation: Simulation, ghost: Simulation | None, now: Contact, height: int) -> Markup:
+    """Return the chart, and beside it which line is which.
+
+    Args:
+        simulation: its law is drawn thick.
+        ghost: its law is drawn dashed; None for no ghost.
+        now: pull, approach and |J_d|² that all laws are asked with, and the present state.
+        height: [CSS px].
+    """
+    settings = simulation.settings.law
+    largest = max(abs(now.pull), settings.nominal_velocity, abs(now.approach), 0.08) * 1.3
+    span = next((s for s in _SPANS if s >= largest), _SPANS[-1])
+    step = span / 2.0
+    ticks = tuple((i * step, f"{i * step:+.1f}".replace("-", "−") if i else "0") for i in (-2, -1, 0, 1, 2))
+    chart = Chart(ChartAxes((0.0, FAR), (-span, span), DISTANCES, ticks))
+    chart.level(0.0, "zero", 1.2)
+    xs = distances(settings.critical_distance, settings.influence_distance)
+    lines = {name: _rates(law, xs, now) for name, law in all_laws(settings).items()}
+    present = settings.law
+    for name, ys in lines.items():
+        if name != present:
+            chart.line(xs, ys, law_class(name), 1.5)
+    if ghost is not None:
+        other = ghost.settings.law
+        ghost_xs = distances(other.critical_distance, other.influence_distance)
+        chart.line(ghost_xs, _rates(ghost.law, ghost_xs, now), law_class(other.law), 3.0, "7 5")
+    chart.line(xs, lines[present], law_class(present), 3.2)
+    if abs(now.approach) > 0.005:
+        chart.level(now.approach, "w", 1.2, "2 4")
+        chart.mark(0.0, now.approach, "name w", "w")
+    for i, (name, ys) in enumerate(lines.items()):
+        x = LAW_TEXTS[name].anchor(settings, LawLine(xs, ys, span))
+        chart.mark(x, float(np.interp(x, xs, ys)), f"digit {law_class(name)}", str(i + 1))
+    if math.isfinite(now.distance):
+        chart.mark(now.distance, now.rate, f"dot {law_class(present)}")
+    u, lever = (f"{value:.2f}".replace("-", "−") for value in (now.pull + 0.0, math.sqrt(now.square)))
+    return macros("plots/charts.html").laws(chart.html(height), list(_legend(present, ghost)), u, lever)
+
+
+def _rates(law: Law, xs: np.ndarray, now: Contact) -> np.ndarray:
+    if isinstance(law, LawOfFile):
+        return law.line_rates(xs, now.pull, now.approach, now.square)
+    return np.array([law.line_rate(d, now.pull, now.approach, now.square) for d in xs.tolist()])
+
+
+def law_class(name: str) -> str:
+    """Return the class of CSS that gives a law its colour."""
+    return f"law{list(LAWS).index(name) + 1}"
+
+
+def _legend(present: str, ghost: Simulation | None) -> Iterator[tuple[str, str, str, str, tuple[()]]]:
+    for i, (name, law) in enumerate(LAWS.items(), 1):
+        yield "thick" if name == present else "", str(i), law_class(name), tr(law.short), ()
+    if ghost is not None:
+        yield "ghost", "", f"{law_class(ghost.settings.law.law)} dash", tr("the ghost’s"), ()

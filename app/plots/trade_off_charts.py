@@ -1,0 +1,122 @@
+"""Charts of what safety costs: the trade-off of n and v, and the laws at equal safety."""
+
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+from markupsafe import Markup
+
+from app.i18n.speaking import tr
+from app.plots.chart import Chart, ChartAxes
+from app.plots.law_charts import law_class
+from app.session.background_studies import SafetyPoint
+from app.text.templates import macros, tr_html
+from scenes.law_knobs import LawKnob, knobs
+from scenes.laws import LAWS
+from scenes.settings import RunSettings, specs
+from scenes.sweep import TRADE_OFF_ORDERS, TRADE_OFF_VELOCITIES, TradeOff
+
+_TICKS: Final = tuple((value, f"{value:g}") for value in (0.0, 0.1, 0.2, 0.3, 0.4))
+FRAME: Final = ChartAxes((0.0, 0.4), (0.0, 0.4), _TICKS, _TICKS)
+"""d_min over the largest |e|, both in m."""
+
+
+def map_html(points: tuple[TradeOff, ...], size: float, run: RunSettings, height: int) -> Markup:
+    """Return the map.
+
+    Args:
+        points: computed so far.
+        size: how much of the map that is, from 0 to 1.
+        run: its n and v are marked.
+        height: [CSS px].
+    """
+    chart = Chart(FRAME)
+    d_m = run.law.critical_distance
+    chart.line(np.array([d_m, d_m + 1e-9]), np.array([0.0, FRAME.y[1]]), "dm", 1.6, "7 5")
+    for order in TRADE_OFF_ORDERS:
+        row = sorted((p for p in points if p.order == order), key=lambda p: p.nominal_velocity)
+        for before, after in pairwise(row):
+            ends = sorted((before, after), key=lambda p: p.d_min)
+            chart.line(np.array([p.d_min for p in ends]), np.array([p.e2_max**0.5 for p in ends]), "faint", 1.2)
+        if row:
+            last = row[-1]
+            chart.mark(last.d_min, last.e2_max**0.5, "name faint", f"n = {order:g}")
+    here = place_of(points, run)
+    if here is not None:
+        chart.mark(*here, "dot lam")
+    low, high = TRADE_OFF_VELOCITIES[0], TRADE_OFF_VELOCITIES[-1]
+    words = tr_html(
+        "largest |e| [m] over d<sub>min</sub> [m]; a line an n, along it v from {low} to {high} m/s",
+        low=f"{low:g}",
+        high=f"{high:g}",
+    )
+    return macros("plots/charts.html").below(chart.html(height - 16), words, size)
+
+
+def place_of(points: tuple[TradeOff, ...], run: RunSettings) -> tuple[float, float] | None:
+    """Return d_min and the largest |e| [m] of the present n and v, between the points of the map; None while it is not complete."""
+    if len(points) < len(TRADE_OFF_ORDERS) * len(TRADE_OFF_VELOCITIES):
+        return None
+    table = {(p.order, p.nominal_velocity): np.array([p.d_min, p.e2_max**0.5]) for p in points}
+    (n0, n1, s), (v0, v1, t) = (
+        _between(np.log(np.array(values)), float(np.log(max(value, 1e-6))), values)
+        for values, value in ((TRADE_OFF_ORDERS, run.law.order), (TRADE_OFF_VELOCITIES, run.law.nominal_velocity))
+    )
+    low = (1.0 - t) * table[n0, v0] + t * table[n0, v1]
+    high = (1.0 - t) * table[n1, v0] + t * table[n1, v1]
+    d, e = ((1.0 - s) * low + s * high).tolist()
+    return d, e
+
+
+def _between(logs: np.ndarray, log: float, values: tuple[float, ...]) -> tuple[float, float, float]:
+    """Return the two values on either side and the share of the way from the first to the second, at the map's edge at most."""
+    i = int(np.clip(np.searchsorted(logs, log) - 1, 0, len(values) - 2))
+    share = float(np.clip((log - logs[i]) / (logs[i + 1] - logs[i]), 0.0, 1.0))
+    return values[i], values[i + 1], share
+
+
+FAR: Final = 0.3
+"""End of the axis of d_min [m]."""
+
+_SPANS: Final = (0.02, 0.04, 0.08, 0.12, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4)
+"""Ends that the axis of e² may have."""
+
+
+def safety_html(curves: dict[LawKnob, tuple[SafetyPoint, ...]], size: float, run: RunSettings, height: int) -> Markup:
+    """Return the chart, and beside it which line is which.
+
+    Args:
+        curves: computed so far.
+        size: how much of them that is, from 0 to 1.
+        run: its law is drawn thick.
+        height: [CSS px].
+    """
+    inside = [p.e2_max for points in curves.values() for p in points if 0.0 <= p.d_min <= 0.8 * FAR]
+    span = next((s for s in _SPANS if s >= max(inside, default=0.1)), _SPANS[-1])
+    ticks = tuple((i * span / 4.0, f"{i * span / 4.0:g}") for i in range(5))
+    chart = Chart(ChartAxes((0.0, FAR), (0.0, span), tuple((d, f"{d:g}") for d in (0.0, 0.1, 0.2, 0.3)), ticks))
+    d_m = run.law.critical_distance
+    chart.line(np.array([d_m, d_m + 1e-9]), np.array([0.0, span]), "dm", 1.6, "7 5")
+    marked: set[str] = set()
+    laws = list(dict.fromkeys(knob.law for knob in knobs()))
+    for knob, points in sorted(curves.items(), key=lambda item: item[0].law == run.law.law):
+        dash = "7 5" if knob.setting.feed_forward else "2 4" if knob.second else ""
+        ds, e2 = np.array([p.d_min for p in points]), np.array([p.e2_max for p in points])
+        chart.line(ds, e2, law_class(knob.law), 3.0 if knob.law == run.law.law else 1.6, dash)
+        seen = np.flatnonzero((ds > 0.05 * FAR) & (ds < 0.97 * FAR) & (e2 < 0.97 * span))
+        if len(seen) and knob.law not in marked:
+            marked.add(knob.law)
+            # Where few other numbers are.
+            at = int(seen[-1 - laws.index(knob.law) % len(seen)])
+            chart.mark(ds[at], e2[at], f"digit {law_class(knob.law)}", str(list(LAWS).index(knob.law) + 1))
+    unit = run.experiment.error_unit
+    words = tr_html("largest e² [{unit}] over d<sub>min</sub> [m]; dashed: with w; dotted: the second knob", unit=unit)
+    return macros("plots/charts.html").safety(chart.html(height - 16), list(_legend(run)), words, size)
+
+
+def _legend(run: RunSettings) -> Iterator[tuple[str, int, str, str, list[str]]]:
+    for i, (name, law) in enumerate(LAWS.items(), 1):
+        symbols = [tr(specs()[knob.key].label) for knob in law.knobs if not knob.feed_forward]
+        if symbols:
+            yield "thick" if name == run.law.law else "", i, law_class(name), tr(law.short), symbols

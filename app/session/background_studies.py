@@ -1,0 +1,187 @@
+"""Everything that is computed beside one session's run, behind one object; the maps and curves come part by part, while they are shown."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Final, Generic, NamedTuple, TypeVar
+
+from app.runtime.job_pool import Job, Jobs
+from app.session.knob_search import KnobSearch
+from app.session.microscope import Magnified, Microscope
+from app.session.studies import Studies
+from app.settings import Settings
+from scenes.inputs import InputsLog
+from scenes.law_knobs import LawKnob, knob_points, knobs
+from scenes.laws import DEFAULT_LAW
+from scenes.rerun import Stopped
+from scenes.settings import RunSettings
+from scenes.simulation import Simulation
+from scenes.sweep import TRADE_OFF_ORDERS, TradeOff, trade_off
+
+Part = TypeVar("Part")
+Result = TypeVar("Result")
+
+
+class BackgroundParts(Generic[Part, Result]):
+    """The parts of one session's result; computed when they are first asked for, and again when the settings have changed.
+
+    Args:
+        background: where they are computed.
+        wake: called when there is a further part.
+        parts: what is computed one by one.
+        compute: (settings, part, stopped) → result, at a module's top level.
+        relevant: the settings of a run with fixed values for all that does not matter.
+    """
+
+    def __init__(
+        self,
+        background: Jobs,
+        wake: Callable[[], None],
+        parts: Sequence[Part],
+        compute: Callable[[RunSettings, Part, Callable[[], bool]], Result],
+        relevant: Callable[[RunSettings], RunSettings],
+    ) -> None:
+        self._background, self._wake = background, wake
+        self._parts, self._compute, self._relevant = parts, compute, relevant
+        self._of: RunSettings | None = None
+        self._jobs: list[Job] = []
+
+    def results(self, run: RunSettings) -> dict[Part, Result]:
+        """Return what is there already, part by part."""
+        of = self._relevant(run)
+        if of != self._of:
+            self.forget()
+            self._of = of
+            self._jobs = [
+                self._background.submit(self, f"{part}", self._compute, of, part, wake=self._wake) for part in self._parts
+            ]
+        return {part: job.result for part, job in zip(self._parts, self._jobs, strict=True) if job.result is not None}
+
+    @property
+    def size(self) -> float:
+        """How much of it is there, from 0 to 1."""
+        return sum(job.result is not None for job in self._jobs) / len(self._parts)
+
+    def forget(self) -> None:
+        """Drop the results, and what is being computed."""
+        self._background.cancel(self)
+        self._of, self._jobs = None, []
+
+
+SECONDS: Final = 12.0
+"""Simulated time of a point [s]."""
+
+
+class SafetyPoint(NamedTuple):
+    """A run: smallest distance [m], and largest squared error [m² or rad²]."""
+
+    d_min: float
+    e2_max: float
+
+
+def knob_curve(settings: RunSettings, knob: LawKnob, stopped: Callable[[], bool]) -> tuple[SafetyPoint, ...]:
+    """Return the points of one knob, by their distance.
+
+    Raises:
+        Stopped: as soon as `stopped()` is true, after the run at work.
+    """
+    points: list[SafetyPoint] = []
+    for point in knob_points(knob, settings, SECONDS):
+        if stopped():
+            raise Stopped
+        points.append(SafetyPoint(point.summary.d_min, point.summary.e2_max))
+    return tuple(sorted(points))
+
+
+SafetyCurves = BackgroundParts[LawKnob, tuple[SafetyPoint, ...]]
+"""One curve a knob."""
+
+
+def safety_curves(background: Jobs, wake: Callable[[], None]) -> SafetyCurves:
+    """Return the curves of a session; they do not depend on the chosen law. For the arguments see `BackgroundParts`."""
+    return SafetyCurves(background, wake, knobs(), knob_curve, _any_law)
+
+
+def _any_law(run: RunSettings) -> RunSettings:
+    return replace(run, law=replace(run.law, law=DEFAULT_LAW, feed_forward=False))
+
+
+def trade_off_row(settings: RunSettings, order: float, stopped: Callable[[], bool]) -> tuple[TradeOff, ...]:
+    """Return the points of one n, every v of the map.
+
+    Raises:
+        Stopped: as soon as `stopped()` is true, after the run at work.
+    """
+    points: list[TradeOff] = []
+    for point in trade_off(settings, SECONDS, (order,)):
+        if stopped():
+            raise Stopped
+        points.append(point)
+    return tuple(points)
+
+
+TradeOffMap = BackgroundParts[float, tuple[TradeOff, ...]]
+"""One row an n."""
+
+
+def trade_off_map(background: Jobs, wake: Callable[[], None]) -> TradeOffMap:
+    """Return the map of a session; it does not depend on the present n and v. For the arguments see `BackgroundParts`."""
+    return TradeOffMap(background, wake, TRADE_OFF_ORDERS, trade_off_row, _any_order)
+
+
+def _any_order(run: RunSettings) -> RunSettings:
+    return replace(run, law=replace(run.law, order=1.0, nominal_velocity=0.1))
+
+
+class BackgroundStudies:
+    """The five studies of one session. All methods belong to the session's thread.
+
+    Args:
+        background: where they are computed; None where they are not.
+        wake: called, from any thread, when there is news.
+        inputs: of the run.
+        settings: gives the session's present settings.
+        change: sets one of them, by its key.
+
+    Attributes:
+        questions: "what if", and how smooth the run is.
+        trade_off, safety_curves: distance against error over n and v, and law by law; None without a background.
+        knob_search: for the same distance.
+        microscope: which single steps are looked at.
+    """
+
+    def __init__(
+        self,
+        background: Jobs | None,
+        wake: Callable[[], None],
+        inputs: InputsLog,
+        settings: Callable[[], Settings],
+        change: Callable[[str, object], None],
+    ) -> None:
+        self._inputs, self._settings = inputs, settings
+        self.questions = Studies(background, wake)
+        self.trade_off = None if background is None else trade_off_map(background, wake)
+        self.safety_curves = None if background is None else safety_curves(background, wake)
+        self.knob_search = KnobSearch(background, wake, settings, change)
+        self.microscope = Microscope(background, wake)
+
+    def advance(self, elapsed: float, simulation: Simulation) -> None:
+        """Ask and answer what is due. `elapsed`: wall time since the last call [s]."""
+        self.questions.advance(elapsed, self._settings(), simulation, self._inputs.window)
+        self.knob_search.advance()
+
+    def magnified(self, simulation: Simulation) -> Magnified | None:
+        """Return the single steps about the instant that the visitor looks at; they are asked for while they are shown."""
+        return self.microscope.magnify(simulation, self._inputs.window)
+
+    def forget(self) -> None:
+        """Drop what is about the run before a reset."""
+        self.questions.forget()
+        self.knob_search.forget()
+        self.microscope.forget()
+
+    def close(self) -> None:
+        """Drop everything that is being computed."""
+        self.forget()
+        for parts in (self.trade_off, self.safety_curves):
+            if parts is not None:
+                parts.forget()

@@ -1,0 +1,259 @@
+"""A player of a recorded run: any moment of it, to the last bit, computed from snapshots.
+
+`make_film` simulates the run once and stores a snapshot every `SPACING` steps; call it in the background. `Replay` then seeks to any
+moment within a few milliseconds.
+"""
+
+import itertools
+import math
+import pickle
+from bisect import bisect_right
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Final
+
+import numpy as np
+
+from controllers.kinematics import Array
+from scenes.history import COLUMN, SCALARS, History
+from scenes.inputs import WIDTHS, Recorded, decoded
+from scenes.rerun import LOOK, Stopped, begun, never
+from scenes.simulation import Simulation, Snapshot
+from scenes.targets import Target
+
+SPACING: Final = 25
+"""Steps from one snapshot to the next …"""
+
+MOST_STATES: Final = 4_000
+"""… unless that would make more states than this."""
+
+PERIOD: Final = 1.0 / 32.0
+"""Simulated time of which one row is stored for the curves [s], the one with the smallest distance, so that no dip is lost. Four of them
+are one bin of the page's plots."""
+
+PAST: Final = 22.0
+"""How much of what came before a moment its history holds [s]: as much as the plots show."""
+
+BUDGET: Final = 0.02
+"""Wall time that playing may use in one frame [s]; beyond it the replay slows down."""
+
+CAPACITY: Final = 8_000
+"""Rows of a replay's history."""
+
+_FIRST: Final = COLUMN["e2_b"]
+_HEAD: Final = len(SCALARS)
+
+
+@dataclass(frozen=True)
+class RecordedFilm:
+    """A recorded piece of a run, with what is needed to stand anywhere in it.
+
+    Attributes:
+        marks: (m,) number of steps before each snapshot, ascending from 0.
+        states: each of them, packed.
+        rows: (k, columns of `scenes.history`) one every `PERIOD`.
+        row_steps: (k,) which step of the piece each row is, from 0.
+    """
+
+    recorded: Recorded
+    marks: np.ndarray
+    states: tuple[bytes, ...]
+    rows: Array
+    row_steps: np.ndarray
+
+
+def make_film(recorded: Recorded, stopped: Callable[[], bool] = never) -> RecordedFilm:
+    """Make a recorded piece again, and keep what `Replay` needs.
+
+    Args:
+        stopped: asked now and then; when it says True, everything ends with `Stopped`.
+
+    Raises:
+        BadSetting: it cannot be made here.
+    """
+    steps = recorded.steps
+    spacing = max(SPACING, -(-steps // MOST_STATES))
+    # A row is only needed until the best one of its period is known.
+    simulation = begun(recorded)
+    states: list[bytes] = []
+    rows: list[Array] = []
+    row_steps: list[int] = []
+    made, period = 0, -1
+    for stretch in recorded.stretches:
+        simulation.apply(stretch.settings)
+        for target in itertools.chain.from_iterable(itertools.repeat(t, n) for t, n in stretch.targets.runs()):
+            if made % LOOK == 0 and stopped():
+                raise Stopped
+            if made % spacing == 0:
+                states.append(_packed(simulation))
+            number = int(simulation.time / PERIOD)
+            simulation.step(target)
+            row = simulation.history.table(1)[0]
+            if number != period:
+                period = number
+                rows.append(row)
+                row_steps.append(made)
+            elif row[COLUMN["d"]] < rows[-1][COLUMN["d"]]:
+                rows[-1], row_steps[-1] = row, made
+            made += 1
+    marks = np.arange(len(states)) * spacing
+    return RecordedFilm(recorded, marks, tuple(states), np.array(rows), np.array(row_steps))
+
+
+def _packed(simulation: Simulation) -> bytes:
+    s = simulation.snapshot()
+    return pickle.dumps((s.steps, s.time, s.positions, s.velocities, s.memories, s.robot), pickle.HIGHEST_PROTOCOL)
+
+
+class Replay:
+    """A player of a recorded run.
+
+    Args:
+        kept: its film; None to compute it now, which takes as long as simulating the run.
+
+    Attributes:
+        simulation: as it was at this moment, with the history before it; read only.
+        playing: whether `advance` goes on.
+        speed: simulated over wall time.
+    """
+
+    def __init__(self, recorded: Recorded, kept: RecordedFilm | None = None) -> None:
+        self.recorded = recorded
+        self.playing = False
+        self.speed = 1.0
+        self._film = kept or make_film(recorded)
+        stretches = recorded.stretches
+        counts = [stretch.targets.steps for stretch in stretches]
+        self._starts = [0, *itertools.accumulate(counts)]
+        lengths = (count * stretch.settings.dt for count, stretch in zip(counts, stretches, strict=True))
+        self._times = list(itertools.accumulate(lengths, initial=recorded.begin))
+        self._ends = [np.cumsum(stretch.targets.counts.astype(np.int64)) for stretch in stretches]
+        self._offsets = [stretch.targets.offsets for stretch in stretches]
+        self._debt = 0.0
+        self._made = 0
+        self._stretch = 0
+        self.simulation = begun(recorded, CAPACITY)
+        self._jump(0)
+        self._go(1)
+
+    @property
+    def begin(self) -> float:
+        """Earliest moment there is [s], on the clock of the run."""
+        return self.moment(1)
+
+    @property
+    def end(self) -> float:
+        """Latest moment there is [s]."""
+        return self.moment(self.steps)
+
+    @property
+    def steps(self) -> int:
+        return self._starts[-1]
+
+    @property
+    def step(self) -> int:
+        """How many of them are made at this moment, from 1."""
+        return self._made
+
+    @property
+    def time(self) -> float:
+        return self.moment(self._made)
+
+    @property
+    def target(self) -> Target | None:
+        """The target of the newest step."""
+        return self._target(self._made - 1)
+
+    def moment(self, step: int) -> float:
+        """Return the time after so many steps [s]."""
+        i = min(bisect_right(self._starts, step - 1), len(self._times) - 1) - 1
+        return self._times[i] + (step - self._starts[i]) * self.recorded.stretches[i].settings.dt
+
+    def nearest(self, time: float) -> int:
+        """Return the number of steps after which it is nearest to a time [s]; nan is the beginning."""
+        if not time > self.begin:
+            return 1
+        i = min(bisect_right(self._times, time), len(self._times) - 1) - 1
+        dt = self.recorded.stretches[i].settings.dt
+        return max(1, min(self._starts[i] + round(min(time - self._times[i], 1e9) / dt), self.steps))
+
+    def seek(self, time: float) -> None:
+        """Go to a time [s], or to the nearest moment there is."""
+        self._debt = 0.0
+        self._go(self.nearest(time))
+
+    def seek_step(self, step: int) -> None:
+        """Go to the moment after so many steps, or to the nearest end."""
+        self._debt = 0.0
+        self._go(max(1, min(step, self.steps)))
+
+    def toggle(self) -> None:
+        """Play or pause; at the end, play from the beginning."""
+        self.playing = not self.playing
+        self._debt = 0.0
+        if self.playing and self._made >= self.steps:
+            self._go(1)
+
+    def advance(self, elapsed: float) -> int:
+        """Play `elapsed` seconds of wall time; return the number of steps made. Pauses at the end."""
+        if not self.playing:
+            return 0
+        self._debt += elapsed * self.speed
+        made, deadline = 0, perf_counter() + BUDGET
+        while self._made < self.steps:
+            dt = self.recorded.stretches[self._stretch_of(self._made)].settings.dt
+            if self._debt < dt * (1.0 - 1e-9):
+                return made
+            self._debt -= dt
+            self._make_step()
+            made += 1
+            if made % 8 == 0 and perf_counter() > deadline:
+                self._debt = 0.0
+                return made
+        self.playing = False
+        return made
+
+    def _stretch_of(self, step: int) -> int:
+        return min(bisect_right(self._starts, step), len(self._starts) - 1) - 1
+
+    def _target(self, step: int) -> Target | None:
+        i = self._stretch_of(step)
+        targets = self.recorded.stretches[i].targets
+        place = int(np.searchsorted(self._ends[i], step - self._starts[i], side="right"))
+        code, begin = int(targets.codes[place]), int(self._offsets[i][place])
+        return decoded(code, targets.numbers[begin : begin + WIDTHS[code]])
+
+    def _go(self, step: int) -> None:
+        # The state before the step itself, so that there always is a newest step.
+        mark = int(np.searchsorted(self._film.marks, step - 1, side="right")) - 1
+        if not self._made <= step or int(self._film.marks[mark]) > self._made:
+            self._jump(mark)
+        while self._made < step:
+            self._make_step()
+
+    def _make_step(self) -> None:
+        stretch = self._stretch_of(self._made)
+        if stretch != self._stretch:
+            self._stretch = stretch
+            self.simulation.apply(self.recorded.stretches[stretch].settings)
+        self.simulation.step(self._target(self._made))
+        self._made += 1
+
+    def _jump(self, mark: int) -> None:
+        """Go to a snapshot, with the history before it."""
+        simulation, kept, step = self.simulation, self._film, int(self._film.marks[mark])
+        self._stretch = self._stretch_of(step)
+        settings = self.recorded.stretches[self._stretch].settings
+        simulation.apply(settings)
+        simulation.resume(Snapshot(settings, *pickle.loads(kept.states[mark])))
+        # A new object, so that readers of the history notice the jump.
+        simulation.history = history = History(CAPACITY, len(simulation.positions))
+        last = int(np.searchsorted(kept.row_steps, step))
+        first = int(np.searchsorted(kept.rows[:last, COLUMN["t"]], simulation.time - PAST))
+        table = kept.rows[first:last]
+        parts = (history.positions(table), history.velocities(table), history.desired(table))
+        for row, q, dq, desired in zip(table.tolist(), *parts, strict=True):
+            second = None if math.isnan(row[_FIRST]) else tuple(row[_FIRST:_HEAD])
+            history.append(tuple(row[:_FIRST]), q, dq, desired, second)
+        self._made = step

@@ -1,0 +1,209 @@
+"""What of an experiment the camera has to show, from which side, and the nearest camera from which every ball of a set is seen."""
+
+import math
+from collections import deque
+from dataclasses import replace
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from controllers.kinematics import Array
+from scenes.ball import BALL_RADIUS
+from scenes.rigs import Camera
+from scenes.robots import FILES, Robot
+from scenes.robots.example_data import EXAMPLES, PANDA
+from scenes.robots.start_search import arm_reach
+from scenes.simulation import Simulation
+
+NEAREST: Final = 0.3
+"""No ball comes nearer to the eye than this [m]."""
+
+
+class Pose(NamedTuple):
+    """Of a camera that stands upright: eye and the point that it looks at (3,) [m], and the vertical angle of view [rad]."""
+
+    eye: Array
+    look_at: Array
+    fov: float
+
+
+class Balls(NamedTuple):
+    """What is to be seen in one part of the picture.
+
+    Attributes:
+        centres: (k, 3) [m].
+        radii: (k,) [m].
+        part: left, top, right, bottom of a rectangle [px], from the picture's top left corner.
+    """
+
+    centres: Array
+    radii: Array
+    part: tuple[float, float, float, float]
+
+
+def axes(toward: Array) -> tuple[Array, Array, Array]:
+    """Return which way is right, up and towards the eye, as unit vectors (3,). `toward`: any length, not upright."""
+    x, y, z = (float(part) for part in toward)
+    length, across = math.sqrt(x * x + y * y + z * z), math.hypot(x, y)
+    x, y, z, right, ahead = x / length, y / length, z / length, -y / across, x / across
+    return np.array([right, ahead, 0.0]), np.array([-z * ahead, z * right, x * ahead - y * right]), np.array([x, y, z])
+
+
+def fit(toward: Array, fov: float, size: tuple[float, float], groups: tuple[Balls, ...]) -> Pose:
+    """Return the nearest camera that looks along −toward and has every ball inside its part; the rest of the room is shared evenly.
+
+    A camera that may only be shifted sees x at f (x − c_x) / (c_z − z) px from the middle: that this lies between two bounds is linear
+    in c, so that the least c_z for which all agree on a c_x, and on a c_y, is the largest over pairs of bounds.
+
+    Args:
+        toward: from what is seen to the eye (3,).
+        fov: vertical angle of view [rad].
+        size: width and height of the picture [px].
+        groups: at least one with a ball.
+    """
+    right, up, back = axes(np.asarray(toward, float))
+    centres, radii = (
+        np.concatenate([np.asarray(part, float) for part in parts]) for parts in list(zip(*groups, strict=True))[:2]
+    )
+    parts = np.repeat([group.part for group in groups], [len(group.centres) for group in groups], axis=0)
+    tangents = (
+        np.tan(fov / 2.0)
+        * 2.0
+        / size[1]
+        * np.stack(
+            [parts[:, 0] - size[0] / 2.0, parts[:, 2] - size[0] / 2.0, size[1] / 2.0 - parts[:, 3], size[1] / 2.0 - parts[:, 1]]
+        )
+    )
+    depth = centres @ back
+    sideways = [(centres @ right, tangents[0], tangents[1]), (centres @ up, tangents[2], tangents[3])]
+    away = float((depth + radii).max()) + NEAREST
+    for place, low, high in sideways:
+        # place − high (c_z − depth) ≤ c ≤ place − low (c_z − depth), for every ball.
+        least, most = place + radii + high * depth, place - radii + low * depth
+        away = max(away, float(((least[:, None] - most[None, :]) / (high[:, None] - low[None, :])).max()))
+    middle = [
+        (float((place + radii - high * (away - depth)).max()) + float((place - radii - low * (away - depth)).min())) / 2.0
+        for place, low, high in sideways
+    ]
+    eye = middle[0] * right + middle[1] * up + away * back
+    return Pose(eye, eye - (away - float(depth.mean())) * back, fov)
+
+
+def project(pose: Pose, size: tuple[float, float], points: Array) -> Array:
+    """Return where points (k, 3) [m] are seen (k, 2) [px], from the picture's top left corner; nan behind the eye.
+
+    Args:
+        size: width and height of the picture [px].
+    """
+    right, up, back = axes(np.asarray(pose.eye) - np.asarray(pose.look_at))
+    from_eye = np.asarray(points, float) - pose.eye
+    depth = -(from_eye @ back)
+    pixels = size[1] / 2.0 / np.tan(pose.fov / 2.0) / np.where(depth > 0.0, depth, np.nan)
+    return np.stack([size[0] / 2.0 + pixels * (from_eye @ right), size[1] / 2.0 - pixels * (from_eye @ up)], axis=-1)
+
+
+AHEAD: Final = 6.0
+"""How far ahead the way of a hand is looked at [s]."""
+
+MANY: Final = 8
+"""A way of more points than this is looked at in every eighth of them."""
+
+MEMORY: Final = 25
+"""Points of the recent way of each hand, and …"""
+
+EVERY: Final = 0.2
+"""… how far apart they are [s of wall time]."""
+
+HAND: Final = 0.06
+CONTACT: Final = 0.03
+RING: Final = 0.10
+"""Radii of what is shown around a hand, a closest point and the middle of the ring [m]."""
+
+
+def contact_points(simulation: Simulation) -> Array:
+    """Return the closest points (2, 3) [m]; (0, 3) where nothing is near."""
+    near = simulation.detector.detect("single")
+    return np.array(simulation.detector.witness_points(near.pair)) if near.pair >= 0 else np.zeros((0, 3))
+
+
+def hands(simulation: Simulation) -> Array:
+    """Return the places of all hands (k, 3) [m]."""
+    return np.array([simulation.kinematics.hand_pose(arm).translation for arm in simulation.room.arms])
+
+
+def joints(simulation: Simulation) -> Array:
+    """Return the places of shoulder, elbow and wrist of every arm (k, 3) [m]."""
+    point = simulation.kinematics.joint_point
+    return np.array([point(joint) for arm in simulation.room.arms for joint in (arm.shoulder, arm.elbow, arm.wrist)])
+
+
+def framed_now(simulation: Simulation) -> tuple[Array, Array]:
+    """Return centres (k, 3) and radii (k,) of what has to be seen at this moment [m]: the closest points first, then the hands."""
+    contact, places = contact_points(simulation), hands(simulation)
+    centres, radii = [*contact, *places], [CONTACT] * len(contact) + [HAND] * len(places)
+    if simulation.place is not None:
+        centres.append(simulation.place)
+        radii.append(RING)
+    if simulation.room.ball is not None:
+        centres.append(simulation.positions[simulation.room.ball])
+        radii.append(BALL_RADIUS)
+    return np.array(centres), np.array(radii)
+
+
+def known_way(simulation: Simulation) -> Array:
+    """Return points (k, 3) of the way that the task itself prescribes [m]: from A to B past the ball, or round a circle."""
+    way = simulation.way
+    return way[::8] if len(way) > MANY else way
+
+
+class RecentWay:
+    """Where the hands were in the last seconds."""
+
+    def __init__(self) -> None:
+        self._points: deque[Array] = deque(maxlen=MEMORY)
+        self._next = 0.0
+
+    def note(self, simulation: Simulation, now: float) -> None:
+        """Note where the hands are. `now`: wall time [s]."""
+        if now >= self._next:
+            self._next = now + EVERY
+            self._points.append(hands(simulation))
+
+    def forget(self) -> None:
+        self._points.clear()
+
+    @property
+    def points(self) -> Array:
+        """(k, 3) [m]."""
+        return np.concatenate([np.zeros((0, 3)), *self._points])
+
+
+PANDA_REACH: Final = 1.15
+"""From shoulder to hand [m]."""
+
+
+def view_of(simulation: Simulation) -> Camera:
+    """Return the view of an experiment: its rig's, but wider where the arms are longer."""
+    room, camera = simulation.room, simulation.room.rig.camera
+    if len(room.arms) == 2:
+        x, y, own = camera.centre
+        views = [_seen(made, room.rig.name) or (own, camera.width, camera.height) for made in room.robots]
+        # Everything that either view shows; of two of one make that is its own.
+        if views[0] == views[1]:
+            z, width, height = views[0]
+        else:
+            low, high = min(z - h / 2.0 for z, _, h in views), max(z + h / 2.0 for z, _, h in views)
+            z, width, height = (low + high) / 2.0, max(w for _, w, _ in views), high - low
+        return replace(camera, centre=(x, y, z), width=width, height=height)
+    return camera
+
+
+def _seen(made: Robot, rig: str) -> tuple[float, float, float] | None:
+    """Return height of the middle, width and height of the view for a make; None where the rig's own was made for it."""
+    if made.key not in FILES:
+        return EXAMPLES[made.key].views.get(rig) if made.key in EXAMPLES else None
+    if rig not in PANDA.views:
+        return None
+    z, width, height = PANDA.views[rig]
+    scale = max(arm_reach(made) / PANDA_REACH, 0.85)
+    return z, width * scale, height * scale

@@ -1,0 +1,236 @@
+"""The contact: the line between the closest points with d on it, and λ on the arms as skins, capsules and tints."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import coal
+import numpy as np
+import pinocchio as pin
+import viser
+from numpy.typing import NDArray
+
+from app.session.frame import Frame
+from app.settings import PageSettings
+from app.stage.arms import ArmView
+from app.stage.poses import fresh
+from app.stage.stage_part import StagePart
+from app.theme import PALETTES, Rgb, blend, scale
+from app.web.pages import PageAssets
+from scenes.room import Room
+from scenes.simulation import Simulation
+
+LABEL_ABOVE: Final = 0.02
+"""How far the number stands above the middle of the line [m]."""
+
+
+class ClosestLine(StagePart):
+    """Not to be seen where nothing is near; through everything else it is, by `contact_look.js`."""
+
+    def __init__(self, scene: viser.SceneApi) -> None:
+        line = np.zeros((1, 2, 3), np.float32)
+        self._line = scene.add_line_segments(
+            "/closest/line", line, (0, 0, 0), thickness=3, thickness_units="screen", visible=False
+        )
+        self._ends = [
+            scene.add_icosphere(f"/closest/end{i}", radius=0.011, subdivisions=2, cast_shadow=False, visible=False)
+            for i in (0, 1)
+        ]
+        self._label = scene.add_label("/closest/distance", "", anchor="bottom-center", visible=False)
+        self.nodes = (self._line, *self._ends, self._label)
+        self._seen = False
+        self._colour: Rgb | None = None
+
+    def dress(self, page: PageSettings) -> None:
+        self._colour = None
+        self._on, self._palette, self._scale = page.contact, PALETTES[page.theme], scale(page.profile)
+        self._label.font_screen_scale = 1.15 * self._scale
+        for end in self._ends:
+            end.color = (40, 44, 50) if page.theme == "light" else (235, 240, 245)
+
+    def show(self, frame: Frame) -> None:
+        """Draw the pair that is closest now."""
+        sample = frame.sample
+        seen = self._on and sample.pair >= 0
+        if seen != self._seen:
+            self._seen = seen
+            for node in self.nodes:
+                node.visible = seen
+        if not seen:
+            return
+        a, b = frame.simulation.detector.witness_points(sample.pair)
+        self._line.points = np.array([[a, b]], np.float32)
+        for end, point in zip(self._ends, (a, b), strict=True):
+            end.position = point
+        lam = sample.activation
+        colour = blend(self._palette.calm, self._palette.activation, lam)
+        if colour != self._colour:
+            self._colour = colour
+            self._line.colors = np.array(colour, np.uint8)
+        # The width is the second cue of λ: 3 px when the law is idle, 10 px when avoidance has full priority.
+        self._line.thickness = round((3.0 + 7.0 * lam) * self._scale * 2.0) / 2.0
+        x, y, z = ((a + b) / 2.0).tolist()
+        self._label.position = (x, y, z + LABEL_ABOVE)
+        self._label.text = f"d = {sample.distance * 1000.0:.0f} mm"
+
+
+FADE: Final = 0.35
+"""How long a skin takes to come or go when another link is the nearest [s of wall time]."""
+
+LEVELS: Final = 48
+"""Steps of colour, opacity and tint from λ = 0 to 1: between two of them nothing is sent."""
+
+SIDES: Final = 28
+"""Around a capsule."""
+
+RINGS: Final = 8
+"""From a capsule's pole to where its cylinder begins."""
+
+
+def contact_assets() -> PageAssets:
+    """Return what a page needs to draw skins as rims, the line of contact through everything, and the tint."""
+    return PageAssets((Path(__file__).with_name("contact_look.js"),), constants={"tint": PALETTES["light"].activation})
+
+
+@dataclass
+class _Shell:
+    """A capsule or sphere around a body, made once. `growth`: by how much it is larger [m]; `weight`: 0 hidden … 1 seen."""
+
+    handle: viser.MeshHandle
+    growth: float
+    weight: float = 0.0
+
+
+class ContactSkin(StagePart):
+    """Shown where something is near, while the page's settings ask for it.
+
+    The skin and the capsules hang on the drawn links, so that moving them sends nothing; `contact_look.js` draws them as rims.
+
+    Args:
+        scene: where to draw.
+        room: of the run.
+        arms: as drawn, in the room's order.
+    """
+
+    def __init__(self, scene: viser.SceneApi, room: Room, arms: tuple[ArmView, ...]) -> None:
+        self._scene, self._room = scene, room
+        self._links = [
+            (arm.shoulder - made.shoulder, made.model.nv, view)
+            for arm, made, view in zip(room.arms, room.robots, arms, strict=True)
+        ]
+        self._shells: dict[tuple[int, str], _Shell] = {}
+        # Never seen: the script tints each arm by the x of its node, which is λ.
+        self._tints = [fresh(scene.add_frame(f"/tint/{arm.name}", show_axes=False)) for arm in room.arms]
+        self.nodes = self._tints
+        self._now: float | None = None
+        self._drawn: tuple[object, ...] = ()
+
+    def dress(self, page: PageSettings) -> None:
+        self._on, self._palette = page.contact, PALETTES[page.theme]
+        self._drawn = ()
+
+    def show(self, frame: Frame) -> None:
+        """Draw the nearest pair; a pair that is no longer the nearest fades."""
+        simulation, sample = frame.simulation, frame.sample
+        seen = self._on and sample.pair >= 0
+        share = round(sample.activation * LEVELS) / LEVELS
+        state = seen, sample.pair, share, simulation.settings
+        if state == self._drawn:
+            self._now = frame.now
+            return
+        avoiding = avoiding_arms(simulation) if seen else ()
+        for arm, tint in zip(self._room.arms, self._tints, strict=True):
+            tint.position = (share if arm.name in avoiding else 0.0, 0.0, 0.0)
+        wanted: dict[tuple[int, str], float] = {}
+        if seen:
+            avoider, obstacle = bodies_of_pair(simulation, sample.pair)
+            wanted = {
+                (obstacle, "skin"): simulation.settings.law.critical_distance,
+                (obstacle, "capsule"): 0.0,
+                (avoider, "capsule"): 0.0,
+            }
+        fade = 1.0 if self._now is None else min(abs(frame.now - self._now) / FADE, 1.0)
+        self._now = frame.now
+        colour = blend(self._palette.calm, self._palette.activation, share)
+        for key, growth in wanted.items():
+            shell = self._shell(key, growth, colour)
+            shell.weight = min(shell.weight + fade, 1.0)
+            shell.handle.color = colour
+        for key, shell in self._shells.items():
+            if key not in wanted:
+                shell.weight = max(shell.weight - fade, 0.0)
+            full = 0.12 + 0.3 * share if key[1] == "skin" else 0.16
+            shell.handle.visible = shell.weight > 0.0
+            shell.handle.opacity = round(full * shell.weight, 3)
+        fades = any(shell.weight != float(key in wanted) for key, shell in self._shells.items())
+        self._drawn = () if fades else state
+
+    def _shell(self, key: tuple[int, str], growth: float, colour: Rgb) -> _Shell:
+        """Return a shell of a body, which is made when it is first seen."""
+        body = self._room.geometry.geometryObjects[key[0]]
+        shell = self._shells.get(key)
+        if shell is None:
+            node, placement = self._node(body)
+            turn = pin.Quaternion(placement.rotation)
+            handle = self._scene.add_mesh_simple(
+                f"{node}/{key[1]}_of_{body.name.replace(' ', '_')}",
+                *capsule_mesh(body.geometry, growth),
+                color=colour,
+                opacity=0.0,
+                cast_shadow=False,
+                receive_shadow=False,
+                wxyz=(turn.w, turn.x, turn.y, turn.z),
+                position=tuple(placement.translation.tolist()),
+            )
+            shell = self._shells[key] = _Shell(fresh(handle), growth)
+            self.nodes = [*self.nodes, handle]
+        elif shell.growth != growth:
+            shell.growth = growth
+            shell.handle.vertices = capsule_mesh(body.geometry, growth)[0]
+        return shell
+
+    def _node(self, body: pin.GeometryObject) -> tuple[str, pin.SE3]:
+        """Return the node that a body moves with, and the body's pose there."""
+        for offset, joints, view in self._links:
+            if 0 < body.parentJoint - offset <= joints:
+                return view.link(body.parentJoint - offset), body.placement
+        return ("/ball", pin.SE3.Identity()) if body.name == "ball" else ("/contact", body.placement)
+
+
+def avoiding_arms(simulation: Simulation) -> tuple[str, ...]:
+    """Return the names of the arms that keep clear."""
+    columns = [task.joints for task in simulation.roles.avoiders(simulation.settings.avoid)]
+    return tuple(arm.name for arm in simulation.room.arms if arm.joints in columns)
+
+
+def bodies_of_pair(simulation: Simulation, pair: int) -> tuple[int, int]:
+    """Return the indices of the body that keeps clear and of the obstacle; where both keep clear, yours is the obstacle."""
+    pairs, avoiding = simulation.detector.geometry.collisionPairs[pair], avoiding_arms(simulation)
+    side = simulation.detector.pair_names[pair][0].split(" ")[0]
+    if side == "control":  # "control point at the hand": of the only arm.
+        side = simulation.guided.name
+    first_avoids = side in avoiding and not (len(avoiding) > 1 and side == simulation.guided.name)
+    return (pairs.first, pairs.second) if first_avoids else (pairs.second, pairs.first)
+
+
+def capsule_mesh(shape: coal.CollisionGeometry, growth: float) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
+    """Return vertices (k, 3) and faces (m, 3) of a capsule about z, or of a sphere, grown by `growth` [m]."""
+    radius = shape.radius + growth
+    half = shape.halfLength if isinstance(shape, coal.Capsule) else 0.0
+    polar = np.linspace(0.0, np.pi / 2.0, RINGS + 1)
+    polar = np.concatenate([polar, np.pi - polar[::-1]])
+    around = np.linspace(0.0, 2.0 * np.pi, SIDES, endpoint=False)
+    p, a = np.meshgrid(polar, around, indexing="ij")
+    height = radius * np.cos(p) + np.where(np.arange(len(polar)) <= RINGS, half, -half)[:, None]
+    vertices = np.stack([radius * np.sin(p) * np.cos(a), radius * np.sin(p) * np.sin(a), height], axis=-1)
+    i, j = np.meshgrid(np.arange(len(polar) - 1), np.arange(SIDES), indexing="ij")
+    right = (j + 1) % SIDES
+    corners = [
+        (i * SIDES + j).ravel(),
+        ((i + 1) * SIDES + j).ravel(),
+        ((i + 1) * SIDES + right).ravel(),
+        (i * SIDES + right).ravel(),
+    ]
+    p0, p1, p2, p3 = corners
+    faces = np.concatenate([np.stack([p0, p1, p2], axis=-1), np.stack([p0, p2, p3], axis=-1)])
+    return vertices.reshape(-1, 3).astype(np.float32), faces.astype(np.uint32)

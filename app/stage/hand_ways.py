@@ -1,0 +1,125 @@
+"""Ways of hands: a thin line where one is asked to go, and a fading line where one has been."""
+
+from collections import deque
+from typing import NamedTuple
+
+import numpy as np
+import viser
+
+from app.session.frame import Frame
+from app.settings import PageSettings
+from app.stage.stage_part import StagePart
+from app.theme import PALETTES, rgb, scale
+from controllers.kinematics import Arm, Array
+
+
+class PathLine(StagePart):
+    """The way that the task prescribes to the avoiding hand; at the ends of one that is not closed stand A and B.
+
+    Args:
+        scene: where to draw.
+        way: its points (k, 3) as it begins now [m].
+    """
+
+    def __init__(self, scene: viser.SceneApi, way: Array) -> None:
+        self._count = len(way) - 1
+        line = np.zeros((self._count, 2, 3), np.float32)
+        self._line = scene.add_line_segments("/path/line", line, (0, 0, 0), thickness=1.5, thickness_units="screen")
+        # Beyond either end, where the number at the line to the ball does not come.
+        self._labels = (
+            ()
+            if np.allclose(way[0], way[-1])
+            else (scene.add_label("/path/A", "A", anchor="center-right"), scene.add_label("/path/B", "B", anchor="center-left"))
+        )
+        self.nodes = (self._line, *self._labels)
+        self._home: tuple[float, ...] | None = None
+
+    def dress(self, page: PageSettings) -> None:
+        palette = PALETTES[page.theme]
+        self._line.colors = np.tile(np.array(rgb(palette.calm), np.uint8), (self._count, 2, 1))
+        self._line.thickness = 1.5 * scale(page.profile)
+        for label in self._labels:
+            label.font_screen_scale = 1.15 * scale(page.profile)
+
+    def show(self, frame: Frame) -> None:
+        """Draw the path where it begins now."""
+        home = frame.simulation.home
+        if home is None or tuple(home.tolist()) == self._home:
+            return
+        self._home = tuple(home.tolist())
+        way = frame.simulation.way
+        self._line.points = np.stack([way[:-1], way[1:]], axis=1).astype(np.float32)
+        for label, point, side in zip(self._labels, way[[0, -1]], (-1.0, 1.0), strict=False):
+            label.position = point + np.array([0.0, 0.03 * side, 0.0])
+
+
+class Memory(NamedTuple):
+    """How much a trace remembers.
+
+    Attributes:
+        points: how many.
+        period: simulated time between two of them [s].
+    """
+
+    points: int
+    period: float
+
+
+STAY = Memory(60, 0.08)
+"""For a hand that stays about its place."""
+
+TRAVEL = Memory(140, 0.12)
+"""For a hand on a long way: two laps, or there and back."""
+
+
+class Trace(StagePart):
+    """The trace of one hand.
+
+    Args:
+        scene: where to draw.
+        name: of the node.
+        arm: of the hand.
+        memory: how long it is.
+    """
+
+    def __init__(self, scene: viser.SceneApi, name: str, arm: Arm, memory: Memory) -> None:
+        self._arm, self._memory = arm, memory
+        self._points: deque[Array] = deque(maxlen=memory.points)
+        self._time = -np.inf
+        self._home: Array | None = None
+        # Always of one length: the browser does not follow when points and colours change their number one after the other.
+        line = np.zeros((memory.points - 1, 2, 3), np.float32)
+        self._line = scene.add_line_segments(name, line, (0, 0, 0), thickness=3, thickness_units="screen", visible=False)
+        self.nodes = (self._line,)
+
+    def dress(self, page: PageSettings) -> None:
+        palette = PALETTES[page.theme]
+        bottom, error = (np.array(c, float) for c in (palette.background[1], rgb(palette.error)))
+        share = np.linspace(0.15, 1.0, self._memory.points)[:, None]
+        fade = (bottom + (error - bottom) * share).round().astype(np.uint8)
+        self._line.colors = np.stack([fade[:-1], fade[1:]], axis=1)
+
+    def show(self, frame: Frame) -> None:
+        """Go on to where the hand is now."""
+        simulation, points = frame.simulation, self._points
+        time = simulation.time
+        # A new beginning is a new trace.
+        home = simulation.home
+        other = home is not self._home and (home is None or self._home is None or not np.array_equal(home, self._home))
+        self._home = home
+        if time < self._time or other:
+            points.clear()
+            self._time = -np.inf
+            self._line.visible = False
+        if time - self._time < self._memory.period:
+            return
+        self._time = time
+        hand = simulation.kinematics.hand_pose(self._arm).translation.copy()
+        if not points:
+            points.extend([hand] * self._memory.points)
+        points.append(hand)
+        way = np.array(points, np.float32)
+        moved = float(np.ptp(way, axis=0).max()) > 0.004
+        if moved:
+            self._line.points = np.stack([way[:-1], way[1:]], axis=1)
+        self._line.visible = moved

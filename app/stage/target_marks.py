@@ -1,0 +1,111 @@
+"""Marks of targets: the place where a hand should be, and the point by which an arm is pulled."""
+
+from typing import Final
+
+import numpy as np
+import pinocchio as pin
+import viser
+
+from app.session.frame import Frame
+from app.settings import PageSettings
+from app.stage.poses import fresh
+from app.stage.stage_part import StagePart
+from app.theme import BRAND, PALETTES, rgb, scale
+from controllers.kinematics import Array
+from scenes.targets import LinkTarget
+
+AWAY: Final = 0.004
+"""From this distance on the line to the hand is drawn [m]."""
+
+RADIUS: Final = 0.085
+"""Of the ring [m]: the hand of each of our robots fits through it …"""
+
+TUBE: Final = 0.006
+"""… and this is half its thickness [m]."""
+
+
+class TargetPlace(StagePart):
+    """For an arm that draws its hand to a place."""
+
+    def __init__(self, scene: viser.SceneApi) -> None:
+        self._ball = scene.add_icosphere(
+            "/place/ball", radius=0.017, subdivisions=2, color=(255, 255, 255), opacity=0.9, cast_shadow=False
+        )
+        ring = scene.add_mesh_simple("/place/ring", *_ring(RADIUS, TUBE), color=(255, 255, 255), cast_shadow=False)
+        self._ring = fresh(ring)
+        line = np.zeros((1, 2, 3), np.float32)
+        self._error = scene.add_line_segments(
+            "/place/error", line, (0, 0, 0), thickness=2, thickness_units="screen", visible=False
+        )
+        self.nodes = (self._ball, self._ring, self._error)
+        self._shown: tuple[Array, Array] | None = None
+
+    def dress(self, page: PageSettings) -> None:
+        error = rgb(PALETTES[page.theme].error)
+        self._ball.color = self._ring.color = error
+        self._error.colors = np.tile(np.array(error, np.uint8), (1, 2, 1))
+
+    def show(self, frame: Frame) -> None:
+        """Draw the place of the arm with the task that is shown."""
+        simulation = frame.simulation
+        place, rotation = simulation.place, simulation.place_rotation
+        if place is None or rotation is None:
+            return
+        # A place that moves is another array.
+        if self._shown is None or place is not self._shown[0] or rotation is not self._shown[1]:
+            self._shown = place, rotation
+            self._ball.position = self._ring.position = place
+            turn = pin.Quaternion(rotation)
+            self._ring.wxyz = (turn.w, turn.x, turn.y, turn.z)
+        hand = simulation.kinematics.hand_pose(simulation.avoiding).translation
+        way = hand - place
+        away = self._error.visible = float(way.dot(way)) > AWAY**2
+        if away:
+            self._error.points = np.array([[place, hand]], np.float32)
+
+
+def _ring(radius: float, tube: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return vertices (k, 3) and faces (m, 3) of a torus about z [m]."""
+    rounds, sides = 40, 8
+    u, v = np.meshgrid(np.arange(rounds), np.arange(sides), indexing="ij")
+    a, b = 2.0 * np.pi * u / rounds, 2.0 * np.pi * v / sides
+    r = radius + tube * np.cos(b)
+    vertices = np.stack([r * np.cos(a), r * np.sin(a), tube * np.sin(b)], axis=-1).reshape(-1, 3)
+    corner = lambda i, j: (i % rounds) * sides + j % sides  # noqa: E731
+    p, q, s, t = corner(u, v), corner(u + 1, v), corner(u + 1, v + 1), corner(u, v + 1)
+    faces = np.concatenate([np.stack([p, q, s], -1).reshape(-1, 3), np.stack([p, s, t], -1).reshape(-1, 3)])
+    return vertices.astype(np.float32), faces.astype(np.uint32)
+
+
+WHITE: Final = (255, 255, 255)
+"""Seen on the orange arm in either theme."""
+
+
+class GripMark(StagePart):
+    """Seen while a link is pulled, also in a replay."""
+
+    def __init__(self, scene: viser.SceneApi) -> None:
+        line = np.zeros((1, 2, 3), np.float32)
+        self._line = scene.add_line_segments("/grip/line", line, BRAND, thickness=2, thickness_units="screen", visible=False)
+        self._seen = False
+        look = {"subdivisions": 2, "cast_shadow": False, "visible": False}
+        self._point = scene.add_icosphere("/grip/point", radius=0.018, color=WHITE, **look)
+        self._place = scene.add_icosphere("/grip/place", radius=0.009, color=BRAND, **look)
+        self.nodes = (self._line, self._point, self._place)
+
+    def dress(self, page: PageSettings) -> None:
+        self._line.thickness = 2.0 * scale(page.profile)
+
+    def show(self, frame: Frame) -> None:
+        """Draw the pull."""
+        target, simulation = frame.target, frame.simulation
+        pulled = isinstance(target, LinkTarget)
+        if pulled != self._seen:
+            self._seen = pulled
+            for node in self.nodes:
+                node.visible = pulled
+        if isinstance(target, LinkTarget):
+            placement = simulation.kinematics.data.oMi[simulation.guided.joint(target.joint)]
+            point = placement.act(target.offset)
+            self._point.position, self._place.position = point, target.position
+            self._line.points = np.array([[point, target.position]], np.float32)

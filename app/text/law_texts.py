@@ -1,0 +1,122 @@
+"""The words of every law: its equation and where it comes from, what its activation is called, and what becomes of the gap."""
+
+from collections.abc import Callable
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from scenes.laws import BARRIER_LAW, DEFAULT_LAW, NO_AVOIDANCE
+from scenes.settings import LawSettings
+
+
+class LawLine(NamedTuple):
+    """The line of a law in the chart of all: distances xs (k,) [m], ascending, rates ys (k,) [m/s], and the largest rate of the axis."""
+
+    xs: np.ndarray
+    ys: np.ndarray
+    span: float
+
+
+class LawTexts(NamedTuple):
+    """What is said of a law.
+
+    Attributes:
+        equation: lines of LaTeX; {lam}, {v}, {u}, {d} and {dm} become coloured symbols. λ stands for any other fading-in.
+        source: number in the paper, or its authors.
+        share: what its activation is called.
+        anchor: returns the distance [m] at which its line gets its number in the chart of all laws: where few other lines are near.
+        consequence: what becomes of the gap, as HTML; "" where its resting distance says it.
+        acting: the same while avoidance acts, where that is something else.
+        missed: why ḋ is another one than the law wants, where the law itself is the reason.
+    """
+
+    equation: tuple[str, ...]
+    source: str
+    share: str
+    anchor: Callable[[LawSettings, LawLine], float]
+    consequence: str = ""
+    acting: str = ""
+    missed: str = ""
+
+
+LAW_TEXTS: Final[dict[str, LawTexts]] = {
+    DEFAULT_LAW: LawTexts(
+        (r"\dot q = J_d^{{\#}}\,{lam}\,{v} + \left(I - {lam}\,J_d^{{\#}} J_d\right)\dot q_n",), "(32), (33)", "λ",
+        lambda law, line: law.critical_distance * 0.72 ** (-1.0 / law.order),
+    ),
+    "strict_priority": LawTexts(
+        (r"\dot q = J_d^{{\#}}\,{v} + \left(I - J_d^{{\#}} J_d\right)\dot q_n",), "(11)", "priority",
+        lambda law, line: 0.92 * line.xs[-1],
+        "a retreat for ever, whatever the task wants",
+    ),
+    "strict_switched": LawTexts(
+        (r"\dot q = J_d^{{\#}}\,{v} + \left(I - J_d^{{\#}} J_d\right)\dot q_n \quad ({d} \leq {dm})",
+         r"\dot q = \dot q_n \quad ({d} > {dm})"), "(11), switched", "priority",
+        # On its jump, nearer to the lower end.
+        lambda law, line: law.critical_distance + 0.65e-6,
+        "above d<sub>m</sub> the task alone", acting="avoidance first",
+    ),
+    "null_space_avoidance": LawTexts(
+        (r"\dot q = \dot q_n + N\left(J_d N\right)^{{\#}}{lam}\left({v} + {u}\right)", r"N = I - J^{{\#}}J"),
+        "Žlajpah & Nemec 2002", "λ",
+        lambda law, line: law.critical_distance + 0.6 * max(law.influence_distance - law.critical_distance, 0.0),
+        "as far as the hand leaves the joints free", missed="the hand comes first",
+    ),
+    "potential_field": LawTexts(
+        (r"\dot q = \dot q_n + J_d^{{T}}\,\frac{{\eta}}{{{d}^2}}\left(\frac{{1}}{{{d}}} - \frac{{1}}{{d_0}}\right)",),
+        "Khatib 1986", "push, of 1",
+        # High on its flank, where the others are not.
+        lambda law, line: float(np.interp(-0.72 * line.span, -line.ys, line.xs, left=0.08)),
+        "no distance is promised",
+    ),
+    BARRIER_LAW: LawTexts(
+        (r"\min\ \left|\dot q - \dot q_n\right|^2 \quad \text{{so that}}",
+         r"J_{{d,i}}\,\dot q \geq -\gamma\left({d}_i - {dm}\right)\quad \text{{for all }} i"),
+        "Faverjon & Tournassoud 1987", "1 − allowed",
+        lambda law, line: max(law.critical_distance - 0.25 * line.span / law.barrier_gain, 0.03),
+        "may come nearer at γ(d − d<sub>m</sub>) at most", missed="other pairs count, too",
+    ),
+    "intermediate_value": LawTexts(
+        (r"\dot q = J_d^{{\#}}\dot x_a + \left(J N_a\right)^{{\#}}\left(\dot x_b - J J_d^{{\#}}\dot x_a\right)",
+         r"\dot x_a = {lam}\,{v} - \left(1 - {lam}\right){u}"), "Lee, Mansard & Park 2012", "λ",
+        lambda law, line: law.critical_distance * 0.24 ** (-1.0 / law.order),
+    ),
+    "task_activation": LawTexts(
+        (r"\dot q = \dot q_n + \delta - Q_1\left(J Q_1\right)^{{\#}} W_2\,J\,\delta",
+         r"\delta = a^2 J_d^{{\#}}\left({v} + {u}\right),\quad Q_1 = I - a\,J_d^{{\#}} J_d"), "Simetti & Casalino 2016", "a²",
+        lambda law, line: law.critical_distance + 0.3 * max(law.influence_distance - law.critical_distance, 0.0),
+        "as it activates, the hand takes its share", missed="the hand takes its share",
+    ),
+    "continuous_inverse": LawTexts(
+        (r"\dot q = \left(1 - {lam}\right)\dot q_n + {lam}\left[J_d;\,J\right]^{{\#}}\left[{v};\,\dot x_b\right]",
+         r"\dot x_b = J\,\dot q_n"), "Mansard, Remazeilles & Chaumette 2009", "λ",
+        lambda law, line: law.critical_distance * 0.45 ** (-1.0 / law.order),
+        "hand and distance in one stack, neither first", missed="the hand takes its share",
+    ),
+    "hierarchical_inverse": LawTexts(
+        (r"\dot q = \left(1 - {lam}\right)\dot q_n + {lam}\,\dot q_{{ab}} \quad \left({v} > -{u}\right)",
+         r"\dot q_{{ab}} = J_d^{{\#}}{v} + \left(J N\right)^{{\#}}\left(\dot x_b - J J_d^{{\#}}{v}\right)"),
+        "Mansard, Khatib & Kheddar 2009", "λ",
+        lambda law, line: law.critical_distance * 0.6 ** (-1.0 / law.order),
+        missed="a task that retreats faster is left alone",
+    ),
+    "lexicographic_qp": LawTexts(
+        (r"\text{{first}}\quad J_{{d,i}}\,\dot q \geq -\gamma\left({d}_i - {dm}\right)\quad \text{{for all }} i",
+         r"\text{{then}}\quad \min\ \left|J\left(\dot q - \dot q_n\right)\right|^2"), "Kanoun, Lamiraux & Wieber 2011", "1 − allowed",
+        lambda law, line: max(law.critical_distance - 0.45 * line.span / law.barrier_gain, 0.03),
+        "may come nearer at γ(d − d<sub>m</sub>) at most", missed="other pairs count, too",
+    ),
+    "set_based_task": LawTexts(
+        (r"\dot q = \left(I - J_d^{{\#}} J_d\right)\dot q_n + J_d^{{\#}} k_r\left({dm} - {d}\right)",
+         r"\quad\left({d} \leq {dm},\ -{u} < k_r\left({dm} - {d}\right)\right)",
+         r"\dot q = \dot q_n \quad \text{{else, with a jump}}"), "Moe et al. 2016", "active",
+        lambda law, line: max(law.critical_distance - 0.6 * line.span / max(law.restoring_gain, 1.0), 0.02),
+        "inside the set the task alone; it jumps at d<sub>m</sub>", acting="frozen or returning",
+    ),
+    NO_AVOIDANCE: LawTexts(
+        (r"\dot q = \dot q_n",), "the task alone", "λ",
+        lambda law, line: 0.35 * law.critical_distance,
+        "nothing keeps them apart",
+    ),
+}  # fmt: skip
+"""Name → what is said of it."""

@@ -1,0 +1,80 @@
+"""HTML: a single tag by `element`, everything else from Jinja2 templates that stand beside the code that fills them.
+
+All text is escaped; what is HTML already is `Markup`.
+"""
+
+import re
+from collections.abc import Iterator
+from functools import cache
+from typing import Any, Final
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2.ext import Extension
+from jinja2.lexer import Token, TokenStream
+from markupsafe import Markup, escape
+
+from app.i18n.speaking import decimal, tr
+from app.text.lesson_text import inline_html, lesson_html
+
+_BREAK: Final = re.compile(r"(?:\A|(?<=>))\s*\n\s*|\s*\n\s*(?=<|\Z)")
+"""A line break beside a tag of HTML or of the template, with the indentation."""
+
+
+class _JoinedLines(Extension):
+    """Leaves out these breaks, so that between two tags stands a blank only where one is written on a line."""
+
+    def filter_stream(self, stream: TokenStream) -> Iterator[Token]:
+        for token in stream:
+            yield Token(token.lineno, "data", _BREAK.sub("", token.value)) if token.type == "data" else token
+
+
+def tr_html(text: str, /, **parts: object) -> Markup:
+    """Return an English text that holds tags in the current language; what is filled in is escaped."""
+    return Markup(tr(text, **{name: part if isinstance(part, int) else escape(part) for name, part in parts.items()}))
+
+
+def lowered(text: str) -> Markup:
+    """Return text with its subscripts: d_m → d<sub>m</sub>."""
+    return Markup(re.sub(r"(?<!\w)([^\W\d_])_([A-Za-z0-9]{1,5})(?!\w)", r"\1<sub>\2</sub>", str(escape(text))))
+
+
+@cache
+def _environment() -> Environment:
+    made = Environment(
+        loader=PackageLoader("app", ""),
+        autoescape=True,
+        undefined=StrictUndefined,
+        extensions=(_JoinedLines,),
+        auto_reload=False,
+    )
+    made.globals |= {"tr": tr, "tr_html": tr_html, "decimal": decimal}
+    made.globals |= {"inline_html": inline_html, "lesson_html": lesson_html, "lowered": lowered}
+    return made
+
+
+@cache
+def macros(file: str) -> Any:
+    """Return the macros of a template as functions that return `Markup`. `file`: below `app/`, such as "export/tally.html"."""
+    return _environment().get_template(file).module
+
+
+def render(file: str, **values: object) -> str:
+    """Return a page: a template with its values.
+
+    Raises:
+        UndefinedError: the template names a value that is not given.
+    """
+    return _environment().get_template(file).render(values)
+
+
+def element(tag: str, text: str = "", *children: str, **attributes: str) -> Markup:
+    """Return a single HTML element; more than one is the business of a template.
+
+    Args:
+        tag: its name.
+        text: at its beginning; escaped, unless it is `Markup`.
+        children: after the text; HTML.
+        attributes: by name, escaped; an underscore at the end is dropped (`class_`), any other becomes a hyphen.
+    """
+    given = "".join(f' {name.rstrip("_").replace("_", "-")}="{escape(value)}"' for name, value in attributes.items())
+    return Markup(f"<{tag}{given}>{escape(text)}{''.join(children)}</{tag}>")

@@ -1,0 +1,52 @@
+"""What a visitor does with a control of the page, as a plain call on the network's thread."""
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import viser
+
+InputHandle = TypeVar("InputHandle", bound=viser.GuiInputHandle[Any])
+ButtonHandle = TypeVar("ButtonHandle", bound=viser.GuiButtonHandle)
+CommandHandle = TypeVar("CommandHandle", bound=viser.CommandHandle)
+
+
+def on_entry(control: InputHandle, take: Callable[[Any], object]) -> InputHandle:
+    """Call `take` with every value that a visitor enters in a control, and not with what the server writes there; return the control."""
+
+    @control.on_update
+    async def _(event: viser.GuiEvent[Any]) -> None:
+        # What the server writes comes back here too, without a client.
+        if event.client_id is not None:
+            take(event.target.value)
+
+    return control
+
+
+def on_press(button: ButtonHandle, act: Callable[[], object]) -> ButtonHandle:
+    """Call `act` whenever a button is pressed; return the button."""
+
+    @button.on_click
+    async def _(event: viser.GuiEvent[Any]) -> None:
+        del event
+        act()
+
+    return button
+
+
+def on_command(command: CommandHandle, act: Callable[[], object]) -> CommandHandle:
+    """Call `act` whenever a command of the palette is called, by its name or its key; return the command."""
+
+    @command.on_trigger
+    async def _(event: viser.CommandEvent) -> None:
+        del event
+        act()
+
+    return command
+
+
+def on_file(upload: viser.GuiUploadButtonHandle, take: Callable[[str, bytes], object]) -> None:
+    """Call `take` with name and content of every file that a visitor gives."""
+
+    @upload.on_upload
+    async def _(event: viser.GuiEvent[viser.GuiUploadButtonHandle]) -> None:
+        take(event.target.value.name, event.target.value.content)

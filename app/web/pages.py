@@ -1,0 +1,150 @@
+"""The pages that Duet serves itself, made of scripts and style sheets: viser's client, one HTML file, with ours before it, and the one
+for when every place is taken."""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+from typing import Final
+from urllib.parse import parse_qsl, quote
+
+from markupsafe import Markup
+
+from app.i18n.client_texts import CROWDED, KEPT_OUT, LOST, OPEN_TWICE, SILENT, SOFTWARE, translations
+from app.theme import css_variables
+
+STATIC: Final = Path(__file__).parent / "static"
+
+
+@dataclass(frozen=True)
+class PageAssets:
+    """Files of a page.
+
+    Attributes:
+        scripts: JavaScript files, run in this order.
+        styles: CSS files.
+        constants: properties of `window.duet`, as JSON can hold them.
+    """
+
+    scripts: tuple[Path, ...] = ()
+    styles: tuple[Path, ...] = ()
+    constants: Mapping[str, object] = field(default_factory=dict)
+
+    def __add__(self, other: PageAssets) -> PageAssets:
+        """Return the files of both, the other's last."""
+        return PageAssets(self.scripts + other.scripts, self.styles + other.styles, {**self.constants, **other.constants})
+
+    def style_html(self) -> Markup:
+        """Return one <style> element, with the theme's colours before the rules."""
+        return Markup(f"<style>{css_variables()}{_joined(self.styles)}</style>")
+
+    def script_html(self) -> Markup:
+        """Return one <script> element, which sets `window.duet` if there are constants, and runs every file in strict mode."""
+        constants = json.dumps(self.constants, ensure_ascii=False).replace("<", "\\u003c")
+        first = f"window.duet = {constants};\n" if self.constants else ""
+        return Markup(f'<script>"use strict";\n{first}{_joined(self.scripts)}</script>')
+
+
+NO_ASSETS: Final = PageAssets()
+
+
+def _joined(files: tuple[Path, ...]) -> str:
+    return "".join(file.read_text(encoding="utf-8") for file in files)
+
+
+def translation() -> PageAssets:
+    """Return what translates the texts that the browser says by itself."""
+    return PageAssets((STATIC / "translation.js",), constants={"translations": translations()})
+
+
+def software_rendering() -> PageAssets:
+    """Return what says that the browser draws without a graphics card; it needs `translation`, and the window's event `duet-built`."""
+    return PageAssets(
+        (STATIC / "software_rendering.js",), (STATIC / "software_rendering.css",), constants={"softwareNote": SOFTWARE}
+    )
+
+
+ROOM_IS_FULL = "duet: every place is taken"
+ELSEWHERE = "duet: this tab belongs somewhere else"
+OPEN_TOO_OFTEN = "duet: too many connections of one tab"
+TAKEN_OVER = "duet: another tab of this browser goes on"
+HELLO = "DuetHello"
+"""Kind of the message by which a page says that it is one: what viser's client says first waits until the scene is in view."""
+QUESTION = "DuetQuestion"
+"""Kind of the message by which a page that hears nothing asks whether the server is still there."""
+HIDDEN, SHOWN = "DuetHidden", "DuetShown"
+"""Kinds of the messages by which a page says that its tab is out of sight, and in sight again."""
+_LONGEST_QUERY = 4000
+_MOST_FIELDS, _LONGEST_KEY, _LONGEST_VALUE = 64, 40, 400
+
+MARK = (STATIC / "mark.svg").read_text(encoding="utf-8").strip()
+"""Our mark, as SVG."""
+
+_ICON = f'<link rel="icon" href="data:image/svg+xml,{quote(MARK)}">'
+
+
+def patched_index(client_html: str, *, title: str, run: str, assets: PageAssets = NO_ASSETS, body: str = "") -> str:
+    """Put our additions into viser's page.
+
+    Args:
+        client_html: viser's own `index.html`.
+        run: a word that is different for every start of the server.
+        assets: further scripts and style sheets; a script may add to `duet.query` what the server is to know of the browser.
+        body: HTML that the page's body begins with.
+
+    Raises:
+        ValueError: the page doesn't look as expected (another version of viser).
+    """
+    head, mark, rest = client_html.partition("<title>Viser</title>")
+    program, end, root = rest.rpartition("</head>")
+    if not (mark and end):
+        raise ValueError("viser's page has no title in its head to put Duet's additions at")
+    assets = PageAssets((STATIC / "page_query.js",)) + translation() + assets + _connection(run)
+    head = re.sub(r'<link\s+rel="icon".*?/>', _ICON, head, flags=re.DOTALL)
+    head = head.replace('content="Viser client"', 'content="Two robot arms, and one that gives way"')
+    # viser's program is long: in the body, behind what is seen until it has arrived.
+    ours = f"<title>{html.escape(title)}</title>{assets.style_html()}{assets.script_html()}</head><body>{body}"
+    return head + ours + program + root.replace("<body>", "", 1)
+
+
+def _connection(run: str) -> PageAssets:
+    constants = {
+        "run": run,
+        "longestQuery": _LONGEST_QUERY,
+        "messages": {"hello": HELLO, "question": QUESTION, "hidden": HIDDEN, "shown": SHOWN},
+        "reasons": {"full": ROOM_IS_FULL, "elsewhere": ELSEWHERE, "tooMany": OPEN_TOO_OFTEN, "takenOver": TAKEN_OVER},
+        "texts": {"lost": LOST, "silent": SILENT, "refused": KEPT_OUT, "tooMany": CROWDED, "takenOver": OPEN_TWICE},
+    }
+    return PageAssets((STATIC / "entries.js", STATIC / "connection.js"), (STATIC / "connection.css",), {"connection": constants})
+
+
+def page_query(request_path: str) -> dict[str, str]:
+    """Return the query in the path of a request, with bounds on the number and length of its fields; validate every value."""
+    query = request_path[: 2 * _LONGEST_QUERY].partition("?")[2]
+    try:
+        fields = parse_qsl(query, keep_blank_values=True, max_num_fields=_MOST_FIELDS)
+    except ValueError:
+        return {}
+    found: dict[str, str] = {}
+    for key, value in fields:
+        if 0 < len(key) <= _LONGEST_KEY and len(value) <= _LONGEST_VALUE:
+            found.setdefault(key, value)
+    return found
+
+
+@lru_cache(8)
+def full_page(limit: int) -> str:
+    """Return the page for while all `limit` places are taken, in the language of the link or the browser; it asks again by itself."""
+    one = "This Duet has one place, and it is taken."
+    places = one if limit == 1 else f"This Duet has {limit} places, and all of them are in use."
+    assets = translation() + PageAssets((STATIC / "room_full.js",), (STATIC / "room_full.css",))
+    page = (STATIC / "room_full.html").read_text(encoding="utf-8")
+    parts = {"__ICON__": _ICON, "__PLACES__": places, "__STYLES__": assets.style_html(), "__SCRIPTS__": assets.script_html()}
+    for name, value in parts.items():
+        page = page.replace(name, value)
+    return page

@@ -1,0 +1,166 @@
+"""A real arm behind the law: joint sensors with noise and a resolution, a distance measured in frames, dead time and lag of a command.
+
+Noise is a function of seed and step (or frame) alone, so that a run can be resumed anywhere, and what was seen can be computed again.
+"""
+
+import math
+from bisect import bisect_right
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from controllers.kinematics import Arm, Array
+from controllers.proximity import Proximity
+from scenes.arm_tasks.arm_task import Memory
+from scenes.room import World
+from scenes.settings import HardwareSettings, RunSettings, specs
+
+JOINTS, DISTANCE = 0, 1
+"""Streams of random numbers."""
+
+
+def normal(seed: int, stream: int, index: int, count: int) -> Array:
+    """Return standard normal numbers (count,), always the same for the same seed, stream and index ≥ 0."""
+    return np.random.Generator(np.random.Philox(key=seed, counter=[0, index, stream, 0])).standard_normal(count)
+
+
+def measured_positions(settings: RunSettings, positions: Array, arms: tuple[Arm, ...], step: int) -> Array:
+    """Return q (nv,) as the joint sensors show it [rad]; whatever is no joint of an arm is shown as it is.
+
+    Args:
+        positions: the true q (nv,) [rad].
+        step: steps made before.
+    """
+    hardware, seen = settings.hardware, positions.copy()
+    noise = normal(settings.seed, JOINTS, step, len(seen)) * hardware.joint_noise if hardware.joint_noise > 0.0 else None
+    for arm in arms:
+        if noise is not None:
+            seen[arm.joints] += noise[arm.joints]
+        if hardware.joint_resolution > 0.0:
+            seen[arm.joints] = np.round(seen[arm.joints] / hardware.joint_resolution) * hardware.joint_resolution
+    return seen
+
+
+class Sensing:
+    """The distance sensor; it looks at the posture that the joint sensors show. `error`: of the newest distance [m]."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget the last frame."""
+        self.error = 0.0
+        self._frame = -1
+        self._held = np.empty(0)
+
+    def proximity(self, settings: RunSettings, actual: Proximity, time: float, step: int) -> Proximity:
+        """Return what the law acts on, and distance, pair and row of the closest pair as they are.
+
+        Between two frames d and J_d, of every pair, stay those of the frame. The same step may be looked at several times.
+
+        Args:
+            actual: at the true posture; the world is at the posture that the joint sensors show.
+            time: now [s].
+            step: steps made before.
+        """
+        world, law, hardware = self._world, settings.law, settings.hardware
+        if hardware.frame_rate > 0.0:
+            frame = _frame(hardware, time)
+            if frame != self._frame:
+                self._frame, self._held = frame, world.positions.copy()
+            world.kinematics.update(self._held)
+            step = frame
+        seen = world.detector.detect(law.pairs, law.beta, law.convexity)
+        noise = hardware.distance_noise
+        self.error = noise * float(normal(settings.seed, DISTANCE, step, 1)[0]) if noise > 0.0 else 0.0
+        return Proximity(actual.distance, actual.pair, seen.law_distance + self.error, seen.row, actual.pair_row)
+
+    def memory(self) -> Memory:
+        """Return the posture of the last frame, and its number; no posture if there was none."""
+        return self._held.copy(), np.array(self._frame)
+
+    def remember(self, memory: Memory) -> None:
+        """Go on with this frame."""
+        self._held, self._frame = memory[0].copy(), int(memory[1])
+
+
+def _frame(hardware: HardwareSettings, time: float) -> int:
+    """Return the number of the newest frame; the slack is for times that are sums of many time steps."""
+    return int(time * hardware.frame_rate + 1e-6)
+
+
+LONGEST: Final = specs(HardwareSettings)["dead"].high
+"""Longest dead time [s]; commands are kept for as long, so that a change of the dead time finds what was commanded then."""
+
+SLACK: Final = 1e-9
+"""Of a comparison of times, which are sums of many time steps [s]."""
+
+
+class Actuation:
+    """The commands on their way. `joints`: how many values a command has."""
+
+    def __init__(self, joints: int) -> None:
+        self._joints = joints
+        self._times: list[float] = []
+        self._commands: list[Array] = []
+        self._end = np.empty(0)
+
+    def clear(self) -> None:
+        """Forget all commands."""
+        self._times.clear()
+        self._commands.clear()
+        self._end = np.empty(0)
+
+    def reached(self, hardware: HardwareSettings, command: Array, before: Array, time: float, dt: float) -> Array:
+        """Return the mean q̇ (nv,) of the step that begins now; call it once a step [rad/s].
+
+        A command acts in the first step that begins the dead time after its own or later. Until the first one arrives the joints
+        keep their velocity. With a lag, the mean and the velocity at the step's end are those of τ q̈ = q̇_cmd − q̇, exact for a command that
+        is constant during the step.
+
+        Args:
+            command: q̇ (nv,) that is asked for now [rad/s].
+            before: mean q̇ (nv,) of the step before [rad/s].
+            time: now [s].
+        """
+        if hardware.dead_time > 0.0:
+            self._times.append(time)
+            self._commands.append(command.copy())
+            while len(self._times) > 1 and self._times[1] <= time - LONGEST + SLACK:
+                del self._times[0], self._commands[0]
+            newest = bisect_right(self._times, time - hardware.dead_time + SLACK) - 1
+            command = self._commands[newest] if newest >= 0 else before
+        lag = hardware.lag
+        if lag == 0.0:
+            self._end = np.empty(0)
+            return command
+        behind = (self._end if len(self._end) else before) - command
+        self._end = command + math.exp(-dt / lag) * behind
+        return command - (lag / dt) * math.expm1(-dt / lag) * behind
+
+    def stop(self, joints: NDArray[np.bool_]) -> None:
+        """Bring joints (nv,) to rest that have met their stops."""
+        if len(self._end):
+            self._end[joints] = 0.0
+
+    def memory(self) -> Memory:
+        """Return the times (k,) and the commands (k, nv) that are kept, and q̇ (nv,) at the end of the step, (0,) without a lag."""
+        return np.array(self._times), np.array(self._commands).reshape(-1, self._joints), self._end.copy()
+
+    def remember(self, memory: Memory) -> None:
+        """Go on with these commands."""
+        times, commands, end = memory
+        self._end = end.copy()
+        self._times, self._commands = times.tolist(), [command.copy() for command in commands]
+
+
+def before_stops(velocities: Array, positions: Array, lower: Array, upper: Array, dt: float) -> Array:
+    """Return q̇ (n,) of joints that their stops hold back: one that lags, or is elsewhere than it is seen, may run into one [rad/s].
+
+    Args:
+        velocities: q̇ (n,) without stops [rad/s].
+        positions, lower, upper: q and the stops (n,) [rad].
+    """
+    return np.clip(velocities, np.minimum((lower - positions) / dt, 0.0), np.maximum((upper - positions) / dt, 0.0))

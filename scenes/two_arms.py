@@ -1,0 +1,117 @@
+"""Two arms, of which a person moves one at random: the other keeps its hand in place (Fig. 5), or follows it joint by joint (Fig. 6)."""
+
+from typing import Final
+
+import numpy as np
+import pinocchio as pin
+
+from controllers.kinematics import Array, Kinematics
+from scenes.arm_tasks.follow_task import JointFollower, Master
+from scenes.arm_tasks.guided_task import GuidedTask
+from scenes.arm_tasks.hold_task import HoldTask
+from scenes.robots import Robot
+from scenes.roles import Roles, Scenario, TargetSource
+from scenes.room import Room, World, build_room
+from scenes.settings import ArmName, RunSettings
+from scenes.targets import HandTarget, quintic
+
+
+class Hold(Scenario):
+    """The other arm keeps its hand in place and gets out of the way."""
+
+    def room(self, settings: RunSettings) -> Room:
+        return build_room(settings.rig, settings.robot)
+
+    def roles(self, world: World, settings: RunSettings) -> Roles:
+        room = world.room
+        guided, avoiding = room.arm(settings.guided), room.other(settings.guided)
+        held = GuidedTask(world, guided, room.robots[room.arms.index(guided)])
+        keeper = HoldTask(world, avoiding)
+        return Roles((held, keeper), guided, avoiding, keeper, held, (keeper,))
+
+    def source(self, world: World, settings: RunSettings) -> TargetSource:
+        """Return the autopilot of the arm that the person moves, starting where its hand is."""
+        start = world.kinematics.hand_pose(world.room.arm(settings.guided)).translation.copy()
+        return Autopilot(world.room, settings.guided, settings.seed, start)
+
+
+class MasterSlave(Hold):
+    """The other arm follows the joints of the first, and they keep clear of each other."""
+
+    def roles(self, world: World, settings: RunSettings) -> Roles:
+        room = world.room
+        master, slave = room.arm(settings.guided), room.other(settings.guided)
+        made = room.robots[room.arms.index(master)]
+        held = GuidedTask(world, master, made)
+        follower = JointFollower(world, slave, Master(world, master, slave, mirror_signs(_axes(made))))
+        return Roles((held, follower), master, slave, follower, held, (follower, held))
+
+
+def mirror_signs(axes: Array) -> Array:
+    """Return (n,) +1 for every joint that keeps its sign in a mirror between left and right, −1 for the others.
+
+    Args:
+        axes: (3, n) of the joints at q = 0 in the base's frame, where y points to the left. A mirror turns the sense of a rotation
+            about an axis that lies in it.
+    """
+    return 1.0 - 2.0 * (abs(axes[1]) < 0.5)
+
+
+def _axes(robot: Robot) -> Array:
+    data = robot.model.createData()
+    return pin.computeJointJacobians(robot.model, data, pin.neutral(robot.model))[3:].copy()
+
+
+SPEED_RANGE: Final = (0.10, 0.22)
+"""Peak speed of a move [m/s]."""
+
+PAUSE_RANGE: Final = (0.4, 1.2)
+"""Rest between two moves [s]."""
+
+
+class Autopilot:
+    """The wanted position of the guided hand at any time, a pure function of the seed: quintics from rest to rest, by turns to a random
+    place on the other arm, as it stood at the start, and to one near home.
+
+    Args:
+        guided: the arm that the person holds.
+        seed: which person.
+        start: where the hand is at time 0 (3,) [m]; None for its place in the rig's start posture.
+    """
+
+    def __init__(self, room: Room, guided: ArmName, seed: int, start: Array | None = None) -> None:
+        kinematics = Kinematics(room.model, room.arms)
+        kinematics.update(room.start)
+        other = room.other(guided)
+        elbow, wrist = kinematics.joint_point(other.elbow), kinematics.joint_point(other.wrist)
+        hand = kinematics.hand_pose(other).translation.copy()
+        self._places = (hand, wrist, (elbow + wrist) / 2.0)
+        self._home = kinematics.hand_pose(room.arm(guided)).translation.copy()
+        self._random = np.random.default_rng(seed)
+        self._begin = self._home if start is None else np.array(start, float)
+        # Knots of the way so far: time the move starts, its duration, from, to.
+        self._moves: list[tuple[float, float, Array, Array]] = []
+        self._end = 0.0
+
+    def target(self, time: float) -> HandTarget:
+        """Return where the hand should be at a time ≥ 0 [s]. Times may be asked for in any order."""
+        while self._end <= time:
+            self._plan_move()
+        move = self._moves[-1]
+        if move[0] > time:
+            move = next(move for move in reversed(self._moves) if move[0] <= time)
+        start, duration, a, b = move
+        share, _ = quintic(min((time - start) / duration, 1.0))
+        return HandTarget(a + (b - a) * share)
+
+    def _plan_move(self) -> None:
+        random = self._random
+        a = self._moves[-1][3] if self._moves else self._begin
+        if len(self._moves) % 2 == 0:
+            b = self._places[random.integers(len(self._places))] + random.uniform(-0.06, 0.06, 3)
+        else:
+            b = self._home + random.uniform(-0.10, 0.10, 3)
+        # A quintic from rest to rest peaks at 15/8 of its mean speed.
+        duration = max(1.875 * float(np.linalg.norm(b - a)) / random.uniform(*SPEED_RANGE), 0.5)
+        self._moves.append((self._end, duration, a, b))
+        self._end += duration + random.uniform(*PAUSE_RANGE)

@@ -1,0 +1,296 @@
+"""The command line: what it prints, what it writes, and how it says no."""
+
+import hashlib
+import json
+import os
+import pickle
+import re
+import socket
+import subprocess
+import sys
+import urllib.request
+import webbrowser
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+from app.cli.main import COMMANDS, main
+from app.cli.options import PLACES, AllOptions, RunOptions, chosen
+from app.cli.serve import Serve
+from app.cli.sweep import cores
+from app.hosting.serve_options import ServeOptions
+from app.hosting.worker_messages import WorkerStart
+from app.runtime.terminal import INTERRUPTED
+from app.settings import Settings, from_query
+from app.start import App
+from scenes.room import build_room
+from scenes.settings import RunSettings, specs, values
+from tests.browser import free_port
+
+SUMMARY = """d_min d_min_pair share_below e2_max e2_end dq_step_max ddq_max pair_switches pair_switches_felt out_of_authority_s
+    steps step_us_median"""
+JOINTS = [f"{side}_{what}{i}" for what in ("q", "dq") for side in ("left", "right") for i in range(1, 8)]
+HEADER = ["t", "d", "lambda", "e2", "u", "w", "law_d", "w_law", "lever", "pair", *JOINTS]
+
+
+def run(capsys: pytest.CaptureFixture[str], *options: str) -> dict[str, Any]:
+    assert main(["run", *options]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    assert main(list(arguments)) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    lines = captured.err.splitlines()
+    assert len(lines) == 1 and lines[0].startswith("lwr-duet: "), captured.err
+    return lines[0]
+
+
+def read(path: Path) -> tuple[dict[str, str], list[str], list[dict[str, str]]]:
+    """The # lines, the header and the rows of an output file."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    top = [line for line in lines if line.startswith("#")]
+    assert lines[: len(top)] == top
+    header = lines[len(top)].split(",")
+    rows = [dict(zip(header, line.split(","), strict=True)) for line in lines[len(top) + 1 :]]
+    return dict(cast(tuple[str, str], tuple(line[2:].split(" = ", 1))) for line in top), header, rows
+
+
+def test_summary(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    out = tmp_path / "out.csv"
+    summary = run(capsys, "--seconds", "4", "--csv", str(out), "--dm", "0.2", "--pairs", "single")
+    assert list(summary) == SUMMARY.split()
+    assert summary["steps"] == 800 and summary["step_us_median"] > 0.0 and " / " in summary["d_min_pair"]
+    # It agrees with the rows.
+    settings, header, rows = read(out)
+    assert header == HEADER and len(rows) == 800
+    assert settings["dm"] == "0.2" and settings["pairs"] == "single" and set(specs(RunSettings)) <= set(settings)
+    d = np.array([float(row["d"]) for row in rows])
+    assert summary["d_min"] == d.min() and rows[int(d.argmin())]["pair"] == summary["d_min_pair"]
+    assert summary["share_below"] == (d < 0.2).mean() and summary["e2_end"] == float(rows[-1]["e2"])
+    assert np.allclose([float(row["t"]) for row in rows], np.arange(800) * 0.005)
+
+
+def test_the_same_run_writes_the_same_bytes(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    written: list[bytes] = []
+    for seed in ("3", "3", "4"):
+        run(capsys, "--seconds", "2", "--seed", seed, "--csv", str(tmp_path / "out.csv"))
+        written.append((tmp_path / "out.csv").read_bytes())
+    assert written[0] == written[1] != written[2]
+
+
+def test_inputs_drive_the_hand(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    room = build_room("torso")
+    data, hand = room.model.createData(), room.arm("right").hand
+    pin.framesForwardKinematics(room.model, data, room.start)
+    start = data.oMf[hand].copy()
+    goal = pin.SE3(pin.rpy.rpyToMatrix(0.0, 0.0, 0.3) @ start.rotation, start.translation + np.array([0.05, -0.10, 0.05]))
+    q = pin.Quaternion(goal.rotation)
+    lines = [",".join(map(str, (t, *p, q.w, q.x, q.y, q.z))) for t, p in ((0, start.translation), (1.5, goal.translation))]
+    inputs, out = tmp_path / "in.csv", tmp_path / "out.csv"
+    inputs.write_text("\n".join(("# a person", "t,x,y,z,qw,qx,qy,qz", *lines, "")), encoding="utf-8")
+    run(capsys, "--seconds", "4", "--inputs", str(inputs), "--csv", str(out))
+    settings, _, rows = read(out)
+    assert settings["inputs"] == "in.csv"
+    pin.framesForwardKinematics(room.model, data, np.array([float(rows[-1][name]) for name in JOINTS[:14]]))
+    assert np.abs(pin.log6(data.oMf[hand].actInv(goal)).vector).max() < 2e-3
+
+
+def test_every_setting_can_be_given(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    words = """
+        scene=hold rig=table robot=panda guided=left avoid=both following=identical path=circle point=arm ball=cross clip=wave
+        kx=2 task=pose k=1.5 wmax=0.4 dt=0.01 g=8 seed=7 law=smooth_priority pairs=single dm=0.1 n=10 v=0.5 beta=80 d0=0.25
+        eta=0.01 gamma=4 kr=3 bounds=null_space start=between eps=0.0002 dead=0.02 lag=0.03 qnoise=0.001 qstep=0.001 fps=30 dnoise=0.002"""
+    given = {key: text for key, _, text in (word.partition("=") for word in words.split())}
+    flags = {"ff": "True", "one_sided": "True", "coupled": "True"}
+    assert set(given) | set(flags) == set(specs(RunSettings))
+    out = tmp_path / "out.csv"
+    options = [part for key, text in given.items() for part in (f"--{key}", text)]
+    run(capsys, "--seconds", "0.5", *options, *(f"--{key.replace('_', '-')}" for key in flags), "--csv", str(out))
+    settings, _, rows = read(out)
+    assert len(rows) == 50
+    for key, text in (given | flags).items():
+        assert settings[key] == text or float(settings[key]) == float(text), key
+
+
+ERRORS = {
+    "run --dm 9": "dm = |0.03|0.3",
+    "run --dm nan": "dm = |0.03",
+    "run --dm wide": "dm = 'wide'|0.03",
+    "run --law strict": "law = 'strict'|smooth_priority|unprotected",
+    "run --seed 1.5": "seed = '1.5'|whole number",
+    "run --seconds 0": "seconds = 0|5000",
+    "run --seconds nan": "seconds = nan|5000",
+    "run --seconds -3": "seconds = -3|5000",
+    "run --seconds inf": "seconds = inf|5000",
+    "run --inputs /no/such/file.csv": "/no/such/file.csv|cannot be read",
+    "run --csv /no/such/folder/out.csv": "/no/such/folder|make it first",
+    "run --csv {}": "cannot be written",
+    "run --inputs {}": "cannot be read",
+    "run --inputs {}/short.csv": "short.csv|line 1|t,x,y,z",
+    "run --inputs {}/zero.csv": "zero.csv|line 2|'zero'",
+    "run --inputs {}/noise.csv": "noise.csv|not a text",
+    "serve --sessions 0": "--sessions must be at least 1, or auto",
+    "serve --watchers 0": "--watchers must be at least 1",
+    "serve --key chalk": "key has fewer than 8 characters|--key auto",
+    "serve --n 0": "n = |1 to 20",
+    "serve --theme pink": "theme = 'pink'|light|dark",
+    "serve --port 70000": "port 70000",
+    "serve --port 0 --host no.such.host.invalid": "no.such.host.invalid|127.0.0.1",
+    "serve --port 0 --allow-origin duet.example.org": "duet.example.org|https://",
+    "serve --allow-origin https://b.org/duet": "'https://b.org/duet' has a path|give https://b.org",
+    "lessons --only nonsense": "redundancy",
+}
+
+
+@pytest.mark.parametrize("arguments", ERRORS)
+def test_one_line_says_what_is_wrong(capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: str) -> None:
+    for name, content in ("short", b"t,x,y\n0,0,0\n"), ("zero", b"t,x,y,z\n0,0.3,zero,1\n"), ("noise", bytes(range(256))):
+        (tmp_path / f"{name}.csv").write_bytes(content)
+    line = refused(capsys, *arguments.replace("{}", str(tmp_path)).split())
+    assert all(part in line for part in ERRORS[arguments].split("|")), line
+
+
+def test_a_busy_port_names_the_port_and_the_remedy(capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as holder:
+        port = holder.getsockname()[1]
+        line = refused(capsys, "serve", "--no-open", "--store", "memory", "--port", str(port))
+    assert str(port) in line and f"--port {port % 65535 + 1}" in line
+
+
+@pytest.mark.parametrize("arguments", [[], ["serve"], ["--no-open"], ["--port", "9000", "--rig", "table"]])
+def test_no_command_means_serve(monkeypatch: pytest.MonkeyPatch, arguments: list[str]) -> None:
+    seen: list[Serve] = []
+    monkeypatch.setitem(COMMANDS, "serve", (Serve, lambda command: seen.append(command) or 0))
+    assert main(arguments) == 0
+    (command,) = seen
+    assert (command.host, command.sessions, command.lecture, command.key) == ("127.0.0.1", "auto", False, None)
+    assert command.watchers == 200
+    assert command.port == (9000 if "9000" in arguments else 8080)
+    assert command.open is ("--no-open" not in arguments)
+    assert values(chosen(command.settings, Settings()))["rig"] == ("table" if "table" in arguments else "torso")
+
+
+def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    opened: list[str] = []
+
+    def wait(app: App) -> None:
+        with urllib.request.urlopen(app.url, timeout=60) as answer:
+            opened.append(str(answer.status))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(webbrowser, "open", lambda link: opened.append(link))
+    monkeypatch.setattr(App, "wait", wait)
+    assert main(["serve", "--store", "memory", "--port", "0", "--lecture", "--key", "auto", "--workers", "1"]) == INTERRUPTED
+    link, status = opened
+    assert link.startswith("http://127.0.0.1:") and len(link.partition("/?key=")[2]) >= 8
+    assert "key=auto" not in link and status == "200"
+    said = capsys.readouterr().out
+    assert link in said and re.search(r"This machine carries about [1-9]\d* sessions at once\.", said)
+    # A key that was given is not in the log of a service.
+    monkeypatch.setenv("DUET_KEY", "chalk-dust")
+    for given in (["--key", "white-chalk"], []):
+        assert main(["serve", "--store", "memory", "--port", "0", "--workers", "1", *given]) == INTERRUPTED
+        given_link, said = opened[-2], capsys.readouterr().out
+        assert given_link.endswith("/?key=" + (given[-1] if given else "chalk-dust")) and "chalk" not in said
+        assert "/?key=KEY " in said
+    monkeypatch.delenv("DUET_KEY")
+    # The port is free again.
+    port = int(link.split(":")[2].split("/")[0])
+    socket.create_server(("127.0.0.1", port)).close()
+    alone = ["serve", "--store", "memory", "--port", "0", "--no-open", "--workers", "1"]
+    assert main([*alone, "--sessions", "3"]) == INTERRUPTED
+    assert len(opened) == 7 and "carries" not in capsys.readouterr().out
+
+
+SERVE = ["--host", "--port", "--no-open", "--sessions", "--watchers", "--lecture", "--key", "--allow-origin", "--theme", "--dm"]
+RUN = ["--seconds", "--inputs", "--csv", "--seed", "--law", "--pairs", "--rig", "--dm", "--dt", "0.03 to 0.3 m"]
+HELP = {"": [*COMMANDS, "--help"], "serve": SERVE, "run": RUN, "bench": ["--out", "--compare", "--seconds", "--steps", "--fair"]}
+
+
+def test_alone_or_behind_the_door_the_app_gets_all_that_the_command_was_given(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    served: list[ServeOptions] = []
+
+    def alone(options: ServeOptions) -> App:
+        served.append(options)
+        raise KeyboardInterrupt
+
+    def behind(_: socket.socket, start: WorkerStart, most: int) -> None:
+        # As the messages to a worker carry it.
+        alone(pickle.loads(pickle.dumps(start)).options)
+
+    monkeypatch.setattr("app.start.start_app", alone)
+    monkeypatch.setattr("app.cli.serve.Dispatcher", behind)
+    files = {f"--{name}": str(tmp_path / name) for name in ("bvh", "pose-model", "law-file", "store")}
+    others = "--sessions 3 --watchers 7 --keep 2 --store-size 20 --dm 0.2 --key chalk-dust --host 127.0.0.2"
+    here = ["--port", str(free_port()), "--lessons", str(tmp_path), "--allow-origin", "https://duet.example.org"]
+    given = ["serve", "--lecture", *(word for pair in files.items() for word in pair), *others.split(), *here]
+    assert main([*given, "--camera", "1", "--video", str(tmp_path / "video")]) == INTERRUPTED
+    assert main([*given, "--workers", "2"]) == INTERRUPTED
+    one, two = served
+    usual = ServeOptions()
+    assert {each.name for each in fields(usual) if getattr(one, each.name) == getattr(usual, each.name)} == {"loops"}
+    assert two == replace(one, camera=None, video=None, loops=min(2, cores()))
+
+
+def python(*arguments: str) -> str:
+    """What a process of its own prints."""
+    env = os.environ | {"COLUMNS": "200", "PYTHONIOENCODING": "utf-8"}
+    command, root = [sys.executable, *arguments], Path(__file__).parents[3]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True, cwd=root, env=env)
+    assert done.stderr == ""
+    return done.stdout
+
+
+@pytest.mark.parametrize("command", HELP)
+def test_help(command: str) -> None:
+    text = python("-m", "app", *command.split(), "--help")
+    assert [part for part in HELP[command] if part not in text] == []
+
+
+def test_the_command_line_loads_no_heavy_library() -> None:
+    code = "import sys, app.cli.main; print(*sorted({'matplotlib', 'numpy', 'pinocchio', 'viser', 'trimesh', 'mujoco'} & set(sys.modules)))"
+    assert python("-c", code).strip() == ""
+
+
+def test_every_setting_is_an_option_and_a_key_of_a_link_and_both_read_a_text_alike() -> None:
+    assert list(AllOptions.__dataclass_fields__) == [*specs(Settings), *PLACES]
+    assert list(RunOptions.__dataclass_fields__) == [*specs(RunSettings), *PLACES]
+    assert chosen(AllOptions(), Settings()) == Settings() and chosen(RunOptions(), RunSettings()) == RunSettings()
+    for key, spec in specs(Settings).items():
+        present = values(Settings())[key]
+        if spec.choices:
+            text = spec.choices[spec.choices.index(present) - 1]
+        else:
+            other = not present if isinstance(present, bool) else spec.low if present != spec.low else spec.high
+            text = f"{other:g}"
+        from_link, problems = from_query({key: text}, Settings())
+        option: Any = text == "1" if isinstance(present, bool) else text
+        from_option = chosen(AllOptions(**{key: option}), Settings())
+        assert problems == () and from_link == from_option, key
+        assert values(from_link)[key] != present or len(spec.choices) == 1, key
+
+
+def test_the_template_of_a_law_is_the_papers_and_a_mistake_in_it_is_named_with_its_line(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    path = tmp_path / "my_law.py"
+    assert main(["new-law", str(path)]) == 0
+    capsys.readouterr()
+    out = tmp_path / "out.csv"
+    figures = [run(capsys, "--seconds", "8", *options) for options in ([], ["--law-file", str(path), "--csv", str(out)])]
+    top = read(out)[0]
+    assert (top["law"], top["law_sha256"]) == ("my_law.py", hashlib.sha256(path.read_bytes()).hexdigest())
+    for key in ("d_min", "e2_max"):
+        assert figures[1][key] == pytest.approx(figures[0][key], rel=0.02), key
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("def law(situation):\n", "def law(situation):\n    return 1 / 0\n"), encoding="utf-8")
+    line = refused(capsys, "run", "--seconds", "1", "--law-file", str(path))
+    assert "ZeroDivisionError" in line and "my_law.py, line" in line

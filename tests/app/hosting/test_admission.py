@@ -1,0 +1,205 @@
+"""New pages are built one at a time and piece by piece; what is slow the first time is ready before anybody asks."""
+
+import itertools
+from functools import partial
+from pathlib import Path
+from typing import get_type_hints
+from zipfile import ZipFile
+
+import platformdirs
+import pytest
+import viser
+from numpy.testing import assert_array_equal
+from viser import _gui_api, _gui_handles, _icons
+
+from app.classroom.lecture import LectureHost
+from app.hosting import admission, preparation
+from app.hosting.preparation import Preparation, mesh_makers
+from app.hosting.private_host import PrivateHost
+from app.hosting.visitor import Visitor
+from app.hosting.worker_messages import LetGo, MakeRoom, WorkerLink
+from app.lessons.lesson import NO_LESSONS
+from app.settings import Settings
+from app.web.audiences import MOVED_CODE
+from app.web.pages import ELSEWHERE
+from scenes import glb
+from scenes.robots import robot
+from scenes.room_shells import table_glb
+from scenes.settings import specs
+from tests.app.conftest import FRAME, Arrive, Made, OpenHouse
+from tests.app.inline import Inline
+from tests.app.web.conftest import ended
+
+
+@pytest.fixture
+def pieces(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
+    """What is done in order, on a machine on which every piece takes as long as there is: (piece or frame, client id)."""
+    monkeypatch.setattr(admission, "SLICE", 0.0)
+    done: list[tuple[str, int]] = []
+    build, frame = Visitor.build, Visitor.frame
+
+    def building(visitor: Visitor) -> admission.Pieces:
+        for _ in build(visitor):
+            done.append(("piece", visitor.client.client_id))
+            yield
+
+    def drawing(visitor: Visitor, now: float, elapsed: float) -> bool:
+        done.append(("frame", visitor.client.client_id))
+        return frame(visitor, now, elapsed)
+
+    monkeypatch.setattr(Visitor, "build", building)
+    monkeypatch.setattr(Visitor, "frame", drawing)
+    return done
+
+
+def test_other_visitors_have_a_frame_between_any_two_pieces(by_hand: Made, pieces: list[tuple[str, int]]) -> None:
+    opened = by_hand(sessions=8)
+    assert isinstance(opened.host, PrivateHost)
+    opened.let_in()
+    (neighbour,) = opened.host.sessions
+    pieces.clear()
+    newcomers = [opened.come() for _ in range(3)]
+    while len(opened.host.sessions) < 4:
+        before = len(opened.host.sessions)
+        opened.frame()
+        assert len(opened.host.sessions) <= before + 1
+    built = [number for what, number in pieces if what == "piece"]
+    # One after the other, each in several pieces.
+    assert sorted(built) == built and all(built.count(number) >= 3 for number in set(built)) and len(set(built)) == 3
+    places = [place for place, (what, _) in enumerate(pieces) if what == "piece"]
+    assert all(("frame", neighbour) in pieces[a:b] for a, b in itertools.pairwise(places))
+    for visitor in newcomers:
+        # A page is sent as a whole.
+        visitor.wait_for(lambda v: v.mirror.replayed and len(v.mirror.commands) >= 14 and "/arms/left/base" in v.mirror.nodes)
+
+
+@pytest.mark.parametrize("lasting", [True, False])
+def test_tabs_that_wait_for_their_pages_go_to_another_worker_when_it_serves(by_hand: Made, tmp_path: Path, lasting: bool) -> None:
+    sent: list[object] = []
+    link = WorkerLink(0, sent.append)
+    opened = by_hand(sessions=8, link=link, store=tmp_path / "store" if lasting else None)
+    names = [f"resume={number:032d}" for number in range(6)]
+    first = opened.let_in(names[0])
+    newcomers = [opened.come(name) for name in names[1:]]
+    link.put(MakeRoom(share=2))
+    if lasting:
+        # Those that came last; who has a page stays, and so does who is about to have one.
+        opened.frames()
+        for newcomer in newcomers[1:]:
+            assert ended(newcomer) == (MOVED_CODE, ELSEWHERE)
+        assert sent == [LetGo(name.removeprefix("resume=")) for name in reversed(names[2:])]
+    else:
+        opened.frames()
+        assert not sent, "what they come back for is here"
+    assert isinstance(opened.host, PrivateHost)
+    assert len(opened.host.visitors) == 6 - len(sent) and first.closed is None and newcomers[0].closed is None
+
+
+@pytest.mark.parametrize("lecture", [False, True])
+def test_while_there_is_time_one_page_is_built_in_a_frame(by_hand: Made, monkeypatch: pytest.MonkeyPatch, lecture: bool) -> None:
+    monkeypatch.setattr(admission, "SLICE", 1e9)
+    opened = by_hand(sessions=8, lecture=lecture)
+    host = opened.host
+    for _ in range(3):
+        opened.come()
+    for count in (1, 2, 3):
+        opened.frame()
+        built = host.visitors if isinstance(host, PrivateHost) else host.participants
+        assert len(built) == count and host.admission.busy == (count < 3)
+
+
+def test_a_page_that_is_closed_half_built_is_given_up_for_the_next_one(by_hand: Made, pieces: list[tuple[str, int]]) -> None:
+    opened = by_hand(sessions=8)
+    assert isinstance(opened.host, PrivateHost)
+    hasty, patient = opened.come(), opened.come()
+    while not pieces:
+        opened.frame()
+    opened.leave(hasty)
+    gone = pieces[-1][1]
+    opened.frames()
+    assert gone not in opened.host.sessions and len(opened.host.sessions) == 1
+    patient.wait_for(lambda v: len(v.mirror.commands) >= 14)
+
+
+@pytest.mark.parametrize("lecture", [False, True])
+def test_what_a_tab_asked_for_goes_with_it_but_no_answer_of_a_student(by_hand: Made, lecture: bool) -> None:
+    opened = by_hand(lecture=lecture)
+    visitor, host = opened.let_in("resume=0123456789abcdef0123456789abcdef"), opened.host
+    session = host.session if isinstance(host, LectureHost) else next(iter(host.sessions.values()))
+    settings = session.settings
+    visitor.wait_for(lambda v: len(v.mirror.commands) >= 14)
+    visitor.set_value(specs(Settings)["scene"].label, "A ball in the way (Fig. 1)")
+    visitor.wait_for(lambda _: len(session.posts))
+    if isinstance(host, LectureHost):
+        host.control.post_answer("a student", 0)
+        host.control.post_answer("a student", 1)
+    opened.leave(visitor)
+    assert not isinstance(host, LectureHost) or len(host.control.answers) == 1
+    opened.frame()
+    assert not len(session.posts) and not (isinstance(host, LectureHost) and len(host.control.answers))
+    session.advance(FRAME)
+    assert session.settings == settings
+
+
+@pytest.fixture
+def store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setattr(platformdirs, "user_cache_dir", lambda *_: str(tmp_path))
+    robot.cache_clear()
+    table_glb.cache_clear()
+    return tmp_path
+
+
+def test_a_robot_that_is_stored_is_not_fitted_again_and_is_the_same(store: Path) -> None:
+    with pytest.raises(glb.NotStored), glb.stored_only():
+        robot("ur5")
+    first = robot("ur5")
+    assert [file.name for file in store.iterdir()] == ["ur5-capsules.bin"]
+    robot.cache_clear()
+    with glb.stored_only():
+        again = robot("ur5")
+    assert again is not first and again.model == first.model
+    for one, other in zip(first.capsules, again.capsules, strict=True):
+        assert (one.name, one.joint, one.radius) == (other.name, other.joint, other.radius)
+        assert_array_equal(one.start, other.start)
+        assert_array_equal(one.end, other.end)
+
+
+def test_what_is_not_stored_is_built_by_a_worker(store: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(preparation, "mesh_makers", lambda: [partial(preparation._furnish, "alone", True)])
+    workers = Inline()
+    Preparation(NO_LESSONS, workers).wait()
+    (job,) = workers.waiting()
+    assert not list(store.iterdir()) and table_glb.cache_info().currsize == 0
+    workers.work()
+    assert job.state == "done" and [file.suffix for file in store.iterdir()] == [".bin"]
+    # The worker has a memory of its own.
+    table_glb.cache_clear()
+    Preparation(NO_LESSONS, workers).wait()
+    assert len(workers.jobs) == 1 and table_glb.cache_info().currsize == 1
+
+
+def test_everything_that_the_stage_asks_for_is_made_ready_under_the_very_name(house: OpenHouse, arrive: Arrive) -> None:
+    for draw in mesh_makers():
+        draw()
+    guest = arrive(house())
+    known = preparation.robot_glbs.cache_info().misses, table_glb.cache_info().misses
+    for scene, name in (("solo", "panda"), ("hold", "ur5"), ("imitation", "lwr"), ("ball", "lwr")):
+        guest.ask(lambda s, scene=scene, name=name: [s.change("robot", name), s.change("scene", scene)])
+        guest.run_on(0.05)
+    assert (preparation.robot_glbs.cache_info().misses, table_glb.cache_info().misses) == known
+
+
+def test_icons_and_types_are_those_of_viser_and_read_once(
+    house: OpenHouse, arrive: Arrive, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened = house()
+    guest = arrive(opened)
+    read: list[str] = []
+    with monkeypatch.context() as patch:
+        patch.setattr(ZipFile, "__init__", lambda self, file, *_: read.append(str(file)))
+        icons = [vars(module)["svg_from_icon"]("school") for module in (_gui_api, _gui_handles)]
+    assert icons == [_icons.svg_from_icon("school")] * 2 and not read
+    gui = opened.server.get_clients()[guest.number].gui
+    button = gui.add_button("a button", icon=viser.Icon.SCHOOL)
+    assert button._prop_hints == get_type_hints(type(button._impl.props))
+    assert button._prop_hints is gui.add_button("another")._prop_hints

@@ -1,0 +1,255 @@
+"""A tab that is out of sight, or on which nothing happens, costs next to nothing, and is whole again at once."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app.bench.headless_client import CAMERA
+from app.classroom.lecture import LectureHost
+from app.hosting.frame_loop import LIVELY, RESTING, UNSEEN, Attention
+from app.hosting.private_host import PrivateHost
+from app.hosting.record_writer import BEAT
+from app.hosting.visitor import SAVING, SAVING_AT_REST, Visitor
+from app.lessons.progress import from_json
+from app.session.actions import Pause, SetSetting
+from app.session.session import Session
+from app.settings import Settings
+from app.web.pages import HIDDEN, SHOWN
+from scenes.settings import specs
+from tests.app.conftest import FRAME, ByHand, Made, OpenHouse
+from tests.app.page.helpers import bodies, click
+from tests.app.runtime.processes import until
+from tests.app.stores import find
+from tests.blocking_client import BlockingClient
+from tests.browser import PageAt
+
+
+def frames(attention: Attention, seconds: float, begin: float, state: Any = 0, **kind: bool) -> int:
+    """How many frames a page has in so many seconds, at 32 rounds a second."""
+    given = {"hidden": False, "paused": True, "stirred": False} | kind
+    count = 0
+    for number in range(round(32 * seconds)):
+        now = begin + number * FRAME
+        if attention.due(now, given["hidden"], given["paused"], given["stirred"]):
+            count += 1
+            attention.note(now, state)
+    return count
+
+
+def test_a_page_has_every_frame_while_anything_happens_and_few_while_it_rests() -> None:
+    attention = Attention()
+    assert frames(attention, 10.0, 0.0, paused=False) == 320, "a run that goes on is not at rest"
+    # It is drawn for a while after the pause, because a camera may still be on its way.
+    assert frames(attention, LIVELY, 10.0) == 32 * LIVELY
+    assert frames(attention, 20.0, 20.0) == pytest.approx(20.0 / RESTING, abs=2)
+    assert frames(attention, 1.0, 40.0, stirred=True) == 32
+    assert frames(attention, 1.0, 45.0, state=1) >= 31, "something has changed by itself"
+    assert frames(attention, 1.0, 50.0, paused=False) == 32, "it goes on in the very round in which the pause ends"
+
+
+@pytest.mark.parametrize("paused", [True, False])
+def test_a_page_out_of_sight_has_hardly_a_frame_and_one_at_once_when_it_is_back(paused: bool) -> None:
+    attention = Attention()
+    frames(attention, 1.0, 0.0, paused=paused)
+    assert frames(attention, 20.0, 1.0, hidden=True, paused=True, stirred=True) == pytest.approx(20.0 / UNSEEN, abs=1)
+    assert frames(attention, 1.0, 21.0, paused=paused) == 32
+
+
+def visitor_of(opened: ByHand) -> Visitor:
+    assert isinstance(opened.host, PrivateHost)
+    (visitor,) = opened.host.visitors.values()
+    return visitor
+
+
+def drawn(opened: ByHand, seconds: float) -> int:
+    """How many frames the one visitor has in so many seconds."""
+    count = 0
+    for _ in range(round(seconds / FRAME)):
+        opened.frame()
+        count += opened.house.context.workload.sessions
+    return count
+
+
+def say(opened: ByHand, visitor: BlockingClient, kind: str) -> None:
+    """The page says that it is out of sight, or back, and the server knows."""
+    server = opened.house.server
+    visitor.send({"type": kind})
+    until(lambda: any((page := server.page_of(number)) and page.hidden == (kind == HIDDEN) for number in server.get_clients()))
+
+
+def test_a_hidden_tab_is_neither_stepped_nor_drawn_and_goes_on_where_it_was(by_hand: Made) -> None:
+    opened = by_hand(sessions=3)
+    visitor = opened.let_in()
+    session = visitor_of(opened).session
+    assert drawn(opened, 1.0) == 32 and session.simulation.steps > 0
+    say(opened, visitor, HIDDEN)
+    opened.frame()
+    steps, before = session.simulation.steps, len(session.posts)
+    assert drawn(opened, 20.0) <= 20.0 / UNSEEN + 1 and session.simulation.steps == steps and session.paused
+    # What it was asked for before is done meanwhile.
+    session.post(SetSetting("dm", 0.2))
+    drawn(opened, 1.1 * UNSEEN)
+    assert len(session.posts) == before == 0 and session.settings.run.law.critical_distance == 0.2
+    say(opened, visitor, SHOWN)
+    opened.frame()
+    assert not session.paused and 0 < session.simulation.steps - steps <= 8, "no step is made up for"
+    assert drawn(opened, 1.0) == 32
+
+
+def test_a_tab_that_is_closed_out_of_sight_comes_back_alive(by_hand: Made) -> None:
+    opened = by_hand(sessions=3)
+    tab = f"resume={'0123456789abcdef' * 2}"
+    visitor = opened.let_in(tab)
+    session = visitor_of(opened).session
+    say(opened, visitor, HIDDEN)
+    opened.frame()
+    opened.leave(visitor)
+    opened.frame()
+    assert not session.paused
+    opened.let_in(tab)
+    assert visitor_of(opened).session is session and drawn(opened, 1.0) == 32
+
+
+def test_a_paused_page_rests_until_its_visitor_does_anything(by_hand: Made) -> None:
+    opened = by_hand(sessions=3)
+    visitor = opened.let_in()
+    session = visitor_of(opened).session
+    assert drawn(opened, 20.0) == 640, "the autopilot plays"
+    session.post(Pause())
+    drawn(opened, 2.0 * LIVELY)
+    assert drawn(opened, 10.0) <= 10.0 / RESTING + 1
+    page = opened.house.server.page_of(next(iter(opened.house.server.get_clients())))
+    assert page is not None
+    heard = page.heard
+    visitor.set_value(specs(Settings)["dm"].title(), 200.0)
+    until(lambda: page.heard > heard and len(session.posts))
+    opened.frame()
+    assert session.settings.run.law.critical_distance == 0.2
+    assert drawn(opened, 1.0) == 32
+    drawn(opened, 2.0 * LIVELY)
+    steps = session.simulation.steps
+    session.post(Pause())
+    assert drawn(opened, 1.0) == 32 and session.simulation.steps > steps
+
+
+def test_a_page_at_rest_is_saved_seldom(by_hand: Made, tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened = by_hand(sessions=3, store=tmp_path / "store")
+    opened.let_in(f"resume={'0123456789abcdef' * 2}")
+    visitor, saved = visitor_of(opened), []
+    save = visitor.save
+    monkeypatch.setattr(visitor, "save", lambda: saved.append(opened.now) or save())
+    drawn(opened, 10.0)
+    assert len(saved) == pytest.approx(10.0 / SAVING, abs=1)
+    visitor.session.post(Pause())
+    drawn(opened, LIVELY + 2.0 * SAVING)
+    saved.clear()
+    drawn(opened, 2.0 * SAVING_AT_REST)
+    assert len(saved) == pytest.approx(2, abs=1)
+
+
+@pytest.mark.parametrize("rest", [0.0, 4.0, 8.0, 25.0])
+def test_after_a_rest_what_a_visitor_does_is_saved_at_once(by_hand: Made, tmp_path: Path, rest: float) -> None:
+    opened, query = by_hand(sessions=3, store=tmp_path / "store"), {"resume": "0123456789abcdef" * 2}
+    page = opened.let_in(f"lesson=3&step=2&resume={query['resume']}")
+    drawn(opened, LIVELY + rest)
+    click(page, "2 ")
+    until(lambda: len(visitor_of(opened).session.posts) > 0)
+    # The writer takes up to `BEAT` more.
+    drawn(opened, 2.0 - BEAT)
+    record = find(opened.house.context.store, query)
+    assert record is not None and record.lessons is not None
+    assert [done.choice for done in from_json(record.lessons.progress).steps.values()] == [1]
+
+
+def test_a_watcher_out_of_sight_is_sent_nothing_of_the_stage_and_then_the_newest(by_hand: Made) -> None:
+    opened = by_hand(lecture=True)
+    assert isinstance(opened.host, LectureHost)
+    opened.let_in()
+    hidden, other = opened.let_in("lang=en"), opened.let_in("lang=en")
+
+    def pose(one: Any) -> Any:
+        return [
+            node["wxyz"] for name, node in sorted(one.mirror.nodes.items()) if name.startswith("/arms/left") and "wxyz" in node
+        ]
+
+    drawn(opened, 0.5)
+    say(opened, hidden, HIDDEN)
+    # A window may be on its way; what follows it, when its sender waits for the tab to be seen, comes after it.
+    _, number, _ = sorted(opened.house.server.get_clients())
+    page = opened.house.server.page_of(number)
+    assert page is not None and page.hidden
+    until(lambda: opened.frame() or page._seen._waiters)  # type: ignore[attr-defined]
+    opened.house.server.get_clients()[number].add_notification("all has come", "")
+    hidden.wait_for(lambda one: any(note["title"] == "all has come" for note in bodies(one, "NotificationShowMessage")))
+    other.wait_for(lambda one: one.received.frames)
+    before, seen = pose(hidden), hidden.received.frames
+    first = pose(other)
+    while pose(other) == first or other.received.frames < seen:
+        opened.frame()
+    assert pose(hidden) == before
+    say(opened, hidden, SHOWN)
+    opened.frame()
+    hidden.wait_for(lambda one: pose(one) == pose(other))
+
+
+_HIDE = """hidden => {
+  Object.defineProperty(document, "hidden", { configurable: true, get: () => hidden });
+  document.dispatchEvent(new Event("visibilitychange"));
+}"""
+
+
+def test_the_page_says_that_its_tab_is_out_of_sight(house: OpenHouse, page_at: PageAt) -> None:
+    opened = house(Settings(), sessions=2)
+    page = page_at(1000, 700)
+    page.goto(f"{opened.url}/?lang=en")
+    page.get_by_text("× real time").first.wait_for()
+    assert isinstance(opened.host, PrivateHost)
+    (session,) = opened.host.sessions.values()
+
+    def goes_on(session: Session) -> bool:
+        steps = session.simulation.steps
+        until(lambda: session.simulation.steps > steps or session.paused)
+        return not session.paused
+
+    assert goes_on(session)
+    page.evaluate(_HIDE, True)
+    until(lambda: session.paused)
+    page.evaluate(_HIDE, False)
+    until(lambda: not session.paused)
+    assert goes_on(session)
+    # A page that connects again in the background is out of sight from the beginning.
+    page.evaluate(_HIDE, True)
+    until(lambda: session.paused)
+    (before,) = opened.host.sessions
+    opened.server._websock_server.disconnect_all_clients()
+    until(lambda: any(number != before and one is session and one.paused for number, one in opened.host.sessions.items()))
+
+
+def test_a_paused_stage_rests_until_any_browser_does_anything(by_hand: Made, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened = by_hand(lecture=True)
+    host = opened.host
+    assert isinstance(host, LectureHost)
+    teacher, student = opened.let_in(), opened.let_in("lang=en")
+    shown: list[float] = []
+    show = host._show_plenary
+    monkeypatch.setattr(host, "_show_plenary", lambda frame: shown.append(frame.now) or show(frame))
+
+    def count(seconds: float) -> int:
+        shown.clear()
+        drawn(opened, seconds)
+        return len(shown)
+
+    host.session.post(Pause())
+    count(2.0 * LIVELY)
+    assert count(5.0) <= 5.0 / RESTING + 1
+    for visitor in (teacher, student):
+        visitor.send(CAMERA)
+        until(host._stirred)
+        # What was just looked at is for the next frame to find.
+        host._heard = (0, 0)
+        assert count(1.0) == 32
+        count(2.0 * LIVELY)
+    assert count(5.0) <= 5.0 / RESTING + 1
+    host.session.post(Pause())
+    assert count(1.0) == 32

@@ -1,0 +1,197 @@
+"""Under overload all pages have fewer frames, evenly, and time slows down; it is said; and a server admits what it carries."""
+
+import itertools
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from app.hosting import workload
+from app.hosting.frame_loop import FRAME, FrameLoop
+from app.hosting.private_host import PrivateHost
+from app.hosting.workload import BAND, ENOUGH, HEADROOM, Workload, affordable, places, step_seconds
+from app.page.panels.server_load import ServerLoad, combined, load_pills
+from app.session import session as session_module
+from app.session.clock import BUDGET, SLOWEST
+from app.session.session import Session
+from app.settings import Settings
+from tests.app.conftest import Arrive, Join, Made, OpenHouse, lecture_of
+from tests.app.runtime.processes import until
+
+STEP = 200e-6
+"""What a step takes on the machine of these tests [s]; drawing takes nothing, unless it is said."""
+
+
+class Machine:
+    """A machine with a clock of its own, on which sessions run: steps and drawing take what they are made to take."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, sessions: int, drawing: float, step: float = STEP) -> None:
+        self.now, self.drawing = 0.0, drawing
+        self.workload = Workload(sessions)
+        self.sessions = [Session(Settings()) for _ in range(sessions)]
+        self.counts = [0] * sessions
+        self.begins: list[float] = []
+        monkeypatch.setattr(session_module, "perf_counter", lambda: self.now)
+        for session in self.sessions:
+            monkeypatch.setattr(session.simulation, "step", self._taking(step, session.simulation.step))
+        self.loop = FrameLoop(self.frame, threading.Event(), self.workload.note, lambda: self.now)
+
+    def _taking(self, seconds: float, step: Callable[[Any], None]) -> Callable[[Any], None]:
+        def slow(target: Any) -> None:
+            self.now += seconds
+            step(target)
+
+        return slow
+
+    def frame(self, now: float, elapsed: float) -> None:
+        self.begins.append(now)
+        for number, session in enumerate(self.sessions):
+            session.advance(elapsed, self.workload.budget)
+            self.workload.drew(session.stepping)
+            self.now += self.drawing
+            self.counts[number] += 1
+
+    def run(self, seconds: float) -> float:
+        """Run, and return how many frames a second there were."""
+        end, before, begin = self.now + seconds, len(self.begins), self.now
+        while self.now < end:
+            soonest, beat = self.loop.round()
+            self.now = max(self.now, soonest, beat)
+        return (len(self.begins) - before) / (self.now - begin)
+
+
+def test_a_machine_with_time_to_spare_keeps_the_beat(monkeypatch: pytest.MonkeyPatch) -> None:
+    machine = Machine(monkeypatch, 4, drawing=1e-3)
+    assert machine.run(10.0) == pytest.approx(1.0 / FRAME, rel=0.02)
+    assert all(session.simulation.time == pytest.approx(machine.now, rel=0.02) for session in machine.sessions)
+    assert not any(session.pace.slowed for session in machine.sessions)
+    report = machine.workload.report
+    assert (report.frames, report.sessions, report.places) == (32, 4, 4) and 0 < report.load < 50
+
+
+def test_frames_fall_evenly_and_gently_and_time_slows_down(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Steps take 4 % of the time for each session: a loop that made up for every step would come to a standstill."""
+    rates, times = [], []
+    for count in (8, 16, 24, 32):
+        machine = Machine(monkeypatch, count, drawing=1.5e-3)
+        rates.append(machine.run(6.0))
+        assert len(set(machine.counts)) == 1, "all have the same frames"
+        run = [session.simulation.time for session in machine.sessions]
+        assert max(run) - min(run) < 0.2, "and the same time"
+        times.append(run[0] / machine.now)
+        # No round is longer than what drawing takes and the share of the steps, which each may overrun by one.
+        allowed = max(SLOWEST, 1.5e-3 * count + BUDGET) + count * STEP + 1e-6
+        assert max(b - a for a, b in itertools.pairwise(machine.begins[5:])) < allowed
+        slowed = [session.pace.slowed for session in machine.sessions]
+        assert slowed == [times[-1] < 0.9] * count
+        assert (machine.workload.report.load > 95) == (count >= 16)
+    assert rates == sorted(rates, reverse=True) and rates[1] > 18.5 and rates[-1] > 12.0
+    assert times == sorted(times, reverse=True) and times[0] > 0.98 and 0.2 < times[-1] < 0.6
+
+
+def test_after_an_overload_all_is_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    machine = Machine(monkeypatch, 10, drawing=1e-3)
+    machine.run(5.0)
+    machine.drawing = 20e-3
+    assert machine.run(10.0) < 6.0
+    assert all(session.pace.slowed for session in machine.sessions)
+    machine.drawing = 1e-3
+    machine.run(5.0)
+    begin, times = machine.now, [session.simulation.time for session in machine.sessions]
+    assert machine.run(5.0) == pytest.approx(1.0 / FRAME, rel=0.02)
+    for session, time in zip(machine.sessions, times, strict=True):
+        assert session.simulation.time - time == pytest.approx(machine.now - begin, rel=0.03), "nothing is made up for"
+        assert not session.pace.slowed
+
+
+# --- places --------------------------------------------------------------------------------------------------------------------
+
+
+def test_places_by_the_speed_of_a_step() -> None:
+    assert places(70e-6) > places(140e-6) > places(1e-3) == 1 == places(10.0), "one gets in on any machine"
+    assert 15 <= places(75e-6) <= 30
+    assert places(70e-6, 4) == 4 * places(70e-6)
+    assert affordable(SLOWEST) == affordable(1.0) == 1 and affordable(HEADROOM * SLOWEST / 7.5) == 7
+
+
+def test_the_speed_of_a_step_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    ticks = iter(range(1000))
+    monkeypatch.setattr(workload.time, "thread_time", lambda: 0.02 * next(ticks))
+    assert step_seconds() == pytest.approx(0.02 / workload.BATCH)
+
+
+def test_measured_rounds_correct_the_places() -> None:
+    workload = Workload(20, corrected=True)
+
+    def work(sessions: int, each: float, seconds: float = 30.0) -> int:
+        for _ in range(round(32 * seconds)):
+            for _ in range(sessions):
+                workload.drew(0.0)
+            workload.note(sessions * each, FRAME)
+        return workload.places
+
+    assert work(int(ENOUGH), 20e-3) == 20, "too few to know"
+    settled = work(10, 4e-3)
+    assert settled == pytest.approx(affordable(4e-3), rel=BAND)
+    assert work(10, 4e-3 * (1.0 + BAND / 2.0)) == settled, "it does not flicker"
+    assert work(0, 0.0, 60.0) == settled, "an empty room says nothing"
+    assert work(10, 1e-3) == pytest.approx(affordable(1e-3), rel=BAND)
+    shared = Workload(60, loops=3, corrected=True)
+    for _ in range(1000):
+        for _ in range(10):
+            shared.drew(0.0)
+        shared.note(10 * 4e-3, FRAME)
+    assert shared.places == pytest.approx(3 * affordable(4e-3), rel=BAND)
+    assert (shared.report.sessions, shared.report.places) == (10, shared.places // 3), "of this process"
+    fixed = Workload(5)
+    for _ in range(1000):
+        for _ in range(5):
+            fixed.drew(0.0)
+        fixed.note(1.0, 1.0)
+    assert fixed.places == 5
+
+
+def test_one_more_than_the_machine_carries_is_not_let_in(by_hand: Made) -> None:
+    opened = by_hand()
+    assert isinstance(opened.host, PrivateHost)
+    workload, server = opened.house.context.workload, opened.house.server
+    assert server.max_clients == workload.places >= 1
+    for _ in range(3):
+        opened.let_in()
+    for _ in range(200):
+        for _ in range(3):
+            workload.drew(0.0)
+        workload.note(3 * 0.9 * HEADROOM * SLOWEST / 3, 1.0)
+    opened.frame()
+    assert server.max_clients == 3 == len(opened.host.sessions) and not server._has_room()
+
+
+# --- what a teacher sees -------------------------------------------------------------------------------------------------------
+
+
+def seen(visitor: Any) -> str:
+    return " ".join(str(element.get("content", "")) for element in list(visitor.mirror.gui.values()))
+
+
+def test_a_teacher_sees_frames_sessions_and_load(house: OpenHouse, arrive: Arrive) -> None:
+    opened = house(sessions=6, key="12345678")
+    plain, teacher = arrive(opened, "lang=en"), arrive(opened, "lang=en&key=12345678")
+    teacher.visitor.wait_for(lambda v: "sessions at work: 2 of 6" in seen(v) and "frames/s: " in seen(v) and "load: " in seen(v))
+    assert "at work" not in seen(plain.visitor)
+
+
+def test_the_teacher_of_a_lecture_sees_them_too(house: OpenHouse, join: Join) -> None:
+    opened = house(sessions=6, lecture=True, key="12345678")
+    student, teacher = join(opened, "lang=en"), join(opened, "lang=en&key=12345678")
+    teacher.wait_for(lambda v: "sessions at work: 1 of 6" in seen(v))
+    assert "sessions at work" not in seen(student) and lecture_of(opened).room.places.most == 6
+    opened.context.workload.places = 3
+    until(lambda: lecture_of(opened).room.places.most == 3)
+
+
+def test_more_than_the_machine_carries_is_seen_at_a_glance() -> None:
+    calm, busy = ServerLoad(32, 5, 20, 40), ServerLoad(14, 28, 20, 140)
+    assert load_pills(calm)[::2] == [("", "frames/s: 32"), ("go", "load: 40 %")]
+    assert load_pills(busy)[2] == ("halt", "load: 140 %")
+    assert combined([calm, busy]) == ServerLoad(14, 33, 40, 140)

@@ -1,0 +1,135 @@
+"""A server that hangs is noticed on the page, in the visitor's language; one that is merely quiet is not taken for one that hangs."""
+
+import itertools
+import json
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.app.conftest import Arrive, OpenHouse
+from tests.app.posted_call import post_call
+from tests.app.runtime.processes import until
+from tests.app.web.conftest import get
+from tests.browser import PageAt, wait_ready
+
+WATCH = """
+window.seen = { said: [], answers: 0, connected: 0 };
+const Native = window.Worker;
+window.Worker = class extends Native {
+  constructor(...given) {
+    super(...given);
+    this.addEventListener("message", ({ data }) => {
+      if (data.type === "connected") seen.connected += 1;
+      if (data.type === "message_batch" && data.messages.length === 0) seen.answers += 1;
+    });
+  }
+};
+addEventListener("DOMContentLoaded", () => new MutationObserver(() => {
+  const text = document.getElementById("duet-connection")?.textContent;
+  if (text) seen.said.push(text);
+}).observe(document.body, { childList: true, subtree: true, characterData: true }));
+"""
+"""What the page says of its connection, how often it was connected, and how many answers without news it got."""
+
+
+Server = tuple[subprocess.Popen[str], str]
+
+
+@pytest.fixture
+def server() -> Iterator[Server]:
+    command = [sys.executable, "-m", "app", "serve", "--no-open", "--store", "memory", "--workers", "1", "--port", "0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
+        assert process.stdout is not None
+        said = process.stdout.readline()
+        assert said.startswith("Duet is at")
+        yield process, said.split()[3].partition("/?")[0]
+        process.send_signal(signal.SIGCONT)
+        process.terminate()
+
+
+def test_a_server_that_hangs_is_noticed_and_one_that_rests_is_not(server: Server, page_at: PageAt) -> None:
+    process, url = server
+    page = page_at(700, 500, locale="de-DE")
+    page.add_init_script(WATCH)
+    page.goto(url)
+    wait_ready(page, "/room")
+    note = page.locator("#duet-connection")
+
+    def answers(more: int) -> None:
+        """Return when the page has asked and been answered so often again."""
+        page.wait_for_function("([first, more]) => seen.answers >= first + more", arg=[page.evaluate("seen.answers"), more])
+
+    def hang_and_go_on() -> None:
+        process.send_signal(signal.SIGSTOP)
+        expect(note).to_have_text("Der Server antwortet nicht – bitte warten …", timeout=60_000)
+        process.send_signal(signal.SIGCONT)
+        expect(note).to_be_empty(timeout=60_000)
+
+    hang_and_go_on()
+    page.get_by_role("button", name="Pause", exact=True).click()
+    page.get_by_text("angehalten", exact=True).wait_for()
+    # Nothing moves any more, so that it is an answer that takes the note away.
+    hang_and_go_on()
+    page.evaluate("seen.said.length = 0")
+    answers(3)
+    # A page that was held up itself has heard nothing for long.
+    page.evaluate("const end = performance.now() + 4000; while (performance.now() < end);")
+    answers(1)
+    assert page.evaluate("seen.said") == [] and page.evaluate("seen.connected") == 1
+
+
+def test_a_frame_that_does_not_end_is_noticed(house: OpenHouse, arrive: Arrive, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("app.hosting.frame_loop.STUCK", 0.5)
+    opened, let_go, sticks = house(), threading.Event(), threading.Event()
+    one = arrive(opened)
+
+    def is_well() -> bool:
+        return json.loads(get(f"{opened.url}/healthz")[2])["ok"]
+
+    def stick() -> None:
+        sticks.set()
+        let_go.wait(120.0)
+
+    one.visitor.wait_for(lambda _: is_well())
+    post_call(one.session, stick)
+    assert sticks.wait(60.0)
+    one.visitor.wait_for(lambda _: not is_well())
+    until(opened.hangs)
+    let_go.set()
+    one.visitor.wait_for(lambda _: is_well())
+    assert not opened.hangs()
+
+
+def test_a_frame_that_only_takes_long_hangs_when_it_has_worked_too_long(
+    house: OpenHouse, arrive: Arrive, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.hosting.frame_loop.STUCK", 0.5)
+    opened, let_go, rounds = house(), threading.Event(), itertools.count()
+    one = arrive(opened)
+
+    def work() -> None:
+        while not let_go.is_set():
+            next(rounds)
+
+    def is_slow() -> bool:
+        """Whether the frame has gone on, and the page counts as stuck."""
+        goal = next(rounds) + 1000
+        until(lambda: next(rounds) > goal)
+        return not opened.server.is_at_work()
+
+    post_call(one.session, work)
+    until(is_slow)
+    for _ in range(3):
+        assert is_slow() and not opened.hangs()
+    for limit in ("MOST_WORK", "LONGEST"):
+        with monkeypatch.context() as patched:
+            patched.setattr(f"app.hosting.frame_loop.{limit}", 0.1)
+            # It has had a processor for as long a moment after it counts as stuck.
+            until(lambda: is_slow() and opened.hangs())
+    let_go.set()
+    until(lambda: not opened.hangs())

@@ -1,0 +1,307 @@
+"""The page in worker processes: tabs are spread over them, stay at theirs, and outlive it."""
+
+import os
+import selectors
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Callable
+from contextlib import ExitStack, suppress
+from datetime import datetime, timedelta
+from itertools import count
+from pathlib import Path
+from time import monotonic
+from typing import cast
+from urllib.request import urlopen
+
+import pytest
+
+from app.hosting.dispatcher import MOST_OF_ADDRESS, MOST_OF_TAB, tab_of
+from app.hosting.serve_options import ServeOptions
+from app.hosting.worker_group import FEW, LATE, LOOK, MOST_SILENT, MOST_STOPPING, WorkerGroup
+from app.hosting.worker_messages import WorkerStart
+from app.runtime.terminal import TERMINATED
+from tests.app.runtime.processes import gone, until
+from tests.app.served import Serve, Served
+from tests.blocking_client import BlockingClient
+
+pytestmark = pytest.mark.slow
+
+
+def connected(served: Served) -> socket.socket:
+    host, port = served.url.removeprefix("http://").split(":")
+    return socket.create_connection((host, int(port)))
+
+
+def ended(connection: socket.socket) -> bool:
+    """Whether the server has closed a connection; waits until there is something to read."""
+    try:
+        return connection.recv(1) == b""
+    except ConnectionResetError:
+        return True
+
+
+def come(served: Served, number: int, query: str = "autopilot=0") -> BlockingClient:
+    """A tab whose page is whole."""
+    visitor = BlockingClient(served.url, query=f"{query}&resume={number:032d}")
+    visitor.wait_for(lambda v: len(v.mirror.commands) >= 14 and any(n.endswith("/j7") for n in list(v.mirror.nodes)), 60.0)
+    return visitor
+
+
+def peers_of(pid: int, visitor: BlockingClient) -> bool:
+    """Whether a process holds the other end of a visitor's connection."""
+    port = visitor.local_port
+    inodes: set[str] = set()
+    # A file may be closed, and the process may end, between two looks.
+    with suppress(FileNotFoundError, ProcessLookupError):
+        for link in Path(f"/proc/{pid}/fd").iterdir():
+            with suppress(FileNotFoundError):
+                inodes.add(os.readlink(link))
+    rows = [row.split() for row in Path("/proc/net/tcp").read_text(encoding="utf-8").splitlines()[1:]]
+    return any(row[2].endswith(f":{port:04X}") and f"socket:[{row[9]}]" in inodes for row in rows)
+
+
+def worker_of(served: Served, visitor: BlockingClient) -> int:
+    found = [pid for pid in served.workers if peers_of(pid, visitor)]
+    assert len(found) == 1
+    return found[0]
+
+
+def wait_for_second_worker(served: Served) -> None:
+    """Return when the second worker serves: a newcomer, who takes no place, comes to it."""
+    until(lambda: len(served.workers) == 2)
+    for number in count(1000):
+        with BlockingClient(served.url, query=f"resume={number:032d}", camera=False) as newcomer:
+            if worker_of(served, newcomer) == served.workers[1]:
+                return
+
+
+@pytest.mark.parametrize(
+    ("line", "tab"),
+    [
+        (b"GET /?resume=0123456789abcdef HTTP/1.1\r", "0123456789abcdef"),
+        (b"GET /?scene=ball&resume=0123456789abcdef&window=800x600 HTTP/1.1\r", "0123456789abcdef"),
+        (b"GET /?noresume=0123456789abcdef HTTP/1.1\r", ""),
+        (b"GET /?resume=short HTTP/1.1\r", ""),
+        (b"GET /?resume=0123456789ABCDEF HTTP/1.1\r", ""),
+        (b"GET /healthz HTTP/1.1\r", ""),
+        (b"\x16\x03\x01 no HTTP at all", ""),
+        (b"", ""),
+    ],
+)
+def test_the_tab_is_found_in_the_first_line_of_a_request(line: bytes, tab: str) -> None:
+    assert tab_of(line) == tab
+
+
+def test_tabs_are_spread_over_the_workers_and_stay_at_theirs(serve: Serve) -> None:
+    served = serve("--workers", "2", "--sessions", "6")
+    assert len(served.workers) == 1, "one worker is enough for the first"
+    with ExitStack() as opened:
+        visitors = [opened.enter_context(come(served, number)) for number in range(5)]
+        wait_for_second_worker(served)
+        visitors.append(opened.enter_context(come(served, 5)))
+        places = [worker_of(served, visitor) for visitor in visitors]
+        assert set(places) == set(served.workers), "both have tabs"
+        until(lambda: served.health()["clients"] == 6)
+        # In whichever process it arrives, the health is that of all of them.
+        until(lambda: all(served.health()["sessions"] == 6 for _ in range(3)))
+        health = served.health()
+        assert 0 < cast(int, health["frames"]) <= 130 and cast(int, health["load"]) > 0
+        assert health["store"] == {"lasting": True, "problem": "", "set_aside": ""}
+
+        def metrics() -> bytes:
+            with urlopen(f"{served.url}/metrics", timeout=60.0) as answer:
+                return answer.read()
+
+        until(lambda: b"\nduet_sessions 6.0\n" in metrics())
+        # A request that arrives in pieces delays no other, and is answered; one that never arrives makes room.
+        with ExitStack() as slow:
+            pieces, *silent = [slow.enter_context(connected(served)) for _ in range(MOST_OF_ADDRESS - 1)]
+            pieces.sendall(b"GET /heal")
+            assert served.health()["clients"] == 6
+            pieces.sendall(b"thz HTTP/1.1\r\nHost: localhost\r\n\r\n")
+            assert pieces.recv(15) == b"HTTP/1.1 200 OK"
+            for _ in range(3):
+                slow.enter_context(connected(served))
+            assert ended(silent[0]), "the oldest is closed"
+        # Every worker knows that all places are taken, in whichever a request arrives.
+        until(lambda: not served.health()["room"])
+        visitors[0].close()
+        until(lambda: served.health()["room"])
+        visitors[0] = opened.enter_context(come(served, 0))
+        assert worker_of(served, visitors[0]) == places[0]
+    processes = [served.process.pid, *served.workers]
+    # A test run in the background of a shell hands on that Ctrl+C is ignored.
+    served.process.terminate()
+    assert served.process.wait(60.0) == TERMINATED
+    assert all(gone(pid) for pid in processes) and "Traceback" not in served.said()
+
+
+def test_faults_are_answered_and_logged_and_request_lines_without_headers_take_no_worker_s_time(serve: Serve) -> None:
+    served = serve("--workers", "2")
+    host, port = served.url.removeprefix("http://").split(":")
+    for sent, status in (
+        (b"GET /\r\n\r\n", 400),
+        (b"GET /" + b"x" * 9000 + b" HTTP/1.1\r\nHost: localhost\r\n\r\n", 414),
+        (b"GET / HTTP/1.1\r\nHost: localhost\r\nA: " + b"x" * 9000 + b"\r\n\r\n", 431),
+        (b"GET / HTTP/1.0\r\n\r\n", 505),
+    ):
+        # A health check that hangs up.
+        socket.create_connection((host, int(port))).close()
+        with socket.create_connection((host, int(port)), timeout=60.0) as line:
+            line.sendall(sent)
+            assert line.recv(12) == f"HTTP/1.1 {status}".encode()
+    until(lambda: "faulty request" in served.said())
+    (line,) = served.said().splitlines()
+    when, _, said = line.partition(" WARNING duet.server: ")
+    assert abs(datetime.now() - datetime.strptime(when, "%Y-%m-%d %H:%M:%S,%f")) < timedelta(hours=1)
+    assert said == "faulty request: 400 Bad Request, from 127.0.0.1"
+    assert served.process.stdout is not None
+    assert "carries about" in served.process.stdout.readline(), "the places of both, as a worker has measured them"
+    with ExitStack() as opened:
+        lines = [opened.enter_context(connected(served)) for _ in range(60)]
+        for line in lines:
+            line.sendall(b"GET /?resume=0123456789abcdef HTTP/1.1\r\n")
+        *many, last = lines
+        kept = many[-MOST_OF_TAB + 1 :]
+        assert all(ended(line) for line in many if line not in kept), "the oldest are closed"
+        assert served.health()["clients"] == 0 and len(served.workers) == 1
+        # The newest ones go on when the rest arrives.
+        last.sendall(b"Host: localhost\r\n\r\n")
+        assert last.recv(15) == b"HTTP/1.1 200 OK"
+        for line in kept:
+            line.setblocking(False)
+            with pytest.raises(BlockingIOError):
+                line.recv(1)
+
+
+def test_the_tabs_of_a_killed_worker_and_of_renewed_ones_go_on(serve: Serve) -> None:
+    served = serve("--workers", "2", "--sessions", "8")
+    with ExitStack() as opened:
+        visitors = [opened.enter_context(come(served, number)) for number in range(4)]
+        wait_for_second_worker(served)
+        visitors.append(opened.enter_context(come(served, 4)))
+        first = visitors[0]
+        places = [worker_of(served, visitor) for visitor in visitors]
+        assert places[0] != places[-1]
+        frames = first.received.frames
+        os.kill(places[-1], signal.SIGKILL)
+        until(lambda: places[-1] not in served.workers and len(served.workers) == 2)
+        visitors[4] = opened.enter_context(come(served, 4))
+        assert worker_of(served, visitors[4]) not in places
+        first.wait_for(lambda v: v.received.frames > frames, 60.0)
+        assert worker_of(served, first) == places[0] and served.said().count("has ended with code") == 1
+        assert "another one takes its place" in served.said()
+        before = served.workers
+        served.process.send_signal(signal.SIGUSR1)
+        for number, visitor in enumerate(visitors):
+            visitor.wait_for(lambda v: v.closed is not None, 60.0)
+            visitors[number] = opened.enter_context(come(served, number))
+        until(lambda: len(served.workers) == 2 and not set(served.workers) & set(before))
+        assert {worker_of(served, visitor) for visitor in visitors} == set(served.workers)
+    assert served.process.poll() is None and served.said().count("has ended with code") == 1
+
+
+class Group:
+    """A group of workers without a dispatcher; its messages are heard while something is waited for."""
+
+    def __init__(self, opened: ExitStack, most: int = 1) -> None:
+        listener = opened.enter_context(socket.create_server(("127.0.0.1", 0)))
+        self._selector = opened.enter_context(selectors.DefaultSelector())
+        start = WorkerStart(ServeOptions(port=listener.getsockname()[1]))
+        self.group = WorkerGroup(self._selector, start, most)
+        opened.callback(self.group.close)
+
+    def hear_until(self, true: Callable[[], object]) -> None:
+        def heard() -> object:
+            for key, _ in self._selector.select(0.0):
+                key.data()
+            return true()
+
+        until(heard)
+
+    def hear_all(self) -> None:
+        self.hear_until(lambda: not self._selector.select(0.0))
+
+
+def test_a_worker_that_hangs_is_replaced_and_one_that_works_is_not() -> None:
+    with ExitStack() as opened:
+        dispatcher = Group(opened)
+        group, hear_until = dispatcher.group, dispatcher.hear_until
+        (worker,) = group.workers
+        looks = (monotonic() + LOOK * look for look in count(1))
+        for _ in range(MOST_SILENT + 1):
+            group.look_after(next(looks))
+        assert not worker.silent, "it only starts"
+        hear_until(lambda: worker.ready)
+        for _ in range(MOST_SILENT):
+            group.look_after(next(looks))
+        hear_until(lambda: not worker.silent)
+        os.kill(worker.process.pid, signal.SIGSTOP)
+        dispatcher.hear_all()
+        for _ in range(MOST_SILENT):
+            group.look_after(next(looks))
+        assert worker.process.poll() is None and group.workers == [worker], "the machine may have been asleep"
+        for _ in range(MOST_SILENT):
+            late = group.next_due + 1.1 * LATE
+            group.look_after(late)
+        assert worker.silent == MOST_SILENT, "the dispatcher itself had no processor"
+        group.look_after(group.next_due)
+        hear_until(lambda: group.workers != [worker] or group.look_after(monotonic()))
+        assert gone(worker.process.pid)
+        hear_until(lambda: group.workers[0].ready)
+        # One that hangs is also renewed, though it has longer to come to its end.
+        (old,) = group.workers
+        os.kill(old.process.pid, signal.SIGSTOP)
+        group.renew()
+        hear_until(lambda: not old.ready)
+        for _ in range(MOST_STOPPING):
+            group.look_after(group.next_due)
+        assert old.process.poll() is None
+        group.look_after(group.next_due)
+        hear_until(lambda: group.workers != [old] and group.workers[0].ready)
+        assert gone(old.process.pid)
+
+
+HANGING = """
+import signal, threading
+def hang(*_):
+    from app.hosting.frame_loop import FrameLoop
+    FrameLoop.round = lambda self: threading.Event().wait()
+signal.signal(signal.SIGUSR2, hang)
+"""
+
+
+def test_a_worker_is_replaced_when_its_frames_alone_hang(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "sitecustomize.py").write_text(HANGING, encoding="utf-8")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
+    monkeypatch.setattr("app.hosting.worker_group.LOOK", 1.0)
+    with ExitStack() as opened:
+        dispatcher = Group(opened)
+        (worker,) = dispatcher.group.workers
+        dispatcher.hear_until(lambda: worker.ready)
+        os.kill(worker.process.pid, signal.SIGUSR2)
+        dispatcher.hear_until(lambda: dispatcher.group.look_after(monotonic()) or dispatcher.group.workers != [worker])
+        assert gone(worker.process.pid)
+
+
+def test_a_newcomer_goes_to_a_worker_that_serves() -> None:
+    with ExitStack() as opened:
+        dispatcher = Group(opened, most=2)
+        first, *_ = dispatcher.group.workers
+        dispatcher.hear_until(lambda: first.ready)
+        first.clients = 10 * FEW
+        assert [dispatcher.group.worker_of(tab) for tab in ("", "a", "b")] == [first] * 3
+        _, second = dispatcher.group.workers
+        dispatcher.hear_until(lambda: second.ready)
+        assert dispatcher.group.worker_of("") is second and dispatcher.group.worker_of("a") is first
+
+
+def test_a_server_that_cannot_start_says_so_in_one_line(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "app", "serve", "--no-open", "--port", "0", "--store", "memory", "--workers", "2"]
+    ended = subprocess.run(
+        [*command, "--law-file", str(tmp_path / "none.py")], capture_output=True, text=True, timeout=120.0, check=False
+    )
+    assert ended.returncode == 2 and ended.stdout == ""
+    assert ended.stderr.count("\n") == 1 and "there is no such file" in ended.stderr

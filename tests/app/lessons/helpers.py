@@ -1,0 +1,140 @@
+"""What several tests of the lessons need: a small lesson as text, and ways through a walkthrough."""
+
+from functools import cache
+from pathlib import Path
+
+from app.lessons.bookmark import Phase
+from app.lessons.lesson import LessonBook
+from app.lessons.loading import load_lessons
+from app.lessons.reference_runs import simulated
+from app.lessons.walkthrough import Walkthrough
+
+# "nobody" is what files of earlier versions say for "none".
+SMALL = """# A small lesson
+
+Find out something.
+
+```duet
+equations = "31"
+settings = { scene = "ball", point = "hand", pairs = "single", dt = 0.02, n = 2.0 }
+```
+
+## First
+
+```duet
+id = "first"
+input = "nobody"
+seconds = 2.0
+plots = ["distance"]
+numbers = ["distance_now"]
+right = 2
+expects = [[0.0, 0.05], [0.05, 9.0]]
+
+[[measure]]
+id = "d"
+name = "smallest_distance"
+compare = [{ n = 4.0 }]
+
+[[why]]
+choice = 1
+settings = { n = 6.0 }
+
+[challenge]
+seconds = 2.0
+
+[[challenge.criterion]]
+id = "n"
+name = "setting"
+key = "n"
+at_least = 5.0
+
+[[attempt]]
+name = "more"
+settings = { n = 6.0 }
+
+[[attempt]]
+name = "less"
+fails = ["n"]
+```
+
+### Goal
+
+To see.
+
+### Predict
+
+How near? With n = 4 it is {measured:d:1}.
+
+1. Near.
+   > No: {measured:d}.
+2. Far.
+   > Yes, {measured:d}.
+
+### Do
+
+Run.
+
+### Observe
+
+It was {measured:d} at {setting:dm}.
+
+### Explain
+
+Because $x$.
+
+### Challenge
+
+Raise n.
+
+### Hints
+
+1. One.
+2. Two.
+3. Three.
+
+## Second
+
+```duet
+id = "second"
+input = "yours"
+seconds = 1.0
+
+[[measure]]
+name = "smallest_distance"
+```
+
+### Goal
+
+Move it.
+
+### Do
+
+Move the ball.
+"""
+
+
+@cache
+def our_book(language: str = "en") -> LessonBook:
+    return load_lessons(language=language)  # pyright: ignore[reportArgumentType]
+
+
+def book_of(folder: Path, text: str = SMALL, name: str = "01-small.md") -> LessonBook:
+    (folder / name).write_text(text, encoding="utf-8")
+    return load_lessons(folder)
+
+
+def small_walk(folder: Path) -> Walkthrough:
+    book = book_of(folder)
+    assert not book.problems, book.problems[0]
+    return Walkthrough(book)
+
+
+def to_challenge(walk: Walkthrough) -> None:
+    if walk.locked:
+        walk.choose(0)
+    while walk.phase is not Phase.CHALLENGE:
+        assert walk.next()
+
+
+def run_out(walk: Walkthrough) -> None:
+    walk.observe(simulated(walk.setup))

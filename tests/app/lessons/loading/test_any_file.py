@@ -1,0 +1,194 @@
+"""Any text at all is a lesson or a mistake with a line of its own; what is no file is named and left out, and nothing waits for it."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from app.lessons.lesson import Lesson
+from app.lessons.loading import load_lessons
+from tests.app.lessons.helpers import SMALL
+
+pytestmark = pytest.mark.slow
+
+LINES: list[str] = list[str](SMALL.splitlines(keepends=True))
+EXTRA = ("```\n", "```duet\n", "## X\n", "### Hints\n", "[challenge]\n", "[[why]]\n", "= 1\n", "{measured:d}\n", "1. x\n")
+
+
+@st.composite
+def broken(draw: st.DrawFn) -> str:
+    lines = list(LINES)
+    for _ in range(draw(st.integers(1, 4))):
+        at = draw(st.integers(0, len(lines) - 1))
+        match draw(st.sampled_from(("lose", "double", "swap", "spoil", "insert", "cut"))):
+            case "lose":
+                del lines[at]
+            case "double":
+                lines.insert(at, lines[at])
+            case "swap":
+                other = draw(st.integers(0, len(lines) - 1))
+                lines[at], lines[other] = lines[other], lines[at]
+            case "spoil":
+                i, what = draw(st.integers(0, len(lines[at]))), draw(st.text(max_size=3))
+                lines[at] = lines[at][:i] + what + lines[at][i + draw(st.integers(0, 3)) :]
+            case "insert":
+                lines.insert(at, draw(st.sampled_from(EXTRA)))
+            case _:
+                del lines[max(at, 1) :]
+        if not lines:
+            return ""
+    return "".join(lines)
+
+
+def load_text(folder: Path, text: str) -> tuple[Lesson | None, int]:
+    (folder / "01-small.md").write_bytes(text.encode("utf-8", "surrogatepass"))
+    book = load_lessons(folder)
+    assert len(book.lessons) + len(book.problems) == 1
+    return (book.lessons[0], 0) if book.lessons else (None, book.problems[0].line)
+
+
+@given(text=broken())
+@settings(max_examples=400)
+def test_a_broken_file_never_raises_and_is_named_with_a_line_of_its_own(
+    tmp_path_factory: pytest.TempPathFactory, text: str
+) -> None:
+    lesson, line = load_text(tmp_path_factory.getbasetemp(), text)
+    if lesson is None:
+        assert 1 <= line <= max(text.count("\n") + text.count("\r") + 2, 1)
+    else:
+        assert lesson.steps
+
+
+@given(text=st.text(max_size=200))
+def test_any_text_at_all_never_raises(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
+    lesson, line = load_text(tmp_path_factory.getbasetemp(), text)
+    assert lesson is None and line >= 1
+
+
+JUNK = st.recursive(
+    st.one_of(st.booleans(), st.integers(-(10**6), 10**6), st.floats(-1e9, 1e9), st.sampled_from(["", "yours", "x", "n"])),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from(["a", "n", "script", "ball", "from"]), inner, max_size=2),
+    max_leaves=5,
+)  # fmt: skip
+KEYS = ("id", "settings", "start", "input", "seconds", "camera", "plots", "numbers", "marks", "right", "expects", "ratio", "measure",
+        "why", "challenge", "attempt")  # fmt: skip
+
+
+def toml(value: object) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, dict):
+        return "{ " + ", ".join(f"{key} = {toml(inner)}" for key, inner in value.items()) + " }"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(toml, value)) + "]"
+    return repr(value).replace("'", '"')
+
+
+@given(key=st.sampled_from(KEYS), value=JUNK)
+@settings(max_examples=400)
+def test_any_value_for_any_key_is_taken_or_named(tmp_path_factory: pytest.TempPathFactory, key: str, value: object) -> None:
+    text = SMALL[SMALL.index("## Second") :].replace('id = "second"\ninput = "yours"\nseconds = 1.0', f"{key} = {toml(value)}")
+    text = text.replace(
+        '\n[[measure]]\nname = "smallest_distance"\n', "" if key == "measure" else '\n[[measure]]\nname = "gain_step"\n'
+    )
+    lesson, line = load_text(tmp_path_factory.getbasetemp(), "# T\n\nG\n\n" + text)
+    assert lesson is not None or 1 <= line <= 20
+
+
+ROOT = Path(__file__).parents[4]
+
+posix = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names")
+
+LOAD = """
+import sys
+from pathlib import Path
+from app.lessons.loading import load_lessons, load_notes
+folder = Path(sys.argv[1])
+book = load_lessons(folder, "de")
+print(*(lesson.id for lesson in book.lessons))
+print(*load_notes(folder))
+print(*(str(problem) for problem in book.problems), sep="\\n")
+"""
+
+
+def answers(code: str, *arguments: str) -> list[str]:
+    done = subprocess.run(
+        [sys.executable, "-c", code, *arguments], capture_output=True, encoding="utf-8", timeout=100, check=False, cwd=ROOT
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.splitlines()
+
+
+@posix
+def test_the_other_lessons_still_load(tmp_path: Path) -> None:
+    def lesson(name: str, text: str = SMALL) -> None:
+        (tmp_path / f"{name}.md").write_text(text, encoding="utf-8")
+
+    lesson("01-good")
+    (tmp_path / "01-good.notes.md").write_text("Notes.", encoding="utf-8")
+    os.mkfifo(tmp_path / "01-good.de.md")
+    os.mkfifo(tmp_path / "02-pipe.md")
+    os.mkfifo(tmp_path / "02-pipe.notes.md")
+    (tmp_path / "03-device.md").symlink_to("/dev/zero")
+    (tmp_path / "04-endless.md").symlink_to("04-endless.md")
+    (tmp_path / "05-folder.md").mkdir()
+    lesson("06-huge", SMALL + " " * 200_000)
+    (tmp_path / "data.csv").symlink_to("data.csv")
+    lesson("07-inputs", SMALL.replace('input = "nobody"', 'input = { file = "data.csv" }'))
+    os.mkfifo(tmp_path / "pipe.csv")
+    lesson("08-inputs", SMALL.replace('input = "nobody"', 'input = { file = "pipe.csv" }'))
+    (tmp_path / "loop.svg").symlink_to("loop.svg")
+    lesson("09-picture", SMALL.replace("Move the ball.\n", "Move the ball.\n\n![a loop](loop.svg)\n"))
+    lesson("10-zero", SMALL.replace('input = "nobody"', 'input = { file = "a\\u0000" }'))
+    lesson("11-last")
+    found, notes, *problems = answers(LOAD, str(tmp_path))
+    assert found == "good last" and notes == "good"
+    named = {
+        "01-good.de": "a pipe",
+        "02-pipe": "a pipe",
+        "03-device": "a device",
+        "04-endless": "cannot be read",
+        "05-folder": "a folder",
+        "06-huge": "larger than 200 kB",
+        "07-inputs": "cannot be read",
+        "08-inputs": "a pipe",
+        "09-picture": "'loop.svg' cannot be read",
+        "10-zero": "outside the folder",
+    }
+    for name, reason in named.items():
+        (problem,) = [problem for problem in problems if problem.startswith(f"{name}.md, line")]
+        assert reason in problem
+    assert len(problems) == len(named)
+
+
+MAIN = """
+import sys
+from app.cli.main import main
+for line in sys.argv[1:]:
+    print(main(line.split()))
+"""
+
+
+@posix
+def test_a_command_does_not_wait_for_a_pipe_or_read_a_device(tmp_path: Path) -> None:
+    pipe, table = tmp_path / "pipe", tmp_path / "table"
+    os.mkfifo(pipe)
+    table.mkdir()
+    os.mkfifo(table / "sweep.csv")
+    commands = [
+        *(f"run --seconds 0.1 --inputs {path}" for path in (pipe, "/dev/zero", tmp_path)),
+        *(f"run --seconds 0.1 --scene imitation --bvh {path}" for path in (pipe, tmp_path)),
+        *(f"run --seconds 0.1 --law-file {path}" for path in (pipe, tmp_path)),
+        f"run --seconds 0.1 --csv {pipe}",
+        f"law-test {pipe}",
+        f"serve --no-open --port 0 --law-file {pipe}",
+        f"serve --no-open --port 0 --bvh {pipe}",
+        f"serve --no-open --port 0 --lessons {pipe}",
+        *(f"bench --compare {path}" for path in (pipe, "/dev/zero", tmp_path)),
+        f"sweep --over n=1:2 --seconds 0.1 --out {table}",
+    ]
+    assert answers(MAIN, *commands) == ["2"] * len(commands)

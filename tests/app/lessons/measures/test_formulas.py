@@ -1,0 +1,90 @@
+"""Closed forms, in runs of the lessons' own kind; parameters of measurements, and how values are read."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.lessons.evidence import Evidence
+from app.lessons.lesson import Start
+from app.lessons.measures.contact_line import balance
+from app.lessons.measures.joint_speeds import largest_zigzag
+from app.lessons.measures.quantity import checked_parameters, measure, shown_value
+from app.lessons.reference_runs import simulated
+from app.lessons.room_places import RoomPlace
+from controllers.errors import BadSetting
+from scenes.settings import LawSettings
+from scenes.simulation import Simulation
+from tests.app.lessons.measures.test_measurements import RUNS, looped_zigzag, setup
+
+
+@pytest.mark.parametrize("degrees", [20.0, 10.0, 5.0, 1.0])
+def test_the_lever_of_an_elbow_is_its_upper_arm_times_the_sine(degrees: float) -> None:
+    """|J_d| = L sin φ with L = 0.4 m, and λ v / |J_d| in the first step; a joint's top speed is 1.92 rad/s."""
+    tilt = float(np.radians(degrees))
+    run = replace(RUNS["short"], start=Start(RoomPlace("elbow", "upper_arm", 0.1, tilt)), seconds=0.3)
+    evidence = Evidence(simulated(run))
+    assert measure(evidence, "smallest_lever") == pytest.approx(0.4 * np.sin(tilt), rel=1e-6)
+    assert measure(evidence, "textbook_speed") == pytest.approx(0.3 / (0.4 * np.sin(tilt)), rel=1e-6)
+    assert (measure(evidence, "reached_speed") or 9.0) <= 1.93
+
+
+@given(
+    n=st.floats(1.0, 20.0), v=st.floats(0.01, 1.0), K=st.floats(0.1, 20.0), inside=st.floats(0.0, 0.6), d_m=st.floats(0.03, 0.3)
+)
+def test_balance_balances(n: float, v: float, K: float, inside: float, d_m: float) -> None:
+    d = balance(LawSettings(critical_distance=d_m, order=n, nominal_velocity=v), K, inside)
+    lam = (d_m / d) ** n
+    assert lam * v == pytest.approx((1.0 - lam) * K * (d - inside), abs=1e-6)
+    assert d >= max(d_m, inside) - 1e-9
+    assert balance(LawSettings(), 0.0, 0.1) == np.inf
+    still = LawSettings(critical_distance=d_m, order=n, nominal_velocity=0.0)
+    assert balance(still, K, inside) == max(d_m, inside)
+
+
+@given(values=st.lists(st.floats(-1.0, 1.0), max_size=40))
+def test_zigzag_is_the_smallest_of_four_swings(values: list[float]) -> None:
+    assert largest_zigzag(np.array(values)) == pytest.approx(looped_zigzag(np.array(values)), abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "message"),
+    [
+        ("nothing", {}, "There is no measurement 'nothing'; choose from activation_formula"),
+        ("distance_at", {}, "needs the parameter 'time'"),
+        ("distance_at", {"time": "late"}, "is not a number"),
+        ("distance_at", {"time": True}, "is not a number"),
+        ("distance_at", {"time": float("nan")}, "is not a number"),
+        ("distance_at", {"time": 1e9}, "too large"),
+        ("distance_at", {"time": 1.0, "place": 2.0}, "has no parameter 'place'; choose from time"),
+        ("setting", {"key": 4}, "is not a text"),
+        ("smallest_distance", {"time": 1.0}, "it has none"),
+    ],
+)
+def test_bad_parameters_are_named(name: str, given: dict[str, Any], message: str) -> None:
+    with pytest.raises(BadSetting, match=message):
+        checked_parameters(name, given)
+
+
+def test_values_are_read_with_unit_and_true_signs() -> None:
+    assert shown_value(-0.0123, "distance_margin", "mm", 1) == "−12.3 mm"
+    assert shown_value(-0.00001, "distance_margin", "mm", 1) == "0.0 mm"
+    assert shown_value(np.inf, "rest_now", "mm", 0) == "∞ mm"
+    assert shown_value(None, "rest_now", "mm", 0) == "–"
+    assert shown_value(np.pi / 2.0, "joint_error_now", "deg", 0) == "90°"
+    assert shown_value(4.0, "rank_now", "", 0) == "4"
+    assert shown_value(0.305, "speed_share", "%", 0) == "30%"
+
+
+def test_a_row_that_was_forgotten_is_not_taken_for_another() -> None:
+    simulation = Simulation(setup(scene="solo", path="circle", dt=0.02, k=2.0).run, 100)
+    for _ in range(500):
+        simulation.step(None)
+    evidence = Evidence(simulation)
+    assert not evidence.whole and evidence.rows == 100
+    assert measure(evidence, "drift_per_lap") is None
+    assert measure(evidence, "hand_error_at", (("time", 1.0),)) is None
+    assert measure(evidence, "hand_error_at", (("time", 9.5),)) is not None

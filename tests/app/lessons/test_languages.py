@@ -1,0 +1,148 @@
+"""A lesson in another language never falls back to English: not in a step, an outcome, a challenge, the report or the class."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+
+import pytest
+
+from app.classroom.classroom import Classroom
+from app.export.lab_report import Done, lab_bytes
+from app.i18n.catalogue import FOLDER, read_texts
+from app.i18n.speaking import set_language, tr
+from app.lessons.attempts import examine, stand_in
+from app.lessons.bookmark import Phase, phases_of
+from app.lessons.evidence import Evidence
+from app.lessons.labels import label_of, sentence
+from app.lessons.lesson import Lesson, Step
+from app.lessons.outcomes import Attempt, judge, judged, reference
+from app.lessons.progress import StepProgress
+from app.lessons.reference_runs import simulated
+from app.lessons.step_view import StepPosition, StepView, make_view
+from app.lessons.walkthrough import Walkthrough
+from app.settings import TRANSLATIONS, Language
+from scenes.settings import RunSettings, values
+from tests.app.i18n.messages import NAMES
+from tests.app.lessons.helpers import our_book, to_challenge
+
+ENGLISH = re.compile(
+    r"\b(?:the|and|of|with|you|your|it|what|which|how|than|are|this|that|from|does|not|for|between)\b", re.IGNORECASE
+)
+"""Words that neither German nor Slovene has."""
+
+CODE = re.compile(r"`[^`]*`|^ {4}.*$|\]\([^)]*\)", re.MULTILINE)
+FORMULA = re.compile(r"\$\$.+?\$\$|\$[^$]+\$", re.DOTALL)
+CODE_WORDS = {"nominal + row · c /"}
+"""Code in a hint, that looks like words."""
+WORD = re.compile(r"[A-Za-zÀ-ž]{4}")
+
+
+@pytest.fixture(autouse=True)
+def spoken_english() -> Iterator[None]:
+    yield
+    set_language("en")
+
+
+def attempts(step: Step) -> Iterator[Attempt]:
+    """Yield attempts at a challenge: runs that do not tell, are too low, too high, or just right."""
+    challenge = step.challenge
+    if challenge is None:
+        return
+    if challenge.custom_law:
+        yield examine(stand_in("unprotected"), only=("leaves the task alone", "gets out"))
+    for missed in (None, -1e-3, 1e-3, 0.0):
+        judgements = []
+        for c in challenge.criteria:
+            bounds = [bound for bound in (c.low, c.high) if bound is not None]
+            value = None if missed is None else min(bounds) + missed if missed < 0.0 else max(bounds) + missed
+            judgements.append(judged(c, value, challenge.setup.seconds))
+        yield Attempt.of(judgements)
+    if challenge.forecasts:
+        evidence = Evidence(simulated(challenge.setup))
+        for said in (None, 0.0):
+            yield judge(challenge, evidence, [said] * len(challenge.forecasts))
+
+
+def views(lesson: Lesson, step: Step, index: int) -> Iterator[StepView]:
+    """Yield the end of a step after every answer, with all that can be said of its run."""
+    outcome = replace(reference(step, step.setup), unlike=tuple(values(RunSettings()).items()))
+    for choice in range(len(step.question.choices)) if step.question is not None else (None,):
+        done = StepProgress(choice, outcome, outcome, len(step.hints))
+        yield make_view(StepPosition(lesson, step, index, phases_of(step)[-1], done, False), step.yours, False, False)
+
+
+def texts_of(lesson: Lesson, step: Step, index: int) -> Iterator[str]:
+    yield from (lesson.title, lesson.goal, lesson.equations, step.title)
+    yield from (label_of(m, lesson.language) for m in step.numbers)
+    for view in views(lesson, step, index):
+        yield from (text for _, text in view.texts)
+        yield from (*view.choices, *view.outcome, *view.why_outcome, *view.forecasts, *view.hints)
+        if view.verdict is not None:
+            yield from (view.verdict.headline, view.verdict.reply)
+    for attempt in attempts(step):
+        yield from (sentence(tr(judgement.text)) for judgement in attempt.judgements)
+
+
+def phrases(text: str) -> set[str]:
+    """Return the parts of a text that have words, in small letters: of a formula only what it says."""
+    said = FORMULA.sub(lambda found: ". ".join(re.findall(r"\\text\{(.*?)\}", found[0])), CODE.sub("", text))
+    return {part.strip(" *_“”„»«>123456").lower() for part in re.split(r"[.,:;?!=…()|\n]", said) if WORD.search(part)}
+
+
+@pytest.mark.parametrize("language", TRANSLATIONS)
+def test_no_lesson_falls_back_to_english(language: Language) -> None:
+    catalogue = read_texts(FOLDER / f"{language}.toml").items()
+    same = set[str]().union(*(phrases(english) & phrases(text) for english, text in catalogue), *map(phrases, NAMES), CODE_WORDS)
+    for english, lesson in zip(our_book().lessons, our_book(language).lessons, strict=True):
+        assert lesson.language == language
+        for index, (before, step) in enumerate(zip(english.steps, lesson.steps, strict=True)):
+            set_language("en")
+            known = {phrase for text in texts_of(english, before, index) for phrase in phrases(text)}
+            set_language(language)
+            for text in texts_of(lesson, step, index):
+                found = phrases(text)
+                assert (found & known) - same == set(), (lesson.id, step.id)
+                assert [phrase for phrase in found if ENGLISH.search(phrase)] == [], (lesson.id, step.id)
+
+
+@pytest.mark.parametrize("language", TRANSLATIONS)
+def test_what_was_said_to_an_attempt_changes_its_language_after_a_reload(language: Language) -> None:
+    walk = Walkthrough(our_book())
+    walk.go("smooth", 2)
+    to_challenge(walk)
+    simulation = simulated(replace(walk.setup, seconds=0.1))
+    assert walk.attempt(simulation) is not None
+    again = Walkthrough(our_book(language), walk.to_json())
+    attempt, before = again.view().attempt, walk.view().attempt
+    assert attempt is not None and attempt == before
+    set_language(language)
+    for said in (attempt.note, *(judgement.text for judgement in attempt.judgements)):
+        assert phrases(said) and not phrases(tr(said)) & phrases(said)
+
+
+def test_the_report_says_what_the_tests_of_a_law_found_in_its_language() -> None:
+    lesson = our_book("de").lessons[our_book("de").index("limits")]
+    step = len(lesson.steps) - 1
+    (attempt,) = [made for made in attempts(lesson.steps[step]) if made.judgements]
+    page = lab_bytes([Done(lesson, step, StepProgress(attempts=1, last=attempt))], "de").decode()
+    assert "Lässt die Aufgabe in Ruhe" in page and "Kommt heraus" in page and "gets out" not in page.lower()
+
+
+def test_the_class_reads_the_poll_in_its_own_language() -> None:
+    walk, room = Walkthrough(our_book()), Classroom(1)
+    walk.go("hold")
+    walk.choose(0)
+    walk.done.outcome = replace(reference(walk.step, walk.step.setup), unlike=tuple(values(RunSettings()).items()))
+    walk.phase = Phase.OBSERVE
+    polls = {}
+    for language in ("de", "en", "sl"):
+        # The texts speak the language of the book, and not that of the page that asks first.
+        set_language("sl" if language == "de" else "de")
+        polls[language] = room.poll(walk, our_book(language))
+    assert polls["de"] is not None and polls["en"] is not None and polls["sl"] is not None
+    for language in TRANSLATIONS:
+        texts = (*polls[language].choices, *polls[language].outcome, *(v.reply for v in polls[language].verdicts if v))
+        for text in texts:
+            assert not [phrase for phrase in phrases(text) if ENGLISH.search(phrase)]
+    assert any("law = Smooth priority (paper)" in line for line in polls["en"].outcome)
+    assert any("Gesetz = Glatter Vorrang (Artikel)" in line for line in polls["de"].outcome)

@@ -1,0 +1,360 @@
+"""The lessons of a session without a page: choices, runs, verdicts, challenges, and that nothing is stuck or lost."""
+
+import contextlib
+import math
+import random
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from app.lessons.bookmark import Phase
+from app.lessons.loading import load_lessons
+from app.lessons.reference_runs import person_of, simulated
+from app.lessons.session import lesson_actions as do
+from app.lessons.session.lesson_session import LessonSession
+from app.page.lessons.elbow_marks import reaches
+from app.page.lessons.lesson_html import learned_html
+from app.plots.pair_strips import pairs_html
+from app.plots.time_series import RollingSeries
+from app.session.session import Session
+from app.settings import Settings
+from controllers.errors import BadSetting
+from scenes.history import COLUMN
+from scenes.roles import NoSource
+from scenes.settings import changed, specs, values
+from scenes.targets import BallTarget, HandTarget
+
+BOOK = load_lessons()
+
+
+class Student:
+    """A session without a page, in a lesson."""
+
+    def __init__(self, lesson: int = 0, step: int = 0, settings: Settings | None = None) -> None:
+        self.session = Session(settings or Settings())
+        self.run = LessonSession(self.session, BOOK)
+        self.run.enter(lesson, step)
+
+    def frame(self, elapsed: float = 0.05) -> None:
+        self.session.advance(elapsed)
+        self.run.decide()
+        assert np.isfinite(self.session.simulation.positions).all()
+
+    def frames_until(self, true: Callable[[], object], elapsed: float = 0.05) -> None:
+        assert any(self.frame(elapsed) or true() for _ in range(4000)), "the run does not end"
+
+    def finish(self) -> None:
+        self.run.act(do.StartOrPause())
+        self.run_out()
+
+    def run_out(self) -> None:
+        self.run._runs.wait(60.0)
+        session, run = self.session, self.run
+        self.frames_until(lambda: session.paused and not run.computing and (run._runs.ready or session.simulation.steps == 0))
+        self.run.decide()
+
+    def to_challenge(self) -> None:
+        """Go on to the step's challenge, and skip what can be skipped."""
+        while self.run.walk.phase is not Phase.CHALLENGE:
+            self.run.act(do.GoOn())
+            self.frame(0.0)
+
+    def swing(self) -> None:
+        """Swing the elbow as a drag would, mark to mark, until the present run is long enough."""
+        setup = next(trial.setup for trial in self.run.walk.step.trials if not trial.fails)
+        person = person_of(self.session.simulation, setup)
+        while self.session.simulation.time < setup.seconds:
+            self.session.hold(person.target(self.session.simulation.time))
+            self.frame(0.02)
+
+
+def test_a_run_is_locked_until_an_answer_is_chosen_and_nonsense_does_no_harm() -> None:
+    one = Student()
+    session, run = one.session, one.run
+    nonsense = (do.GoTo(99, 0), do.GoTo(0, 99), do.Choose(-1), do.Choose(99))
+    for action in (do.StartOrPause(), do.GoOn(), do.ShowWhy(), do.Check(), *nonsense):
+        run.act(action)
+        one.frame()
+        assert session.paused and session.simulation.steps == 0 and run.open and run.walk.phase is Phase.PREDICT, action
+    session.toggle_pause()
+    run.decide()
+    assert session.paused
+    run.act(do.Choose(0))
+    assert run.walk.phase is Phase.DO
+    run.act(do.StartOrPause())
+    session.advance(0.1)
+    assert session.simulation.steps > 0
+
+
+def test_the_outcome_is_measured_in_this_run_and_a_wrong_choice_gets_its_own() -> None:
+    one = Student()
+    run = one.run
+    run.act(do.Choose(1))
+    one.finish()
+    verdict, outcome = run.view().verdict, run.walk.done.outcome
+    assert run.walk.phase is Phase.OBSERVE and verdict is not None and not verdict.right and one.session.paused
+    assert outcome is not None and not outcome.reference
+    run.act(do.ShowWhy())
+    assert run.view().showing and one.session.simulation.steps == 0
+    contrast = run.view().contrast
+    assert contrast is not None and contrast.headline == "Here you would be right: task = Hold pose"
+    assert (
+        contrast.keys == ("task",)
+        and contrast.asked == "task = Hold position"
+        and contrast.names == ("Hold pose", "Hold position")
+    )
+    assert not one.session.paused, "it runs without a second click"
+    one.run_out()
+    assert run.view().why_outcome
+    other, asked = one.session.ghost, run.walk.step.setup
+    assert other is not None and other.settings == asked.run and other.time == pytest.approx(one.session.simulation.time)
+    assert_array_equal(other.history.table()[:, COLUMN["t"]], one.session.simulation.history.table()[:, COLUMN["t"]])
+    alone, count = simulated(asked).history, simulated(asked).steps
+    assert_array_equal(other.history.table()[:count], alone.table(), "the step's own run, with its own inputs")
+    run.act(do.GoOn())
+    assert not run.view().showing and one.session.ghost is None
+
+
+def test_the_plot_counts_the_changes_that_the_outcome_counts() -> None:
+    one = Student(9, 3)
+    session, run = one.session, one.run
+    run.act(do.Choose(2))
+    run.act(do.StartOrPause())
+    # Frames that do not come out even at the end of the run.
+    one.frames_until(lambda: session.simulation.steps > 0 and session.paused, 0.047)
+    assert session.simulation.time == pytest.approx(run.walk.setup.seconds, abs=1e-6)
+    run._runs.wait(60.0)
+    run.decide()
+    assert run.walk.done.outcome is not None
+    (measured,) = run.walk.done.outcome.known(run.walk.step)["switches"]
+    series = RollingSeries()
+    series.feed(session.simulation)
+    assert measured is not None and f"{measured:.0f} changes among" in pairs_html(session.simulation, series)
+    run.leave()
+    session.halt.go_on()
+    session.advance(0.1)
+    assert session.simulation.steps > 0 and session.looks_up_at == 0.0
+
+
+@pytest.mark.parametrize("halted", [False, True])
+def test_a_run_that_is_skipped_is_still_measured_where_it_can_go_on(halted: bool) -> None:
+    one = Student()
+    session, run = one.session, one.run
+    run.act(do.Choose(1))
+    run._runs.wait(60.0)
+    if halted:
+        session.halt.set("teacher")
+    run.act(do.GoOn())
+    assert (run.walk.phase is Phase.OBSERVE) == halted
+    while run.walk.phase is Phase.DO:
+        before = session.simulation.steps
+        one.frame(0.0)
+        assert session.simulation.steps > before, "it hurries, whatever the clock on the wall says"
+    outcome = run.walk.done.outcome
+    assert run.walk.phase is Phase.OBSERVE and outcome is not None and outcome.complete and outcome.reference == halted
+    assert halted or (session.paused and run.walk.finished(session.simulation))
+
+
+def test_leaving_gives_the_visitors_own_settings_back() -> None:
+    before = changed(changed(Settings(), "dm", 0.11), "autopilot", False)
+    one = Student(settings=before)
+    session, run = one.session, one.run
+    for lesson in range(len(BOOK.lessons)):
+        run.enter(lesson)
+        one.frame()
+        assert values(session.settings)["scene"] == BOOK.lessons[lesson].steps[0].setup.run.scene
+    session.change("theme", "dark")
+    run.act(do.Leave())
+    assert session.settings == changed(before, "theme", "dark") and not session.paused and not run.open
+    assert session.target() is None
+
+
+def test_reset_is_a_fresh_start_and_another_experiment_begins_the_run_again() -> None:
+    one = Student()
+    session, run = one.session, one.run
+    fresh = run.walk.to_json(), values(session.settings)
+    run.act(do.Choose(2))
+    session.change("k", 9.0)
+    run.act(do.ResetStep())
+    assert (run.walk.to_json(), values(session.settings)) == fresh
+    run.act(do.GoBack())
+    assert run.walk.phase is Phase.PREDICT
+    run.act(do.Choose(2))
+    session.change("scene", "hold")
+    run.decide()
+    assert session.settings.run.scene == "solo" and run.notes
+    session.change("autopilot", False)
+    run.decide()
+    assert session.settings.page.autopilot
+
+
+def test_a_challenge_says_what_failed_and_is_tried_again_with_the_students_own_settings() -> None:
+    one = Student(0, 2)
+    session, run = one.session, one.run
+    assert reaches(run.walk.step) == (0.015, 0.015) and reaches(BOOK.lessons[0].steps[0]) == (), "how near a mark is touched"
+    one.to_challenge()
+    assert run.walk.yours and not run.hands_off and not session.paused
+    for _ in range(40):
+        one.frame()
+    run.act(do.Check())
+    attempt = run.view().attempt
+    assert attempt is not None and not attempt.passed and attempt.failed
+    assert any("must be" in j.text for j in attempt.judgements)
+    run.act(do.ShowHint())
+    assert len(run.view().hints) == 1
+    session.change("k", 5.0)
+    session.change("dt", 0.005)
+    one.swing()
+    run.act(do.Check())
+    attempt = run.view().attempt
+    assert attempt is not None and not attempt.passed and attempt.note, "settings changed in the middle of the run"
+    run.act(do.RunAgain())
+    assert session.simulation.steps == 0 and session.settings.run.gain == 5.0 and not session.paused
+    one.swing()
+    run.act(do.Check())
+    assert run.walk.done.passed, run.view().attempt
+    run.act(do.ResetStep())
+    run.act(do.GoOn())
+    assert session.settings.run.gain == run.walk.setup.run.gain != 5.0
+
+
+def test_what_a_student_changed_pushed_and_typed_is_taken_up_again() -> None:
+    one = Student(2, 2)
+    session, run = one.session, one.run
+    one.to_challenge()
+    session.change("v", 0.17)
+    run.said.extend([0.25, None, 0.5])
+    run.walk._kept["push"] = NoSource()
+    saved = run.saved()
+    assert saved is not None
+    other = Session(Settings())
+    again = LessonSession(other, BOOK)
+    again.resume(saved, reopen=True)
+    assert other.settings.run == session.settings.run and other.settings.run.law.nominal_velocity == 0.17
+    assert again.said == [0.25, None, 0.5] and dict(again.walk.kept) == dict(run.walk.kept)
+    again.act(do.Leave())
+    assert other.settings == Settings()
+    again.enter(2, 2)
+    again.act(do.ResetStep())
+    assert again.said == []
+
+
+ACTIONS = (*2 * (do.GoOn, do.StartOrPause), do.GoBack, do.RunAgain, do.ResetStep, do.ShowWhy, do.Check, do.ShowHint, do.Leave)
+
+
+class WildStudent(Student):
+    """Does anything, in any order, the same for the same seed."""
+
+    def __init__(self, seed: int) -> None:
+        self.rng = random.Random(seed)
+        super().__init__(self.rng.randrange(len(BOOK.lessons)))
+
+    def act(self) -> None:
+        others = (do.Choose(self.rng.randrange(6)), do.GoTo(self.rng.randrange(12), self.rng.randrange(6)))
+        self.run.act(self.rng.choice((*others, *(action() for action in ACTIONS))))
+
+    def meddle(self) -> None:
+        """One thing a student may do with the controls, the handles or the tab."""
+        session, rng = self.session, self.rng
+        place = np.array([rng.uniform(-1.0, 1.0) for _ in range(3)])
+        match rng.choice(("pause", "step", "reset", "setting", "setting", "hold", "let go", "autopilot", "", "", "reload")):
+            case "pause":
+                session.toggle_pause()
+            case "step":
+                session.single_step()
+            case "reset":
+                session.reset()
+            case "setting":
+                key, spec = rng.choice(list(specs(Settings).items()))
+                number = rng.uniform(spec.low, spec.high) if math.isfinite(spec.high - spec.low) else rng.random() < 0.5
+                with contextlib.suppress(BadSetting):
+                    session.change(key, rng.choice(spec.choices) if spec.choices else number)
+            case "hold" if not self.run.hands_off:
+                session.hold(rng.choice((HandTarget(place), BallTarget(place))))
+            case "let go":
+                session.hold(None)
+            case "autopilot":
+                session.change("autopilot", not session.settings.page.autopilot)
+            case "reload":
+                saved = self.run.saved()
+                assert saved is not None
+                self.session = Session(Settings())
+                self.run = LessonSession(self.session, BOOK)
+                self.run.resume(saved, reopen=True)
+            case _:
+                for _ in range(rng.randrange(1, 60)):
+                    self.frame(0.1)
+
+
+@pytest.mark.usefixtures("fast_machine")
+@pytest.mark.parametrize("seed", [3, 7])
+def test_whatever_is_done_there_is_a_way_on_and_a_fresh_start(seed: int, caplog: pytest.LogCaptureFixture) -> None:
+    student = WildStudent(seed)
+    for _ in range(30):
+        student.rng.choice((student.act, student.meddle))()
+        student.frame(0.03)
+        if not student.run.open:
+            student.run.enter()
+    run, here = student.run, student.run.walk.step
+    last = run.walk.lesson is BOOK.lessons[-1] and here is run.walk.lesson.steps[-1]
+    for _ in range(20):
+        if run.walk.locked:
+            run.act(do.Choose(0))
+        run._runs.wait(60.0)
+        run.act(do.GoOn())
+        student.frame(0.03)
+    assert run.walk.step is not here or (last and run.walk.phase is run.walk.phases[-1]), "next gets on"
+    run.act(do.ResetStep())
+    student.frame(0.03)
+    assert run.walk.phase is run.walk.phases[0] and (student.session.paused or not run.walk.locked)
+    if run.walk.locked:
+        run.act(do.Choose(0))
+    assert run.walk.phase is Phase.DO
+    student.session.change("speed", 2.0)
+    student.session.halt.go_on()
+    run._runs.wait(60.0)
+    student.frames_until(lambda: run.walk.phase is not Phase.DO or run.walk.yours, 0.1)
+    assert not [record for record in caplog.records if record.exc_info], caplog.text
+
+
+def test_the_list_opens_lessons_and_knows_what_is_finished() -> None:
+    session = Session(Settings())
+    run = LessonSession(session, BOOK)
+    run.act(do.ListLessons())
+    assert run.listing and not run.open
+    assert not any(entry.here or any(entry.finished) or entry.step for entry in run.entries())
+    run.act(do.ListLessons())
+    assert not run.listing
+    run.act(do.GoTo(1, 0))
+    assert not run.open, "no lesson without the list"
+    run.act(do.ListLessons())
+    run.act(do.GoTo(1, 0))
+    assert run.open and not run.listing and run.walk.lesson is BOOK.lessons[1]
+
+    student = Student(1)
+    run = student.run
+    run.act(do.Choose(0))
+    student.finish()
+    run.act(do.GoOn())
+    run.act(do.GoTo(1, 1))
+    entry = run.entries()[1]
+    assert entry.here and entry.finished == (True, False, False) and entry.step == 1
+    assert [one.here for one in run.entries()].count(True) == 1
+    run.act(do.GoTo(0, 0))
+    # Where the student is not any more, the first step that is open comes next.
+    assert run.entries()[1].step == 1 and not run.entries()[1].here
+
+
+def test_what_was_learned_is_said_at_the_end_of_a_lesson() -> None:
+    student = Student(2, 2)
+    run = student.run
+    assert not run.view().lesson_finished
+    student.to_challenge()
+    assert not run.view().lesson_finished, "the challenge is not passed yet"
+    run.walk.done.passed = True
+    view = run.view()
+    assert view.lesson_finished and BOOK.lessons[2].learned and "q" in learned_html(view)
+    run.act(do.GoTo(2, 0))
+    assert not run.view().lesson_finished and learned_html(run.view()) == ""

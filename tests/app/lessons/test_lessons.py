@@ -1,0 +1,216 @@
+"""Our eleven lessons: every path goes as declared; what declares no answer comes out of closed forms or of runs, here once more."""
+
+import re
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.lessons.check import Walk, check_lesson, table_text
+from app.lessons.lesson import Lesson, Measurement, Step
+from app.lessons.measures.quantity import Value
+from app.lessons.outcomes import reference
+from app.lessons.reference_runs import measured
+from app.lessons.runs import Setup
+from app.lessons.step_view import fill
+from app.lessons.texts import placeholder_problems
+from app.settings import Language
+from app.text.lesson_text import lesson_html
+from controllers import budget
+from controllers.activation import activation
+from tests.app.lessons.helpers import our_book
+
+pytestmark = pytest.mark.slow
+
+LESSONS = our_book().lessons
+ROOT = Path(__file__).parents[3]
+
+
+@cache
+def walks(id: str) -> tuple[Walk, ...]:
+    return check_lesson(our_book(), LESSONS[our_book().index(id)])
+
+
+def step_of(lesson: str, step: str) -> Step:
+    (found,) = [s for s in LESSONS[our_book().index(lesson)].steps if s.id == step]
+    return found
+
+
+def values(lesson: str, step: str, id: str) -> tuple[float, ...]:
+    at = step_of(lesson, step)
+    found = reference(at, at.setup).known(at)[id]
+    assert all(value is not None for value in found)
+    return tuple(float(value) for value in found if value is not None)
+
+
+def value_with(setup: Setup, name: str, **changes: object) -> Value:
+    return measured(setup.with_changes(tuple(changes.items())), ((name, ()),))[0]
+
+
+@pytest.mark.parametrize("lesson", LESSONS, ids=lambda lesson: lesson.id)
+def test_the_right_path_passes_and_wrong_ones_fail_for_the_right_reason(lesson: Lesson) -> None:
+    found = walks(lesson.id)
+    assert [walk for walk in found if not walk.ok] == []
+    assert sum(walk.wrong for walk in found) >= 3
+    assert sum(walk.kind == "attempt" and walk.wrong for walk in found) >= 3
+    for step in lesson.steps:
+        if step.challenge is not None:
+            assert sum(bool(trial.fails) for trial in step.trials) >= 3
+            assert sum(not trial.fails for trial in step.trials) >= 1
+
+
+def test_a_text_that_counts_our_lessons_counts_all() -> None:
+    numbers = ("ten", "eleven", "twelve", "thirteen")
+    text = "".join(
+        (ROOT / name).read_text(encoding="utf-8") for name in ("README.md", "app/lessons/README.md", "app/cli/serve.py")
+    )
+    found = re.findall(r"(\w+) lessons\b|\bour (?:own )?(\w+)", text)
+    said = [word for words in found for word in words if word in numbers]
+    assert len(said) == 2 and {numbers.index(word) + 10 for word in said} == {len(LESSONS)}
+
+
+def test_no_reply_says_a_negative_depth() -> None:
+    step = next(s for s in LESSONS[6].steps if s.measurements[0].id == "smallest")
+    assert step.question is not None
+    replies = [fill(step, choice.reply, reference(step, step.setup), "en") for choice in step.question.choices]
+    assert not any(re.search(r"−\d+ mm into", reply) for reply in replies) and "went into each other" in replies[0]
+
+
+def test_every_inequality_of_every_challenge_can_fail() -> None:
+    loopholes = {"hold": {"authority", "speed"}, "strict-priority": set(), "limits": {"start", "avoid"}}
+    for lesson in LESSONS:
+        for step in lesson.steps:
+            if step.challenge is None or step.challenge.custom_law:
+                continue
+            missed = {id for trial in step.trials for id in trial.fails}
+            asked = {c.measurement.id for c in step.challenge.criteria} | {f.measurement.id for f in step.challenge.forecasts}
+            shut = {"dm", "law"} | loopholes.get(lesson.id, set())
+            assert asked - missed <= shut, (lesson.id, step.id)
+
+
+def test_a_path_that_goes_otherwise_fails_in_the_table() -> None:
+    text = table_text([Walk("x", "y", "attempt", "z", True, False, "why", 0.0)])
+    assert text.startswith("FAIL x") and "1 not as declared" in text
+
+
+@pytest.mark.parametrize(
+    ("language", "above", "below"), [("en", "above", "below"), ("de", "über", "unter"), ("sl", "nad", "pod")]
+)
+def test_a_difference_is_read_without_its_sign(language: Language, above: str, below: str) -> None:
+    step = step_of("imitation", "both")
+    both, one = (fill(step, f"{{measured:margin{name}:side}}", None, language) for name in ("", ":1"))
+    assert both == f"8.7 mm {above}" and one == f"55 mm {below}"
+    problems = [list(placeholder_problems(f"{{measured:margin:{way}}}", step)) for way in ("9:side", "side")]
+    assert problems[0] and not problems[1]
+
+
+def test_lesson_2_drift_is_in_proportion_to_the_step_and_the_joints_do_not_close() -> None:
+    """Half, a quarter and double; the joints' drift is the same at any step and any K; K dt > 2 grows."""
+    own, double, four, half = values("drift", "open_loop", "drift")
+    assert own / double == pytest.approx(0.5, abs=0.03)
+    assert four / double == pytest.approx(2.0, rel=0.02)
+    assert half / own == pytest.approx(0.5, abs=0.06)
+    joints = values("drift", "closed_loop", "joints")
+    assert joints == pytest.approx((joints[0],) * 3, rel=0.01) and np.degrees(joints[0]) > 0.5
+    closed, open_loop = values("drift", "closed_loop", "tip")
+    assert closed < 1e-6 < 1e-4 < open_loop
+    wild, calm, edge = values("drift", "overdone", "error")
+    assert wild > 100.0 * max(calm, edge)
+
+
+def test_lesson_4_lambda_at_twice_the_distance_and_its_tail() -> None:
+    """2⁻ⁿ; the tail within a tenth of the straight formula, or half a millimetre; chatter from n λ (v + u) dt / d > 2 on."""
+    met, formula = values("lambda", "curve", "met"), values("lambda", "curve", "formula")
+    assert formula == pytest.approx([activation(0.2, 0.1, n) for n in (10.0, 2.0, 1.0)])
+    assert formula == pytest.approx([2.0**-n for n in (10.0, 2.0, 1.0)])
+    assert met == pytest.approx(formula, abs=2e-3)
+    bias, straight = values("lambda", "tail", "bias"), values("lambda", "tail", "formula")
+    assert bias == pytest.approx(straight, rel=0.1, abs=5e-4)
+    assert bias[0] > 0.05 > bias[1] > bias[2] > bias[3]
+    zigzag, euler = values("lambda", "steep", "zigzag"), values("lambda", "steep", "euler")
+    assert zigzag[0] > 1e-3 and euler[0] > 2.0 and max(zigzag[1:]) < 5e-4 and max(euler[1:]) < 2.0
+
+
+def test_lesson_5_stands_off_where_the_line_says_and_is_smooth() -> None:
+    """Within 1 % of λ v = (1 − λ) K (d − 0.1 m); the step of q̇ halves with dt, the switch's does not."""
+    rest, steep, alone = values("smooth", "rest", "rest")
+    formula = values("smooth", "rest", "formula")
+    assert (rest, steep) == pytest.approx(formula, rel=0.01)
+    assert rest == pytest.approx(budget.resting_distance(0.15, 2.0, 0.3, 2.0 * (formula[0] - 0.1)), rel=0.02)
+    assert alone == pytest.approx(0.1, abs=1e-3)
+    step, double, four, switch = values("smooth", "smooth", "step")
+    assert step / double == pytest.approx(0.5, abs=0.05) and double / four == pytest.approx(0.5, abs=0.1)
+    assert switch > 50.0 * step
+
+
+def test_lesson_8_the_bound_on_v_is_little_above_the_smallest_that_will_do() -> None:
+    """By bisection: one arm needs between 0.30 and 0.36 m/s for this clap; both are content with 0.02."""
+    step = step_of("imitation", "one")
+    low, high = 0.05, 0.6
+    for _ in range(6):
+        v = (low + high) / 2.0
+        low, high = (low, v) if (value_with(step.setup, "distance_margin", v=v) or -1.0) >= 0.0 else (v, high)
+    assert step.challenge is not None
+    (bound,) = [c.high for c in step.challenge.criteria if c.measurement.id == "v"]
+    assert bound is not None and high <= bound < 1.15 * high
+    both, one, slow = values("imitation", "both", "margin")
+    assert both > 0.0 and slow > 0.0 and one < -0.01
+
+
+def test_lesson_10_what_helps_and_what_does_not() -> None:
+    fed, plain, fine, steep = values("limits", "fast", "margin")
+    assert fed > 0.0 > max(plain, fine, steep) and fine == pytest.approx(plain, abs=1e-3)
+    asked = values("limits", "lever", "textbook")
+    assert asked == pytest.approx([0.3 / (0.4 * np.sin(np.radians(a))) for a in (5.0, 20.0, 10.0, 1.0)], rel=1e-4)
+    assert values("limits", "lever", "reached")[0] < 2.0
+    own, double, soft, qp = values("limits", "switching", "step")
+    assert own / double > 0.9 and max(soft, qp) < 0.05 * own
+    switches = values("limits", "switching", "switches")
+    assert switches[0] > 1.5 * switches[1]
+
+
+def test_lesson_10_between_two_pairs_the_closest_pair_alone_loses_more_than_100_mm_and_a_smooth_distance_cures_it() -> None:
+    """The obstacle rests, and every other condition is met."""
+    single, finer, smooth, soft, faster = values("limits", "tie", "margin")
+    assert max(single, finer) < -0.1 and abs(finer - single) < 2e-3
+    assert min(smooth, soft, faster) > 0.0
+    assert values("limits", "tie", "approach") == (0.0,)
+    assert values("limits", "tie", "authority") == (0.0,)
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "text"),
+    [
+        (0.000313, 3, "0.31 mm"),
+        (0.001221, 3, "1.2 mm"),
+        (0.0337, 1, "34 mm"),
+        (0.424, 0, "424 mm"),
+        (0.0, 1, "0.0 mm"),
+        (-0.0546, 1, "−55 mm"),
+    ],
+)
+def test_two_significant_digits_are_shown_and_no_whole_number_is_rounded(value: float, digits: int, text: str) -> None:
+    assert Measurement("x", "hand_error_now", (), "mm", digits).text(value) == text
+
+
+def test_what_counts_ways_or_ranks_stays_a_whole_number() -> None:
+    assert Measurement("x", "null_dimension", (), "", 0).text(4.0) == "4"
+
+
+def test_a_series_is_a_table_in_the_order_of_what_differs() -> None:
+    step = our_book().lessons[3].steps[1]
+    outcome = reference(step, step.setup)
+    text = fill(step, "{table:bias,formula}", outcome, "en").strip().splitlines()
+    assert [line.split(" | ")[0] for line in text] == ["| n", "| ---", "| 1", "| 2", "| 5", "| 10"]
+    assert all(step.measurements[i].text(outcome.values[i][2]) in text[4] for i in (0, 1))
+    assert lesson_html(fill(step, step.observe, outcome, "en")).count("<td") == 12
+    assert "with n = 2" in outcome.lines(step, "en")[0] and "with n = 2" not in outcome.lines(step, "en", ["bias"])[0]
+
+
+def test_runs_that_differ_in_more_than_a_number_are_named() -> None:
+    step = our_book().lessons[4].steps[1]
+    text = fill(step, "{table:step}", None, "en")
+    assert "| this run |" in text and "| dt = 10 ms |" in text and "| law = Strict priority, switched at dₘ |" in text
+    tilted = our_book().lessons[9].steps[1]
+    assert "| 1° |" in fill(tilted, "{table:textbook}", None, "en")

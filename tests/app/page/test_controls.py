@@ -1,0 +1,168 @@
+"""Controls: what matters is in view, what is hidden has no effect, and the picker changes the experiment."""
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from app.page.panels.compare import smoothness_html, what_if_html
+from app.runtime.job_pool import JobPool
+from app.session.relevant_settings import ALSO, matters
+from app.session.studies import Smoothness
+from app.settings import Settings
+from scenes.experiments import EXPERIMENTS
+from scenes.headless import summarise
+from scenes.laws import LAWS
+from scenes.rerun import WhatIf
+from scenes.settings import RunSettings, changed, specs, values
+from scenes.simulation import Simulation
+from scenes.smoothness import Measured
+from tests.app.conftest import Arrive, OpenHouse
+from tests.app.page.helpers import ON_PAGE, SPECS, shown
+from tests.app.page.helpers import another as other_value
+from tests.scenes.helpers import moved
+
+SCENES = tuple(EXPERIMENTS)
+
+PATIENCE = 180.0
+"""Longest time for a study, which shares a busy machine's processors with whatever else runs [s]."""
+
+
+def everything(scene: str, law: str, **others: Any) -> Settings:
+    settings = Settings()
+    for key, value in {"scene": scene, "law": law, **others}.items():
+        settings = changed(settings, key, value)
+    return settings
+
+
+def another(key: str, present: Any) -> Any:
+    """A possible value other than the present one, an extreme one for a number."""
+    spec = SPECS[key]
+    return spec.low if isinstance(present, float) and present != spec.low else other_value(key, present)[1]
+
+
+def test_a_label_is_short_and_what_may_be_hidden_is_a_setting() -> None:
+    assert set(ALSO) <= set(SPECS) and all(len(SPECS[key].label) <= 11 for key in ON_PAGE)
+
+
+def moves(settings: RunSettings, steps: int = 120) -> bytes:
+    simulation = moved(settings, lambda simulation: simulation.steps >= steps)
+    return simulation.history.positions(simulation.history.table()).tobytes()
+
+
+@pytest.mark.parametrize(
+    ("scene", "law"),
+    [*((scene, "smooth_priority") for scene in SCENES), *(("master_slave", law) for law in LAWS if law != "smooth_priority")],
+)
+def test_what_is_hidden_has_no_effect_to_the_last_bit(scene: str, law: str) -> None:
+    settings = everything(scene, law, dm=0.28, d0=0.5)
+    plain = moves(settings.run)
+    hidden = [key for key in specs(RunSettings) if not matters(key, settings)]
+    assert hidden
+    for key in hidden:
+        assert moves(changed(settings.run, key, another(key, values(settings)[key]))) == plain, key
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_every_number_that_a_law_shows_has_an_effect(law: str) -> None:
+    settings = everything("hold", law, dm=0.28, d0=0.5, n=2.0, guided="right", pairs="soft", beta=50.0, wmax=1.0)
+    # What corrects or switches does nothing before it must.
+    steps = 1000 if LAWS[law].budget in ("correction", "switch") else 700
+    plain = moves(settings.run, steps)
+    for key in ("dm", "n", "v", "d0", "eta", "gamma", "kr", "pairs", "beta", "ff"):
+        if matters(key, settings):
+            assert moves(changed(settings.run, key, another(key, values(settings)[key])), steps) != plain, key
+
+
+def test_only_two_arms_can_both_avoid() -> None:
+    for scene in SCENES:
+        run = replace(RunSettings(), scene=scene)
+        assert run.both_avoid == (len(Simulation(run).roles.avoiders(run.avoid)) > 1)
+        for avoid in ("free", "guided", "both"):
+            chosen = replace(run, avoid=avoid)
+            assert chosen.both_avoid == (len(Simulation(chosen).roles.avoiders(avoid)) > 1)
+
+
+def test_which_settings_a_law_and_an_experiment_show() -> None:
+    seen = lambda scene, law, **others: {key for key in SPECS if matters(key, everything(scene, law, **others))}  # noqa: E731
+    assert all({"law", "k", "dt", "ghost", "theme"} <= seen("hold", law) for law in LAWS)
+    of_scenes = ["path", "kx", "point", "ball", "following", "clip", "source", "avoid", "coupled", "law"]
+    for scene, keys in {
+        "solo": "path kx",
+        "ball": "point ball law",
+        "hold": "avoid law",
+        "master_slave": "following avoid coupled law",
+        "imitation": "clip source avoid coupled law",
+    }.items():
+        assert seen(scene, "smooth_priority") & {*of_scenes} == {*keys.split()}, scene
+    assert "coupled" in seen("hold", "smooth_priority", avoid="both")
+    assert "beta" not in seen("hold", "smooth_priority", pairs="single")
+    assert "clip" not in seen("imitation", "smooth_priority", source="figure")
+
+
+def text(html: str) -> str:
+    return re.sub(r"\s+", " ", re.sub(r"<[^>]+>", " ", str(html)))
+
+
+def test_smoothness_in_a_table() -> None:
+    run = RunSettings()
+    dts = (0.005, 0.0025, 0.00125, 0.000625)
+    smooth = Measured(run, 10.0, dts, (0.08, 0.04, 0.02, 0.01))
+    half = Measured(run, 10.0, dts, (0.5, None, 0.51, None))
+    html = text(smoothness_html(Smoothness(smooth, half)))
+    assert "5 ms 0.0800 0.5000" in html and "2.5 ms 0.0400 …" in html and "0.625 ms 0.0100 …" in html
+    assert f"Law: {smooth.words}" in html and f"Ghost: {half.words}" in html
+    assert "Ghost" not in text(smoothness_html(Smoothness(smooth, None)))
+
+
+@contextmanager
+def held(jobs: JobPool, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Let no job begin meanwhile: a quick one would be over before the page says that it is computed."""
+    with monkeypatch.context() as context:
+        context.setattr(jobs, "_pump", lambda: None)
+        yield
+    jobs._pump()
+
+
+def test_the_tab_on_comparisons_follows_the_studies(house: OpenHouse, arrive: Arrive, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened = house()
+    one, jobs = arrive(opened, "scene=hold"), opened.context.jobs
+    assert isinstance(jobs, JobPool)
+
+    def says(*words: str) -> None:
+        one.visitor.wait_for(lambda v: all(word in text(shown(v)) for word in words), PATIENCE)
+
+    one.ask(lambda s: s.measure_smoothness())
+    says("few seconds")
+    one.ask(lambda s: s.change("whatif", True))
+    says("Now move")
+    one.run_on(1.5)
+    with held(jobs, monkeypatch):
+        one.ask(lambda s: [s.toggle_pause(), s.change("dm", 0.2)])
+        says("Computing")
+    for d_m in (0.2, 0.1):
+        one.ask(lambda s, d_m=d_m: s.change("dm", d_m))
+        says("as it was", f"With d m = {1000 * d_m:.0f} mm")
+    with held(jobs, monkeypatch):
+        one.ask(lambda s: s.measure_smoothness())
+        says("Measuring")
+    one.visitor.wait_for(lambda v: "Largest step" in text(shown(v)) and "Measuring" not in text(shown(v)), PATIENCE)
+    one.ask(lambda s: s.change("scene", "solo"))
+    one.visitor.wait_for(lambda v: "as it was" not in shown(v) and not v.mirror.labelled("how smooth")["visible"], PATIENCE)
+
+
+@pytest.mark.parametrize("scene", ["hold", "master_slave"])
+def test_what_if_in_a_table(scene: str) -> None:
+    simulation = Simulation(RunSettings(scene=scene))
+    for _ in range(40):
+        simulation.step(None)
+    table = simulation.history.table()
+    before = summarise(simulation, table)
+    summary = replace(before, d_min=0.1234, share_below=0.25, e2_max=0.01, dq_step_max=0.5)
+    answer = WhatIf(table[:, 0], table[:, 1], table[:, 3], simulation.settings, summary, before)
+    html = text(what_if_html(answer))
+    assert f"{1000.0 * before.d_min:.0f} mm 123 mm" in html and "25 %" in html and "0.500 rad/s" in html
+    assert ("5.7°" in html) == (scene == "master_slave") and ("100 mm" in html) == (scene == "hold")

@@ -1,0 +1,124 @@
+"""A curve drawn in the lesson's panel, in a real browser: by mouse, finger and keys, alone and in a class."""
+
+from playwright.sync_api import Page
+
+from app.lessons.bookmark import Phase
+from app.lessons.session.lesson_actions import GoOn
+from app.plots.curve_chart import COLUMNS
+from app.settings import Settings
+from scenes.settings import changed
+from tests.app.classroom.test_browser import WAIT, come
+from tests.app.conftest import OpenHouse, ask, lecture_of, live_sessions
+from tests.browser import PageAt, close_software_note, screenshot, settled_box, until
+from tests.tools.lesson_walker import enter
+
+Point = tuple[float, float]
+
+
+def on_the_board(page: Page, points: tuple[Point, ...]) -> list[Point]:
+    """Where points of the axes are on the page; both coordinates from 0 to 1."""
+    board = page.locator(".duet-draw")
+    board.scroll_into_view_if_needed()
+    left, top, wide, high = settled_box(page, board.locator(".paper"))
+    return [(left + x * wide, top + (1.0 - height) * high) for x, height in points]
+
+
+def by_mouse(page: Page, *points: Point) -> None:
+    places = on_the_board(page, points)
+    page.mouse.move(*places[0])
+    page.mouse.down()
+    for place in places[1:]:
+        page.mouse.move(*place, steps=4)
+    page.mouse.up()
+
+
+def by_finger(page: Page, *points: Point) -> None:
+    chrome = page.context.new_cdp_session(page)
+    places = on_the_board(page, points)
+    for kind, place in (("touchStart", places[0]), *(("touchMove", place) for place in places[1:])):
+        chrome.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": place[0], "y": place[1]}]})
+    chrome.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+
+
+def near(curve: tuple[float | None, ...], expected: float, columns: slice) -> bool:
+    return len(curve) == COLUMNS and all(v is not None and abs(v - expected) < 0.03 for v in curve[columns])
+
+
+def test_by_mouse_finger_and_keys_and_the_truth_over_it(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(1000, 760, fresh=True)
+    opened = house()
+    session, run = enter(page, opened, "lesson=4&step=1")
+    drawn = lambda: ask(session, lambda _: run.walk.done.drawing)  # noqa: E731
+    board = page.get_by_role("application", name="Draw λ over distance d.")
+    assert page.locator(".duet-chart").count() == 0, "the live curve would give it away"
+    by_mouse(page, (0.0, 0.9), (1.0, 0.9))
+    until(page, lambda: near(drawn(), 0.9, slice(0, COLUMNS)), "drawn by mouse")
+    assert ask(session, lambda _: run.walk.phase) is Phase.PREDICT
+    page.get_by_role("button", name="Clear").click()
+    until(page, lambda: drawn() == (), "cleared")
+    board.focus()
+    page.keyboard.press("Home")
+    page.keyboard.press("PageUp")
+    for _ in range(4):
+        page.keyboard.press("ArrowRight")
+    for _ in range(3):
+        page.keyboard.press("ArrowDown")
+    page.get_by_text("d = 73.4 mm, λ = 0.54").wait_for()
+    until(page, lambda: near(drawn(), 0.6, slice(0, 1)) and near(drawn(), 0.54, slice(4, 5)), "drawn by keys")
+    assert near(drawn(), 0.57, slice(2, 3)) and drawn()[5] is None, "straight over the gap"
+    assert ask(session, lambda _: run.walk.phase) is Phase.PREDICT, "the arrows are the board's here, not the lesson's"
+    by_mouse(page, (1.0, 0.8), (0.0, 0.8))
+    until(page, lambda: near(drawn(), 0.8, slice(0, COLUMNS)), "drawn backwards")
+    by_finger(page, (0.51, 0.1), (0.7, 0.1), (1.0, 0.1))
+    until(page, lambda: near(drawn(), 0.1, slice(25, COLUMNS)), "drawn over by a finger")
+    assert near(drawn(), 0.8, slice(0, 23))
+    screenshot(page, "drawing")
+
+    page.reload()
+    page.locator(".duet-draw .pencil").wait_for(state="attached")
+    close_software_note(page)
+    until(page, lambda: page.locator(".pencil").evaluate("path => path.getTotalLength()") > 40, "what was drawn before")
+    # Slow, so that the run is not over before it is skipped.
+    until(page, lambda: len(live_sessions(opened)) == 1, "the session of the page that came again")
+    (session,) = live_sessions(opened).values()
+    ask(session, lambda s: s.change("speed", 0.25))
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.locator(".duet-l-verdict figure").wait_for()
+    page.locator(".duet-draw").wait_for(state="detached")
+    page.get_by_role("button", name="Skip the run").click()
+    verdict = page.locator(".duet-l-verdict")
+    verdict.get_by_text("Your curve is within 0.", exact=False).wait_for()
+    assert verdict.get_by_text("by the formula").count() == 1 and verdict.locator("path.lam").count() >= 1
+    said = page.locator("#duet-say")
+    until(page, lambda: "Your curve is within" in (said.text_content() or ""), "read out")
+    assert "250" not in (said.text_content() or "").split(), "the numbers of the axes are not read out"
+    page.locator(".duet-chart").wait_for()
+    screenshot(page, "drawing-verdict")
+
+
+def test_a_class_draws_a_cloud(house: OpenHouse, page_at: PageAt) -> None:
+    opened = house(changed(Settings(), "picture", "fast"), lecture=True, key="chalk")
+    host = lecture_of(opened)
+    teacher, ann, bo = page_at(1000, 700), page_at(640, 600), page_at(640, 600)
+    come(teacher, f"{opened.url}/?key=chalk&lesson=4")
+    for page in (ann, bo):
+        come(page, opened.url)
+        page.locator(".duet-draw").wait_for()
+    by_mouse(ann, (0.0, 0.9), (1.0, 0.3))
+    by_mouse(bo, (0.0, 0.7), (1.0, 0.1))
+    cloud = teacher.locator(".duet-poll")
+    cloud.get_by_text("2 drawn").wait_for()
+    cloud.get_by_text("2 answered · 0 not yet").wait_for()
+    assert cloud.locator("path[stroke-opacity='0.3']").count() == 2 and ann.locator(".duet-poll").count() == 0
+    teacher.get_by_role("button", name="Reveal to everybody").click()
+    for page in (ann, bo):
+        page.locator(".duet-poll").get_by_text("median").wait_for()
+        page.locator(".duet-draw").wait_for(state="detached")
+    for phase in (Phase.DO, Phase.OBSERVE):
+        ask(host.session, lambda _: host.lessons.act(GoOn()))
+        until(teacher, lambda phase=phase: ask(host.session, lambda _: host.lessons.walk.phase) is phase, phase.value, WAIT)
+    assert ask(host.session, lambda _: host.lessons.walk.done.drawing[0]) is not None, "the stage's prediction is the class's"
+    for page in (teacher, ann):
+        page.locator(".duet-poll").get_by_text("by the formula").first.wait_for()
+        screenshot(page, f"drawing-class-{'teacher' if page is teacher else 'student'}")
+    ann.locator(".duet-lesson:not(.duet-l-verdict) > .card").get_by_text("Your curve is within 0.").wait_for()

@@ -1,0 +1,221 @@
+"""What a visitor enters wins over what the server writes into the same control meanwhile: on a slow line, and in a slow frame."""
+
+import socket
+import socketserver
+import threading
+from collections.abc import Iterator
+from contextlib import suppress
+
+import numpy as np
+import pytest
+from playwright.sync_api import Locator, Page
+
+from app.hosting.private_host import PrivateHost
+from app.lessons.bookmark import Phase
+from app.lessons.session.lesson_actions import Choose, GoOn
+from app.session.replay import Replay
+from app.session.session import Session
+from scenes.targets import JointTarget
+from tests.app.conftest import OpenHouse, ask, live_sessions
+from tests.app.page.by_hand import control
+from tests.app.runtime.processes import until as arrived
+from tests.browser import PageAt, close_software_note, until, wait_ready, world_position
+from tests.tools.lesson_walker import enter
+
+ELBOW = "/arms/arm/base/j1/j2/j3/j4"
+
+
+class SlowLine(socketserver.ThreadingTCPServer):
+    """A line to a server on which nothing that the browser says gets through for a while: as long as `open` is not set."""
+
+    allow_reuse_address = daemon_threads = True
+
+    def __init__(self) -> None:
+        super().__init__(("127.0.0.1", 0), _Line)
+        self.behind, self.open = 0, threading.Event()
+        self.open.set()
+
+    @property
+    def url(self) -> str:
+        return f"http://127.0.0.1:{self.server_address[1]}"
+
+
+class _Line(socketserver.BaseRequestHandler):
+    def handle(self) -> None:
+        line = self.server
+        assert isinstance(line, SlowLine)
+        with socket.create_connection(("127.0.0.1", line.behind)) as behind, suppress(OSError):
+            threading.Thread(target=self._hand_back, args=(behind,), daemon=True).start()
+            while data := self.request.recv(65536):
+                line.open.wait()
+                behind.sendall(data)
+
+    def _hand_back(self, behind: socket.socket) -> None:
+        with suppress(OSError):
+            while data := behind.recv(65536):
+                self.request.sendall(data)
+            self.request.shutdown(socket.SHUT_RDWR)
+
+
+@pytest.fixture
+def line() -> Iterator[SlowLine]:
+    with SlowLine() as made:
+        threading.Thread(target=made.serve_forever, args=(0.01,), daemon=True).start()
+        yield made
+        made.open.set()
+        made.shutdown()
+
+
+def visit(page: Page, house: OpenHouse, line: SlowLine, query: str) -> Session:
+    opened = house()
+    line.behind = opened.server.get_port()
+    page.goto(f"{line.url}/?picture=fast&{query}")
+    wait_ready(page, "/room")
+    until(page, lambda: len(live_sessions(opened)) == 1, "one session")
+    close_software_note(page)
+    (session,) = live_sessions(opened).values()
+    return session
+
+
+def box(row: Locator) -> Locator:
+    return row.locator("input[type=text]").last
+
+
+def row_of(page: Page, label: str) -> Locator:
+    return page.locator("label:visible").get_by_text(label, exact=True).locator("xpath=../../..")
+
+
+def test_a_setting_that_the_server_changes_meanwhile(house: OpenHouse, page_at: PageAt, line: SlowLine) -> None:
+    page = page_at(900, 640)
+    session = visit(page, house, line, "dm=0.1&n=1")
+    d_m, n = (box(control(page, key)) for key in ("dm", "n"))
+    line.open.clear()
+    d_m.fill("250")
+    ask(session, lambda s: [s.change("dm", 0.2), s.change("n", 3.0)])
+    until(page, lambda: n.input_value() == "3", "what the server writes")
+    assert d_m.input_value() == "250"
+    line.open.set()
+    until(page, lambda: session.settings.run.law.critical_distance == pytest.approx(0.25), "what was entered")
+    # What the server writes afterwards is newer than what was entered.
+    ask(session, lambda s: s.change("n", 4.0))
+    until(page, lambda: n.input_value() == "4", "a later value")
+    assert d_m.input_value() == "250"
+    ask(session, lambda s: s.change("dm", 0.15))
+    until(page, lambda: d_m.input_value() == "150", "a later value of the same control")
+
+
+def test_a_joint_of_an_arm_that_moves(house: OpenHouse, page_at: PageAt, line: SlowLine) -> None:
+    page = page_at(900, 640)
+    session = visit(page, house, line, "scene=master_slave")
+    page.get_by_role("tab", name="Arms").click()
+    page.get_by_text("your arm's joints [°]").click()
+    arm = session.simulation.guided
+    first, other = (box(row_of(page, label)) for label in arm.labels[:2])
+    first.wait_for()
+    line.open.clear()
+    first.fill("12.5")
+    seen = {other.input_value()}
+    until(page, lambda: len(seen) > 2 or seen.add(other.input_value()), "the other sliders follow the arm")
+    assert first.input_value() == "12.5"
+    line.open.set()
+    until(page, lambda: isinstance(session.held, JointTarget), "the arm is led by its joints")
+
+    def there(s: Session) -> bool:
+        return abs(np.degrees(s.simulation.positions[arm.joints][0]) - 12.5) < 0.5
+
+    until(page, lambda: ask(session, there), "the joint where it was typed")
+    assert first.input_value() == "12.5"
+
+
+def test_a_box_with_the_caret_shows_what_it_missed_when_it_is_left(house: OpenHouse, page_at: PageAt, line: SlowLine) -> None:
+    """What is selected stays so while the arm moves, and the first key replaces it."""
+    page = page_at(900, 640)
+    session = visit(page, house, line, "scene=master_slave")
+    page.get_by_role("tab", name="Arms").click()
+    page.get_by_text("your arm's joints [°]").click()
+    first, other = (box(row_of(page, label)) for label in session.simulation.guided.labels[:2])
+    first.wait_for()
+    # In one go, as what is looked at moves.
+    selected = first.evaluate("e => { e.focus(); e.select(); return e.value; }")
+
+    def follows(joint: Locator, seen: set[str]) -> bool:
+        seen.add(joint.input_value())
+        return len(seen) > 2
+
+    others: set[str] = set()
+    until(page, lambda: follows(other, others), "the other sliders follow the arm")
+    shown, *selection = first.evaluate("e => [e.value, e.selectionStart, e.selectionEnd]")
+    assert selection == [0, len(shown)]
+    first.evaluate("e => e.blur()")
+    firsts = {selected}
+    until(page, lambda: follows(first, firsts), "the box that is left follows it, too")
+
+
+def test_a_moment_of_a_replay_that_plays(house: OpenHouse, page_at: PageAt, line: SlowLine) -> None:
+    page = page_at(900, 640)
+    # Slow, but so much to look back at that the replay is not at its end before everything here is done.
+    session = visit(page, house, line, "speed=0.5")
+    ask(session, lambda s: s.hurry(12.0))
+    until(page, lambda: session.simulation.time > 12.0, "something to look back at")
+    page.get_by_text("Keep and replay").click()
+    page.get_by_role("button", name="Watch").click()
+    player = session.player
+    assert player is not None
+
+    def replay() -> Replay:
+        # A longer one takes the place of the newest 20 s as soon as it is made.
+        assert player.replay is not None
+        return player.replay
+
+    def from_the_beginning(_: Session) -> float:
+        replay().seek(0.0)
+        replay().playing = True
+        return replay().begin
+
+    until(page, lambda: player.replay is not None, "the past")
+    moment = box(row_of(page, "moment [s]"))
+    moment.wait_for()
+    shown = page.get_by_text("the past: ")
+    shown.wait_for()
+    entered = round(ask(session, from_the_beginning) + 0.55, 2)
+    line.open.clear()
+    moment.fill(f"{entered:g}")
+    begin = replay().time
+    until(page, lambda: replay().time > begin + 0.5, "the replay goes on")
+    seen = {shown.inner_text()}
+    until(page, lambda: len(seen) > 2 or seen.add(shown.inner_text()), "what the server writes")
+    assert moment.input_value() == f"{entered:g}"
+    line.open.set()
+    until(page, lambda: not replay().playing and replay().time == pytest.approx(entered), "the moment that was typed")
+    assert moment.input_value() == f"{entered:g}"
+
+
+def test_a_value_that_comes_while_a_frame_is_made(house: OpenHouse, page_at: PageAt, monkeypatch: pytest.MonkeyPatch) -> None:
+    page = page_at(900, 640)
+    opened = house()
+    session, run = enter(page, opened, "lesson=1&step=1")
+    ask(session, lambda _: run.act(Choose(2)))
+    while run.walk.phase is not Phase.CHALLENGE:
+        ask(session, lambda _: run.act(GoOn()))
+    swing = box(row_of(page, "swing the elbow"))
+    swing.wait_for()
+    assert isinstance(opened.host, PrivateHost)
+    (visitor,) = opened.host.visitors.values()
+    slider, making = visitor.operation._lesson_controls._motions._sliders[0], session.step
+
+    def slow_step(elapsed: float, budget: float) -> int:
+        """Make the steps of a frame, which has taken its actions already, while the visitor's value arrives."""
+        arrived(lambda: slider.value == 50.0)
+        return making(elapsed, budget)
+
+    elbow = world_position(page, ELBOW)
+    monkeypatch.setattr(session, "step", slow_step)
+    swing.fill("50")
+    arrived(lambda: slider.value == 50.0)
+    monkeypatch.setattr(session, "step", making)
+    until(page, lambda: np.linalg.norm(world_position(page, ELBOW) - elbow) > 0.05, "the elbow on its way")
+    assert swing.input_value() == "50" and slider.value == 50.0
+    # A fresh run begins at 0.
+    page.evaluate("document.activeElement.blur()")
+    page.keyboard.press("r")
+    until(page, lambda: swing.input_value() == "0", "0 again")

@@ -1,0 +1,185 @@
+"""The lessons on the page, on the server's side: texts, pictures, links, buttons, and what comes back."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from app.hosting.visitor import open_link
+from app.lessons import FOLDER
+from app.lessons.bookmark import Phase
+from app.lessons.loading import load_lessons
+from app.lessons.reference_runs import simulated
+from app.lessons.session.lesson_session import LessonSession
+from app.lessons.walkthrough import Walkthrough
+from app.page.lessons.answer_boxes import read_number
+from app.page.lessons.lesson_html import attempt_html, blocks_html
+from app.page.panels.hotkeys import LESSON_KEYS, hotkeys
+from app.session.session import Session
+from app.settings import LANGUAGES, Language, Settings
+from app.text.formula import formula, plain_formula
+from app.text.lesson_text import left_dollar, lesson_html, plain
+from app.text.picture import PICTURE, read_picture
+from scenes.settings import changed
+from tests.app.conftest import Arrive, OpenHouse
+from tests.app.lessons.helpers import our_book
+from tests.app.page.helpers import buttons, click
+
+pytestmark = pytest.mark.slow
+
+BOOK = load_lessons()
+
+
+def test_no_text_of_a_file_reaches_the_page_as_html_of_its_own() -> None:
+    made = lesson_html("a <script>alert(1)</script> *b <i>c</i>* `<d>` $x<y$\n\n- <e>\n\n![<f>](g.svg)", Path("/nowhere"))
+    for bad in ("<script", "<i>", "<d>", "<e>", "<f>"):
+        assert bad not in made
+    assert "<em>b" in made and "<svg" in made
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_every_picture_and_formula_of_every_step_that_a_student_walks_is_drawn(language: Language) -> None:
+    book = load_lessons(language=language)
+    walk, shown = Walkthrough(book), list[str]()
+    while True:
+        shown += blocks_html(walk.view(), (), False, False).values()
+        question = walk.step.question
+        if question is not None and walk.locked:
+            walk.choose(question.right)
+        while walk.hint():
+            pass
+        shown += blocks_html(walk.view(), (), False, False).values()
+        if not walk.next():
+            break
+    steps = [step for lesson in book.lessons for step in lesson.steps]
+    shown += [lesson_html(choice.reply) for step in steps if step.question is not None for choice in step.question.choices]
+    shown += [lesson_html(text) for lesson in book.lessons for text in (lesson.goal, lesson.promise, lesson.learned)]
+    made = "".join(shown)
+    assert "![" not in made and "$" not in made and "\\" not in made, "every picture and every formula is drawn"
+    named = {name for step in steps for _, name in PICTURE.findall(f"{step.observe}\n{step.explain}")}
+    assert {name.removesuffix(".svg").removesuffix(f".{language}") for name in named} == {
+        f"pictures/{name}" for name in ("elbow", "jump", "line", "lever", "kinks")
+    }
+    for name in named:
+        picture = read_picture(FOLDER, name).svg
+        assert 'class="d' in picture and "currentColor" in picture and picture.removeprefix("<svg ") in made
+
+
+def test_a_formula_goes_on_in_the_next_line() -> None:
+    (one,) = re.findall("<svg.*?</svg>", lesson_html("jumps by $(v + u)/\\|J_d\\|$ once"), re.DOTALL)
+    for text in (
+        "jumps by $(v +\nu)/\\|J_d\\|$ once",
+        "jumps by $(v\n+ u)/\\|J_d\\|$ once",
+        "- jumps by $(v\n  + u)/\\|J_d\\|$ once",
+    ):
+        made = lesson_html(text)
+        assert one in made and "$" not in made and made.count("<li>") == text.startswith("-")
+        assert left_dollar(text) is None
+    assert plain("by $v\n+ u$") == "by v + u"
+    for text, line in (
+        ("a\n$x\n\ny$", 1),
+        ("$x$ $$y", 0),
+        ("`$` \\$ $$a\n+ b$$\n\n```\n$HOME\n```\n", None),
+        ("~~~\n$\n~~~\n$", 3),
+    ):
+        assert left_dollar(text) == line
+
+
+def test_an_svg_that_holds_more_than_shapes_stays_a_picture_of_its_own(tmp_path: Path) -> None:
+    head = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"'
+    picture = tmp_path / "a.svg"
+    for rest in (
+        "><script>alert(1)</script></svg>",
+        ' onload="alert(1)"/>',
+        '><g><path d="M0 0" onclick="alert(1)"/></g></svg>',
+        '><foreignObject><p xmlns="http://www.w3.org/1999/xhtml">x</p></foreignObject></svg>',
+        '><path style="fill:red" d="M0 0"/></svg>',
+        '><path fill="url(https://example.org/x)" d="M0 0"/></svg>',
+        '><path id="duet-say" d="M0 0"/></svg>',
+        ' xmlns:xlink="http://www.w3.org/1999/xlink"><image xlink:href="https://example.org/x"/></svg>',
+    ):
+        picture.write_text(head + rest, encoding="utf-8")
+        made = lesson_html('![a "b" <c>](a.svg)', tmp_path)
+        assert re.fullmatch(r'<img alt="a &quot;b&quot; &lt;c&gt;" src="data:image/svg\+xml;base64,[\w+/=]+">', made)
+    picture.write_text(f"{head}><title>x</title><text>&lt;b&gt;</text></svg>", encoding="utf-8")
+    made = lesson_html('![a "b"](a.svg)', tmp_path)
+    assert made == '<svg class="picture" role="img" aria-label="a &quot;b&quot;" viewBox="0 0 1 1"><text>&lt;b&gt;</text></svg>'
+
+
+def test_symbols_have_their_colours_and_a_name() -> None:
+    made = formula(r"\dot d = \lambda v - (1 - \lambda) u - w", True)
+    for name in ("lam", "v", "u", "w"):
+        assert f'class="{name}"' in made
+    assert 'role="img"' in made and "λ" in made and "λ" in plain_formula(r"\lambda")
+    assert made.count('class="d"') == 0, "the rate of d is another quantity"
+    d = re.compile('class="d"')
+    for tex, count in (
+        (r"\lambda(d) = \left(\dfrac{d_m}{d}\right)^{n}", 2),
+        (r"d \geq d_{law} \geq d_m", 1),
+        (r"\dot d = -a (d - d^*)", 1),
+        (r"J_d\,\dot q + J_{d,i}\,\mathrm{d}t + \ddot d + \dot{d} = \min_i d_i", 0),
+    ):
+        assert len(d.findall(formula(tex, True))) == count, tex
+    assert plain("*half* of $d_m$, **not** `all`") == "half of dₘ, not all"
+
+
+@pytest.mark.parametrize(
+    ("text", "number"), [("0.5", 0.5), ("0,5 rad/s", 0.5), ("−2", -2.0), ("", None), ("x", None), ("nan", None), ("1e99", None)]
+)
+def test_a_number_is_read_as_a_person_types_it(text: str, number: float | None) -> None:
+    assert read_number(text) == number
+
+
+def test_no_two_keys_or_their_texts_are_the_same() -> None:
+    keys = (*hotkeys(), *LESSON_KEYS)
+    assert len({(h.key, h.modifier) for h in keys}) == len({h.text for h in keys}) == len({h.name for h in keys}) == len(keys)
+    assert len({h.shown for h in hotkeys()}) == len(hotkeys())
+
+
+def test_a_link_opens_a_step_with_its_plots_and_leaving_gives_ones_own_back(house: OpenHouse, arrive: Arrive) -> None:
+    one = arrive(house(), "lesson=3&step=2")
+    visitor, run = one.visitor, one.lessons
+    visitor.wait_for(lambda v: len(v.mirror.commands) == len(hotkeys()) + len(LESSON_KEYS))
+    assert (run.walk.lesson.id, run.walk.step.id) == ("strict-priority", "switch")
+    # A lesson shows the plots that its step needs, and offers no others.
+    visitor.wait_for(lambda v: not v.mirror.labelled("more plots")["visible"])
+    visitor.wait_for(lambda _: "Run (predict first)" in buttons(visitor))
+    click(visitor, "Leave")
+    visitor.wait_for(lambda v: not run.open and v.mirror.labelled("more plots")["visible"] and "Lessons" in buttons(v))
+    # The language is the browser's.
+    assert changed(one.session.settings, "lang", "auto") == Settings()
+
+
+def test_a_bad_link_is_named_and_the_page_goes_on(house: OpenHouse, arrive: Arrive) -> None:
+    guest = arrive(house(), "lesson=%3Cb%3E")
+    assert not guest.lessons.open
+    guest.run_on(0.1)
+    run = LessonSession(Session(Settings()), BOOK)
+    assert "step = 2 needs lesson" in open_link(run, {"step": "2"}, None)[0] and not run.open
+    assert "choose from 1" in open_link(run, {"lesson": "99"}, None)[0] and not run.open
+    assert open_link(run, {"lesson": "1", "step": "x"}, None) and run.open and run.walk.lesson is BOOK.lessons[0]
+    assert open_link(run, {"lesson": "strict-priority", "step": "2"}, None) == () and run.walk.step.id == "switch"
+    open_link(run, {"lesson": "1", "step": "77"}, None)
+    assert run.notes
+
+
+def test_the_third_try_brings_a_plot_that_survives_a_reload() -> None:
+    walk = Walkthrough(our_book())
+    walk.go("imitation", 1)
+    while walk.phase is not Phase.CHALLENGE:
+        walk.next()
+    for count, v in enumerate((0.1, 0.3, 0.35), 1):
+        walk.run_again()
+        walk.attempt(simulated(walk.setup.with_changes((("v", v),))))
+        assert [one.setting for one in walk.done.tries] == [0.1, 0.3, 0.35][:count]
+        assert ("<svg" in attempt_html(walk.view())) is (count >= 3)
+    walk.attempt(simulated(replace(walk.setup, seconds=1.0)))
+    assert walk.done.last is not None and walk.done.last.note and len(walk.done.tries) == 3, "a run that does not count is no try"
+    assert [one.met for one in walk.done.tries] == [False, False, True]
+    html = attempt_html(walk.view())
+    assert html.count('class="missed"') == 2 and html.count('class="met"') == 1 and html.count('class="bound"') == 2
+    xs = [float(x) for x in re.findall(r'class="missed" d="M([0-9.]+)', html)]
+    assert xs[0] < xs[1] < float(re.findall(r'class="met" cx="([0-9.]+)"', html)[0])
+    assert "Your tries: 3" in html and ">0.1<" in html and ">0.36<" in html
+    assert Walkthrough(walk.book, walk.to_json()).done.tries == walk.done.tries

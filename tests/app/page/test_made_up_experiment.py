@@ -1,0 +1,282 @@
+"""An experiment is declared once: one that the product has never heard of, put into the register, is right wherever they are seen."""
+
+import csv
+import html
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import redirect_stdout
+from dataclasses import replace
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.cli.main import main
+from app.export.csv_table import csv_bytes
+from app.export.player import player_html
+from app.export.plot_pictures import picture_bytes
+from app.export.python_snippet import as_python
+from app.lessons.lesson import possible_plots
+from app.lessons.scripts import SCRIPTS
+from app.page.panels import contact_card
+from app.page.panels.hotkeys import help_html
+from app.page.panels.readout import status_html, tip_text
+from app.plots.plot_choice import cells, possible_details
+from app.session.frame import freeze
+from app.session.relevant_settings import matters
+from app.session.session import Session
+from app.settings import PageSettings, Settings, from_query, to_query
+from app.sweep.heatmaps import _Plan
+from app.text.experiment_texts import EXPERIMENT_TEXTS, ExperimentTexts
+from scenes.arm_tasks.hold_task import HoldTask
+from scenes.ball import BallInTheWay, BallTask
+from scenes.experiments import EXPERIMENTS, Experiment
+from scenes.headless import run
+from scenes.history import COLUMN
+from scenes.roles import NoSource, Roles
+from scenes.room import World
+from scenes.settings import RunSettings, specs
+from scenes.simulation import Simulation
+from scenes.sweep import FIGURES, Axis, Grid
+from scenes.targets import BallTarget
+from tests.app.conftest import ELBOW, HAND, Arrive, OpenHouse, ask
+from tests.app.page.by_hand import LATE_UPDATE, drag_through, visit
+from tests.app.page.helpers import page_label, press
+from tests.browser import PageAt, until, world_position
+from tests.scenes.helpers import recorded_run
+from tests.test_imports import ROOT
+
+NAME, LABEL, SHORT = "made_up", "Made up, for a test", "made up"
+TIP, WATCHED = "Push the ball at the hand that stays.", "The hand stays where it is."
+
+
+class MadeUp(BallInTheWay):
+    """A hand that keeps its place while the visitor carries the ball."""
+
+    def roles(self, world: World, settings: RunSettings) -> Roles:
+        arm = world.room.arms[0]
+        keeper = HoldTask(world, arm)
+        return Roles((BallTask(world), keeper), arm, arm, keeper, None, (keeper,))
+
+    def source(self, world: World, settings: RunSettings) -> NoSource:
+        return NoSource()
+
+    def way(self, settings: RunSettings, home: np.ndarray) -> np.ndarray:
+        return np.zeros((0, 3))
+
+
+ENTRY = Experiment(NAME, LABEL, SHORT, f"{NAME}:MadeUp", "ball", "ball", "nothing", ("robot", "task", "point"))
+TEXTS = ExperimentTexts(lambda run, itself: TIP, lambda run: WATCHED)
+
+
+@pytest.fixture(autouse=True)
+def made_up(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """The made-up experiment in the register, as long as a test lasts. Nothing else of the product is touched."""
+    monkeypatch.setitem(sys.modules, f"scenes.{NAME}", sys.modules[__name__])
+    monkeypatch.setitem(EXPERIMENTS, NAME, ENTRY)
+    monkeypatch.setitem(EXPERIMENT_TEXTS, NAME, TEXTS)
+    yield
+
+
+def pushed() -> tuple[Simulation, Settings]:
+    """The experiment with the ball so near that the arm gives way, and its settings."""
+    simulation = Simulation(RunSettings(scene=NAME))
+    hand = simulation.kinematics.hand_pose(simulation.avoiding).translation.copy()
+    while simulation.sample().activation <= 0.05:
+        simulation.step(BallTarget(hand))
+    return simulation, Settings(simulation.settings)
+
+
+def test_the_command_line_runs_it_and_writes_its_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "--scene", NAME, "--point", "arm", "--seconds", "0.5", "--csv", str(tmp_path / "run.csv")]) == 0
+    lines = (tmp_path / "run.csv").read_text().splitlines()
+    assert any(NAME in line for line in lines if line.startswith("#"))
+    assert any("e2 [m²]" in line for line in lines if line.startswith("# units"))
+    rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    twin = run(RunSettings(scene=NAME, point="arm"), 0.5)
+    assert [float(row["d"]) for row in rows] == pytest.approx(twin.table[:, COLUMN["d"]].tolist(), abs=1e-9)
+    assert {"ball_q_x", "arm_q1"} <= set(rows[0])
+    assert main(["run", "--scene", "made_upp"]) == 2
+    assert f"{NAME}." in capsys.readouterr().err
+
+
+def test_the_help_names_it() -> None:
+    code = (
+        "from scenes.experiments import EXPERIMENTS; from dataclasses import replace\n"
+        f"EXPERIMENTS['{NAME}'] = replace(EXPERIMENTS['ball'], name='{NAME}')\n"
+        "from app.cli.main import main; main(['run', '--help'])"
+    )
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, cwd=ROOT, timeout=120)
+    assert f"imitation,{NAME}}}" in re.sub(r"[\s│]", "", said.stdout)
+
+
+def test_a_link_opens_it_with_its_settings() -> None:
+    settings, problems = from_query({"scene": NAME, "point": "elbow"}, Settings())
+    assert not problems and settings.run == RunSettings(scene=NAME, point="elbow")
+    assert from_query(to_query(settings), Settings())[0] == settings
+    assert to_query(settings)["scene"] == NAME
+
+
+def test_the_settings_that_it_reads_matter_and_those_of_others_do_not() -> None:
+    of = Settings(RunSettings(scene=NAME))
+    usual = {key for key in specs(RunSettings) if matters(key, replace(of, run=replace(of.run, scene="ball", ball="cross")))}
+    assert {key for key in specs(RunSettings) if matters(key, of)} == usual - {"ball"}
+    assert not {"rig", "guided", "avoid", "path", "kx", "clip", "following", "start", "coupled"} & usual
+
+
+def test_card_readout_and_tip_are_those_of_a_ball() -> None:
+    simulation, settings = pushed()
+    session = Session(settings)
+    frame = replace(freeze(session, 0.0), simulation=simulation, sample=simulation.sample())
+    words = contact_card.contact_words(frame, [])
+    assert words["obstacle"] == ("orange", "ball") and words["two"] is False
+    assert words["bodies"]["w"] == ["/ball"] and words["bodies"]["v"] == ["/arms/arm"]  # type: ignore[index]
+    assert tip_text(frame.shown) == TIP and tip_text(frame.shown, operated=False) == WATCHED
+    fast = replace(simulation.sample(), approach=1.0, distance=-0.01)
+    said = status_html(frame.pace, simulation, fast)
+    assert "the ball is faster than v" in said and "the arm overlaps the ball" in said
+    assert f"<kbd>6</kbd></td><td>{SHORT}</td>" in help_html() and "<kbd>1</kbd> … <kbd>6</kbd>" in help_html()
+
+
+def test_its_plots_are_those_of_an_arm_with_an_obstacle() -> None:
+    alike = RunSettings(scene="ball")
+    assert possible_details(RunSettings(scene=NAME)) == possible_details(alike)
+    assert possible_plots(RunSettings(scene=NAME)) == possible_plots(alike)
+    assert cells(RunSettings(scene=NAME), "lambda") == ("distance", "error", "lambda")
+    assert {name for name, one in SCRIPTS.items() if one.fits(NAME)} == {"ball_to", "ball_push", "ball_circle"}
+
+
+def test_a_visitor_walks_it(house: OpenHouse, arrive: Arrive) -> None:
+    one = arrive(house())
+    chooser = one.visitor.mirror.labelled(page_label("scene"))
+    assert chooser["options"][-1] == LABEL and len(chooser["options"]) == len(EXPERIMENTS)
+    press(one, NAME)
+    one.wait(lambda s: s.settings.run.scene == NAME and s.simulation.room.ball is not None)
+    of_page = lambda key: one.visitor.mirror.labelled(page_label(key))["visible"]  # noqa: E731
+    one.visitor.wait_for(lambda _: of_page("point") and of_page("law"))
+    one.visitor.wait_for(lambda _: not any(of_page(key) for key in ("ball", "guided", "path", "clip")))
+    one.visitor.set_value(page_label("scene"), specs()["scene"].options()["hold"])
+    one.wait(lambda s: s.settings.run.scene == "hold")
+
+
+def test_in_a_browser_key_6_enters_it_and_its_ball_is_pulled(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(960, 720, expect=(LATE_UPDATE,))
+    session = visit(page, house(), "gizmo=1&autopilot=0&speed=2")
+    page.mouse.click(300, 90)
+    page.keyboard.press("6")
+    page.wait_for_function("a => __viserMutable.nodeRefFromName[a]", arg="/arms/arm/base")
+    page.get_by_text(LABEL, exact=True).first.wait_for()
+    page.get_by_text(TIP).first.wait_for(state="attached")
+    there = "names => names.map(name => !!__viserMutable.nodeRefFromName[name])"
+    nodes = ["/ball", HAND, ELBOW, "/path/line", "/person/body"]
+    until(page, lambda: page.evaluate(there, nodes) == [True, False, False, False, False], "its ball, and nothing else")
+    titles = page.locator(".duet-title")
+    until(page, lambda: ["distance" in text for text in titles.all_inner_texts()[:1]] == [True], "its plots")
+    # Along the ball's arrow, upwards; its arrows are 0.2 m long.
+    ball = ask(session, lambda s: s.simulation.positions[s.simulation.room.ball].copy())
+    up = np.array([0.0, 0.0, 1.0])
+    drag_through(page, session, [ball + up * (0.16 + way) for way in np.linspace(0.0, 0.06, 8)])
+    assert isinstance(session.held, BallTarget)
+    until(page, lambda: world_position(page, "/ball")[2] > ball[2] + 0.04, "the ball where it was pulled")
+    page.mouse.up()
+    until(page, lambda: session.held is None, "letting go")
+
+
+def test_exports_and_the_player_name_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    _, recorded = recorded_run(RunSettings(scene=NAME), 0.5, 99.0, {})
+    assert f"scene={NAME}" in csv_bytes(recorded, 0.5).decode().replace(" ", "").replace(":", "=")
+    assert LABEL in player_html(recorded, 0.5, PageSettings(details="laws")).decode()
+    assert LABEL in picture_bytes(recorded, 0.5, "lambda", "svg").decode()
+    snippet = as_python(recorded, recorded, 0.5, "mine")
+    assert f"scene='{NAME}'" in snippet.text and "e² [m²]" in snippet.text and "$d_m$" in snippet.text
+    monkeypatch.chdir(tmp_path)
+    with redirect_stdout(StringIO()) as said:
+        exec(compile(snippet.text, "snippet", "exec"), {})
+    assert "Summary(d_min=" in said.getvalue() and (tmp_path / "mine.png").is_file()
+
+
+def test_a_sweep_over_it_has_the_unit_of_its_error() -> None:
+    grid = Grid(RunSettings(scene=NAME), (Axis("dm", (0.1, 0.15)),), 0.1)
+    table = _Plan(grid, {index: (0.1,) * len(FIGURES) for index in range(2)})
+    assert table.named("e2_max").endswith("[m²]")
+
+
+LESSON = f"""# Made up
+
+A lesson in an experiment that no file of the product names.
+
+```duet
+settings = {{ scene = "{NAME}", point = "hand" }}
+```
+
+## The ball comes
+
+```duet
+id = "comes"
+input = {{ script = "ball_push", speed = 0.2 }}
+seconds = 1.0
+plots = ["distance", "error"]
+```
+
+### Goal
+
+See what the hand does.
+
+### Do
+
+Watch.
+"""
+
+
+def test_a_lesson_in_it_is_printed(tmp_path: Path) -> None:
+    folder = tmp_path / "lessons"
+    folder.mkdir()
+    (folder / "01-made-up.md").write_text(LESSON, encoding="utf-8")
+    with redirect_stdout(StringIO()) as said:
+        assert main(["handout", "--folder", str(folder), "--out", str(tmp_path / "out")]) == 0
+    page = Path(said.getvalue().strip()).read_text("utf-8")
+    assert "The ball comes" in html.unescape(page)
+
+
+def sources() -> Iterator[tuple[str, str]]:
+    for floor in ("app", "scenes", "controllers"):
+        for path in (ROOT / floor).rglob("*"):
+            if path.suffix in (".py", ".js"):
+                yield path.relative_to(ROOT).as_posix(), path.read_text("utf-8")
+
+
+def test_no_other_file_of_the_product_names_an_experiment_or_compares_one() -> None:
+    names = [name for name in EXPERIMENTS if name not in (NAME, "ball")]
+    quoted, ball = re.compile("|".join(f"[\"']{name}[\"']" for name in names)), re.compile("[\"']ball[\"']")
+    compared = re.compile(r"\bif [^\n]*\bscene (?:==|!=|in|not in) |\bmatch [^:\n]*\.scene\b")
+    # Figures have names of their own, some of them the same.
+    assert {file for file, text in sources() if quoted.search(text)} == {"scenes/experiments.py", "app/figures/figure_list.py"}
+    assert {file for file, text in sources() if ball.search(text)} - NOT_THE_SCENE == {"scenes/experiments.py"}
+    # Two scenes with each other.
+    assert {file for file, text in sources() if compared.search(text)} == {"scenes/inputs_file.py", "app/bench/step.py"}
+    assert set(EXPERIMENT_TEXTS) == set(EXPERIMENTS)
+
+
+NOT_THE_SCENE = {
+    "app/figures/fig1_path.py",
+    "app/lessons/scripts.py",
+    "app/lessons/setups.py",
+    "app/jupyter/duet.py",
+    "app/page/handles/transform_handles.py",
+    "app/page/panels/contact_card.py",
+    "app/plots/pair_strips.py",
+    "app/stage/contact_view.py",
+    "scenes/ball.py",
+    "scenes/settings.py",
+}
+"""Files in which "ball" is an obstacle, a body, a setting, a handle or a word on the page."""
+
+
+def test_the_recipe_for_a_further_experiment_names_files_that_are_there() -> None:
+    text = (ROOT / "app" / "documents" / "recipes.md").read_text("utf-8")
+    recipe = text[text.index("## An experiment") :].split("\n## ")[0]
+    files = re.findall(r"`((?:scenes|app|tests)/[\w/]+\.\w+)`", recipe)
+    assert len(files) >= 5 and [file for file in files if not (ROOT / file).is_file()] == []

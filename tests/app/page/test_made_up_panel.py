@@ -1,0 +1,43 @@
+"""A panel is a file and one entry: one that the product has never heard of is on the page, acts, and follows the frame."""
+
+import pytest
+import viser
+
+from app.page import operation
+from app.page.panels.page_panel import PagePanel
+from app.page.view import View
+from app.session.actions import Action
+from app.session.frame import Frame
+from app.session.session import Session
+from tests.app.conftest import Arrive, OpenHouse
+
+
+class Halve(Action, newest_by=None):
+    """Halve the critical distance."""
+
+
+class MadeUp(PagePanel):
+    """A button that halves d_m, and d_m in words."""
+
+    def __init__(self, client: viser.ClientHandle, session: Session, view: View) -> None:
+        del view
+        self._session = session
+        client.gui.add_button("halve").on_click(lambda _: session.post(Halve()))
+        self._text = client.gui.add_text("made up", "")
+
+    def take(self, action: Action) -> bool:
+        if isinstance(action, Halve):
+            self._session.change("dm", 0.5 * self._session.settings.run.law.critical_distance)
+        return isinstance(action, Halve)
+
+    def show(self, frame: Frame) -> None:
+        self._text.value = f"{1000.0 * frame.settings.run.law.critical_distance:.0f} mm"
+
+
+def test_a_made_up_panel_is_one_entry(house: OpenHouse, arrive: Arrive, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(operation, "PANELS", [*operation.PANELS, MadeUp])
+    one = arrive(house(), "dm=0.2")
+    one.visitor.wait_for(lambda v: v.mirror.labelled("made up")["value"] == "200 mm")
+    one.visitor.click("halve")
+    one.visitor.wait_for(lambda v: v.mirror.labelled("made up")["value"] == "100 mm")
+    assert one.session.settings.run.law.critical_distance == 0.1

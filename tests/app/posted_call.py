@@ -1,0 +1,26 @@
+"""An action by which a test has its own code run between two frames, on the session's thread."""
+
+from collections.abc import Callable
+
+from app.session.actions import Action
+from app.session.session import Session
+
+
+class PostedCall(Action, newest_by=None):
+    call: Callable[[], object]
+
+
+class NamedCall(Action, newest_by=("name",)):
+    name: str
+    call: Callable[[], object]
+
+
+def do_call(action: Action) -> bool:
+    if isinstance(action, PostedCall | NamedCall):
+        action.call()
+    return isinstance(action, PostedCall | NamedCall)
+
+
+def post_call(session: Session, call: Callable[[], object]) -> None:
+    session.takers["test"] = do_call
+    session.post(PostedCall(call))

@@ -1,0 +1,182 @@
+"""A replay stands where the run was, to the last bit; a lecture sees the past together, and it ends with its presenter."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from app.bench.headless_client import HeadlessClient
+from app.classroom.lecture import LectureHost
+from app.hosting.private_host import PrivateHost
+from app.lessons.session.lesson_actions import Choose, GoTo, StartOrPause
+from app.plots.time_series import COLUMNS, RollingSeries
+from app.session import replay as replay_module
+from app.session.replay import PERIOD, Replay, make_film
+from scenes.history import COLUMN
+from scenes.inputs import encoded
+from tests.app.conftest import Arrive, Join, OpenHouse, ask
+from tests.app.export.runs import SCENES, piece
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_any_moment_is_as_it_was(scene: str) -> None:
+    recorded, table = piece(scene, 3.0, 1.6, lively=True)
+    replay = Replay(recorded)
+    targets = [encoded(target) for target in recorded.targets()]
+    generator = np.random.default_rng(3)
+    for step in (1, 2, recorded.steps, recorded.steps - 1, 7, *generator.integers(1, recorded.steps + 1, 12).tolist()):
+        replay.seek_step(step)
+        assert replay.simulation.history.table(1)[0].tobytes() == table[step - 1].tobytes()
+        assert replay.step == step and encoded(replay.target) == targets[step - 1]
+        assert replay.time == pytest.approx(replay.simulation.time, abs=1e-9)
+        ends = np.cumsum([stretch.targets.steps for stretch in recorded.stretches])
+        assert replay.simulation.settings == recorded.stretches[int(np.searchsorted(ends, step))].settings
+
+
+@cache
+def lively() -> Replay:
+    return Replay(piece("hold", 3.0, 99.0, lively=True)[0])
+
+
+@settings(max_examples=40)
+@given(st.floats(allow_nan=True, allow_infinity=True))
+def test_any_time_at_all_is_a_moment(time: float) -> None:
+    replay = lively()
+    step = replay.nearest(time)
+    assert 1 <= step <= replay.steps
+    if replay.begin <= time <= replay.end:
+        assert abs(replay.moment(step) - time) <= 0.0026
+
+
+def test_every_step_has_its_time_and_every_time_its_step() -> None:
+    replay = lively()
+    times = [replay.moment(step) for step in range(1, replay.steps + 1)]
+    assert (np.diff(times) > 0.0).all() and (replay.begin, replay.end) == (times[0], times[-1])
+    assert [replay.nearest(time) for time in times] == list(range(1, replay.steps + 1))
+    for time, step in ((-5.0, 1), (99.0, replay.steps), (float("nan"), 1), (float("inf"), replay.steps)):
+        replay.seek(time)
+        assert replay.step == step
+    replay.seek_step(-3)
+    assert replay.step == 1
+    # A row of the table is of the time before its step.
+    _, table = piece("hold", 3.0, 99.0, lively=True)
+    np.testing.assert_allclose(times[:-1], table[1:, COLUMN["t"]], atol=1e-9)
+
+
+def test_playing_goes_through_every_step_and_rests_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(replay_module, "BUDGET", float("inf"))
+    recorded, table = piece("hold")
+    replay = Replay(recorded)
+    replay.advance(1.0)
+    assert replay.step == 1
+    replay.toggle()
+    replay.advance(0.1)
+    assert replay.step == 21 and replay.playing
+    replay.speed = 0.5
+    replay.advance(0.1)
+    assert replay.step == 31
+    while replay.playing:
+        replay.advance(0.02)
+    assert replay.step == replay.steps and replay.advance(1.0) == 0
+    assert replay.simulation.history.table().tobytes() == table.tobytes()
+    replay.toggle()
+    assert replay.playing and replay.step == 1
+
+
+def test_playing_leaves_room_for_other_frames(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(replay_module, "BUDGET", 0.0)
+    replay = Replay(piece("hold")[0])
+    replay.toggle()
+    assert replay.advance(1.0) == 8 and replay.playing
+    # What was not made in time is not made up for later.
+    assert replay.advance(0.015) == 3
+
+
+def test_plots_see_what_was_before_and_no_dip_is_lost() -> None:
+    recorded, table = piece("hold", 6.0)
+    replay = Replay(recorded)
+    buffer = RollingSeries()
+    for time in (5.5, 2.0, 5.0):
+        replay.seek(time)
+        buffer.feed(replay.simulation)
+        times, distances = buffer.newest([COLUMNS["d"]])
+        assert times[-1] == pytest.approx(time, abs=0.02) and times[0] < 0.2
+        live = table[: replay.step]
+        # As many bins as the page had then, and the smallest distance in every one of them.
+        bins = np.unique((live[:, COLUMN["t"]] * 8.0).astype(int), return_index=True)[1]
+        np.testing.assert_array_equal(distances, np.minimum.reduceat(live[:, COLUMN["d"]], bins))
+
+
+@pytest.mark.parametrize(("seconds", "states"), [(6.0, 4000), (1.0, 7)])
+def test_a_film_has_few_states_and_the_nearest_rows(monkeypatch: pytest.MonkeyPatch, seconds: float, states: int) -> None:
+    monkeypatch.setattr(replay_module, "MOST_STATES", states)
+    recorded, table = piece("hold", seconds)
+    kept = make_film(recorded)
+    assert kept.marks[0] == 0 and len(kept.marks) == len(kept.states) == min(-(-recorded.steps // replay_module.SPACING), states)
+    assert len(kept.rows) == pytest.approx(seconds / PERIOD, abs=1)
+    for row, step in zip(kept.rows, kept.row_steps.tolist(), strict=True):
+        assert row.tobytes() == table[step].tobytes()
+    assert kept.rows[:, COLUMN["d"]].min() == table[:, COLUMN["d"]].min()
+    replay = Replay(recorded, kept)
+    for step in (150, 20, 199):
+        replay.seek_step(step)
+        assert replay.simulation.history.table(1)[0].tobytes() == table[step - 1].tobytes()
+
+
+def texts(visitor: HeadlessClient) -> str:
+    return " ".join(str(element.get("content", "")) for element in list(visitor.mirror.gui.values()))
+
+
+def says_so(visitor: HeadlessClient) -> bool:
+    return "This is the past" in texts(visitor) and "the past: " in texts(visitor)
+
+
+def test_a_lecture_looks_back_together_and_goes_on_when_the_lecturer_leaves(house: OpenHouse, join: Join) -> None:
+    opened = house(lecture=True)
+    assert isinstance(opened.host, LectureHost)
+    session = opened.host.session
+    first = join(opened)
+    first.wait_for(lambda v: v.mirror.grabbable)
+    second = join(opened)
+    first.wait_for(lambda _: session.simulation.time > 0.5)
+    assert not says_so(second.visitor)
+    first.set_value("replay", "Watch")
+    for visitor in (first, second):
+        visitor.wait_for(says_so)
+    assert session.paused
+    first.wait_for(lambda v: not v.mirror.grabbable)
+    operation = opened.host.controls.operation
+    assert operation is not None and operation._replay_bar is not None
+    bar = operation._replay_bar
+    first.wait_for(lambda _: bar.exports.player.replay is not None and not bar.exports.player.replay.playing)
+    steps = ask(session, lambda s: s.simulation.steps)
+    first.set_value("moment [s]", 0.25)
+    for visitor in (first, second):
+        visitor.wait_for(lambda v: "the past: 0.2 s" in texts(v))
+    assert ask(session, lambda s: s.simulation.steps) == steps
+
+    # The one who shows it leaves: the run goes on, for those who are there.
+    first.close()
+    second.wait_for(lambda v: not says_so(v))
+    second.wait_for(lambda _: not session.paused and session.simulation.steps > steps)
+
+
+def test_a_lesson_that_goes_on_ends_the_past_and_keeps_its_run_waiting(house: OpenHouse, arrive: Arrive) -> None:
+    opened = house()
+    guest = arrive(opened)
+    assert isinstance(opened.host, PrivateHost)
+    stand = opened.host.visitors[guest.number]
+    bar = stand.operation._replay_bar
+    assert bar is not None
+    guest.ask(lambda _: stand.lessons.enter(0))
+    guest.ask(lambda _: stand.lessons.act(Choose(2)))
+    guest.ask(lambda _: stand.lessons.act(StartOrPause()))
+    guest.wait(lambda s: s.simulation.time > 0.3)
+    guest.visitor.set_value("replay", "Watch")
+    guest.visitor.wait_for(says_so)
+    guest.ask(lambda _: stand.lessons.act(GoTo(0, 1)))
+    guest.visitor.wait_for(lambda v: not says_so(v))
+    # The next step waits for an answer.
+    assert guest.ask(lambda s: ("replay" in s.halt, s.paused, s.simulation.steps, stand.lessons.locked)) == (False, True, 0, True)

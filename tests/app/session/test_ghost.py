@@ -1,0 +1,305 @@
+"""A second run: the ghost under the very same hand, and the microscope's, with single steps and half the time step."""
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from app.plots.microscope_chart import microscope_html
+from app.session import session as session_module
+from app.session.microscope import STRIDE, Magnified
+from app.session.session import Session
+from app.settings import PageSettings, Settings, ghosts
+from scenes.experiments import EXPERIMENTS
+from scenes.history import COLUMN
+from scenes.laws import LAWS
+from scenes.rerun import rerun
+from scenes.settings import LawSettings, RunSettings, values
+from scenes.simulation import Simulation
+from scenes.smoothness import AROUND, ECHO, avoiding_rates, largest_jump
+from scenes.targets import HandTarget
+from tests.app.inline import Inline
+from tests.app.session.conftest import go
+
+SCENES = tuple(EXPERIMENTS)
+
+
+def at(scene: str = "hold", ghost: str = "off", **run: Any) -> Session:
+    return Session(Settings(RunSettings(scene=scene, **run), PageSettings(ghost=ghost)))
+
+
+def table(simulation: Simulation | None) -> np.ndarray:
+    assert simulation is not None
+    return simulation.history.table()
+
+
+def the_ghost(session: Session) -> Simulation:
+    assert session.ghost is not None
+    return session.ghost
+
+
+HAND = st.lists(st.floats(-0.5, 0.5), min_size=3, max_size=3).map(lambda way: HandTarget(np.array([0.3, 0.0, 1.0]) + way))
+ACTIONS: st.SearchStrategy[Callable[[Session], object]] = st.one_of(
+    st.floats(0.0, 0.1).map(lambda elapsed: lambda s: s.advance(elapsed)),
+    HAND.map(lambda target: lambda s: s.hold(target)),
+    st.just(lambda s: s.nudge(np.array([0.0, 0.02, 0.0]))),
+    st.sampled_from((Session.toggle_pause, Session.single_step, Session.reset, lambda s: s.hold(None))),
+    *(
+        st.sampled_from(choices).map(lambda value, key=key: lambda s: s.change(key, value))
+        for key, choices in {
+            "dm": (0.1, 0.2),
+            "k": (1.0, 4.0),
+            "dt": (0.004, 0.008),
+            "seed": (1, 2),
+            "scene": SCENES,
+            "rig": ("torso", "table"),
+            "law": ("barrier_qp", "smooth_priority", "strict_switched"),
+            "guided": ("left", "right"),
+            "avoid": ("paper", "both", "guided"),
+            "coupled": (True, False),
+            "autopilot": (True, False),
+        }.items()
+    ),
+)
+GHOSTS = st.none() | st.sampled_from(tuple(ghosts()))
+
+
+@settings(max_examples=60)
+@given(st.lists(st.tuples(ACTIONS, GHOSTS), min_size=5, max_size=25))
+def test_whatever_is_done_in_any_scene_the_run_does_not_notice(actions: list[tuple[Any, Any]]) -> None:
+    alone, haunted = at(), at()
+    for action, new in actions:
+        if new is not None:
+            haunted.change("ghost", new)
+        for session in (alone, haunted):
+            action(session)
+            session.advance(0.06)
+        ghost = haunted.ghost
+        if ghost is not None:
+            assert (ghost.steps, ghost.time) == (haunted.simulation.steps, haunted.simulation.time)
+            assert ghost.room is haunted.simulation.room and np.isfinite(ghost.positions).all()
+    assert table(alone.simulation).tobytes() == table(haunted.simulation).tobytes()
+    assert replace(haunted.settings, page=alone.settings.page) == alone.settings
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_a_ghost_with_the_same_settings_is_the_run_in_any_scene(scene: str) -> None:
+    session = at(scene, ball="cross")
+    go(session, 1.0)
+    session.change("ghost", "frozen")
+    go(session, 1.0)
+    session.hold(HandTarget(np.array([0.4, 0.1, 1.0])))
+    go(session, 0.5)
+    ghost = table(session.ghost)
+    assert len(ghost) == 300 and ghost.tobytes() == table(session.simulation)[-300:].tobytes()
+    # Also as a link brings it, from the first step on.
+    session = at(scene, "frozen", ball="cross")
+    assert the_ghost(session).settings == session.settings.run
+    go(session, 0.5)
+    assert table(session.ghost).tobytes() == table(session.simulation).tobytes()
+
+
+def test_the_frozen_ghost_keeps_law_and_gain_and_one_with_another_law_nothing() -> None:
+    session = at()
+    session.change("dm", 0.12)
+    session.change("k", 3.0)
+    session.change("ghost", "frozen")
+    frozen = session.settings.run
+    changes = {"dm": 0.25, "law": "unprotected", "pairs": "single", "k": 1.0, "gamma": 7.0, "wmax": 0.4, "dt": 0.004}
+    for key, value in changes.items():
+        session.change(key, value)
+        assert the_ghost(session).settings == replace(session.settings.run, law=frozen.law, gain=3.0)
+    go(session, 1.0)
+    assert the_ghost(session).law.activation(0.13) < 1.0 == the_ghost(session).law.activation(0.12)
+    # Choosing it again is another moment.
+    session.change("ghost", "off")
+    assert session.ghost is None
+    session.change("ghost", "frozen")
+    assert the_ghost(session).settings == session.settings.run
+    for law in LAWS:
+        session.change("ghost", law)
+        session.change("dm", session.settings.run.law.critical_distance - 0.01)
+        assert the_ghost(session).settings == replace(session.settings.run, law=replace(session.settings.run.law, law=law))
+
+
+def test_a_ghost_begins_where_the_run_is_and_follows_the_same_hand() -> None:
+    session = at(ghost="unprotected")
+    go(session, 6.0)
+    simulation = session.simulation
+    other, joints = simulation.avoiding.joints, simulation.guided.joints
+    assert np.abs(the_ghost(session).positions[other] - simulation.positions[other]).max() > 0.01
+    assert the_ghost(session).positions[joints].tobytes() == simulation.positions[joints].tobytes()
+    session.change("ghost", "barrier_qp")
+    ghost = the_ghost(session)
+    assert ghost.positions.tobytes() == simulation.positions.tobytes()
+    assert (ghost.time, ghost.steps, ghost.history.count) == (simulation.time, simulation.steps, 0)
+    go(session, 0.1)
+    rows = table(ghost)
+    assert rows[:, COLUMN["t"]].tobytes() == table(simulation)[-len(rows) :, COLUMN["t"]].tobytes()
+
+
+def test_reset_resets_both() -> None:
+    session = at(ghost="frozen")
+    session.change("dm", 0.25)
+    go(session, 1.0)
+    session.reset()
+    ghost = the_ghost(session)
+    assert (ghost.time, ghost.steps, ghost.history.count) == (0.0, 0, 0)
+    assert ghost.positions.tobytes() == session.simulation.positions.tobytes()
+    assert ghost.settings.law.critical_distance == 0.15
+    go(session, 1.0)
+    fresh = at(dt=ghost.settings.dt)
+    go(fresh, 1.0)
+    assert table(ghost).tobytes() == table(fresh.simulation).tobytes()
+
+
+@pytest.mark.parametrize("change", ["scene=master_slave", "rig=table", "guided=left", "scene=ball", "scene=solo"])
+def test_in_another_room_or_role_there_is_another_ghost(change: str) -> None:
+    session = at(ghost="unprotected")
+    go(session, 6.0)
+    old = the_ghost(session)
+    session.change(*change.split("="))
+    ghost, simulation = the_ghost(session), session.simulation
+    assert ghost is not old and ghost.room is simulation.room and ghost.settings.law.law == "unprotected"
+    assert ghost.positions.tobytes() == simulation.positions.tobytes() and ghost.time == simulation.time
+    assert ghost.guided == simulation.guided
+    go(session, 0.5)
+    assert ghost.history.count == 100
+
+
+def test_a_machine_that_cannot_keep_up_is_so_for_both(monkeypatch: pytest.MonkeyPatch) -> None:
+    session = at(ghost="barrier_qp")
+    clock = [0.0]
+    monkeypatch.setattr(session_module, "perf_counter", lambda: clock[0])
+    ghost = the_ghost(session)
+    real = ghost.step
+
+    def slow(target: Any) -> None:
+        clock[0] += session_module.BUDGET / 2.0
+        real(target)
+
+    monkeypatch.setattr(ghost, "step", slow)
+    made = [session.advance(0.08) for _ in range(20)]
+    assert all(0 < count < 16 for count in made) and session.pace.slowed
+    assert ghost.steps == session.simulation.steps == sum(made)
+    assert np.allclose(np.diff(table(ghost)[:, 0]), values(session.settings)["dt"])
+
+
+SWITCHED = RunSettings(scene="ball", point="hand", law=LawSettings(law="strict_switched", pairs="single"))
+
+
+@given(st.integers(2, 400), st.integers(1, 7), st.integers(0, 2**32 - 1))
+def test_the_largest_jump_is_between_two_steps_that_count(steps: int, joints: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    times, velocities = np.linspace(0.0, (steps - 1) * 0.01, steps), rng.normal(size=(steps, joints))
+    time = largest_jump(times, velocities, 0.01)
+    jumps = np.abs(np.diff(velocities, axis=0)).max(axis=1)
+    counted = [jump for jump, later in zip(jumps.tolist(), times[1:].tolist(), strict=True) if later >= ECHO * 0.01]
+    if counted:
+        assert jumps[int(np.searchsorted(times, time)) - 1] == max(counted)
+    else:
+        assert time == times[-1]
+
+
+def looking(desk: Inline, settings: RunSettings = SWITCHED, seconds: float = 6.0) -> Session:
+    session = Session(Settings(settings, PageSettings()), background=desk)
+    while session.simulation.time < seconds:
+        session.advance(0.1)
+    session.toggle_pause()
+    return session
+
+
+def seen(session: Session, desk: Inline) -> Magnified:
+    first = session.studies.magnified(session.simulation)
+    assert first is not None and first.finer is None
+    assert desk.work("microscope") == ["microscope"]
+    second = session.studies.magnified(session.simulation)
+    assert second is not None and second.finer is not None and second.time == first.time
+    return second
+
+
+def test_what_is_seen_is_the_history_and_the_finer_steps_are_a_rerun() -> None:
+    desk = Inline()
+    session = looking(desk)
+    found = seen(session, desk)
+    assert found.finer is not None
+    simulation, table = session.simulation, session.simulation.history.table()
+    at = int(np.searchsorted(table[:, COLUMN["t"]], found.time))
+    rows = slice(at - AROUND, at + AROUND + 1)
+    rates = simulation.history.velocities(table)[:, simulation.avoiding.joints]
+    assert found.steps.times.tobytes() == table[rows, COLUMN["t"]].tobytes()
+    assert found.steps.values.tobytes() == rates[rows, found.joint].tobytes()
+    jumps = np.abs(np.diff(rates, axis=0))[ECHO:]
+    assert found.steps.largest == pytest.approx(jumps.max())
+    recorded = session.recorded()
+    assert recorded is not None
+    again = rerun(recorded, substeps=2).table
+    place = int(np.searchsorted(again[:, COLUMN["t"]], found.finer.times[0] - 1e-9))
+    there = simulation.history.velocities(again)[place : place + len(found.finer.times), simulation.avoiding.joints]
+    assert len(found.finer.times) == 4 * AROUND + 1 and found.finer.dt == pytest.approx(0.0025)
+    assert found.finer.values.tobytes() == there[:, found.joint].tobytes()
+    # A jump stays at half the step.
+    assert found.finer.largest == pytest.approx(found.steps.largest, rel=0.1)
+    # Nothing is asked a second time.
+    assert session.studies.magnified(session.simulation) is not None and not desk.waiting("microscope")
+    dots = re.findall(r'class="(\w+) dots" d="([^"]*)"', microscope_html(found, session.settings.run, 150))
+    assert [(name, path.count("h0")) for name, path in dots] == [("u", 2 * AROUND + 1), ("ghost", 4 * AROUND + 1)]
+
+
+def test_another_signal_and_another_instant() -> None:
+    desk = Inline()
+    session = looking(desk, RunSettings(), 3.0)
+    jump = seen(session, desk)
+    for quantity in ("d", "lambda", "e"):
+        session.studies.microscope.look_at(quantity)
+        found = session.studies.magnified(session.simulation)
+        assert found is not None and found.finer is not None and found.time == jump.time
+        table = session.simulation.history.table()
+        at = int(np.searchsorted(table[:, COLUMN["t"]], found.steps.times[0]))
+        column = np.sqrt(table[:, COLUMN["e2"]]) if quantity == "e" else table[:, COLUMN[quantity]]
+        assert np.array_equal(found.steps.values, column[at : at + len(found.steps.values)])
+    session.studies.microscope.move(-STRIDE, 0.005)
+    assert seen(session, desk).time == pytest.approx(jump.time - STRIDE * 0.005)
+    session.studies.microscope.find_jump()
+    assert seen(session, desk).time == jump.time
+    # At the newest step there is nothing after it yet; the finer steps are asked for again when there is.
+    session.studies.microscope.move(10_000, 0.005)
+    newest = seen(session, desk)
+    assert newest.time == newest.steps.times[-1]
+    session.toggle_pause()
+    session.advance(0.1)
+    session.studies.microscope.move(0, 0.005)
+    session.advance(0.1)
+    session.advance(0.1)
+    assert session.studies.magnified(session.simulation) is not None and desk.waiting("microscope")
+    session.reset()
+    assert session.studies.magnified(session.simulation) is session.studies.microscope.span is None
+    assert not desk.waiting("microscope")
+
+
+@pytest.mark.parametrize("time", [1.5, 20.0, 23.995])
+def test_any_instant_of_the_run(time: float) -> None:
+    desk = Inline()
+    session = looking(desk, RunSettings(), 24.0)
+    assert session.studies.magnified(session.simulation) is not None
+    desk.work("microscope")
+    session.studies.microscope.go_to(time + 0.001)
+    found = seen(session, desk)
+    assert found.finer is not None and found.time == pytest.approx(time)
+    table = session.simulation.history.table()
+    near = np.abs(table[:, COLUMN["t"]] - time) < (AROUND + 0.5) * 0.005
+    assert np.array_equal(found.steps.times, table[near, COLUMN["t"]])
+    rates = avoiding_rates(session.simulation, table[near])
+    assert np.array_equal(found.steps.values, rates[:, found.joint])
+    # The finer steps meet the same stretch, and hardly differ where nothing jumps.
+    assert found.finer.times[0] == pytest.approx(found.steps.times[0]) and len(found.finer.times) >= 2 * AROUND
+    assert np.interp(found.steps.times, found.finer.times, found.finer.values) == pytest.approx(found.steps.values, abs=0.02)
+    assert session.studies.microscope.span == (table[0, COLUMN["t"]], table[-1, COLUMN["t"]], found.time)
+    # A place before the run is its beginning.
+    session.studies.microscope.go_to(-5.0)
+    assert (first := session.studies.magnified(session.simulation)) is not None and first.time == table[0, COLUMN["t"]]

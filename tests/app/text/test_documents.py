@@ -1,0 +1,63 @@
+"""The documents that teachers read, as the server gives them out."""
+
+import re
+import urllib.error
+import urllib.request
+from collections.abc import Callable
+
+import pytest
+
+from app.text.documents import DOCUMENTS, FOLDER, document_html, document_page
+from app.text.lesson_text import lesson_html
+from tests.app.conftest import OpenHouse
+from tests.app.html_reader import HtmlReader
+
+
+@pytest.mark.parametrize("name", DOCUMENTS)
+def test_every_document_is_whole(name: str) -> None:
+    read = HtmlReader(document_page(name).decode())
+    # Nothing comes from elsewhere, and what it points to on this server exists.
+    here = {link for link in read.links if not link.startswith(("https://", "data:"))}
+    assert here <= {"../", *DOCUMENTS}
+    title = (FOLDER / DOCUMENTS[name][0]).read_text(encoding="utf-8").splitlines()[0].removeprefix("# ")
+    assert title.replace("`", "") in read.text
+
+
+def test_formulas_tables_and_numbers_of_equations() -> None:
+    page = document_page("model").decode()
+    assert page.count("<svg") > 20 and "<table>" in page and "(30, 32, 33)" in page
+    assert "$" not in re.sub("<svg.*?</svg>", "", page)
+
+
+@pytest.mark.parametrize("render", [document_html, lesson_html])
+@pytest.mark.parametrize(
+    ("text", "made"),
+    [
+        ("`$a$` <b onclick=x>b</b>", "<p><code>$a$</code> &lt;b onclick=x&gt;b&lt;/b&gt;</p>"),
+        ("```sh\necho $HOME $HOME\n```", '<pre><code class="language-sh">echo $HOME $HOME\n</code></pre>'),
+        ("so:\n\n    return 1\n    return 2", "<p>so:</p>\n<pre><code>return 1\nreturn 2\n</code></pre>"),
+        ("so\n- a *b*\n- c", "<p>so</p>\n<ul>\n<li>a <em>b</em></li>\n<li>c</li>\n</ul>"),
+        ("[a](javascript:x) ![b](http://c)", "<p>[a](javascript:x) !<a>b</a></p>"),
+        ("[toml](https://toml.io)", "<p><a>toml</a></p>"),
+        ("a\n$$x\n- y$$\nb", '<p>a</p>\n<div class="duet-formula"><svg></div><p>b</p>'),
+        ("a $$x \\tag{3}$$ b", '<p>a <span class="duet-formula"><svg><span class="no">(3)</span></span> b</p>'),
+        ("a\n![b](c.svg)\nd", "<p>a</p>\n<p>b</p><p>d</p>"),
+    ],
+)
+def test_documents_and_lessons_have_one_reader(render: Callable[[str], str], text: str, made: str) -> None:
+    html = re.sub("<svg.*?</svg>", "<svg>", str(render(text)), flags=re.DOTALL)
+    assert re.sub(r'<a href="https?://[\w.]+" target="_blank" rel="noopener">', "<a>", html).strip() == made
+
+
+def test_links_lead_to_documents_from_documents_only() -> None:
+    assert '<a href="model">' in document_html("[m](model.md)")
+    assert '<a href="lessons">' in document_html("[l](../lessons/README.md)")
+    assert "<a" not in lesson_html("[m](model.md)") + document_html("[m](other.md)")
+
+
+def test_the_server_gives_them_out(house: OpenHouse) -> None:
+    url = house().url
+    with urllib.request.urlopen(f"{url}/documents/model", timeout=60) as answer:
+        assert answer.read() == document_page("model")
+    with pytest.raises(urllib.error.HTTPError, match="404"):
+        urllib.request.urlopen(f"{url}/documents/10-limits.notes", timeout=60)
