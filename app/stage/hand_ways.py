@@ -23,7 +23,7 @@ class PathLine(StagePart):
 
     def __init__(self, scene: viser.SceneApi, way: Array) -> None:
         self._count = len(way) - 1
-        line = np.zeros((self._count, 2, 3), np.float32)
+        line = np.stack([way[:-1], way[1:]], axis=1).astype(np.float32)
         self._line = scene.add_line_segments("/path/line", line, (0, 0, 0), thickness=1.5, thickness_units="screen")
         # Beyond either end, where the number at the line to the ball does not come.
         self._labels = (

@@ -36,9 +36,12 @@ def come(served: Served) -> Iterator[Come]:
 
         def make(name: str = "", key: bool = False) -> BlockingClient:
             query = "key=chalk-and-talk" if key else f"resume={name.encode().hex():0<32}"
-            visitor = opened.enter_context(BlockingClient(served.url, query=query))
-            visitor.wait_for(lambda v: v.mirror.replayed and any(n.startswith("/arms/") for n in list(v.mirror.nodes)), 60.0)
-            return visitor
+            while True:
+                visitor = opened.enter_context(BlockingClient(served.url, query=query))
+                visitor.wait_for(lambda v: v.closed or (v.mirror.replayed and any(n.startswith("/arms/") for n in list(v.mirror.nodes))), 60.0)
+                # As a page does, which comes again when it is sent to another process.
+                if visitor.closed is None or ended(visitor)[0] != MOVED_CODE:
+                    return visitor
 
         yield make
 
