@@ -6,6 +6,7 @@ import asyncio
 import inspect
 import threading
 from collections.abc import Callable, Coroutine
+from contextlib import suppress
 from typing import Any
 
 from app.bench.headless_client import HeadlessClient
@@ -73,8 +74,21 @@ class BlockingClient:
         return (lambda *args, **kwargs: self._run(found(*args, **kwargs))) if inspect.iscoroutinefunction(found) else found
 
     def wait_for(self, predicate: Callable[[HeadlessClient], object], timeout: float = 60.0) -> None:
-        """See `HeadlessClient.wait_for`; the predicate runs in the visitor's thread."""
-        self._run(self.visitor.wait_for(predicate, timeout), timeout + 5.0)
+        """See `HeadlessClient.wait_for`; the predicate runs in the visitor's thread.
+
+        What it looks for may not be there yet, or be made again at the moment: a `LookupError` is a no, and raised in the end.
+        """
+
+        def met(visitor: HeadlessClient) -> object:
+            with suppress(LookupError):
+                return predicate(visitor)
+            return False
+
+        try:
+            self._run(self.visitor.wait_for(met, timeout), timeout + 5.0)
+        except TimeoutError:
+            predicate(self.visitor)
+            raise
 
     def close(self) -> None:
         """Leave and end the thread. May be called twice."""
