@@ -118,7 +118,8 @@ def test_every_copy_prints_on_both_papers_without_a_cut(page_at: PageAt, tmp_pat
     page.emulate_media(media="print")
     for path in files:
         page.goto(path.as_uri())
-        assert page.evaluate(WHOLE) == [True], path.name
+        # The medium reaches a page of another process a moment after its load.
+        page.wait_for_function(f"() => String({WHOLE}) === 'true'")
         for paper, (width, height) in PAPERS.items():
             across, down = (round((size - margin) / 25.4 * 96) for size, margin in zip((width, height), MARGINS, strict=True))
             page.set_viewport_size({"width": across, "height": down})
