@@ -48,6 +48,9 @@ FilledMatrix = Annotated[NDArray[np.float64], _Kind("float64", 2, True)]
 PATIENCE: Final = 8000
 """Calls in Python before machine code is loaded: some 1,000 steps, which by then have cost as much as the loading will."""
 
+GAIN: Final = 8.0
+"""How many times as long a step takes in Python as in machine code, at least."""
+
 _log = logging.getLogger("duet.compiled")
 _loops: list["Loop[..., Any]"] = []
 _begun = threading.Lock()
@@ -89,6 +92,11 @@ class Loop(Generic[P, R]):
             self._machine = numba.njit(_signature(function), cache=True, error_model="numpy")(copy)
         return self._machine
 
+    @property
+    def loaded(self) -> bool:
+        """Whether it is machine code by now."""
+        return self._run is self._machine
+
     def load(self) -> None:
         """Replace Python by machine code."""
         self._run = self.compiled()
@@ -122,6 +130,19 @@ def begin_to_load() -> None:
     """Replace Python by machine code, from a thread; does nothing the second time."""
     if _begun.acquire(blocking=False):
         threading.Thread(target=_load, name="duet-compiled").start()
+
+
+def all_loaded() -> bool:
+    """Return whether all loops are machine code by now."""
+    return all(made.loaded for made in _loops)
+
+
+def load_if_compiled() -> None:
+    """Replace Python by machine code: before returning if this machine has compiled it, else from a thread."""
+    if (_folder() / "done").exists():
+        load_now()
+    else:
+        begin_to_load()
 
 
 def load_now() -> None:

@@ -6,6 +6,7 @@ from typing import Final
 
 from app.page.panels.server_load import ServerLoad, combined
 from app.session.clock import SLOWEST, budget_of
+from controllers.compiled import GAIN, all_loaded
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
@@ -92,7 +93,10 @@ BATCHES, BATCH = 5, 20
 
 
 def step_seconds() -> float:
-    """Measure how much processor time one step takes here, in some 10 ms [s]."""
+    """Measure how much processor time one step takes here, in some 50 ms [s].
+
+    Before the loops of a step are machine code, which takes longer to load than a first picture may wait, this is how long it will take.
+    """
     run = RunSettings()
     simulation, least = Simulation(run), math.inf
     source = simulation.source()
@@ -101,7 +105,7 @@ def step_seconds() -> float:
         for _ in range(BATCH):
             simulation.step(source.target(simulation.time))
         least = min(least, (time.thread_time() - begin) / BATCH)
-    return least
+    return least if all_loaded() else least / GAIN
 
 
 def places(step: float, loops: int = 1) -> int:

@@ -38,7 +38,9 @@ def come(served: Served) -> Iterator[Come]:
             query = "key=chalk-and-talk" if key else f"resume={name.encode().hex():0<32}"
             while True:
                 visitor = opened.enter_context(BlockingClient(served.url, query=query))
-                visitor.wait_for(lambda v: v.closed or (v.mirror.replayed and any(n.startswith("/arms/") for n in list(v.mirror.nodes))), 60.0)
+                visitor.wait_for(
+                    lambda v: v.closed or (v.mirror.replayed and any(n.startswith("/arms/") for n in list(v.mirror.nodes)))
+                )
                 # As a page does, which comes again when it is sent to another process.
                 if visitor.closed is None or ended(visitor)[0] != MOVED_CODE:
                     return visitor

@@ -58,7 +58,7 @@ def come(url: str, query: str) -> BlockingClient:
 
 
 def test_after_a_kill_a_tab_has_its_step_its_answer_and_its_arms(serve: Serve, kept: Kept) -> None:
-    served = serve("--workers", "2")
+    served = serve("--workers", "2", "--sessions", "8")
     exploring, learning = f"autopilot=0&resume={EXPLORER}", f"lesson=3&step=2&resume={STUDENT}"
     with come(served.url, exploring) as explorer, come(served.url, learning) as student:
         first = joints(explorer)
@@ -88,7 +88,7 @@ def test_after_a_kill_a_tab_has_its_step_its_answer_and_its_arms(serve: Serve, k
             end()
 
     go_on(served.url, served.kill)
-    again = serve("--workers", "1")
+    again = serve("--workers", "1", "--sessions", "8")
     go_on(again.url, again.kill)
 
 

@@ -1,6 +1,8 @@
 """Under overload all pages have fewer frames, evenly, and time slows down; it is said; and a server admits what it carries."""
 
 import itertools
+import subprocess
+import sys
 import threading
 from collections.abc import Callable
 from typing import Any
@@ -16,6 +18,7 @@ from app.session import session as session_module
 from app.session.clock import BUDGET, SLOWEST
 from app.session.session import Session
 from app.settings import Settings
+from controllers.compiled import GAIN
 from tests.app.conftest import Arrive, Join, Made, OpenHouse, lecture_of
 from tests.app.runtime.processes import until
 
@@ -118,7 +121,19 @@ def test_places_by_the_speed_of_a_step() -> None:
 def test_the_speed_of_a_step_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
     ticks = iter(range(1000))
     monkeypatch.setattr(workload.time, "thread_time", lambda: 0.02 * next(ticks))
-    assert step_seconds() == pytest.approx(0.02 / workload.BATCH)
+    for loaded, factor in ((True, 1.0), (False, GAIN)):
+        monkeypatch.setattr(workload, "all_loaded", lambda loaded=loaded: loaded)
+        assert step_seconds() == pytest.approx(0.02 / workload.BATCH / factor)
+
+
+def test_a_machine_carries_as_many_before_its_loops_are_machine_code_as_after() -> None:
+    """In a process of its own, where they are Python at first; the estimate may be off by a factor of two."""
+    code = (
+        "from app.hosting.workload import step_seconds; from controllers.compiled import all_loaded, load_now\n"
+        "assert not all_loaded(); before = step_seconds(); load_now(); assert all_loaded(); print(before / step_seconds())"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=240, check=True)
+    assert 0.4 < float(done.stdout) < 3.0
 
 
 def test_measured_rounds_correct_the_places() -> None:

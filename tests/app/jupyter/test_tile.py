@@ -6,11 +6,13 @@ import subprocess
 import sys
 from urllib.parse import urlsplit
 
+import msgspec
 import pytest
 import websockets
 from websockets.sync.client import connect
 from websockets.typing import Origin, Subprotocol
 
+from app.bench.headless_client import CAMERA
 from app.web.viser_internals import VISER_VERSION
 from tests.app.jupyter.conftest import TOKEN, JupyterServer
 from tests.blocking_client import BlockingClient
@@ -79,4 +81,6 @@ def first_message(jupyter: JupyterServer, origin: str, cookies: str) -> bytes | 
         open_timeout=60.0,
         proxy=None,
     ) as connection:
-        return connection.recv(30.0)
+        # Who says nothing is sent away.
+        connection.send(msgspec.msgpack.encode(CAMERA))
+        return connection.recv(60.0)
