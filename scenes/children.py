@@ -13,6 +13,7 @@ from multiprocessing.connection import wait
 from typing import Any, Final, TypeVar
 
 from controllers.errors import DuetError
+from scenes.robots.robot_files import GivenAtStart, given_at_start
 
 T = TypeVar("T")
 
@@ -78,7 +79,6 @@ def computed(
     function: Callable[..., T],
     calls: Sequence[tuple[Any, ...]],
     workers: int = 1,
-    begin: tuple[Callable[..., object], Any] | None = None,
 ) -> Iterator[tuple[int, T]]:
     """Yield (index, result) of every call, each as soon as it is done; in order only with one worker.
 
@@ -86,7 +86,6 @@ def computed(
         function: at a module's top level.
         calls: arguments of each call; must be picklable.
         workers: processes; with 1, everything runs in this one.
-        begin: a function at a module's top level and its argument, called first in every other process.
 
     Raises:
         DuetError: a worker was ended from outside.
@@ -97,7 +96,7 @@ def computed(
         return
     # Not forked: this process may have threads, and a fork would copy their locks.
     context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(min(workers, len(calls)), context, _begin, (begin,))
+    pool = ProcessPoolExecutor(min(workers, len(calls)), context, _begin, (given_at_start(),))
     others = multiprocessing.active_children()
     try:
         with inheriting():
@@ -118,7 +117,9 @@ def computed(
         pool.shutdown(cancel_futures=True)
 
 
-def _begin(begin: tuple[Callable[..., object], Any] | None) -> None:
+def _begin(given: GivenAtStart) -> None:
+    # Takes a second, which the parent need not spend.
+    from scenes.headless import ready
+
     leave_with_parent()
-    if begin is not None:
-        begin[0](begin[1])
+    ready(given)

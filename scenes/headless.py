@@ -7,11 +7,13 @@ from typing import Final
 
 import numpy as np
 
+from controllers.compiled import load_if_compiled
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
 from controllers.laws.situation import Law
 from scenes.history import COLUMN
 from scenes.recording import pair_label
+from scenes.robots.robot_files import GivenAtStart, take_over
 from scenes.roles import TargetSource
 from scenes.room import World
 from scenes.settings import RunSettings
@@ -60,6 +62,12 @@ class Run:
     simulation: Simulation
     table: Array
     summary: Summary
+
+
+def ready(given: GivenAtStart) -> None:
+    """Make a new process ready for runs. `given`: what its parent was given at its start."""
+    take_over(given)
+    load_if_compiled()
 
 
 MOST_STEPS: Final = 1_000_000

@@ -9,7 +9,6 @@ from typing import Any, Final, NamedTuple
 from controllers.errors import BadSetting
 from scenes.children import computed
 from scenes.headless import check_length, run
-from scenes.robots.robot_files import given_at_start, take_over
 from scenes.settings import RunSettings, changed, specs, validate, values
 
 FORMS: Final = "write key=a:b (steps of 1), key=a:b:count (evenly spaced) or key=x,y,z"
@@ -192,9 +191,7 @@ def run_points(grid: Grid, todo: Sequence[int], workers: int = 1) -> Iterator[tu
         DuetError: a worker was ended from outside.
     """
     points = grid.points()
-    for place, found in computed(
-        figures, [(grid.at(points[index]), grid.seconds) for index in todo], workers, (take_over, given_at_start())
-    ):
+    for place, found in computed(figures, [(grid.at(points[index]), grid.seconds) for index in todo], workers):
         yield todo[place], found
 
 

@@ -7,6 +7,7 @@ from typing import Any, Final
 import tyro
 
 from app.cli.bench import Bench, bench
+from app.cli.falsify import Falsify, falsify
 from app.cli.figures import Figures, figures
 from app.cli.grade import Grade, LawTest, NewLaw, grade, law_test, new_law
 from app.cli.hunt import Hunt, hunt
@@ -25,6 +26,7 @@ COMMANDS: Final[dict[str, tuple[type, Callable[[Any], int]]]] = {
     "figures": (Figures, figures),
     "sweep": (Sweep, sweep),
     "hunt": (Hunt, hunt),
+    "falsify": (Falsify, falsify),
     "robots": (Robots, robots),
     "lessons": (Lessons, lessons),
     "handout": (Handout, handout),

@@ -23,9 +23,9 @@ from app.page.view import View
 from app.session.clock import NOT_THE_VISITORS
 from app.session.frame import freeze, make_frame
 from app.session.session import Session
-from app.settings import WHOLE, Language, Settings
+from app.settings import ATTEMPT, WHOLE, Language, Settings
 from app.web.request import browser_language, request_query
-from controllers.errors import LazyText
+from controllers.errors import BadSetting, LazyText
 
 SAVING: Final = 1.0
 """Time from one record to the next [s]; the file follows at once."""
@@ -92,7 +92,13 @@ class Visitor:
             if not self.is_back:
                 self.operation.notify_problems((*self._problems, *open_link(self.lessons, self.query, self._record)))
                 self.operation.notify_lessons(self._context.book)
-        if not self.is_back and self._record is not None and same_tab(self._record.query, self.query):
+        known = self._record is not None and same_tab(self._record.query, self.query)
+        if not self.is_back and not known and ATTEMPT in self.query:
+            try:
+                self.session.studies.counterexample.open(self.query[ATTEMPT])
+            except BadSetting as error:
+                self.operation.notify_problems((str(error),))
+        if not self.is_back and self._record is not None and known:
             yield from run_again(self.session, self.lessons, self._record)
 
     def _greet(self) -> None:

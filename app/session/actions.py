@@ -137,9 +137,10 @@ class RestoreSettings(Action):
 
 
 class Compute(Action, newest_by=("what",)):
-    """Measure how smooth the run is, or set a law's knob so that it keeps the distance of the other law."""
+    """Measure how smooth the run is, set a law's knob so that it keeps the distance of the other law, begin or end a search for a run
+    that breaks the promise, or replay the worst one."""
 
-    what: Literal["smoothness", "same distance"]
+    what: Literal["smoothness", "same distance", "counterexample", "worst run"]
 
 
 log = logging.getLogger("duet.session")

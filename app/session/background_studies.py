@@ -5,11 +5,12 @@ from dataclasses import replace
 from typing import Final, Generic, NamedTuple, TypeVar
 
 from app.runtime.job_pool import Job, Jobs
+from app.session.counterexample_search import CounterexampleSearch
 from app.session.knob_search import KnobSearch
 from app.session.microscope import Magnified, Microscope
 from app.session.studies import Studies
 from app.settings import Settings
-from scenes.inputs import InputsLog
+from scenes.inputs import InputsLog, Recorded
 from scenes.law_knobs import LawKnob, knob_points, knobs
 from scenes.laws import DEFAULT_LAW
 from scenes.rerun import Stopped
@@ -133,7 +134,7 @@ def _any_order(run: RunSettings) -> RunSettings:
 
 
 class BackgroundStudies:
-    """The five studies of one session. All methods belong to the session's thread.
+    """The six studies of one session. All methods belong to the session's thread.
 
     Args:
         background: where they are computed; None where they are not.
@@ -141,11 +142,13 @@ class BackgroundStudies:
         inputs: of the run.
         settings: gives the session's present settings.
         change: sets one of them, by its key.
+        watch: has a run replayed, by its name; None where none is.
 
     Attributes:
         questions: "what if", and how smooth the run is.
         trade_off, safety_curves: distance against error over n and v, and law by law; None without a background.
         knob_search: for the same distance.
+        counterexample: the search for a run that breaks the promise.
         microscope: which single steps are looked at.
     """
 
@@ -156,18 +159,21 @@ class BackgroundStudies:
         inputs: InputsLog,
         settings: Callable[[], Settings],
         change: Callable[[str, object], None],
+        watch: Callable[[Recorded, str], None] | None = None,
     ) -> None:
         self._inputs, self._settings = inputs, settings
         self.questions = Studies(background, wake)
         self.trade_off = None if background is None else trade_off_map(background, wake)
         self.safety_curves = None if background is None else safety_curves(background, wake)
         self.knob_search = KnobSearch(background, wake, settings, change)
+        self.counterexample = CounterexampleSearch(None if watch is None else background, wake, settings, watch)
         self.microscope = Microscope(background, wake)
 
     def advance(self, elapsed: float, simulation: Simulation) -> None:
         """Ask and answer what is due. `elapsed`: wall time since the last call [s]."""
         self.questions.advance(elapsed, self._settings(), simulation, self._inputs.window)
         self.knob_search.advance()
+        self.counterexample.advance(elapsed)
 
     def magnified(self, simulation: Simulation) -> Magnified | None:
         """Return the single steps about the instant that the visitor looks at; they are asked for while they are shown."""
@@ -182,6 +188,7 @@ class BackgroundStudies:
     def close(self) -> None:
         """Drop everything that is being computed."""
         self.forget()
+        self.counterexample.close()
         for parts in (self.trade_off, self.safety_curves):
             if parts is not None:
                 parts.forget()

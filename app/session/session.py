@@ -67,9 +67,10 @@ class Session:
         """The target of a step that its law has not answered yet."""
         # Background studies know the settings' laws only, and would answer for another one.
         studied = background if sources.law_file is None else None
-        self.studies = BackgroundStudies(studied, wake, self.inputs, lambda: self.settings, self.change)
         self.player = None if background is None else ReplayPlayer(self, background, wake)
         """Replays in the place of the live run; None where nothing is computed in the background."""
+        watch = None if self.player is None else self.player.watch_file
+        self.studies = BackgroundStudies(studied, wake, self.inputs, lambda: self.settings, self.change, watch)
         self.posts = ActionQueue(self.handle)
         self.takers: dict[Hashable, Callable[[actions.Action], bool]] = {}
         """Those who operate this session, such as a page, each by a name of its own: do an action, or return that it is not theirs."""
@@ -179,8 +180,12 @@ class Session:
                     self.hold(held)
             case actions.Compute("smoothness"):
                 self.measure_smoothness()
-            case actions.Compute():
+            case actions.Compute("same distance"):
                 self.match_distance()
+            case actions.Compute("counterexample"):
+                self.studies.counterexample.toggle()
+            case actions.Compute():
+                self.studies.counterexample.replay_worst()
             case _:
                 raise TypeError(f"nothing here does {action!r}")
 

@@ -6,15 +6,17 @@ from collections.abc import Callable
 import viser
 from markupsafe import Markup
 
-from app.i18n.speaking import tr
+from app.i18n.speaking import decimal, tr
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.session.actions import Compute
+from app.session.counterexample_search import CounterexampleSearch
 from app.session.frame import Frame
 from app.session.knob_search import KnobSearch
 from app.session.relevant_settings import matters
 from app.session.session import Session
 from app.session.studies import Smoothness, Studies
-from app.text.templates import element, macros, tr_html
+from app.text.templates import element, lowered, macros, tr_html
+from scenes.counterexample import BROKEN
 from scenes.rerun import WhatIf
 from scenes.smoothness import Measured
 
@@ -41,6 +43,15 @@ class ComparePanel:
             lambda _: session.post(Compute("same distance")),
         )
         self._matched = gui.add_html("")
+        self._break = ChoiceButtons(
+            gui,
+            "try to break it",
+            ("Search", "Watch"),
+            "Searches for 20 s over start postures, ways and speeds for the run in which d falls farthest below dₘ although w ≤ v and the "
+            "arm can do what the law asks for. Watch replays the worst run; Copy link then shares it.",
+            lambda i: session.post(Compute(("counterexample", "worst run")[i])),
+        )
+        self._broken = gui.add_html("")
         self._state: tuple[object, ...] = ()
         self._answers: tuple[object, ...] = (None, None)
 
@@ -49,10 +60,20 @@ class ComparePanel:
         settings, studies = frame.live.settings, frame.studies
         if studies is None:
             return
-        questions, search = studies.questions, studies.knob_search
+        questions, search, attack = studies.questions, studies.knob_search, studies.counterexample
         visible, asks = matters("ghost", settings), settings.page.what_if
         answers = questions.what_if, questions.smoothness
-        state = visible, questions.busy, questions.message, asks, search.busy, search.message
+        state = (
+            visible,
+            questions.busy,
+            questions.message,
+            asks,
+            search.busy,
+            search.message,
+            attack.busy,
+            attack.message,
+            attack.runs,
+        )
         # Answers are compared by identity: they hold arrays, and are never changed.
         if state == self._state and all(a is b for a, b in zip(answers, self._answers, strict=True)):
             return
@@ -63,6 +84,10 @@ class ComparePanel:
         self._what_if.content = _in_panel(_what_if_block(questions) if asks else "")
         self._smoothness.content = _in_panel(_smoothness_block(questions))
         self._matched.content = _in_panel(_match_block(search))
+        offered = (0,) if attack.worst is None else (0, 1)
+        self._break.show(0 if attack.busy else -1, offered, visible=visible)
+        self._broken.visible = visible
+        self._broken.content = _in_panel(_tip(_break_words(attack)))
 
 
 def _in_panel(block: str) -> Markup:
@@ -89,6 +114,30 @@ def _smoothness_block(questions: Studies) -> Markup:
 
 def _match_block(search: KnobSearch) -> Markup:
     return _tip(tr("Computing …") if search.busy else tr(search.message))
+
+
+def _break_words(search: CounterexampleSearch) -> Markup:
+    """Return what the search has found so far, and what it means."""
+    if search.worst is None:
+        return lowered(tr("Searching …") if search.busy else tr(search.message))
+    loss, promises = search.worst.loss, search.worst.attempt.settings.law.entry.promises
+    counts = {"runs": search.runs, "mm": _millimetres(loss.lost if search.broken else loss.nearest)}
+    if not search.broken:
+        return lowered(
+            tr("{runs} runs, and none broke the promise: d_law comes to {mm} mm above d_m while its conditions hold.", **counts)
+        )
+    words = tr("{runs} runs: in the worst, d_law falls {mm} mm below d_m with w ≤ v, a regular J_d and full authority.", **counts)
+    if not promises:
+        verdict = tr("This law makes no promise.")
+    elif loss.strict > BROKEN:
+        verdict = tr("All conditions held: here the promise breaks.")
+    else:
+        verdict = tr("What was missing: one closest pair.")
+    return lowered(f"{words} {verdict}")
+
+
+def _millimetres(length: float) -> str:
+    return decimal(f"{1000.0 * length:.1f}") if math.isfinite(length) else "∞"
 
 
 def what_if_html(answer: WhatIf) -> Markup:

@@ -1,23 +1,31 @@
 """A link that opens the page as it is now: scene, settings, look, and lesson and step if one is open."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Final
 from urllib.parse import urlencode
 
 import viser
 
 from app.lessons.session.lesson_session import LessonSession
+from app.session.counterexample_search import NAME
 from app.session.frame import Frame, freeze
 from app.session.session import Session
-from app.settings import Settings, to_query
+from app.settings import ATTEMPT, Settings, to_query
 from app.text.templates import macros
 from app.web.request import request_address
+from scenes.counterexample import Attempt
 
 PERIOD: Final = 0.5
 """Time between two writes of the link [s]; while a slider is dragged it need not follow."""
 
 OF_LESSONS: Final = ("scene", "rig", "robot", "autopilot", "ghost", "whatif", "plot", "speed")
 """What a step decides by itself, and a link to it need not say."""
+
+
+def attempt_query(settings: Settings, attempt: Attempt) -> dict[str, str]:
+    """Return what a link says that replays an attempt to break the promise."""
+    return {**to_query(replace(settings, run=attempt.settings)), ATTEMPT: attempt.text()}
 
 
 def link_query(settings: Settings, lessons: LessonSession) -> dict[str, str]:
@@ -44,7 +52,7 @@ class LinkBox:
     """
 
     def __init__(self, client: viser.ClientHandle, session: Session, lessons: LessonSession) -> None:
-        self._lessons = lessons
+        self._session, self._lessons = session, lessons
         self._address = request_address(client)
         self._box = client.gui.add_html("")
         self._next = 0.0
@@ -55,5 +63,10 @@ class LinkBox:
         if frame.now < self._next:
             return
         self._next = frame.now + PERIOD
-        link = link_to(self._address, link_query(frame.live.settings, self._lessons))
+        settings, attempt = frame.live.settings, self._session.studies.counterexample.replayed
+        if frame.shown.replayed_file == NAME and attempt is not None:
+            query = attempt_query(settings, attempt)
+        else:
+            query = link_query(settings, self._lessons)
+        link = link_to(self._address, query)
         self._box.content = macros("page/panels/copy.html").link(link)

@@ -1,0 +1,349 @@
+"""A search for a counterexample: the run in which d_law falls farthest below d_m although the conditions of the promise hold.
+
+The person, the obstacle and the posture decide over w ≤ v, J_d regular and no joint at its limit, see `scenes.promise`; that one pair
+is the closest depends on the law's distance, so that a run in which it fails counts. One differentiable distance keeps the promise
+under the first three. The closest of several pairs need not: where an arm slides along the tie of two pairs whose retreats oppose each
+other, it holds each of them and loses both.
+
+So each search begins at such a posture, to which it climbs from a random one. A person goes on from there along a few random ways,
+and the simplex of Nelder & Mead (1965) makes the worst of these runs worse: start posture, way and speed together.
+"""
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from time import time
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from controllers.errors import BadSetting
+from controllers.kinematics import Array
+from scenes.experiments import EXPERIMENTS
+from scenes.headless import MOST_STEPS
+from scenes.history import COLUMN
+from scenes.inputs import InputsLog, Recorded
+from scenes.person.clips import REST
+from scenes.promise import Condition, fallen, missing
+from scenes.rerun import Stopped, never
+from scenes.room import Room, World, room_of
+from scenes.settings import HardwareSettings, RunSettings, specs
+from scenes.simulation import Simulation
+from scenes.waypoints import SIZES, Waypoints
+
+SECONDS: Final = 6.0
+"""Simulated time of a run [s]."""
+
+BROKEN: Final = 1e-4
+"""The promise counts as broken from here on [m], at dt and at dt over …"""
+
+FINER: Final = 4
+
+LEGS: Final = 2
+"""Ways of a person, from waypoint to waypoint."""
+
+WAYS: Final = 3
+"""Random ways from a start posture."""
+
+CLIMB: Final = 300
+"""Postures that are tried to find a start."""
+
+NEAR: Final = 0.03
+"""Length by which distances count while a start is sought [m] …"""
+
+AHEAD: Final = 0.01
+"""… and how far above d_m the nearest pair is at the start, at best [m]."""
+
+FIRM: Final = 0.4
+"""|J_d| below which a pair is left out there [m/rad]."""
+
+REFINEMENTS: Final = 60
+"""Runs by which the worst way is made worse, if …"""
+
+INTEREST: Final = 1e-3
+"""… it loses so much [m], or comes from …"""
+
+EVERY: Final = 8
+"""… one start in so many."""
+
+CORNER: Final = 0.05
+"""Edge of the first simplex [rad, m, m/s]."""
+
+DIGITS: Final = 4
+"""Of start and way: a tenth of a millirad and of a millimetre."""
+
+FARTHEST: Final = 10.0
+"""Largest number of a start or a way that is believed [rad, m]."""
+
+BLAMED: Final = (Condition.SPEED, Condition.LEVER, Condition.BOUND)
+"""Conditions that the person, the obstacle or the posture can break."""
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """A run that may break the promise.
+
+    Attributes:
+        settings: of the run; its person is as fast as this attempt wants.
+        start: q (nv,) [rad, m].
+        points: of the person's way (k, size), see `Waypoints`; it begins where it is.
+    """
+
+    settings: RunSettings
+    start: Array
+    points: Array
+
+    def text(self) -> str:
+        """Return start and way as a link has them; see `attempt_of`."""
+        return ",".join(f"{number:.{DIGITS}f}" for number in (*self.start, *self.points.ravel()))
+
+    def table(self, finer: int = 1) -> Array:
+        """Return the history of the run (rows, columns of `scenes.history`) at dt / `finer`."""
+        return self._made(replace(self.settings, dt=self.settings.dt / finer), None)
+
+    def recorded(self) -> Recorded:
+        """Return the run as it can be made again."""
+        log = InputsLog()
+        self._made(self.settings, log)
+        recorded = log.window(SECONDS)
+        assert recorded is not None
+        return recorded
+
+    def _made(self, settings: RunSettings, log: InputsLog | None) -> Array:
+        steps = round(SECONDS / settings.dt)
+        simulation = Simulation(settings, steps)
+        simulation.reset(self.start)
+        person = Waypoints(settings.experiment.moves, self.points, settings.hand_speed)
+        for _ in range(steps):
+            target = person.target(simulation.time)
+            if log is not None:
+                log.record(simulation, target)
+            simulation.step(target)
+        return simulation.history.table()
+
+
+def attempt_of(settings: RunSettings, text: str) -> Attempt:
+    """Return the attempt of a link: the settings, and `Attempt.text`.
+
+    Raises:
+        BadSetting: this is no such text, or of another room.
+    """
+    check(settings)
+    low, high = _box(room_of(settings))
+    size, words = SIZES[settings.experiment.moves], text.split(",")
+    count = len(low) + (LEGS + 1) * size
+    try:
+        numbers = np.array([float(word) for word in words])
+    except ValueError:
+        numbers = np.array([np.nan])
+    if len(numbers) != count or not np.isfinite(numbers).all() or np.abs(numbers).max() > FARTHEST:
+        raise BadSetting("attempt: needs {count} numbers, start posture and way; copy the link again.", count=count)
+    start = numbers[: len(low)]
+    if (start < low).any() or (start > high).any():
+        raise BadSetting("attempt: the start posture is outside the joints' limits; copy the link again.")
+    return Attempt(settings, start, numbers[len(low) :].reshape(LEGS + 1, size))
+
+
+def replayed(attempt: Attempt, stopped: Callable[[], bool] = never) -> Recorded:
+    """Return the run of an attempt as it can be made again; takes as long as the run. `stopped`: not asked, for it is short."""
+    del stopped
+    return attempt.recorded()
+
+
+def _box(room: Room) -> tuple[Array, Array]:
+    """Return the bounds of a start posture (nv,) [rad, m], in whole units of its text."""
+    low, high = room.model.lowerPositionLimit.copy(), room.model.upperPositionLimit.copy()
+    if room.ball is not None:
+        low[room.ball], high[room.ball] = room.start[room.ball] - 0.8, room.start[room.ball] + 0.8
+    unit = 10.0**DIGITS
+    return np.ceil(low * unit) / unit, np.floor(high * unit) / unit
+
+
+class Loss(NamedTuple):
+    """What a run lost below d_m in one go [m].
+
+    Attributes:
+        lost: with all of `BLAMED` kept; the smaller one of those at dt and at dt / `FINER`, if that at dt is more than `BROKEN`.
+        strict: what was lost while one pair was the closest, too.
+        nearest: smallest d_law − d_m ≥ 0 while `BLAMED` are kept; ∞ if there is none.
+        missing: one of `BLAMED` → what was lost while none of the others was missing.
+    """
+
+    lost: float
+    strict: float
+    nearest: float
+    missing: dict[Condition, float]
+
+
+@dataclass(frozen=True)
+class Found:
+    """The worst run of one start. `runs`: how many were made; `missing`: the largest loss of all of them, as in `Loss`."""
+
+    attempt: Attempt
+    loss: Loss
+    missing: dict[Condition, float]
+    runs: int
+
+    @property
+    def badness(self) -> tuple[float, float]:
+        """What a worse run has more of: what it loses, else how near it comes."""
+        return self.loss.lost, -self.loss.nearest
+
+
+def check(settings: RunSettings) -> None:
+    """Raise `BadSetting` if there is nothing to search for under these settings."""
+    if settings.experiment.obstacle == "nothing":
+        scenes = ", ".join(name for name, one in EXPERIMENTS.items() if one.obstacle != "nothing")
+        raise BadSetting("Nothing is in the way in the scene {scene}; choose from {scenes}.", scene=settings.scene, scenes=scenes)
+    if settings.hardware != HardwareSettings():
+        keys = ", ".join(specs(HardwareSettings))
+        raise BadSetting("The promise is made for an ideal robot; leave out {keys}.", keys=keys)
+    assert SECONDS / specs()["dt"].low * FINER < MOST_STEPS
+
+
+def searched(settings: RunSettings, seed: int, index: int, until: float = np.inf, stopped: Callable[[], bool] = never) -> Found:
+    """Search from one start: always the same one for a seed and an index.
+
+    Args:
+        until: when no run is made worse any more [s since 1970].
+        stopped: asked before every run.
+
+    Raises:
+        Stopped: `stopped()` was true.
+    """
+    return _Search(settings, np.random.default_rng([seed, index]), until, stopped).found(index % EVERY == EVERY - 1)
+
+
+class _OutOfTime(Exception):
+    """Ends a simplex."""
+
+
+class _Search:
+    """The search from one start. Its variables (nv + `LEGS` · size + 1,) are start posture, way and speed."""
+
+    def __init__(self, settings: RunSettings, dice: np.random.Generator, until: float, stopped: Callable[[], bool]) -> None:
+        self._settings, self._dice, self._until, self._stopped = settings, dice, until, stopped
+        self._world = World(room_of(settings), settings.limit_gain)
+        room, experiment = self._world.room, settings.experiment
+        self._roles = experiment.scenario.roles(self._world, settings)
+        columns = [task.joints for task in self._roles.avoiders(settings.avoid)]
+        self._avoiding = np.r_[tuple(columns)]
+        self._low, self._high = _box(room)
+        self._speeds = specs()["wmax"].low, settings.hand_speed
+        self._size = SIZES[experiment.moves]
+        self._runs, self._missing = 0, dict.fromkeys(BLAMED, 0.0)
+        self._worst: Found | None = None
+
+    def found(self, refine: bool) -> Found:
+        """Return the worst run. `refine`: whether it is made worse in any case."""
+        # Takes longer to load than a first picture may wait.
+        from scipy.optimize import minimize
+
+        start = self._start()
+        tries = [np.concatenate([start, self._way(start).ravel(), [self._speed()]]) for _ in range(WAYS)]
+        losses = [self._badness(variables) for variables in tries]
+        worst = int(np.argmax(losses))
+        if refine or losses[worst] > INTEREST:
+            simplex = np.vstack([tries[worst], tries[worst] + CORNER * np.eye(len(tries[worst]))])
+            options = {"maxfev": REFINEMENTS, "initial_simplex": simplex}
+            with suppress(_OutOfTime):
+                minimize(self._goodness, tries[worst], method="Nelder-Mead", options=options)
+        assert self._worst is not None
+        attempt, loss = self._worst.attempt, self._worst.loss
+        if loss.lost > BROKEN:
+            finer = replace(attempt.settings, dt=attempt.settings.dt / FINER)
+            loss = loss._replace(lost=min(loss.lost, _loss(finer, attempt.table(FINER)).lost))
+        return Found(attempt, loss, self._missing, self._runs)
+
+    def _goodness(self, variables: Array) -> float:
+        if time() > self._until:
+            raise _OutOfTime
+        return -self._badness(variables)
+
+    def _badness(self, variables: Array) -> float:
+        """Return what a run loses [m]; below 0: how far above d_m it stays."""
+        if self._stopped():
+            raise Stopped
+        nv = len(self._low)
+        # A link says no more digits than these.
+        start = variables[:nv].clip(self._low, self._high).round(DIGITS)
+        points = np.vstack([self._place(start), variables[nv:-1].reshape(LEGS, self._size)]).round(DIGITS)
+        speed = round(float(np.clip(variables[-1], *self._speeds)), DIGITS)
+        attempt = Attempt(replace(self._settings, hand_speed=speed), start, points)
+        loss = _loss(attempt.settings, attempt.table())
+        self._runs += 1
+        self._missing = {condition: max(lost, loss.missing[condition]) for condition, lost in self._missing.items()}
+        found = Found(attempt, loss, self._missing, self._runs)
+        if self._worst is None or found.badness > self._worst.badness:
+            self._worst = found
+        return loss.lost or -min(loss.nearest, 1.0)
+
+    def _start(self) -> Array:
+        """Return q (nv,) where the nearest pairs tie just above d_m and their retreats oppose each other, as nearly as the climb comes."""
+        dice, low, high = self._dice, self._low, self._high
+        best, size = dice.uniform(low, high), 0.6
+        least = self._apart(best)
+        for _ in range(CLIMB):
+            tried = (best + dice.normal(0.0, size, len(best)) * (dice.random(len(best)) < 0.4)).clip(low, high)
+            apart = self._apart(tried)
+            if apart < least:
+                best, least, size = tried, apart, min(1.3 * size, 1.0)
+            else:
+                size = max(0.97 * size, 0.02)
+        return best
+
+    def _apart(self, posture: Array) -> float:
+        """Return how far a posture is from such a tie."""
+        self._world.kinematics.update(posture)
+        self._world.detector.detect()
+        distances, rows = self._world.detector.distances(), self._world.detector.rows()[:, self._avoiding]
+        lengths = np.linalg.norm(rows, axis=1)
+        firm = np.flatnonzero(lengths > FIRM)
+        if len(firm) < 2:
+            return 10.0
+        nearest = firm[distances[firm].argmin()]
+        others = firm[firm != nearest]
+        cosines = rows[others] @ rows[nearest] / (lengths[others] * lengths[nearest])
+        tie = ((distances[others] - distances[nearest]) / NEAR + cosines).min()
+        first = self._settings.law.critical_distance + AHEAD
+        return float(tie + (abs(distances[nearest] - first) + distances[nearest] - distances.min()) / NEAR)
+
+    def _place(self, start: Array) -> Array:
+        """Return where a person's way begins (size,)."""
+        if self._settings.experiment.moves == "person":
+            return REST.ravel()
+        if self._world.room.ball is not None:
+            return start[self._world.room.ball]
+        self._world.kinematics.update(start)
+        return self._world.kinematics.hand_pose(self._roles.guided).translation.copy()
+
+    def _way(self, start: Array) -> Array:
+        """Return random waypoints (`LEGS`, size): about elbow, wrist or hand of the arm that the person does not hold, or about `REST`."""
+        dice = self._dice
+        if self._settings.experiment.moves == "person":
+            return REST.ravel() + dice.uniform(-1.0, 1.0, (LEGS, self._size))
+        kinematics, room = self._world.kinematics, self._world.room
+        kinematics.update(start)
+        arm = next((arm for arm in room.arms if arm is not self._roles.guided), self._roles.guided)
+        joints = (kinematics.joint_point(arm.elbow), kinematics.joint_point(arm.wrist), kinematics.hand_pose(arm).translation)
+        return np.array(joints)[dice.integers(len(joints), size=LEGS)] + dice.uniform(-0.3, 0.3, (LEGS, self._size))
+
+    def _speed(self) -> float:
+        """Return a person's speed [m/s]: half of them are no faster than v."""
+        slow, fast = self._speeds
+        v = float(np.clip(self._settings.law.nominal_velocity, slow, fast))
+        return v if self._dice.random() < 0.5 else float(self._dice.uniform(slow, fast))
+
+
+def _loss(settings: RunSettings, table: Array) -> Loss:
+    lacking = missing(settings, table)
+
+    def lost(*tolerated: Condition) -> float:
+        kept = ~np.any([steps for condition, steps in lacking.items() if condition not in tolerated], axis=0)
+        return fallen(settings, table, kept)
+
+    kept = ~np.any([lacking[condition] for condition in BLAMED], axis=0)
+    margins = table[:, COLUMN["law_d"]] - settings.law.critical_distance
+    nearest = float(margins[kept & (margins >= 0.0)].min(initial=np.inf))
+    others = {condition: lost(condition, Condition.PAIRS) for condition in BLAMED}
+    return Loss(lost(Condition.PAIRS), lost(), nearest, others)

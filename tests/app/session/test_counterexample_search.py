@@ -1,0 +1,107 @@
+"""A search for a broken promise beside a session: start by start, replayed, shared by a link, dropped when settings change."""
+
+from urllib.parse import quote
+
+import pytest
+
+from app.page.panels.link_box import attempt_query
+from app.session.actions import Compute
+from app.session.counterexample_search import NAME, SECONDS, STARTS, CounterexampleSearch
+from app.session.session import Session
+from app.settings import ATTEMPT, Settings, from_query
+from controllers.errors import BadSetting
+from scenes.counterexample import SECONDS as LENGTH
+from scenes.counterexample import attempt_of
+from scenes.rerun import rerun
+from tests.app.conftest import Arrive, OpenHouse
+from tests.app.inline import Inline
+from tests.app.page.helpers import notes, shown
+from tests.blocking_client import BlockingClient
+from tests.scenes.helpers import given_settings
+
+
+@pytest.fixture
+def desk() -> Inline:
+    return Inline()
+
+
+def searching(desk: Inline, **settings: object) -> tuple[Session, CounterexampleSearch]:
+    session = Session(Settings(given_settings(pairs="single", v=0.05, dt=0.02, **settings)), background=desk)
+    session.handle(Compute("counterexample"))
+    return session, session.studies.counterexample
+
+
+def test_it_goes_from_start_to_start_and_ends(desk: Inline) -> None:
+    session, search = searching(desk)
+    for done in range(1, STARTS + 1):
+        assert search.busy and desk.work("search") == ["search"]
+        session.advance(SECONDS if done == STARTS else 0.0)
+        assert search.worst is not None and search.runs >= 3 * done
+    assert not search.busy
+    found = [job.result for job in desk.jobs if job.kind == "search"]
+    assert len(found) == STARTS and search.worst.badness == max(one.badness for one in found)
+    # The worst of all is one in which the closest pair loses centimetres.
+    assert search.broken and search.worst.loss.lost > 0.01
+
+
+def test_the_button_ends_it_and_other_settings_drop_it(desk: Inline) -> None:
+    session, search = searching(desk)
+    desk.work("search")
+    session.advance(0.0)
+    session.handle(Compute("counterexample"))
+    worst = search.worst
+    assert not search.busy and worst is not None and not desk.waiting("search")
+    session.change("n", 9.0)
+    session.advance(0.0)
+    assert search.worst is None and search.runs == 0
+    session.handle(Compute("worst run"))
+    assert not desk.waiting("replay")
+
+
+def test_the_worst_run_is_replayed_and_its_link_makes_it_again(desk: Inline) -> None:
+    session, search = searching(desk)
+    desk.work("search")
+    session.advance(0.0)
+    session.handle(Compute("worst run"))
+    desk.work("replay")
+    session.advance(0.0)
+    desk.work("film")
+    assert session.player is not None and search.worst is not None
+    session.player.advance(0.0)
+    replay = session.player.replay
+    assert replay is not None and session.player.loaded == NAME and replay.end == pytest.approx(LENGTH)
+    attempt = search.replayed
+    assert attempt is not None
+    query = attempt_query(session.settings, attempt)
+    again, problems = from_query(query, Settings())
+    assert not problems and again.run == attempt.settings
+    table = attempt_of(again.run, query[ATTEMPT]).table()
+    assert rerun(replay.recorded).table.tobytes() == table.tobytes()
+
+
+def test_where_nothing_can_be_searched_it_says_why(desk: Inline) -> None:
+    _, search = searching(desk, scene="solo")
+    assert not search.busy and "Nothing is in the way" in search.message
+    with pytest.raises(BadSetting, match="copy the link again"):
+        Session(Settings(), background=desk).studies.counterexample.open("1,2")
+
+
+def press_row(visitor: BlockingClient, label: str, button: str) -> None:
+    visitor.wait_for(lambda v: button in v.mirror.labelled(label)["options"])
+    visitor.set_value(label, button)
+
+
+def test_a_link_replays_its_run_on_the_page_and_a_damaged_one_is_named(house: OpenHouse, arrive: Arrive) -> None:
+    app = house()
+    attempt = attempt_of(given_settings(dt=0.02), ",".join(["0.1"] * 14 + ["0.5"] * 9))
+    link = "&".join(f"{key}={text}" for key, text in {"dt": "0.02", ATTEMPT: attempt.text()}.items())
+    one = arrive(app, link)
+    one.visitor.wait_for(lambda v: f"This is {NAME}" in shown(v))
+    one.wait(lambda s: s.player is not None and s.player.replay is not None)
+    # The page's own link is that of the replay.
+    one.visitor.wait_for(lambda v: f"{ATTEMPT}={quote(attempt.text(), safe='')}" in shown(v))
+    other = arrive(app, f"{ATTEMPT}=1,2")
+    other.visitor.wait_for(lambda v: any("copy the link again" in note for note in notes(v)))
+    press_row(other.visitor, "try to break it", "Search")
+    other.wait(lambda s: s.studies.counterexample.runs > 0)
+    other.visitor.wait_for(lambda v: "Watch" in v.mirror.labelled("try to break it")["options"])

@@ -1,0 +1,151 @@
+"""The search for a counterexample: it finds what the closest of several pairs loses, and nothing under one smooth distance."""
+
+from dataclasses import replace
+from math import inf
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_array_equal
+
+from controllers.errors import BadSetting
+from scenes.counterexample import BROKEN, FINER, SECONDS, Attempt, attempt_of, check, replayed, searched
+from scenes.history import COLUMN
+from scenes.promise import Condition, broken_by, fallen, missing
+from scenes.rerun import Stopped, rerun
+from scenes.room import World, room_of
+from scenes.settings import RunSettings
+from scenes.targets import AnglesTarget, BallTarget, HandTarget
+from scenes.waypoints import SHORTEST, Waypoints
+from tests.scenes.helpers import given_settings
+
+pytestmark = pytest.mark.slow
+
+CLOSEST = given_settings(pairs="single", v=0.05, dt=0.01)
+
+
+def test_the_closest_pair_loses_fifty_millimetres_with_every_other_condition_met() -> None:
+    found = searched(CLOSEST, 1, 6)
+    attempt, loss = found.attempt, found.loss
+    assert loss.lost > 0.05 and loss.lost > 100.0 * loss.strict
+    d_m, least = CLOSEST.law.critical_distance, inf
+    for finer in (1, FINER):
+        # From d_m or above d_law falls so far without a step in which another condition is missing.
+        table = attempt.table(finer)
+        lacking = missing(replace(attempt.settings, dt=attempt.settings.dt / finer), table)
+        bad = np.any([steps for condition, steps in lacking.items() if condition is not Condition.PAIRS], axis=0)
+        d = table[:, COLUMN["law_d"]]
+        lowest = int(d.argmin())
+        begin = int(np.flatnonzero(d[:lowest] >= d_m)[-1])
+        assert not bad[begin:lowest].any() and lacking[Condition.PAIRS][begin:lowest].any()
+        least = min(least, d_m - d[lowest])
+    assert least == pytest.approx(loss.lost, abs=1e-12)
+    # The same person, from the same start, cannot break one smooth distance.
+    smooth = given_settings(v=0.05, dt=0.01, wmax=attempt.settings.hand_speed)
+    assert broken_by(smooth, Attempt(smooth, attempt.start, attempt.points).table()) < BROKEN
+
+
+def test_a_fall_counts_from_the_critical_distance_on_and_in_one_go() -> None:
+    settings = RunSettings()
+    table = np.zeros((9, len(COLUMN)))
+    margins = np.array([-0.2, 0.01, -0.01, -0.03, -0.02, -0.05, 0.02, -0.04, -0.09])
+    table[:, COLUMN["law_d"]] = settings.law.critical_distance + margins
+    every = np.ones(9, bool)
+    assert fallen(settings, table, every) == pytest.approx(0.09)
+    # Without one step of the last fall, only what comes before it is left.
+    assert fallen(settings, table, every & (np.arange(9) != 6)) == pytest.approx(0.05)
+    assert fallen(settings, table, every & (np.arange(9) != 3) & (np.arange(9) != 6)) == pytest.approx(0.03)
+    assert fallen(settings, table, ~every) == 0.0
+    # What begins below d_m is no fall.
+    assert fallen(settings, table[2:5], every[:3]) == 0.0
+
+
+def test_a_smooth_distance_loses_nothing() -> None:
+    for index in range(4):
+        assert searched(given_settings(v=0.05, dt=0.01), 1, index).loss.lost < BROKEN
+
+
+def test_a_start_finds_the_same_again_and_another_one_something_else() -> None:
+    first, again, other = (searched(CLOSEST, 1, index) for index in (9, 9, 10))
+    assert first.loss == again.loss and first.runs == again.runs
+    assert_array_equal(first.attempt.start, again.attempt.start)
+    assert not np.array_equal(first.attempt.start, other.attempt.start)
+
+
+@pytest.mark.parametrize("scene", ["ball", "hold", "master_slave", "imitation"])
+def test_a_link_and_a_file_make_the_same_run_in_every_scene(scene: str) -> None:
+    settings = given_settings(scene=scene, pairs="single", dt=0.02)
+    attempt = searched(settings, 2, 0).attempt
+    table = attempt.table()
+    again = attempt_of(attempt.settings, attempt.text())
+    assert again.table().tobytes() == table.tobytes()
+    recorded = replayed(again)
+    assert recorded.seconds == pytest.approx(SECONDS)
+    assert rerun(recorded).table.tobytes() == table.tobytes()
+
+
+def test_a_search_begins_where_two_pairs_tie_just_above_the_critical_distance() -> None:
+    room, ties = room_of(CLOSEST), 0
+    for index in range(12):
+        start, world = searched(CLOSEST, 3, index, until=0.0).attempt.start, World(room, 10.0)
+        world.kinematics.update(start)
+        world.detector.detect()
+        nearest = np.sort(world.detector.distances())[:2]
+        ties += bool(np.ptp(nearest) < 0.03 and abs(nearest[0] - CLOSEST.law.critical_distance) < 0.04)
+    assert ties >= 6
+
+
+def test_what_nothing_can_be_searched_for_is_refused() -> None:
+    with pytest.raises(
+        BadSetting, match="Nothing is in the way in the scene solo; choose from ball, hold, master_slave, imitation"
+    ):
+        check(given_settings(scene="solo"))
+    with pytest.raises(BadSetting, match="ideal robot; leave out dead, lag"):
+        check(given_settings(lag=0.1))
+
+
+def test_a_search_can_be_stopped() -> None:
+    with pytest.raises(Stopped):
+        searched(CLOSEST, 1, 0, stopped=lambda: True)
+
+
+ROOM = room_of(RunSettings())
+GOOD = ",".join(f"{number:.4f}" for number in (*ROOM.start, *np.zeros(9)))
+
+
+@pytest.mark.parametrize(
+    "text", ["", "1,2,3", GOOD + ",1", GOOD.replace("0.0000", "nan", 1), GOOD.replace("0.0000", "1e9", 1), "x" * 5000]
+)
+def test_a_damaged_link_is_refused(text: str) -> None:
+    assert attempt_of(RunSettings(), GOOD).start.shape == (14,)
+    with pytest.raises(BadSetting, match="copy the link again"):
+        attempt_of(RunSettings(), text)
+
+
+def test_a_start_beyond_a_stop_is_refused() -> None:
+    with pytest.raises(BadSetting, match="outside the joints' limits"):
+        attempt_of(RunSettings(), ",".join(["9.0"] * 23))
+
+
+@given(st.text(max_size=300))
+def test_any_text_is_an_attempt_or_refused(text: str) -> None:
+    try:
+        attempt_of(RunSettings(), text)
+    except BadSetting as error:
+        assert str(error).endswith("copy the link again.")
+
+
+def test_waypoints_are_passed_at_the_persons_speed() -> None:
+    points = np.array([[0.0, 0.0, 0.0], [0.3, 0.0, 0.0], [0.3, 0.0, 0.0], [0.3, 0.4, 0.0]])
+    person = Waypoints("arm", points, 0.1)
+    target = person.target(1.5)
+    assert isinstance(target, HandTarget) and target.position == pytest.approx([0.15, 0.0, 0.0])
+    later = person.target(3.0 + SHORTEST + 2.0)
+    assert isinstance(later, HandTarget) and later.position == pytest.approx([0.3, 0.2, 0.0])
+    end = Waypoints("ball", points, 0.1).target(100.0)
+    assert isinstance(end, BallTarget) and end.position == pytest.approx(points[-1])
+    angles = Waypoints("person", np.arange(16.0).reshape(2, 8), 1.0).target(0.0)
+    assert (
+        isinstance(angles, AnglesTarget) and angles.angles is not None and angles.angles.tolist() == [[0, 1, 2, 3], [4, 5, 6, 7]]
+    )
