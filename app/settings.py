@@ -166,12 +166,12 @@ STEP_KEYS: Final = frozenset({"lesson", "step"})
 ALONE: Final = "alone"
 """Key of a teacher's page without a class, as in a notebook: it has no tools for one."""
 
-ATTEMPT: Final = "attempt"
+ATTACK: Final = "attack"
 """Key of a link that replays a run which breaks the promise, or comes near it; see `scenes.counterexample`."""
 
 FOREIGN_KEYS = frozenset(
     {"window", "folder", "websocket", "playbackPath", "darkMode", "key", "logCamera", "fixedDpr", "forceOrbitOriginTool"}
-    | {"resume", WHOLE, ALONE, ATTEMPT}
+    | {"resume", WHOLE, ALONE, ATTACK}
     | STEP_KEYS
 )
 """Keys of a link that are not settings: viser's own, the key of a lecture, the size of the window, the folder that a proxy has

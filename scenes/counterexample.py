@@ -2,8 +2,8 @@
 
 The person, the obstacle and the posture decide over w ≤ v, J_d regular and no joint at its limit, see `scenes.promise`; that one pair
 is the closest depends on the law's distance, so that a run in which it fails counts. One differentiable distance keeps the promise
-under the first three. The closest of several pairs need not: where an arm slides along the tie of two pairs whose retreats oppose each
-other, it holds each of them and loses both.
+under the first three. The closest of several pairs need not: where an arm slides along the tie of two pairs and the retreats oppose
+each other, it holds each of them and loses both.
 
 So each search begins at such a posture, to which it climbs from a random one. A person goes on from there along a few random ways,
 and the simplex of Nelder & Mead (1965) makes the worst of these runs worse: start posture, way and speed together.
@@ -80,11 +80,11 @@ BLAMED: Final = (Condition.SPEED, Condition.LEVER, Condition.BOUND)
 
 
 @dataclass(frozen=True)
-class Attempt:
+class Attack:
     """A run that may break the promise.
 
     Attributes:
-        settings: of the run; its person is as fast as this attempt wants.
+        settings: of the run; its person is as fast as this attack wants.
         start: q (nv,) [rad, m].
         points: of the person's way (k, size), see `Waypoints`; it begins where it is.
     """
@@ -94,7 +94,7 @@ class Attempt:
     points: Array
 
     def text(self) -> str:
-        """Return start and way as a link has them; see `attempt_of`."""
+        """Return start and way as a link has them; see `attack_of`."""
         return ",".join(f"{number:.{DIGITS}f}" for number in (*self.start, *self.points.ravel()))
 
     def table(self, finer: int = 1) -> Array:
@@ -122,8 +122,8 @@ class Attempt:
         return simulation.history.table()
 
 
-def attempt_of(settings: RunSettings, text: str) -> Attempt:
-    """Return the attempt of a link: the settings, and `Attempt.text`.
+def attack_of(settings: RunSettings, text: str) -> Attack:
+    """Return the attack of a link: the settings, and `Attack.text`.
 
     Raises:
         BadSetting: this is no such text, or of another room.
@@ -137,17 +137,17 @@ def attempt_of(settings: RunSettings, text: str) -> Attempt:
     except ValueError:
         numbers = np.array([np.nan])
     if len(numbers) != count or not np.isfinite(numbers).all() or np.abs(numbers).max() > FARTHEST:
-        raise BadSetting("attempt: needs {count} numbers, start posture and way; copy the link again.", count=count)
+        raise BadSetting("attack: needs {count} numbers, start posture and way; copy the link again.", count=count)
     start = numbers[: len(low)]
     if (start < low).any() or (start > high).any():
-        raise BadSetting("attempt: the start posture is outside the joints' limits; copy the link again.")
-    return Attempt(settings, start, numbers[len(low) :].reshape(LEGS + 1, size))
+        raise BadSetting("attack: the start posture is outside the joints' limits; copy the link again.")
+    return Attack(settings, start, numbers[len(low) :].reshape(LEGS + 1, size))
 
 
-def replayed(attempt: Attempt, stopped: Callable[[], bool] = never) -> Recorded:
-    """Return the run of an attempt as it can be made again; takes as long as the run. `stopped`: not asked, for it is short."""
+def replayed(attack: Attack, stopped: Callable[[], bool] = never) -> Recorded:
+    """Return the run of an attack as it can be made again; takes as long as the run. `stopped`: not asked, for it is short."""
     del stopped
-    return attempt.recorded()
+    return attack.recorded()
 
 
 def _box(room: Room) -> tuple[Array, Array]:
@@ -179,7 +179,7 @@ class Loss(NamedTuple):
 class Found:
     """The worst run of one start. `runs`: how many were made; `missing`: the largest loss of all of them, as in `Loss`."""
 
-    attempt: Attempt
+    attack: Attack
     loss: Loss
     missing: dict[Condition, float]
     runs: int
@@ -231,7 +231,8 @@ class _Search:
         self._low, self._high = _box(room)
         self._speeds = specs()["wmax"].low, settings.hand_speed
         self._size = SIZES[experiment.moves]
-        self._runs, self._missing = 0, dict.fromkeys(BLAMED, 0.0)
+        self._runs = 0
+        self._missing: dict[Condition, float] = dict.fromkeys(BLAMED, 0.0)
         self._worst: Found | None = None
 
     def found(self, refine: bool) -> Found:
@@ -249,11 +250,11 @@ class _Search:
             with suppress(_OutOfTime):
                 minimize(self._goodness, tries[worst], method="Nelder-Mead", options=options)
         assert self._worst is not None
-        attempt, loss = self._worst.attempt, self._worst.loss
+        attack, loss = self._worst.attack, self._worst.loss
         if loss.lost > BROKEN:
-            finer = replace(attempt.settings, dt=attempt.settings.dt / FINER)
-            loss = loss._replace(lost=min(loss.lost, _loss(finer, attempt.table(FINER)).lost))
-        return Found(attempt, loss, self._missing, self._runs)
+            finer = replace(attack.settings, dt=attack.settings.dt / FINER)
+            loss = loss._replace(lost=min(loss.lost, _loss(finer, attack.table(FINER)).lost))
+        return Found(attack, loss, self._missing, self._runs)
 
     def _goodness(self, variables: Array) -> float:
         if time() > self._until:
@@ -269,11 +270,11 @@ class _Search:
         start = variables[:nv].clip(self._low, self._high).round(DIGITS)
         points = np.vstack([self._place(start), variables[nv:-1].reshape(LEGS, self._size)]).round(DIGITS)
         speed = round(float(np.clip(variables[-1], *self._speeds)), DIGITS)
-        attempt = Attempt(replace(self._settings, hand_speed=speed), start, points)
-        loss = _loss(attempt.settings, attempt.table())
+        attack = Attack(replace(self._settings, hand_speed=speed), start, points)
+        loss = _loss(attack.settings, attack.table())
         self._runs += 1
         self._missing = {condition: max(lost, loss.missing[condition]) for condition, lost in self._missing.items()}
-        found = Found(attempt, loss, self._missing, self._runs)
+        found = Found(attack, loss, self._missing, self._runs)
         if self._worst is None or found.badness > self._worst.badness:
             self._worst = found
         return loss.lost or -min(loss.nearest, 1.0)

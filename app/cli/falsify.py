@@ -123,5 +123,5 @@ def _write(worst: Found, path: Path) -> None:
     from app.recording.run_file import saved_bytes
 
     with written(path, "out") as new:
-        new.write_bytes(saved_bytes(worst.attempt.recorded()))
+        new.write_bytes(saved_bytes(worst.attack.recorded()))
     print(path)

@@ -23,7 +23,7 @@ from app.page.view import View
 from app.session.clock import NOT_THE_VISITORS
 from app.session.frame import freeze, make_frame
 from app.session.session import Session
-from app.settings import ATTEMPT, WHOLE, Language, Settings
+from app.settings import ATTACK, WHOLE, Language, Settings
 from app.web.request import browser_language, request_query
 from controllers.errors import BadSetting, LazyText
 
@@ -93,9 +93,9 @@ class Visitor:
                 self.operation.notify_problems((*self._problems, *open_link(self.lessons, self.query, self._record)))
                 self.operation.notify_lessons(self._context.book)
         known = self._record is not None and same_tab(self._record.query, self.query)
-        if not self.is_back and not known and ATTEMPT in self.query:
+        if not self.is_back and not known and ATTACK in self.query:
             try:
-                self.session.studies.counterexample.open(self.query[ATTEMPT])
+                self.session.studies.counterexample.open(self.query[ATTACK])
             except BadSetting as error:
                 self.operation.notify_problems((str(error),))
         if not self.is_back and self._record is not None and known:

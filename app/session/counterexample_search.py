@@ -9,7 +9,7 @@ from app.runtime.job_pool import Job, Jobs
 from app.runtime.job_watch import JobWatch
 from app.settings import Settings
 from controllers.errors import BadSetting, LazyText
-from scenes.counterexample import BROKEN, Attempt, Found, attempt_of, check, replayed, searched
+from scenes.counterexample import BROKEN, Attack, Found, attack_of, check, replayed, searched
 from scenes.inputs import Recorded
 from scenes.settings import RunSettings
 
@@ -35,7 +35,7 @@ class CounterexampleSearch:
     Attributes:
         worst: the worst run so far; None before the first start has been searched.
         runs: how many have been made.
-        replayed: the attempt that is replayed, or was before.
+        replayed: the attack that is replayed, or was before.
         message: why nothing can be searched or replayed, for the visitor; "" if all is well.
     """
 
@@ -52,7 +52,7 @@ class CounterexampleSearch:
         self._starts, self._elapsed = 0, 0.0
         self.worst: Found | None = None
         self.runs = 0
-        self.replayed: Attempt | None = None
+        self.replayed: Attack | None = None
         self.message = ""
 
     @property
@@ -95,20 +95,20 @@ class CounterexampleSearch:
     def replay_worst(self) -> None:
         """Replay the worst run so far."""
         if self.worst is not None:
-            self.replay(self.worst.attempt)
+            self.replay(self.worst.attack)
 
-    def replay(self, attempt: Attempt) -> None:
-        """Replay an attempt."""
+    def replay(self, attack: Attack) -> None:
+        """Replay an attack."""
         if self._jobs is not None:
-            self._jobs.submit("replay", partial(self._show, attempt), replayed, attempt, urgent=True)
+            self._jobs.submit("replay", partial(self._show, attack), replayed, attack, urgent=True)
 
     def open(self, text: str) -> None:
-        """Replay the attempt that a link names, under the present settings.
+        """Replay the attack that a link names, under the present settings.
 
         Raises:
             BadSetting: it names none.
         """
-        self.replay(attempt_of(self._settings().run, text))
+        self.replay(attack_of(self._settings().run, text))
 
     def forget(self) -> None:
         """Drop the search and what it has found."""
@@ -122,8 +122,8 @@ class CounterexampleSearch:
         if self._jobs is not None:
             self._jobs.close()
 
-    def _show(self, attempt: Attempt, recorded: Recorded) -> None:
-        self.replayed = attempt
+    def _show(self, attack: Attack, recorded: Recorded) -> None:
+        self.replayed = attack
         if self._watch is not None:
             self._watch(recorded, NAME)
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
 from controllers.errors import BadSetting
-from scenes.counterexample import BROKEN, FINER, SECONDS, Attempt, attempt_of, check, replayed, searched
+from scenes.counterexample import BROKEN, FINER, SECONDS, Attack, attack_of, check, replayed, searched
 from scenes.history import COLUMN
 from scenes.promise import Condition, broken_by, fallen, missing
 from scenes.rerun import Stopped, rerun
@@ -27,13 +27,13 @@ CLOSEST = given_settings(pairs="single", v=0.05, dt=0.01)
 
 def test_the_closest_pair_loses_fifty_millimetres_with_every_other_condition_met() -> None:
     found = searched(CLOSEST, 1, 6)
-    attempt, loss = found.attempt, found.loss
+    attack, loss = found.attack, found.loss
     assert loss.lost > 0.05 and loss.lost > 100.0 * loss.strict
     d_m, least = CLOSEST.law.critical_distance, inf
     for finer in (1, FINER):
         # From d_m or above d_law falls so far without a step in which another condition is missing.
-        table = attempt.table(finer)
-        lacking = missing(replace(attempt.settings, dt=attempt.settings.dt / finer), table)
+        table = attack.table(finer)
+        lacking = missing(replace(attack.settings, dt=attack.settings.dt / finer), table)
         bad = np.any([steps for condition, steps in lacking.items() if condition is not Condition.PAIRS], axis=0)
         d = table[:, COLUMN["law_d"]]
         lowest = int(d.argmin())
@@ -42,8 +42,8 @@ def test_the_closest_pair_loses_fifty_millimetres_with_every_other_condition_met
         least = min(least, d_m - d[lowest])
     assert least == pytest.approx(loss.lost, abs=1e-12)
     # The same person, from the same start, cannot break one smooth distance.
-    smooth = given_settings(v=0.05, dt=0.01, wmax=attempt.settings.hand_speed)
-    assert broken_by(smooth, Attempt(smooth, attempt.start, attempt.points).table()) < BROKEN
+    smooth = given_settings(v=0.05, dt=0.01, wmax=attack.settings.hand_speed)
+    assert broken_by(smooth, Attack(smooth, attack.start, attack.points).table()) < BROKEN
 
 
 def test_a_fall_counts_from_the_critical_distance_on_and_in_one_go() -> None:
@@ -69,16 +69,16 @@ def test_a_smooth_distance_loses_nothing() -> None:
 def test_a_start_finds_the_same_again_and_another_one_something_else() -> None:
     first, again, other = (searched(CLOSEST, 1, index) for index in (9, 9, 10))
     assert first.loss == again.loss and first.runs == again.runs
-    assert_array_equal(first.attempt.start, again.attempt.start)
-    assert not np.array_equal(first.attempt.start, other.attempt.start)
+    assert_array_equal(first.attack.start, again.attack.start)
+    assert not np.array_equal(first.attack.start, other.attack.start)
 
 
 @pytest.mark.parametrize("scene", ["ball", "hold", "master_slave", "imitation"])
 def test_a_link_and_a_file_make_the_same_run_in_every_scene(scene: str) -> None:
     settings = given_settings(scene=scene, pairs="single", dt=0.02)
-    attempt = searched(settings, 2, 0).attempt
-    table = attempt.table()
-    again = attempt_of(attempt.settings, attempt.text())
+    attack = searched(settings, 2, 0).attack
+    table = attack.table()
+    again = attack_of(attack.settings, attack.text())
     assert again.table().tobytes() == table.tobytes()
     recorded = replayed(again)
     assert recorded.seconds == pytest.approx(SECONDS)
@@ -88,7 +88,7 @@ def test_a_link_and_a_file_make_the_same_run_in_every_scene(scene: str) -> None:
 def test_a_search_begins_where_two_pairs_tie_just_above_the_critical_distance() -> None:
     room, ties = room_of(CLOSEST), 0
     for index in range(12):
-        start, world = searched(CLOSEST, 3, index, until=0.0).attempt.start, World(room, 10.0)
+        start, world = searched(CLOSEST, 3, index, until=0.0).attack.start, World(room, 10.0)
         world.kinematics.update(start)
         world.detector.detect()
         nearest = np.sort(world.detector.distances())[:2]
@@ -118,20 +118,20 @@ GOOD = ",".join(f"{number:.4f}" for number in (*ROOM.start, *np.zeros(9)))
     "text", ["", "1,2,3", GOOD + ",1", GOOD.replace("0.0000", "nan", 1), GOOD.replace("0.0000", "1e9", 1), "x" * 5000]
 )
 def test_a_damaged_link_is_refused(text: str) -> None:
-    assert attempt_of(RunSettings(), GOOD).start.shape == (14,)
+    assert attack_of(RunSettings(), GOOD).start.shape == (14,)
     with pytest.raises(BadSetting, match="copy the link again"):
-        attempt_of(RunSettings(), text)
+        attack_of(RunSettings(), text)
 
 
 def test_a_start_beyond_a_stop_is_refused() -> None:
     with pytest.raises(BadSetting, match="outside the joints' limits"):
-        attempt_of(RunSettings(), ",".join(["9.0"] * 23))
+        attack_of(RunSettings(), ",".join(["9.0"] * 23))
 
 
 @given(st.text(max_size=300))
 def test_any_text_is_an_attempt_or_refused(text: str) -> None:
     try:
-        attempt_of(RunSettings(), text)
+        attack_of(RunSettings(), text)
     except BadSetting as error:
         assert str(error).endswith("copy the link again.")
 

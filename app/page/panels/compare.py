@@ -120,7 +120,7 @@ def _break_words(search: CounterexampleSearch) -> Markup:
     """Return what the search has found so far, and what it means."""
     if search.worst is None:
         return lowered(tr("Searching …") if search.busy else tr(search.message))
-    loss, promises = search.worst.loss, search.worst.attempt.settings.law.entry.promises
+    loss, promises = search.worst.loss, search.worst.attack.settings.law.entry.promises
     counts = {"runs": search.runs, "mm": _millimetres(loss.lost if search.broken else loss.nearest)}
     if not search.broken:
         return lowered(

@@ -11,10 +11,10 @@ from app.lessons.session.lesson_session import LessonSession
 from app.session.counterexample_search import NAME
 from app.session.frame import Frame, freeze
 from app.session.session import Session
-from app.settings import ATTEMPT, Settings, to_query
+from app.settings import ATTACK, Settings, to_query
 from app.text.templates import macros
 from app.web.request import request_address
-from scenes.counterexample import Attempt
+from scenes.counterexample import Attack
 
 PERIOD: Final = 0.5
 """Time between two writes of the link [s]; while a slider is dragged it need not follow."""
@@ -23,9 +23,9 @@ OF_LESSONS: Final = ("scene", "rig", "robot", "autopilot", "ghost", "whatif", "p
 """What a step decides by itself, and a link to it need not say."""
 
 
-def attempt_query(settings: Settings, attempt: Attempt) -> dict[str, str]:
-    """Return what a link says that replays an attempt to break the promise."""
-    return {**to_query(replace(settings, run=attempt.settings)), ATTEMPT: attempt.text()}
+def attack_query(settings: Settings, attack: Attack) -> dict[str, str]:
+    """Return what a link says that replays an attack to break the promise."""
+    return {**to_query(replace(settings, run=attack.settings)), ATTACK: attack.text()}
 
 
 def link_query(settings: Settings, lessons: LessonSession) -> dict[str, str]:
@@ -63,9 +63,9 @@ class LinkBox:
         if frame.now < self._next:
             return
         self._next = frame.now + PERIOD
-        settings, attempt = frame.live.settings, self._session.studies.counterexample.replayed
-        if frame.shown.replayed_file == NAME and attempt is not None:
-            query = attempt_query(settings, attempt)
+        settings, attack = frame.live.settings, self._session.studies.counterexample.replayed
+        if frame.shown.replayed_file == NAME and attack is not None:
+            query = attack_query(settings, attack)
         else:
             query = link_query(settings, self._lessons)
         link = link_to(self._address, query)

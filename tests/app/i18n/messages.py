@@ -41,7 +41,14 @@ _TELLING: Final = ("LazyText", "BadSetting", "BadInputFile", "MissingPackage", "
 """Functions and classes that take a text, or a template with its parts, as their first argument."""
 
 ON_THE_PAGE: Final = (
-    *("scenes/setting*.py", "scenes/given_choices.py", "scenes/rerun.py", "scenes/inputs_file*.py", "scenes/robots/*.py"),
+    *(
+        "scenes/setting*.py",
+        "scenes/given_choices.py",
+        "scenes/rerun.py",
+        "scenes/counterexample.py",
+        "scenes/inputs_file*.py",
+        "scenes/robots/*.py",
+    ),
     *("scenes/person/bvh*.py", "scenes/person/camera*.py"),
     *("app/runtime/job_pool.py", "app/export/*.py", "app/recording/*.py", "app/custom_law/[!c]*.py", "app/page/**/*.py"),
     # The sources of the command line have errors of the command line.

@@ -4,14 +4,14 @@ from urllib.parse import quote
 
 import pytest
 
-from app.page.panels.link_box import attempt_query
+from app.page.panels.link_box import attack_query
 from app.session.actions import Compute
 from app.session.counterexample_search import NAME, SECONDS, STARTS, CounterexampleSearch
 from app.session.session import Session
-from app.settings import ATTEMPT, Settings, from_query
+from app.settings import ATTACK, Settings, from_query
 from controllers.errors import BadSetting
 from scenes.counterexample import SECONDS as LENGTH
-from scenes.counterexample import attempt_of
+from scenes.counterexample import attack_of
 from scenes.rerun import rerun
 from tests.app.conftest import Arrive, OpenHouse
 from tests.app.inline import Inline
@@ -39,7 +39,7 @@ def test_it_goes_from_start_to_start_and_ends(desk: Inline) -> None:
         assert search.worst is not None and search.runs >= 3 * done
     assert not search.busy
     found = [job.result for job in desk.jobs if job.kind == "search"]
-    assert len(found) == STARTS and search.worst.badness == max(one.badness for one in found)
+    assert search.worst is not None and len(found) == STARTS and search.worst.badness == max(one.badness for one in found)
     # The worst of all is one in which the closest pair loses centimetres.
     assert search.broken and search.worst.loss.lost > 0.01
 
@@ -70,12 +70,12 @@ def test_the_worst_run_is_replayed_and_its_link_makes_it_again(desk: Inline) -> 
     session.player.advance(0.0)
     replay = session.player.replay
     assert replay is not None and session.player.loaded == NAME and replay.end == pytest.approx(LENGTH)
-    attempt = search.replayed
-    assert attempt is not None
-    query = attempt_query(session.settings, attempt)
+    attack = search.replayed
+    assert attack is not None
+    query = attack_query(session.settings, attack)
     again, problems = from_query(query, Settings())
-    assert not problems and again.run == attempt.settings
-    table = attempt_of(again.run, query[ATTEMPT]).table()
+    assert not problems and again.run == attack.settings
+    table = attack_of(again.run, query[ATTACK]).table()
     assert rerun(replay.recorded).table.tobytes() == table.tobytes()
 
 
@@ -93,14 +93,14 @@ def press_row(visitor: BlockingClient, label: str, button: str) -> None:
 
 def test_a_link_replays_its_run_on_the_page_and_a_damaged_one_is_named(house: OpenHouse, arrive: Arrive) -> None:
     app = house()
-    attempt = attempt_of(given_settings(dt=0.02), ",".join(["0.1"] * 14 + ["0.5"] * 9))
-    link = "&".join(f"{key}={text}" for key, text in {"dt": "0.02", ATTEMPT: attempt.text()}.items())
+    attack = attack_of(given_settings(dt=0.02), ",".join(["0.1"] * 14 + ["0.5"] * 9))
+    link = "&".join(f"{key}={text}" for key, text in {"dt": "0.02", ATTACK: attack.text()}.items())
     one = arrive(app, link)
     one.visitor.wait_for(lambda v: f"This is {NAME}" in shown(v))
     one.wait(lambda s: s.player is not None and s.player.replay is not None)
     # The page's own link is that of the replay.
-    one.visitor.wait_for(lambda v: f"{ATTEMPT}={quote(attempt.text(), safe='')}" in shown(v))
-    other = arrive(app, f"{ATTEMPT}=1,2")
+    one.visitor.wait_for(lambda v: f"{ATTACK}={quote(attack.text(), safe='')}" in shown(v))
+    other = arrive(app, f"{ATTACK}=1,2")
     other.visitor.wait_for(lambda v: any("copy the link again" in note for note in notes(v)))
     press_row(other.visitor, "try to break it", "Search")
     other.wait(lambda s: s.studies.counterexample.runs > 0)
