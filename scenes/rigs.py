@@ -1,6 +1,6 @@
 """Where the two arms stand, how they start, and from where one looks at them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -86,6 +86,31 @@ _TABLE: Final = Rig(
     _table_start.copy(),
     Camera((0.0, 0.0, 1.27), (0.45, -2.75, 0.67), 1.75, 1.32, FIELD_OF_VIEW),
 )
+
+SHORT: Final = 0.55
+"""Reach from shoulder to hand [m] below which two arms stand nearer on the table …"""
+
+TABLE_REACH: Final = 0.55
+"""… in proportion to this one [m], so that they start clear of each other and meet with their forearms."""
+
+
+def for_reach(rig: Rig, reach: float) -> Rig:
+    """Return the rig as it is, but for short arms the table with its bases nearer. `reach`: mean of both arms [m]."""
+    if rig is not _TABLE or reach >= SHORT:
+        return rig
+    share, camera = reach / TABLE_REACH, rig.camera
+    x, y, z = camera.centre
+    nearer = replace(
+        camera,
+        centre=(share * x, share * y, TABLE_HEIGHT + share * (z - TABLE_HEIGHT)),
+        width=share * camera.width,
+        height=share * camera.height,
+    )
+    left, right = (
+        pin.SE3(base.rotation, base.translation * np.array([share, share, 1.0])) for base in (rig.left_base, rig.right_base)
+    )
+    return replace(rig, left_base=left, right_base=right, camera=nearer)
+
 
 RIGS: Final[dict[str, Rig]] = {"torso": _TORSO, "table": _TABLE}
 

@@ -9,15 +9,17 @@ import coal
 import numpy as np
 import pinocchio as pin
 
+from controllers.choices import HoldTask
 from controllers.errors import BadSetting
 from controllers.kinematics import Arm, Array, Kinematics
 from controllers.laws.situation import AUTHORITY
 from controllers.limits import VelocityBox
 from controllers.proximity import ProximityDetector
+from controllers.tasks import TASK_DIMENSION
 from scenes.given_choices import makes
-from scenes.rigs import Rig, rig_named
+from scenes.rigs import Rig, for_reach, rig_named
 from scenes.robots import Capsule, Robot, robot
-from scenes.robots.start_search import found_postures
+from scenes.robots.start_search import arm_reach, found_postures
 from scenes.settings import ArmName, ControlPoint, RunSettings
 
 SIDES: tuple[ArmName, ArmName] = ("left", "right")
@@ -67,6 +69,11 @@ class Room:
         """Return the arm opposite a side; the only one where one stands alone."""
         return self.arms[min(1 - SIDES.index(side), len(self.arms) - 1)]
 
+    def task(self, settings: RunSettings) -> HoldTask:
+        """Return what a hand keeps: without six joints its place alone, whatever the settings ask for."""
+        turns = all(arm.joints.stop - arm.joints.start >= TASK_DIMENSION["pose"] for arm in self.arms)
+        return settings.task if turns else "position"
+
     def bases(self) -> tuple[pin.SE3, ...]:
         """Return the pose of each arm's base."""
         return (self.rig.left_base, self.rig.right_base)[: len(self.arms)]
@@ -104,7 +111,8 @@ def room_of(settings: RunSettings) -> Room:
 @cache
 def build_room(rig_name: str, robot_name: str = "lwr") -> Room:
     """Return the room of a rig with two arms, of one make or of two, built once."""
-    rig, made = rig_named(rig_name), tuple(map(robot, makes(robot_name)))
+    made = tuple(map(robot, makes(robot_name)))
+    rig = for_reach(rig_named(rig_name), sum(map(arm_reach, made)) / len(made))
     model, geometry = pin.Model(), pin.GeometryModel()
     arms: list[Arm] = []
     for side, base, one in zip(SIDES, (rig.left_base, rig.right_base), made, strict=True):

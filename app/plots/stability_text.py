@@ -161,7 +161,7 @@ def task_error(simulation: Simulation, sample: Sample) -> tuple[Array, Array | N
     J = simulation.roles.task.task_jacobian
     if J is None:
         # Nothing was asked of the hand yet.
-        J = simulation.kinematics.hand_jacobian(arm)[: TASK_DIMENSION[simulation.settings.task]]
+        J = simulation.kinematics.hand_jacobian(arm)[: TASK_DIMENSION[simulation.room.task(simulation.settings)]]
     return position_error(pose, place) if len(J) == 3 else pose_error(pose, place, rotation), J
 
 

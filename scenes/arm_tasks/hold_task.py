@@ -48,7 +48,8 @@ class HoldTask:
         self._home = self.place
         self._since = -1.0
         self._overdriven = overdriven
-        self._kinematics, self._arm, self._path, self._movable = world.kinematics, arm, path, movable
+        self._room, self._kinematics, self._arm = world.room, world.kinematics, arm
+        self._path, self._movable = path, movable
         self._pose = world.kinematics.hand_pose(arm)
         # A live view.
         self._joints = world.positions[arm.joints]
@@ -63,7 +64,7 @@ class HoldTask:
 
     def nominal(self, target: Target | None, settings: RunSettings, time: float) -> Array:
         """Return q̇_n (n,) inside the arm's bounds [rad/s]."""
-        kinematics, arm, task = self._kinematics, self._arm, settings.task
+        kinematics, arm, task = self._kinematics, self._arm, self._room.task(settings)
         speed: Array | None = None
         if self._path is not None:
             if self._since < 0.0:

@@ -16,7 +16,7 @@ from scenes.robots.description import joint_axis
 if TYPE_CHECKING:
     import yourdfpy
 
-FEWEST, MOST = 6, 7
+FEWEST, MOST = 5, 7
 """Joints of an arm."""
 
 GRIPPER: Final = ("gripper", "finger", "jaw")
@@ -52,7 +52,7 @@ def find_chain(urdf: yourdfpy.URDF, name: str) -> tuple[str, ...]:
         name: of the file, for messages.
 
     Raises:
-        BadInputFile: there is no chain of 6 or 7 revolute joints.
+        BadInputFile: there is no chain of 5 to 7 revolute joints.
     """
     children: dict[str, list[yourdfpy.Joint]] = {}
     parents = [joint.child for joint in urdf.robot.joints]
@@ -73,7 +73,7 @@ def find_chain(urdf: yourdfpy.URDF, name: str) -> tuple[str, ...]:
             break
         if len(arm) > 1:
             raise BadInputFile(
-                "{name}: forks into {joints} after {count} joints; give a file with one arm of 6 or 7 revolute joints in a chain.",
+                "{name}: forks into {joints} after {count} joints; give a file with one arm of 5 to 7 revolute joints in a chain.",
                 name=name,
                 joints=", ".join(_safe(j.name) for j in arm[:3]),
                 count=len(chain),
@@ -81,7 +81,7 @@ def find_chain(urdf: yourdfpy.URDF, name: str) -> tuple[str, ...]:
         (joint,) = arm
         if joint.type not in ("revolute", "continuous"):
             raise BadInputFile(
-                "{name}: its joint {joint} is {kind}; Duet takes arms of 6 or 7 revolute joints.",
+                "{name}: its joint {joint} is {kind}; Duet takes arms of 5 to 7 revolute joints.",
                 name=name,
                 joint=_safe(joint.name),
                 kind=joint.type,
@@ -93,13 +93,13 @@ def find_chain(urdf: yourdfpy.URDF, name: str) -> tuple[str, ...]:
         if mimics:
             raise BadInputFile(
                 "{name}: has {count} revolute joints in a chain, then {joint}, which only follows another (mimic); "
-                "Duet takes arms of 6 or 7.",
+                "Duet takes arms of 5 to 7.",
                 name=name,
                 count=len(chain),
                 joint=_safe(mimics[0]),
             )
         raise BadInputFile(
-            "{name}: has {count} revolute joints in a chain; Duet takes arms of 6 or 7.", name=name, count=len(chain)
+            "{name}: has {count} revolute joints in a chain; Duet takes arms of 5 to 7.", name=name, count=len(chain)
         )
     _check_joints([joint for joint in urdf.robot.joints if joint.name in chain], name)
     return tuple(chain)

@@ -99,7 +99,7 @@ class HandHandle(TransformHandle):
         """Put it where it belongs, unless it is being dragged."""
         super().show()
         simulation = self._session.simulation
-        self._turns = not keeps_place(simulation) or simulation.settings.task == "pose"
+        self._turns = not keeps_place(simulation) or simulation.room.task(simulation.settings) == "pose"
         self._handle.disable_rotations = not self._turns
         if not self.dragged:
             place, rotation = wanted_pose(simulation)
@@ -161,14 +161,16 @@ def wanted_pose(simulation: Simulation) -> tuple[Array, Array]:
     pose = simulation.kinematics.hand_pose(simulation.guided)
     place, rotation = simulation.place, simulation.place_rotation
     if keeps_place(simulation) and place is not None and rotation is not None:
-        return place.copy(), rotation.copy() if simulation.settings.task == "pose" else pose.rotation.copy()
+        return place.copy(), rotation.copy() if simulation.room.task(simulation.settings) == "pose" else pose.rotation.copy()
     return pose.translation.copy(), pose.rotation.copy()
 
 
 def _hand_kept(simulation: Simulation) -> HandTarget:
     """Return the hand at its place, and turned as it is where the elbow can move all the same."""
     joints, (place, rotation) = simulation.guided.joints, wanted_pose(simulation)
-    spare = joints.stop - joints.start > 6 and (not keeps_place(simulation) or simulation.settings.task == "pose")
+    spare = joints.stop - joints.start > 6 and (
+        not keeps_place(simulation) or simulation.room.task(simulation.settings) == "pose"
+    )
     return HandTarget(place, rotation if spare else None)
 
 

@@ -135,7 +135,7 @@ def _error_text(simulation: Simulation, sample: Sample) -> str:
 
 def _alone_tiles(simulation: Simulation, sample: Sample) -> list[Tile]:
     run, arm = simulation.settings, simulation.avoiding
-    J = simulation.kinematics.hand_jacobian(arm)[: TASK_DIMENSION[run.task]]
+    J = simulation.kinematics.hand_jacobian(arm)[: TASK_DIMENSION[simulation.room.task(run)]]
     # It counts the dimensions that the hand leaves free: n − m, and more at a singular posture.
     free = float(null_space_projector(J, DAMPING).trace())
     angle = math.degrees(Swivel(simulation.room, arm).angle(sample.positions))
@@ -162,7 +162,14 @@ def tip_text(session: Shown, operated: bool = True) -> str:
         who = tr("The autopilot moves the orange arm.") if itself else tr("The teacher moves the orange arm.")
         led = run.experiment.moves == "arm" and run.experiment.obstacle == "arm"
         return f"{who} {texts.watched(run)}" if led else texts.watched(run)
-    return texts.tip(run, itself)
+    return f"{texts.tip(run, itself)}{_fifth_joint(session.simulation)}"
+
+
+def _fifth_joint(simulation: Simulation) -> str:
+    """Return what five joints cost, after a blank; "" for arms with more."""
+    if min(arm.joints.stop - arm.joints.start for arm in simulation.room.arms) > 5 or simulation.place is None:
+        return ""
+    return " " + tr("Five joints keep the hand’s place, not its turn: two are left for everything else, not four.")
 
 
 def status_html(pace: Pace, simulation: Simulation, sample: Sample, asking: bool = False) -> Markup:

@@ -353,3 +353,13 @@ def test_a_distance_that_was_lost_is_not_said_to_be_kept() -> None:
     lost = settings("scene=hold&start=between&avoid=guided&seed=396&v=0.05&pairs=single").run
     run = moved(lost, lambda run: run.sample().law_distance <= 0.1 and not missing_now(run.settings, run.history))
     assert shown(run).endswith("below dm, but falling no further")
+
+
+def test_what_five_joints_cost_is_said_where_a_hand_keeps_its_place() -> None:
+    session = Session(settings("scene=hold"))
+    assert "Five joints" not in tip_text(session)
+    short = tuple(replace(arm, joints=slice(arm.joints.start, arm.joints.start + 5)) for arm in session.simulation.room.arms)
+    session.simulation.room = replace(session.simulation.room, arms=short)
+    assert tip_text(session).endswith(
+        "Five joints keep the hand’s place, not its turn: two are left for everything else, not four."
+    )

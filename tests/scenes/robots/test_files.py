@@ -22,7 +22,7 @@ from scenes.robots.fitting import build_example
 from scenes.robots.robot_files import LARGEST_MESHES, register, robot_file
 from scenes.robots.start_search import start_posture
 from scenes.robots.urdf_chain import landmarks
-from scenes.room import build_room
+from scenes.room import build_room, room_of
 from scenes.settings import RigName, RunSettings, changed, specs, validate
 from scenes.simulation import Simulation
 from tests.scenes.helpers import RIG_NAMES, column
@@ -172,6 +172,33 @@ def test_a_slave_with_fewer_joints_follows_with_those_it_has() -> None:
     assert np.isfinite(column(table, "d")).all()
 
 
+@pytest.mark.parametrize("name", ["so100", "so101"])
+def test_two_short_arms_of_five_joints_hold_follow_and_keep_clear_on_the_table(name: str, registry: None) -> None:
+    files = importlib.metadata.files("example-robot-data")
+    assert files is not None
+    (file,) = (Path(str(one.locate())) for one in files if one.name == f"{name}.urdf")
+    given = replace(RunSettings(), robot=register(file), rig="table")
+    for scene in ("hold", "master_slave"):
+        settings = validate(replace(given, scene=scene))
+        room = room_of(settings)
+        assert [arm.joints for arm in room.arms] == [slice(0, 5), slice(5, 10)]
+        done = run(settings, 20.0)
+        # They come near each other, for they stand nearer than longer arms do.
+        assert settings.law.critical_distance <= column(done.table, "law_d").min() < column(done.table, "d").min() < 0.25
+        assert column(done.table, "lambda").max() > 0.3
+    assert room.bases()[1].translation[0] < 0.45 < room_of(replace(given, robot="lwr")).bases()[1].translation[0]
+
+
+def test_five_joints_keep_a_place_and_not_a_turn(tmp_path: Path, registry: None) -> None:
+    path = tmp_path / "five.urdf"
+    path.write_text(arm_urdf(count=5), encoding="utf-8")
+    settings = validate(replace(RunSettings(), robot=register(path), scene="solo"))
+    as_pose = replace(settings, task="pose")
+    assert room_of(settings).task(as_pose) == "position" and room_of(RunSettings()).task(as_pose) == "pose"
+    tables = [run(one, 3.0).table for one in (settings, as_pose)]
+    assert tables[0].tobytes() == tables[1].tobytes() and column(tables[0], "e2").max() < 1e-4
+
+
 def test_given_bases(registry: None) -> None:
     name = place_bases("0,0.5,0.2,0", "0,-0.5,0.2,0")
     settings = changed(replace(RunSettings(), robot="ur5_panda"), "rig", name)
@@ -186,7 +213,7 @@ def test_given_bases(registry: None) -> None:
 BAD = {
     "prismatic": (arm_urdf(kind="prismatic"), "joint l3 is prismatic"),
     "floating": (arm_urdf(kind="floating"), "joint l3 is floating"),
-    "short": (arm_urdf(count=5), "has 5 revolute joints"),
+    "short": (arm_urdf(count=4), "has 4 revolute joints in a chain; Duet takes arms of 5 to 7"),
     "no_urdf": ("<robot", "its XML is damaged"),
     "cut off": (arm_urdf()[:-300], "its XML is damaged"),
     "no_links": ("<robot name='x'/>", "it has no links"),
