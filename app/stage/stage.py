@@ -13,7 +13,7 @@ from app.stage.person_figure import FigureView
 from app.stage.stage_part import StagePart
 from app.stage.target_marks import GripMark, TargetPlace
 from app.theme import PALETTES, Palette
-from scenes.rigs import ALONE, Rig
+from scenes.rigs import ALONE, RIGS, Rig
 from scenes.room_shells import stands_glb, table_glb, torso_glb
 from scenes.simulation import Simulation
 
@@ -75,7 +75,10 @@ def furniture_glb(rig: Rig, coarse: bool) -> bytes:
         return stands_glb(tuple((float(x), float(y), float(z)) for x, y, z in (foot.translation for foot in feet)), coarse=coarse)
     if rig is ALONE:
         return table_glb(-2.0 * float(ALONE.left_base.translation[0]), coarse=coarse, plates=1)
-    return table_glb(coarse=coarse)
+    if rig is RIGS["table"]:
+        return table_glb(coarse=coarse)
+    # Short arms stand nearer.
+    return table_glb(float(rig.right_base.translation[0] - rig.left_base.translation[0]), coarse=coarse)
 
 
 class Stage:
