@@ -85,7 +85,7 @@ class Workload:
 HEADROOM: Final = 0.9
 """Part of a frame that sessions may fill."""
 
-DRAWING: Final = 20.0
+DRAWING: Final = 36.0
 """What drawing and sending one session's frame costs, in steps of the room that a newcomer sees."""
 
 BATCHES, BATCH = 5, 20
