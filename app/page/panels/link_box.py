@@ -52,7 +52,7 @@ class LinkBox:
     """
 
     def __init__(self, client: viser.ClientHandle, session: Session, lessons: LessonSession) -> None:
-        self._session, self._lessons = session, lessons
+        self._lessons = lessons
         self._address = request_address(client)
         self._box = client.gui.add_html("")
         self._next = 0.0
@@ -63,7 +63,8 @@ class LinkBox:
         if frame.now < self._next:
             return
         self._next = frame.now + PERIOD
-        settings, attack = frame.live.settings, self._session.studies.counterexample.replayed
+        settings = frame.live.settings
+        attack = None if frame.studies is None else frame.studies.counterexample.replayed
         if frame.shown.replayed_file == NAME and attack is not None:
             query = attack_query(settings, attack)
         else:
