@@ -11,6 +11,7 @@ leaves it in a folder for all later ones.
 import hashlib
 import logging
 import os
+import shutil
 import subprocess
 import sys
 import threading
@@ -50,6 +51,9 @@ PATIENCE: Final = 8000
 
 GAIN: Final = 8.0
 """How many times as long a step takes in Python as in machine code, at least."""
+
+READ: Final = "DUET_LOOPS"
+"""Name in the environment of a folder from which machine code is taken, if the usual one does not have it."""
 
 _log = logging.getLogger("duet.compiled")
 _loops: list["Loop[..., Any]"] = []
@@ -139,7 +143,7 @@ def all_loaded() -> bool:
 
 def load_if_compiled() -> None:
     """Replace Python by machine code: before returning if this machine has compiled it, else from a thread."""
-    if (_folder() / "done").exists():
+    if (loops_folder() / "done").exists():
         load_now()
     else:
         begin_to_load()
@@ -147,14 +151,14 @@ def load_if_compiled() -> None:
 
 def load_now() -> None:
     """Replace Python by machine code before returning."""
-    _folder()
+    loops_folder()
     for made in _loops:
         made.load()
 
 
 def _load() -> None:
     try:
-        done = _folder() / "done"
+        done = loops_folder() / "done"
         if not done.exists():
             _log.info("The loops of a step are compiled, once on this machine; until then a step takes longer.")
             command = [sys.executable, "-m", __name__, *sorted({made.python.__module__ for made in _loops})]
@@ -170,7 +174,7 @@ def _load() -> None:
         _log.warning("A step stays slower than it could be: its loops cannot be compiled (%s).", error)
 
 
-def _folder() -> Path:
+def loops_folder() -> Path:
     """Return the folder of the machine code for this text, this interpreter and this processor, and have numba use it."""
     import numba
     from llvmlite import binding
@@ -179,9 +183,14 @@ def _folder() -> Path:
     digest = hashlib.sha256(f"{numba.__version__} {sys.version} {binding.get_host_cpu_name()}".encode())
     for file in sorted({made.python.__code__.co_filename for made in _loops if isinstance(made.python, FunctionType)}):
         digest.update(Path(file).read_bytes())
+    name = f"loops-{digest.hexdigest()[:16]}"
     beside = Path(__file__).parent / "__pycache__"
-    home = beside if os.access(beside, os.W_OK) else Path.home() / ".cache" / "lwr-duet"
-    folder = home / f"loops-{digest.hexdigest()[:16]}"
+    place = beside if os.access(beside, os.W_OK) else Path.home() / ".cache" / "lwr-duet"
+    folder = place / name
+    for other in (beside, Path(os.environ.get(READ, place))):
+        if (other / name / "done").exists() and not (folder / "done").exists():
+            # numba reads nothing where it cannot write.
+            shutil.copytree(other / name, folder, dirs_exist_ok=True)
     folder.mkdir(parents=True, exist_ok=True)
     config.CACHE_DIR = str(folder)  # pyright: ignore[reportAttributeAccessIssue]
     return folder
@@ -193,4 +202,4 @@ if __name__ == "__main__":
     # This file is a second module here; the loops are registered with the one that they import.
     compiled = import_module("controllers.compiled")
     compiled.load_now()
-    (compiled._folder() / "done").touch()
+    (compiled.loops_folder() / "done").touch()

@@ -17,6 +17,9 @@ from scenes.robots.robot_files import GivenAtStart, given_at_start
 
 T = TypeVar("T")
 
+Compute = Callable[[Callable[..., T], Sequence[tuple[Any, ...]]], Iterator[tuple[int, T]]]
+"""Yields (index, result) of the calls of a function, each as soon as it is done; `computed`, or a cluster."""
+
 ONE_THREAD: Final = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "VECLIB_MAXIMUM", "NUMEXPR")}
 """What the environment of a process has to say so that it does linear algebra on one thread."""
 

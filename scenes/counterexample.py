@@ -338,13 +338,13 @@ class _Search:
 
 def _loss(settings: RunSettings, table: Array) -> Loss:
     lacking = missing(settings, table)
+    margins = table[:, COLUMN["law_d"]] - settings.law.critical_distance
 
     def lost(*tolerated: Condition) -> float:
         kept = ~np.any([steps for condition, steps in lacking.items() if condition not in tolerated], axis=0)
-        return fallen(settings, table, kept)
+        return fallen(margins, kept)
 
     kept = ~np.any([lacking[condition] for condition in BLAMED], axis=0)
-    margins = table[:, COLUMN["law_d"]] - settings.law.critical_distance
     nearest = float(margins[kept & (margins >= 0.0)].min(initial=np.inf))
     others = {condition: lost(condition, Condition.PAIRS) for condition in BLAMED}
     return Loss(lost(Condition.PAIRS), lost(), nearest, others)

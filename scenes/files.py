@@ -71,6 +71,16 @@ def readable(text: str) -> str:
     return os.fsencode(text).decode("utf-8", "replace")
 
 
+LONGEST_CELL: Final = 2000
+"""Characters of a cell of a table."""
+
+
+def csv_cell(value: object) -> str:
+    """Return a value as one line that a spreadsheet does not take for a formula."""
+    text = "".join(c if c.isprintable() else " " for c in str(value))[:LONGEST_CELL].strip()
+    return f"'{text}" if text[:1] in ("=", "+", "-", "@") else text
+
+
 def path_inside(folder: Path, name: str) -> Path | None:
     """Return the path of a name in a folder with all links followed; None if that leads out of the folder."""
     try:

@@ -106,21 +106,36 @@ def match_knob(
     wanted, knob = nearest(reference), LAWS[law].distance_knob
     if knob is None:
         return KnobMatch(law, "", None, wanted, nearest(chosen))
-    key = knob.key
-    spec = specs(LawSettings)[key]
-    span = spec.high - spec.low
+    value, reached = sought(lambda value: nearest({**chosen, **knob.settings(value)}), knob_range(knob), wanted)
+    return KnobMatch(law, knob.key, value, wanted, reached)
+
+
+def knob_range(knob: Knob) -> tuple[float, float]:
+    """Return the least and the largest value of a knob."""
+    spec = specs(LawSettings)[knob.key]
+    return spec.low, spec.high
+
+
+def sought(distance: Callable[[float], float], ends: tuple[float, float], wanted: float) -> tuple[float | None, float]:
+    """Return the value at which a distance is the wanted one within `MATCH`, None if it is nowhere, and the nearest that was found [m].
+
+    Args:
+        distance: by value [m].
+        ends: of the range of values.
+    """
+    low, high = ends
     found = {
-        value: nearest({**chosen, **knob.settings(value)}) - wanted
-        for value in (spec.low + span * (i / (_FIRST_LOOK - 1)) ** 2 for i in range(_FIRST_LOOK))
+        value: distance(value) - wanted
+        for value in (low + (high - low) * (i / (_FIRST_LOOK - 1)) ** 2 for i in range(_FIRST_LOOK))
     }
     best = min(found, key=lambda value: abs(found[value]))
-    ends = next(
+    between = next(
         ((a, b) for a, b in zip(list(found), list(found)[1:], strict=False) if (found[a] < 0.0) != (found[b] < 0.0)), None
     )
-    while ends is not None and abs(found[best]) > MATCH and len(found) < MOST_RERUNS:
-        low, high = ends
+    while between is not None and abs(found[best]) > MATCH and len(found) < MOST_RERUNS:
+        low, high = between
         middle = (low + high) / 2.0
-        found[middle] = nearest({**chosen, **knob.settings(middle)}) - wanted
-        ends = (middle, high) if (found[middle] < 0.0) == (found[low] < 0.0) else (low, middle)
+        found[middle] = distance(middle) - wanted
+        between = (middle, high) if (found[middle] < 0.0) == (found[low] < 0.0) else (low, middle)
         best = min(best, middle, key=lambda value: abs(found[value]))
-    return KnobMatch(law, key, best if abs(found[best]) <= MATCH else None, wanted, wanted + found[best])
+    return best if abs(found[best]) <= MATCH else None, wanted + found[best]

@@ -94,11 +94,14 @@ def broken_by(settings: RunSettings, table: Array) -> float:
     return most
 
 
-def fallen(settings: RunSettings, table: Array, kept: NDArray[np.bool_]) -> float:
-    """Return how far d_law fell from d_m or above to below it in one stretch of steps that are all `kept` (rows,) [m]."""
-    margins = (table[:, COLUMN["law_d"]] - settings.law.critical_distance).tolist()
+def fallen(margins: Array, kept: NDArray[np.bool_]) -> float:
+    """Return how far a distance fell from d_m or above to below it in one stretch of steps that are all `kept` (rows,) [m].
+
+    Args:
+        margins: the distance − d_m in every step (rows,) [m].
+    """
     most, clear = 0.0, False
-    for before, after, counts in zip(margins[:-1], margins[1:], kept[:-1].tolist(), strict=True):
+    for before, after, counts in zip(margins[:-1].tolist(), margins[1:].tolist(), kept[:-1].tolist(), strict=True):
         clear = counts and (clear or before >= 0.0)
         if clear:
             most = max(most, -after)

@@ -7,7 +7,7 @@ from itertools import product
 from typing import Any, Final, NamedTuple
 
 from controllers.errors import BadSetting
-from scenes.children import computed
+from scenes.children import Compute, computed
 from scenes.headless import check_length, run
 from scenes.settings import RunSettings, changed, specs, validate, values
 
@@ -179,19 +179,19 @@ def figures(settings: RunSettings, seconds: float) -> Figures:
     return tuple(getattr(summary, name) for name in FIGURES)
 
 
-def run_points(grid: Grid, todo: Sequence[int], workers: int = 1) -> Iterator[tuple[int, Figures]]:
+def run_points(grid: Grid, todo: Sequence[int], compute: Compute[Figures] = computed) -> Iterator[tuple[int, Figures]]:
     """Yield (index, figures) of some points of a grid, each as soon as it is done: the figures of a point are always the same, the
-    order is not, unless there is one worker.
+    order is not, unless they are computed by one process.
 
     Args:
         todo: indices of points.
-        workers: processes; with 1, everything runs in this one.
+        compute: where; by default in this process.
 
     Raises:
-        DuetError: a worker was ended from outside.
+        DuetError: a worker was ended from outside, or as `compute` does.
     """
     points = grid.points()
-    for place, found in computed(figures, [(grid.at(points[index]), grid.seconds) for index in todo], workers):
+    for place, found in compute(figures, [(grid.at(points[index]), grid.seconds) for index in todo]):
         yield todo[place], found
 
 

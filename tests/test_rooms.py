@@ -11,7 +11,20 @@ import pytest
 from tests.test_imports import ROOT, imported
 
 ROOMS = (
-    *("__main__", "cli", "bench", "jupyter", "serve_worker", "start", "classroom", "hosting", "page", "export", "recording"),
+    *(
+        "__main__",
+        "cli",
+        "bench",
+        "jupyter",
+        "serve_worker",
+        "start",
+        "classroom",
+        "hosting",
+        "page",
+        "league",
+        "export",
+        "recording",
+    ),
     *("lessons", "figures", "plots", "stage", "session", "sweep", "custom_law", "text", "web", "i18n", "runtime", "theme"),
     *("settings", "version"),
 )

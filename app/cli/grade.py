@@ -20,10 +20,11 @@ import tyro
 from app.cli.sweep import cores
 from app.runtime.terminal import ending_at_once
 from controllers.errors import BadSetting
-from scenes.files import read_file, readable, replacing, written
+from scenes.files import csv_cell, read_file, readable, replacing, written
 
 if TYPE_CHECKING:
-    from app.custom_law.marked import LawMarks, MarkingLimits
+    from app.custom_law.fence import FenceLimits
+    from app.custom_law.marked import LawMarks
     from app.export.report_record import StepRecord
 
 
@@ -84,9 +85,6 @@ MOST_PARTS: Final = 2000
 MOST_BYTES: Final = 2**29
 """Files that are read of a ZIP file, and their size together [bytes]."""
 
-LONGEST: Final = 2000
-"""Characters of a cell."""
-
 ISOLATION: Final = {
     "network": "only the network was closed to these files: they could read and write what you can. Grade in a container or "
     "a virtual machine.",
@@ -135,13 +133,13 @@ def grade(command: Grade) -> int:
         BadSetting: there is nothing to grade, an option is not possible, or the table cannot be written.
     """
     with ending_at_once():
-        from app.custom_law.marked import MarkingLimits
+        from app.custom_law.fence import FenceLimits
         from app.custom_law.trials import TRIALS
     if command.jobs < 0 or not 1.0 <= command.seconds <= 3600.0:
         raise BadSetting("grade needs jobs from 1, or 0 for half of the cores, and seconds from 1 to 3600.")
     if not command.csv.absolute().parent.is_dir():
         raise BadSetting(f"csv = {command.csv}: there is no folder {command.csv.absolute().parent}; make it first.")
-    limits = MarkingLimits(seconds=command.seconds)
+    limits = FenceLimits(seconds=command.seconds)
     with unpacked(command.folder) as folder:
         paths = handed_in(folder)
         if not paths:
@@ -187,7 +185,7 @@ def handed_in(folder: Path) -> list[Path]:
     return sorted(found, key=lambda path: os.fsencode(path))
 
 
-def _graded(command: Grade, paths: list[Path], limits: "MarkingLimits") -> list[GradedFile]:
+def _graded(command: Grade, paths: list[Path], limits: "FenceLimits") -> list[GradedFile]:
     """Return the rows in the order of the files, and say on stderr how far it is."""
     stopped, said = threading.Event(), set[str]()
     jobs = command.jobs or max(1, cores() // 2)
@@ -196,7 +194,7 @@ def _graded(command: Grade, paths: list[Path], limits: "MarkingLimits") -> list[
         try:
             for number, done in enumerate(as_completed(work), 1):
                 row = done.result()
-                print(f"{number}/{len(paths)} {cell(row.name)}: {row.points}", file=sys.stderr)
+                print(f"{number}/{len(paths)} {csv_cell(row.name)}: {row.points}", file=sys.stderr)
                 if row.isolation in ISOLATION and row.isolation not in said:
                     said.add(row.isolation)
                     print(f"lwr-duet: {ISOLATION[row.isolation]}", file=sys.stderr)
@@ -207,7 +205,7 @@ def _graded(command: Grade, paths: list[Path], limits: "MarkingLimits") -> list[
         return [done.result() for done in work]
 
 
-def graded(path: Path, folder: Path, limits: "MarkingLimits", stopped: threading.Event) -> GradedFile:
+def graded(path: Path, folder: Path, limits: "FenceLimits", stopped: threading.Event) -> GradedFile:
     """Return the row of a file, whatever that holds."""
     from app.custom_law.custom_law import LARGEST
     from app.custom_law.marked import marked
@@ -275,10 +273,4 @@ def write_marks(path: Path, rows: list[GradedFile], tests: tuple[str, ...]) -> N
         writer.writerow(("name", "kind", *tests, *REPORT, "points", "reason"))
         for row in rows:
             values = (row.name, row.kind, *(row.cells.get(key, "") for key in (*tests, *REPORT)), row.points, row.reason)
-            writer.writerow([cell(value) for value in values])
-
-
-def cell(value: object) -> str:
-    """Return a value as one line that a spreadsheet does not take for a formula."""
-    text = "".join(c if c.isprintable() else " " for c in str(value))[:LONGEST].strip()
-    return f"'{text}" if text[:1] in ("=", "+", "-", "@") else text
+            writer.writerow([csv_cell(value) for value in values])

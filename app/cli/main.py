@@ -11,6 +11,7 @@ from app.cli.falsify import Falsify, falsify
 from app.cli.figures import Figures, figures
 from app.cli.grade import Grade, LawTest, NewLaw, grade, law_test, new_law
 from app.cli.hunt import Hunt, hunt
+from app.cli.league import League, league
 from app.cli.lessons import Handout, Lessons, handout, lessons
 from app.cli.robots import Robots, robots
 from app.cli.run import RunCommand, run
@@ -27,6 +28,7 @@ COMMANDS: Final[dict[str, tuple[type, Callable[[Any], int]]]] = {
     "sweep": (Sweep, sweep),
     "hunt": (Hunt, hunt),
     "falsify": (Falsify, falsify),
+    "league": (League, league),
     "robots": (Robots, robots),
     "lessons": (Lessons, lessons),
     "handout": (Handout, handout),

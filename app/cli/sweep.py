@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 import sys
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 from tqdm import tqdm
@@ -17,6 +17,9 @@ from app.cli.options import Flat, RunOptions, chosen
 from app.runtime.terminal import INTERRUPTED, ending_at_once
 from controllers.errors import BadSetting
 from scenes.settings import RunSettings
+
+if TYPE_CHECKING:
+    from scenes.children import Compute
 
 
 @dataclass(frozen=True)
@@ -50,31 +53,24 @@ def sweep(command: Sweep) -> int:
         DuetError: workers have been ended from outside; the rows so far are kept.
     """
     with ending_at_once():
-        from app.sweep.dask_cluster import on_dask
         from app.sweep.heatmaps import draw_maps
         from app.sweep.sweep_files import SweepFiles
         from scenes.sweep import read_grid, run_points
 
     settings: RunSettings = chosen(command.settings, RunSettings())
-    if command.workers < 0:
-        raise BadSetting(f"workers = {command.workers} cannot be; give a number from 1, or 0 for one a core.")
-    if command.workers and command.scheduler is not None:
-        raise BadSetting(
-            "--workers is for this computer, and a cluster has workers of its own; leave out --workers or --scheduler."
-        )
+    place = computing(command.workers, command.scheduler)
     grid = read_grid(settings, command.over, command.seconds)
     files = SweepFiles(command.out, grid, command.format)
     try:
         missing = files.missing()
         if missing:
             kept = grid.size - len(missing)
-            here = nullcontext(partial(run_points, workers=command.workers or cores()))
             with (
-                here if command.scheduler is None else on_dask(command.scheduler) as points,
+                place as compute,
                 files.recording() as add,
                 tqdm(total=grid.size, initial=kept, unit="run", disable=None, leave=False) as bar,
             ):
-                for index, figures in points(grid, missing):
+                for index, figures in run_points(grid, missing, compute):
                     add(index, figures)
                     bar.update()
         files.finish()
@@ -89,6 +85,24 @@ def sweep(command: Sweep) -> int:
         if not drawn:
             print("No maps: too many values for panels side by side; sweep fewer settings at once.", file=sys.stderr)
     return 0
+
+
+def computing(workers: int, scheduler: str | None) -> AbstractContextManager[Compute[Any]]:
+    """Return what computes, once entered: processes of this computer, 0 for one a core, or the workers of a Dask scheduler.
+
+    Raises:
+        BadSetting: both are given, or the number cannot be; once entered, as `on_dask`.
+    """
+    from app.sweep.dask_cluster import on_dask
+    from scenes.children import computed
+
+    if workers < 0:
+        raise BadSetting(f"workers = {workers} cannot be; give a number from 1, or 0 for one a core.")
+    if workers and scheduler is not None:
+        raise BadSetting(
+            "--workers is for this computer, and a cluster has workers of its own; leave out --workers or --scheduler."
+        )
+    return nullcontext(partial(computed, workers=workers or cores())) if scheduler is None else on_dask(scheduler)
 
 
 def cores() -> int:

@@ -1,4 +1,4 @@
-"""A grid's points on a Dask cluster: the same figures as on one machine, while workers come and go."""
+"""Calls on a Dask cluster: the same results as on one machine, while workers come and go."""
 
 import asyncio
 import hashlib
@@ -12,18 +12,16 @@ from contextlib import contextmanager
 from functools import cache, partial
 from itertools import islice
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import controllers
 import scenes
 from app.version import duet_version
 from controllers.errors import BadInputFile, BadSetting, DuetError
+from scenes.children import Compute
 from scenes.robots.robot_files import GivenAtStart, given_at_start, robot_file, take_over
-from scenes.settings import RunSettings
-from scenes.sweep import Figures, Grid, figures
 
-RunPoints = Callable[[Grid, Sequence[int]], Iterator[tuple[int, Figures]]]
-"""Computes some points of a grid, see `scenes.sweep.run_points`."""
+T = TypeVar("T")
 
 Environment = dict[str, str]
 """What figures depend on → its version or name."""
@@ -51,8 +49,8 @@ _one_at_a_time: Final = threading.Lock()
 
 
 @contextmanager
-def on_dask(address: str) -> Iterator[RunPoints]:
-    """Connect to a scheduler, and yield a function that computes points of a grid on its workers; at the end all runs are cancelled.
+def on_dask(address: str) -> Iterator[Compute[Any]]:
+    """Connect to a scheduler, and yield a function that computes on its workers; at the end all calls are cancelled.
 
     Raises:
         BadSetting: Dask is not installed, no scheduler answers, it has no workers, or one of them would find other figures.
@@ -61,7 +59,7 @@ def on_dask(address: str) -> Iterator[RunPoints]:
     client = _connected(address)
     try:
         _check(client, address)
-        yield partial(_run_points, client)
+        yield partial(_computed, client)
     finally:
         client.close()
 
@@ -146,16 +144,16 @@ def _compare(place: str, here: Environment, there: Environment | Exception) -> N
             raise BadSetting(f"The {place} has {name} {there.get(name)}, and this computer {version}: {_SAME}")
 
 
-def _run_points(client: Any, grid: Grid, todo: Sequence[int]) -> Iterator[tuple[int, Figures]]:
+def _computed(client: Any, function: Callable[..., T], calls: Sequence[tuple[Any, ...]]) -> Iterator[tuple[int, T]]:
     from distributed import CancelledError, wait
 
-    points, waiting, sent_along = grid.points(), iter(todo), (environment(), given_at_start())
+    waiting, sent_along = iter(enumerate(calls)), (environment(), given_at_start())
     under_way: dict[Any, int] = {}
     while True:
         try:
             room = AHEAD * max(1, sum(client.nthreads().values())) - len(under_way)
-            for index in islice(waiting, max(0, room)):
-                future = client.submit(_figures_there, *sent_along, grid.at(points[index]), grid.seconds, pure=False)
+            for index, arguments in islice(waiting, max(0, room)):
+                future = client.submit(_called_there, *sent_along, function, arguments, pure=False)
                 under_way[future] = index
             if not under_way:
                 return
@@ -172,7 +170,7 @@ def _run_points(client: Any, grid: Grid, todo: Sequence[int]) -> Iterator[tuple[
             yield under_way.pop(future), _result(future)
 
 
-def _result(future: Any) -> Figures:
+def _result(future: Any) -> Any:
     from distributed import CancelledError, KilledWorker
 
     try:
@@ -189,13 +187,13 @@ def _result(future: Any) -> Figures:
 # --- on a worker ---------------------------------------------------------------------------------------------------------------
 
 
-def _figures_there(wanted: Environment, given: GivenAtStart, settings: RunSettings, seconds: float) -> Figures:
+def _called_there(wanted: Environment, given: GivenAtStart, function: Callable[..., T], arguments: tuple[Any, ...]) -> T:
     with _one_at_a_time:
         _compare("worker that has joined", wanted, environment())
         for key, file in given[0].items():
             _check_meshes(key, file.path, bool(file.meshes))
         take_over(given)
-        return figures(settings, seconds)
+        return function(*arguments)
 
 
 @cache

@@ -23,6 +23,7 @@ DOCUMENTS: Final = {
     "jupyter": ("documents/jupyter.md", N_("In Jupyter")),
     "lecture-plan": ("documents/lecture-plan.md", N_("A lecture plan")),
     "commands": ("documents/commands.md", N_("Without a page")),
+    "league": ("documents/league.md", N_("The league")),
     "lessons": ("lessons/README.md", N_("How to write a lesson")),
     "code": ("documents/code.md", N_("The code")),
     "recipes": ("documents/recipes.md", N_("Recipes")),

@@ -47,18 +47,15 @@ def test_the_closest_pair_loses_fifty_millimetres_with_every_other_condition_met
 
 
 def test_a_fall_counts_from_the_critical_distance_on_and_in_one_go() -> None:
-    settings = RunSettings()
-    table = np.zeros((9, len(COLUMN)))
     margins = np.array([-0.2, 0.01, -0.01, -0.03, -0.02, -0.05, 0.02, -0.04, -0.09])
-    table[:, COLUMN["law_d"]] = settings.law.critical_distance + margins
     every = np.ones(9, bool)
-    assert fallen(settings, table, every) == pytest.approx(0.09)
+    assert fallen(margins, every) == pytest.approx(0.09)
     # Without one step of the last fall, only what comes before it is left.
-    assert fallen(settings, table, every & (np.arange(9) != 6)) == pytest.approx(0.05)
-    assert fallen(settings, table, every & (np.arange(9) != 3) & (np.arange(9) != 6)) == pytest.approx(0.03)
-    assert fallen(settings, table, ~every) == 0.0
+    assert fallen(margins, every & (np.arange(9) != 6)) == pytest.approx(0.05)
+    assert fallen(margins, every & (np.arange(9) != 3) & (np.arange(9) != 6)) == pytest.approx(0.03)
+    assert fallen(margins, ~every) == 0.0
     # What begins below d_m is no fall.
-    assert fallen(settings, table[2:5], every[:3]) == 0.0
+    assert fallen(margins[2:5], every[:3]) == 0.0
 
 
 def test_a_smooth_distance_loses_nothing() -> None:

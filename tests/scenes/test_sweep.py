@@ -8,6 +8,7 @@ import select
 import signal
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from controllers.errors import BadSetting, DuetError
-from scenes.children import ONE_THREAD
+from scenes.children import ONE_THREAD, computed
 from scenes.headless import run
 from scenes.settings import RunSettings, changed, specs, values
 from scenes.sweep import FIGURES, MOST_POINTS, Axis, Grid, figures, is_number, read_axis, read_grid, run_points, spread, trade_off
@@ -95,7 +96,7 @@ def test_grids_and_their_figures() -> None:
     assert [index for index, _ in run_points(grid, [0, 1])] == [0, 1]
     grid = read_grid(USUAL, ["n=1:6"], 0.05)
     assert [index for index, _ in run_points(grid, [4, 1])] == [4, 1]
-    assert list(run_points(grid, [], workers=2)) == []
+    assert list(run_points(grid, [], partial(computed, workers=2))) == []
 
 
 @pytest.mark.parametrize(
@@ -123,7 +124,7 @@ def test_two_workers_and_one_find_the_same() -> None:
     alone = list(run_points(grid, range(grid.size)))
     assert [index for index, _ in alone] == list(range(grid.size))
     together: dict[int, tuple[float, ...]] = {}
-    for index, found in run_points(grid, range(grid.size), workers=2):
+    for index, found in run_points(grid, range(grid.size), partial(computed, workers=2)):
         assert 1 <= len(multiprocessing.active_children()) <= 2
         together[index] = found
     assert together == dict(alone) and len(set(together.values())) == grid.size
@@ -134,12 +135,12 @@ def test_two_workers_and_one_find_the_same() -> None:
 
 
 def test_workers_stop_and_their_end_is_reported() -> None:
-    points = run_points(read_grid(USUAL, ["seed=1:40"], 1.0), range(40), workers=2)
+    points = run_points(read_grid(USUAL, ["seed=1:40"], 1.0), range(40), partial(computed, workers=2))
     next(points)
     assert multiprocessing.active_children()
     points.close()  # pyright: ignore[reportAttributeAccessIssue]
     assert multiprocessing.active_children() == []
-    points = run_points(read_grid(USUAL, ["seed=1:200"], 2.0), range(200), workers=2)
+    points = run_points(read_grid(USUAL, ["seed=1:200"], 2.0), range(200), partial(computed, workers=2))
     next(points)
     victim = multiprocessing.active_children()[0]
     assert victim.pid is not None
@@ -150,10 +151,12 @@ def test_workers_stop_and_their_end_is_reported() -> None:
 
 ORPHANS = """
 import multiprocessing
+from functools import partial
+from scenes.children import computed
 from scenes.sweep import read_grid
 from scenes.settings import RunSettings
 from scenes.sweep import run_points
-points = run_points(read_grid(RunSettings(), ["seed=1:300"], 1.0), range(300), workers=2)
+points = run_points(read_grid(RunSettings(), ["seed=1:300"], 1.0), range(300), partial(computed, workers=2))
 next(points)
 print(*(child.pid for child in multiprocessing.active_children()), flush=True)
 for _ in points:

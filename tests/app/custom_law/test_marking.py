@@ -13,17 +13,19 @@ from textwrap import dedent
 import pytest
 
 import app
-from app.cli.grade import REPORT, cell
+from app.cli.grade import REPORT
 from app.cli.main import main
 from app.custom_law.examination import examine
+from app.custom_law.fence import FenceLimits
 from app.custom_law.law_limits import LawLimits
-from app.custom_law.marked import LawMarks, MarkingLimits, marked
+from app.custom_law.marked import LawMarks, marked
 from app.custom_law.trials import TRIALS
 from app.export.lab_report import Done, lab_bytes
 from app.export.report_record import StepRecord, read_records, records_html
 from app.i18n.speaking import set_language
 from app.lessons.loading import load_lessons
 from app.lessons.progress import StepProgress
+from scenes.files import csv_cell
 from tests.app.custom_law.helpers import PAPER, write
 from tests.app.runtime.processes import until
 
@@ -58,7 +60,7 @@ def _nothing_is_left() -> Iterator[None]:
     set_language("en")
     # What was killed takes a moment to end on a busy machine.
     until(
-        lambda: not any(name.isdecimal() and b"DUET_MARKING=" in environment(name) for name in os.listdir("/proc")), patience=20.0
+        lambda: not any(name.isdecimal() and b"DUET_FENCE=" in environment(name) for name in os.listdir("/proc")), patience=20.0
     )
 
 
@@ -70,7 +72,7 @@ def environment(process: str) -> bytes:
 
 
 def quick(text: str, **limits: object) -> LawMarks:
-    return marked("law.py", text.encode(), MarkingLimits(**({"law": LawLimits(load=0.5)} | limits)))  # pyright: ignore[reportArgumentType]
+    return marked("law.py", text.encode(), FenceLimits(**({"law": LawLimits(load=0.5)} | limits)))  # pyright: ignore[reportArgumentType]
 
 
 def full() -> bool:
@@ -127,7 +129,7 @@ def test_all_that_a_file_has_started_goes_with_it(isolated: bool) -> None:
 
 
 def test_less_isolation_is_said_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr("app.custom_law.marked.MarkingLimits", partial(MarkingLimits, isolated=False))
+    monkeypatch.setattr("app.custom_law.fence.FenceLimits", partial(FenceLimits, isolated=False))
     for name in ("a.py", "b.py"):
         (tmp_path / name).write_text("1/0", encoding="utf-8")
     assert main(["grade", str(tmp_path), "--csv", str(tmp_path / "marks.csv")]) == 0
@@ -138,7 +140,7 @@ def test_memory_and_time_of_the_whole_tree() -> None:
     many = "import os, time\nfor _ in range(4):\n    os.fork()\na = bytearray(b'x') * (100 * 2**20)\ntime.sleep(60)\n"
     assert quick(many, memory=300 * 2**20, law=LawLimits(load=30.0)).ended == "it took more than 300 MiB of memory"
     marks = quick("import time\ntime.sleep(60)\n", seconds=2.0, law=LawLimits(load=30.0))
-    assert marks.ended == "the tests did not end within 2 s" and marks.passed == {}
+    assert marks.ended == "it did not end within 2 s" and marks.passed == {}
 
 
 def test_a_law_that_changes_the_clock_is_not_quick() -> None:
@@ -189,8 +191,8 @@ def test_a_law_reaches_nothing_of_ours(tmp_path: Path) -> None:
 
 def test_a_cell_is_no_formula() -> None:
     starts = ("=1", "+1", "-1", "@a", "\t=1", " =1", "\n@")
-    assert all(cell(text).startswith("'") for text in starts)
-    assert cell("a\nb\x1b[2J\u202e") == "a b [2J" and cell(5) == "5" and len(cell("x" * 9999)) == 2000
+    assert all(csv_cell(text).startswith("'") for text in starts)
+    assert csv_cell("a\nb\x1b[2J\u202e") == "a b [2J" and csv_cell(5) == "5" and len(csv_cell("x" * 9999)) == 2000
 
 
 RECORDS = [StepRecord("hold", "push", 2, True, None, 0), StepRecord("hold", "break", None, None, False, 3)]

@@ -23,7 +23,7 @@ from app.sweep.dask_cluster import environment, on_dask
 from controllers.errors import BadInputFile, BadSetting
 from scenes.robots.robot_files import robot_file
 from scenes.settings import RunSettings
-from scenes.sweep import read_grid
+from scenes.sweep import read_grid, run_points
 from tests.app.runtime.processes import PATIENCE, until
 from tests.scenes.robots.test_files import arm_urdf
 
@@ -143,8 +143,8 @@ def test_computers_with_another_duet_or_none_are_named(monkeypatch: pytest.Monke
     with scheduler(tmp_path) as (_, address):
         assert "has no workers; start one with `dask worker" in refusal(address)
         with worker(tmp_path, address):
-            with on_dask(address) as points:
-                found = points(grid, range(grid.size))
+            with on_dask(address) as compute:
+                found = run_points(grid, range(grid.size), compute)
                 next(found)
                 with worker(tmp_path, address, PYTHONPATH=str(metadata.parent)):
                     said = refusal(address)

@@ -27,6 +27,10 @@ from app.export.player import assembled
 from app.export.report_html import ReportEntry, report_html
 from app.export.scene_film import Filmed
 from app.i18n.speaking import tr
+from app.league.entrants import Entrant
+from app.league.league_files import Played
+from app.league.league_page import league_page
+from app.league.league_table import league_tables
 from app.lessons.bookmark import Phase
 from app.lessons.labels import Contrast
 from app.lessons.lesson import Choice, Lesson, Step
@@ -48,6 +52,8 @@ from app.text.documents import document_html, document_page
 from app.text.equations import equation_html
 from app.text.templates import element, lowered, macros, render, tr_html
 from controllers.errors import LazyText
+from scenes.laws import DEFAULT_LAW
+from scenes.league_runs import QUICK, Outcome, events
 from scenes.settings import RunSettings
 from tests.app.html_reader import HtmlReader
 from tests.test_imports import ROOT
@@ -179,6 +185,13 @@ def screens() -> Iterator[str]:
         yield from (screen_html(station, view, one, 7, ("panels",)) for view in views() for one in (poll(), None))
 
 
+def league() -> str:
+    entrants = [Entrant(DEFAULT_LAW), Entrant(NASTY, b"")]
+    outcomes = [Played(NASTY, entrants[1].sha256, event, Outcome(None, None, (), None, NASTY)) for event in events()]
+    tables = league_tables(entrants, outcomes, QUICK)
+    return league_page(entrants, outcomes, tables, QUICK, {"Duet": NASTY})
+
+
 SURFACES: dict[str, Callable[[], str | Iterator[str]]] = {
     "classroom/invitation.html": lambda: iter((join_html(Address(NASTY, False)), overlay_html(Address(NASTY, True)))),
     "classroom/poll.html": lambda: iter((poll_html(poll(), 0), tied_html(poll()), mine_html(poll(), Ballot(0), Ballot(1)))),
@@ -190,6 +203,7 @@ SURFACES: dict[str, Callable[[], str | Iterator[str]]] = {
     "export/report.html": report,
     "export/report_entry.html": report,
     "export/tally.html": lambda: poll_html(poll(), live=True),
+    "league/league.html": league,
     "page/lessons/custom_law.html": laws,
     "page/lessons/drawing_board.html": drawing,
     "page/lessons/lesson.html": panel,

@@ -1,0 +1,209 @@
+"""A file of which nothing is trusted, run in a process that is watched, and killed with all that it started."""
+
+import contextlib
+import json
+import os
+import queue
+import secrets
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import IO, Any, Final
+
+import app
+from app.custom_law.isolation import PROCESSES, guard_memory
+from app.custom_law.law_limits import LawLimits
+from controllers.compiled import READ, loops_folder
+from scenes.children import ONE_THREAD
+
+_ROOT: Final = Path(app.__file__).resolve().parent.parent
+_LOOK: Final = 0.05
+"""Time between two looks at what a file has started [s]."""
+_MOST: Final = 2**20
+"""Characters that the work on a file may say."""
+_TOKEN: Final = "DUET_FENCE"
+"""Name in the environment by which everything that a file has started is found."""
+_KEPT: Final = ("PATH", "SYSTEMROOT", "LD_LIBRARY_PATH")
+"""Of the environment."""
+
+
+@dataclass(frozen=True)
+class FenceLimits:
+    """What the work on one file may take.
+
+    Attributes:
+        seconds: wall time of all together [s].
+        memory: of all processes together [bytes].
+        processes: at a time.
+        law: of each call.
+        isolated: whether to run it in namespaces of its own, where the system allows it.
+    """
+
+    seconds: float = 120.0
+    memory: int = 1536 * 2**20
+    processes: int = PROCESSES
+    law: LawLimits = LawLimits()  # noqa: RUF009 (frozen)
+    isolated: bool = True
+
+
+def fenced(
+    module: str,
+    arguments: Sequence[str],
+    text: bytes,
+    take: Callable[[dict[str, Any]], None],
+    limits: FenceLimits = FenceLimits(),
+    stopped: Callable[[], bool] = lambda: False,
+) -> str:
+    """Run a module on the text of a file; return why it ended, which is of interest only where answers are missing.
+
+    Args:
+        module: of which `main` reads what it needs by `fenced_input`, and answers by `say`.
+        arguments: of the module, after the limits.
+        take: gets each answer; what it raises of `ValueError`, `KeyError` and `TypeError` passes, for the file may have written it.
+        stopped: asked now and then whether to give up.
+    """
+    with tempfile.TemporaryDirectory(prefix="duet-fence-", ignore_cleanup_errors=True) as folder:
+        token = secrets.token_hex(8)
+        process = _started(folder, [module, json.dumps(asdict(limits.law)), *arguments], token, limits)
+        lines: queue.Queue[str | None] = queue.Queue()
+        for work, given in ((_feed, (process.stdin, text)), (_read, (process.stdout, lines))):
+            threading.Thread(target=work, args=given, daemon=True).start()
+        try:
+            why = _followed(lines, take, token, limits, stopped)
+        finally:
+            _end(process, token)
+    return why or f"its process ended (exit code {process.returncode})"
+
+
+def fenced_input() -> tuple[LawLimits, list[str], bytes]:
+    """In that process: return the limits of a law, the arguments and the text of the file; say how well the process is fenced."""
+    limits, *arguments, level = sys.argv[1:]
+    guard_memory()
+    text = sys.stdin.buffer.read()
+    say({"isolation": level})
+    return LawLimits(**json.loads(limits)), arguments, text
+
+
+def say(answer: Mapping[str, object]) -> None:
+    """In that process: answer."""
+    print(json.dumps(answer), flush=True)
+
+
+def _started(folder: str, work: list[str], token: str, limits: FenceLimits) -> "subprocess.Popen[bytes]":
+    environment = {key: os.environ[key] for key in _KEPT if key in os.environ} | ONE_THREAD
+    environment |= {"PYTHONPATH": str(_ROOT), "PYTHONDONTWRITEBYTECODE": "1", "PYTHONUTF8": "1", _TOKEN: token}
+    environment[READ] = str(loops_folder().parent)
+    environment |= dict.fromkeys(("HOME", "TMPDIR", "TEMP", "TMP"), folder)
+    python = [sys.executable, "-P", "-m"]
+    return subprocess.Popen(
+        [*python, "app.custom_law.isolation", "all" if limits.isolated else "none", folder, _seen(), *python, *work],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+        env=environment,
+        cwd=_ROOT,
+    )
+
+
+def _seen() -> str:
+    """Return what the work reads beside the system: Python, its packages, and our own."""
+    pythons = {Path(place) for place in (sys.prefix, sys.base_prefix, Path(sys.executable).resolve().parent.parent)}
+    libraries = map(Path, filter(os.path.isabs, os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)))
+    paths = [
+        *(python / part for python in pythons for part in ("bin", "lib", "lib64", "pyvenv.cfg")),
+        *(_ROOT / part for part in ("app", "controllers", "scenes")),
+        *(Path(place) for place in sys.path if Path(place).name in ("site-packages", "dist-packages")),
+        *libraries,
+        loops_folder(),
+    ]
+    return os.pathsep.join(sorted({str(place) for path in paths for place in (path, path.resolve())}))
+
+
+def _feed(stream: IO[bytes], text: bytes) -> None:
+    with contextlib.suppress(OSError), stream:
+        stream.write(text)
+
+
+def _read(stream: IO[bytes], lines: "queue.Queue[str | None]") -> None:
+    """Put each line into a queue, then None; more than `_MOST` is not read."""
+    left = _MOST
+    with contextlib.suppress(OSError, ValueError):
+        while left > 0 and (line := stream.readline(left)):
+            left -= len(line)
+            lines.put(line.decode(errors="replace"))
+    lines.put(None)
+
+
+def _followed(
+    lines: "queue.Queue[str | None]",
+    take: Callable[[dict[str, Any]], None],
+    token: str,
+    limits: FenceLimits,
+    stopped: Callable[[], bool],
+) -> str:
+    """Take in the answers until there are no more; return why they were given up, "" if they were not."""
+    end = time.monotonic() + limits.seconds
+    while time.monotonic() < end:
+        with contextlib.suppress(queue.Empty):
+            line = lines.get(timeout=_LOOK)
+            if line is None:
+                return ""
+            with contextlib.suppress(ValueError, KeyError, TypeError):
+                take(json.loads(line))
+        if stopped():
+            return "given up"
+        members = _members(token)
+        if len(members) > limits.processes:
+            return f"it started more than {limits.processes} processes"
+        if sum(map(_memory, members)) > limits.memory:
+            return f"it took more than {limits.memory >> 20} MiB of memory"
+    return f"it did not end within {limits.seconds:g} s"
+
+
+def _members(token: str) -> list[int]:
+    """Return the processes that a file has started, by the environment that they inherit; on Linux, elsewhere none."""
+    found: list[int] = []
+    wanted = f"{_TOKEN}={token}".encode()
+    for name in os.listdir("/proc") if sys.platform == "linux" else ():
+        if name.isdecimal():
+            with contextlib.suppress(OSError), open(f"/proc/{name}/environ", "rb") as file:
+                if wanted in file.read(65536):
+                    found.append(int(name))
+    return found
+
+
+def _memory(process: int) -> int:
+    """Return the memory of a process that it does not share with files [bytes]."""
+    with contextlib.suppress(OSError, ValueError, IndexError), open(f"/proc/{process}/statm", encoding="ascii") as file:
+        _, resident, shared, *_ = map(int, file.read().split())
+        return (resident - shared) * os.sysconf("SC_PAGESIZE")
+    return 0
+
+
+def _end(process: "subprocess.Popen[bytes]", token: str) -> None:
+    """Kill a process and everything that it started."""
+    if hasattr(os, "killpg"):
+        # Its id is its own until it is waited for.
+        with contextlib.suppress(OSError):
+            os.killpg(process.pid, signal.SIGKILL)
+    else:
+        process.kill()
+    process.wait()
+    end = time.monotonic() + 5.0
+    while (members := _members(token)) and time.monotonic() < end:
+        for member in members:
+            # Its whole group at once: what forks and forks is killed one by one too slowly.
+            with contextlib.suppress(OSError):
+                os.killpg(os.getpgid(member), signal.SIGKILL)
+        time.sleep(0.001)
+    for stream in (process.stdout, process.stdin):
+        if stream is not None:
+            with contextlib.suppress(OSError):
+                stream.close()

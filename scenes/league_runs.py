@@ -1,0 +1,228 @@
+"""The league: every law in the same runs, with its own settings, and where all laws keep the same distance on average."""
+
+import hashlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Final, Literal, NamedTuple
+
+import numpy as np
+
+from controllers.laws.situation import Law
+from scenes.experiments import BALL, HOLD, MASTER_SLAVE
+from scenes.headless import Run, run
+from scenes.history import COLUMN
+from scenes.law_knobs import LawKnob, knob_range, sought
+from scenes.laws import LAWS
+from scenes.promise import fallen
+from scenes.roles import TargetSource
+from scenes.settings import HardwareSettings, LawSettings, RunSettings
+from scenes.simulation import Simulation
+from scenes.targets import Target
+
+EDITION: Final = "2026"
+"""Of the runs; another one where anything below changes, or a default, so that figures of two editions are not compared."""
+
+SCENES: Final = (HOLD, BALL, MASTER_SLAVE)
+RobotKind = Literal["ideal", "delayed"]
+ROBOTS: Final[dict[RobotKind, HardwareSettings]] = {
+    "ideal": HardwareSettings(),
+    "delayed": HardwareSettings(dead_time=0.02, lag=0.03),
+}
+NATURAL_SPEED: Final = 0.2
+"""About the top speed of the experiments' own persons [m/s]."""
+
+Level = Literal["default", "equal"]
+LEVELS: Final[dict[Level, str]] = {"default": "With its own settings", "equal": "At equal safety"}
+"""At which settings a law runs: its defaults, or those with which its smallest distance is d_m on average over the public persons."""
+
+CRITICAL_DISTANCE: Final = 0.15
+NOMINAL_VELOCITY: Final = 0.30
+"""d_m [m] and v [m/s] of all figures, whatever a law's own are."""
+
+
+Half = Literal["public", "hidden"]
+
+
+class Person(NamedTuple):
+    """Who moves.
+
+    Attributes:
+        half: "public", or "hidden" where the seed is in no file.
+        number: in that half, from 1.
+        seed: of the motion.
+        speed: at most [m/s]; the experiment's own person, faster or slower.
+    """
+
+    half: Half
+    number: int
+    seed: int
+    speed: float
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """Who takes part, and how long a run is.
+
+    Attributes:
+        seconds: length of a run with a person of `NATURAL_SPEED`; a slower one takes longer for the same way [s].
+        speeds: of the persons [m/s]; every seed at every speed.
+        seeds: of the public half.
+        word: the seeds of the hidden half follow from it; "" for no such half.
+    """
+
+    seconds: float
+    speeds: tuple[float, ...]
+    seeds: tuple[int, ...]
+    word: str = ""
+
+    def persons(self) -> list[Person]:
+        """Return everyone, the public half first."""
+        hidden = [int.from_bytes(hashlib.sha256(f"{self.word} {i}".encode()).digest()[:4]) % 10_000 for i in self.seeds]
+        halves: tuple[tuple[Half, list[int]], ...] = (("public", list(self.seeds)), ("hidden", hidden if self.word else []))
+        return [
+            Person(half, number, seed, speed)
+            for half, seeds in halves
+            for number, seed in enumerate(seeds, 1)
+            for speed in self.speeds
+        ]
+
+
+FULL: Final = Schedule(8.0, (0.1, 0.2, 0.3, 0.5), (2, 4))
+QUICK: Final = Schedule(8.0, (0.2, 0.5), (2,))
+"""Fewer persons and shorter runs, for a first look."""
+
+
+class Event(NamedTuple):
+    """Runs that are summed up together, with one value of a law's knob."""
+
+    scene: str
+    robot: RobotKind
+    level: Level
+
+    def settings(self, person: Person) -> RunSettings:
+        """Return the settings of a run, with the default law."""
+        law = LawSettings(critical_distance=CRITICAL_DISTANCE, nominal_velocity=NOMINAL_VELOCITY)
+        hardware = ROBOTS[self.robot]
+        # The ball crosses the way of the hand by itself, and the whole arm keeps clear of it.
+        own = RunSettings(scene=self.scene, ball="cross", point="arm")
+        return replace(own, seed=person.seed, hand_speed=person.speed, law=law, hardware=hardware)
+
+
+def events() -> Iterator[Event]:
+    """Yield the events of every entrant."""
+    for level in LEVELS:
+        for robot in ROBOTS:
+            for scene in SCENES:
+                yield Event(scene, robot, level)
+
+
+class LeagueRun(NamedTuple):
+    """What one run came to; SI units.
+
+    Attributes:
+        half, number, speed: of the person.
+        lost: how far d fell from d_m or above to below it while w ≤ v [m].
+        d_min: smallest distance [m].
+        e2_max: largest squared error, m² or rad².
+        dq_step: largest change of one joint's velocity from one step to the next [rad/s].
+        at_bounds: time during which joint bounds took part of q̇ away [s].
+    """
+
+    half: Half
+    number: int
+    speed: float
+    lost: float
+    d_min: float
+    e2_max: float
+    dq_step: float
+    at_bounds: float
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Of an event for one entrant.
+
+    Attributes:
+        value: of its knob, SI; None if it ran with its own settings, or if no value keeps the distance.
+        reached: average smallest distance of the public persons that is nearest to the wanted one [m]; None with its own settings.
+        runs: one a person; () if no value keeps the distance, or there is no knob.
+        step_us: median wall time of a step of both arms [µs]; None if there was no run.
+        problem: why there is no run; "" if there are.
+    """
+
+    value: float | None
+    reached: float | None
+    runs: tuple[LeagueRun, ...]
+    step_us: float | None
+    problem: str = ""
+
+
+Applied = Callable[[RunSettings, float | None], tuple[RunSettings, Law | None]]
+"""Puts a law with a value of its knob, None for its own settings, into settings, or beside them where they do not know it."""
+
+
+class Paced:
+    """A person who does the same as another one, but faster. `factor`: so many times."""
+
+    def __init__(self, source: TargetSource, factor: float) -> None:
+        self._source, self._factor = source, factor
+
+    def target(self, time: float) -> Target | None:
+        """Return what is wanted at a time [s]."""
+        return self._source.target(self._factor * time)
+
+
+NO_KNOB: Final = "no setting of it chooses a distance"
+OUT_OF_REACH: Final = "no value of its knob keeps d_m on average"
+
+
+def held(schedule: Schedule, event: Event, applied: Applied, ends: tuple[float, float] | None) -> Outcome:
+    """Return the outcome of an event.
+
+    Args:
+        ends: of the knob's range, SI; None if there is no knob.
+    """
+
+    def simulated(person: Person, value: float | None) -> Run:
+        settings, law = applied(event.settings(person), value)
+        factor = person.speed / NATURAL_SPEED
+        return run(settings, schedule.seconds / factor, Paced(Simulation(settings, 1).source(), factor), law=law)
+
+    value, reached = None, None
+    if event.level == "equal":
+        if ends is None:
+            return Outcome(None, None, (), None, NO_KNOB)
+        public = replace(schedule, word="").persons()
+
+        def nearest(value: float) -> float:
+            return float(np.mean([simulated(person, value).summary.d_min for person in public]))
+
+        value, reached = sought(nearest, ends, CRITICAL_DISTANCE)
+        if value is None:
+            return Outcome(None, reached, (), None, OUT_OF_REACH)
+    runs: list[LeagueRun] = []
+    steps: list[float] = []
+    for person in schedule.persons():
+        done = simulated(person, value)
+        runs.append(_figures(person, done))
+        steps.append(done.summary.step_us_median)
+    return Outcome(value, reached, tuple(runs), float(np.median(steps)))
+
+
+def _figures(person: Person, done: Run) -> LeagueRun:
+    table, summary = done.table, done.summary
+    lost = fallen(table[:, COLUMN["d"]] - CRITICAL_DISTANCE, table[:, COLUMN["w"]] <= NOMINAL_VELOCITY)
+    numbers = lost, summary.d_min, summary.e2_max, summary.dq_step_max, summary.out_of_authority_s
+    return LeagueRun(person.half, person.number, person.speed, *map(float, numbers))
+
+
+def law_held(law: str, schedule: Schedule, event: Event) -> Outcome:
+    """Return the outcome of an event for a built-in law. `law`: its name."""
+    knob = LAWS[law].distance_knob
+
+    def applied(settings: RunSettings, value: float | None) -> tuple[RunSettings, None]:
+        if value is None or knob is None:
+            return replace(settings, law=replace(settings.law, law=law)), None
+        return LawKnob(law, knob).at(settings, value), None
+
+    return held(schedule, event, applied, None if knob is None else knob_range(knob))

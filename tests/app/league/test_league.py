@@ -1,0 +1,199 @@
+"""`lwr-duet league`: what it writes, the same bytes everywhere, how it goes on, and what a broken file costs."""
+
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app.cli import league as command
+from app.cli.main import main
+from app.league import entrants
+from app.league.entrants import Entrant, played
+from app.league.league_files import PART, Played
+from app.league.league_table import COLUMNS, league_rows
+from app.runtime.terminal import INTERRUPTED
+from app.text.documents import FOLDER
+from scenes import league_runs as league
+from scenes.laws import DEFAULT_LAW, LAWS, NO_AVOIDANCE
+from scenes.league_runs import LEVELS, ROBOTS, SCENES, Event, LeagueRun, Outcome, Schedule, events
+from tests.app.custom_law.helpers import PAPER, write
+from tests.app.html_reader import HtmlReader
+from tests.app.sweep.test_dask_sweep import scheduler, worker
+
+pytestmark = pytest.mark.slow
+
+TINY = Schedule(2.0, (0.5,), (2,))
+FILES = ["league.csv", "league.html", "league.json", "league.md", PART, "times.csv"]
+
+
+@pytest.fixture(autouse=True)
+def _few_laws_and_short_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(league, "QUICK", TINY)
+    monkeypatch.setattr(entrants, "LAWS", {name: LAWS[name] for name in (DEFAULT_LAW, NO_AVOIDANCE)})
+
+
+def play(out: Path, *more: str) -> int:
+    return main(["league", "--quick", "--out", str(out), *more])
+
+
+def test_it_goes_on_where_it_was_interrupted_and_one_core_or_two_write_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    here, there = tmp_path / "here", tmp_path / "there"
+    whole = command.computing
+
+    class Interrupted:
+        def __init__(self, *arguments: Any) -> None:
+            self._real = whole(*arguments)
+
+        def __enter__(self) -> Any:
+            compute = self._real.__enter__()
+
+            def some(*arguments: Any) -> Iterator[tuple[int, Any]]:
+                for done, found in enumerate(compute(*arguments)):
+                    if done == 5:
+                        raise KeyboardInterrupt
+                    yield found
+
+            return some
+
+        def __exit__(self, *error: Any) -> None:
+            self._real.__exit__(*error)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(command, "computing", Interrupted)
+        assert play(here, "--workers", "1") == INTERRUPTED
+    said = capsys.readouterr()
+    assert said.err.endswith(f"19 scenes are left, the rest is in {here / PART}; the same command goes on from there.\n")
+    assert [path.name for path in here.iterdir()] == [PART]
+    with (here / PART).open("a", encoding="utf-8") as file:
+        # A power failure in the middle of a line.
+        file.write('{"name":"smooth_pri')
+    assert play(here, "--workers", "1") == 0
+    assert play(there, "--workers", "2") == 0
+    assert sorted(path.name for path in here.iterdir()) == FILES
+    for name in ("league.csv", "league.json"):
+        assert (here / name).read_bytes() == (there / name).read_bytes()
+    found = json.loads((here / "league.json").read_text(encoding="utf-8"))
+    assert found["edition"] == league.EDITION and found["versions"]["numpy"] and len(found["outcomes"]) == 24
+    assert found["settings"]["hold, delayed"]["dead"] == 0.02 and found["schedule"]["speeds"] == [0.5]
+
+
+def test_a_broken_file_costs_its_row_and_a_further_file_only_its_own_runs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder, out = tmp_path / "laws", tmp_path / "out"
+    folder.mkdir()
+    write(folder / "<b>paper.py", PAPER)
+    write(tmp_path / "broken.py", "def law(situation):\n    return situation.nominal * float('nan')\n")
+    assert play(out, str(tmp_path / "broken.py"), "--workers", "2") == 0
+    seen: list[tuple[str, Event]] = []
+
+    def watched(entrant: Entrant, schedule: Schedule, event: Event, *more: Any) -> Outcome:
+        seen.append((entrant.name, event))
+        return played(entrant, schedule, event, *more)
+
+    monkeypatch.setattr(entrants, "played", watched)
+    word = ["--seed-word", "pear"]
+    assert play(out, str(tmp_path / "broken.py"), str(folder), "--workers", "1") == 0
+    assert seen == [("<b>paper.py", event) for event in events()]
+    rows = [line for line in (out / "league.md").read_text(encoding="utf-8").splitlines() if line.startswith("| <b>paper.py ")]
+    broken = [line for line in (out / "league.md").read_text(encoding="utf-8").splitlines() if line.startswith("| broken.py ")]
+    assert len(rows) == len(broken) == len(LEVELS) * len(ROBOTS)
+    assert all("broken.py, line 1: law returned nan for joint 1 of 7" in line for line in broken)
+    # At equal safety; in so short a run not every scene lets the arms come near.
+    assert all("offset of d = " in line or "no value of its knob" in line for line in rows[2:])
+    page = (out / "league.html").read_text(encoding="utf-8")
+    read = HtmlReader(page)
+    assert "<b>paper.py" in read.text and "<b>" not in page and "<script" not in page
+    assert not read.links and page.count("<svg") == 2 and 'content="default-src' in page
+    capsys.readouterr()
+    assert play(out, *word) == 2
+    assert "holds a league of other persons (--quick or --seed-word); give another --out" in capsys.readouterr().err
+    other = tmp_path / "other"
+    assert play(other, *word, "--workers", "1") == 0
+    assert not any(b"pear" in path.read_bytes() for path in other.iterdir())
+    assert "hidden half" in (other / "league.md").read_text(encoding="utf-8")
+
+
+def test_a_cluster_writes_the_same(tmp_path: Path) -> None:
+    here, there = tmp_path / "here", tmp_path / "there"
+    with scheduler(tmp_path) as (_, address), worker(tmp_path, address):
+        assert play(there, "--scheduler", address) == 0
+    assert play(here, "--workers", "1") == 0
+    for name in ("league.csv", "league.json"):
+        assert (here / name).read_bytes() == (there / name).read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--seconds", "0"], "seconds = 0 is out of range; give 1 to 86400."),
+        (["--workers", "-1"], "workers = -1 cannot be"),
+        (["--workers", "2", "--scheduler", "tcp://127.0.0.1:1"], "leave out --workers or --scheduler"),
+        (["missing.py"], "missing.py: there is no such file"),
+        (["."], ".: holds no law (*.py)."),
+        (["--out", "file/out"], "cannot be written"),
+        (["--out", "damaged"], "is not what a league has written; remove it, or give another --out."),
+    ],
+)
+def test_nonsense_is_refused(
+    options: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").touch()
+    (tmp_path / "damaged").mkdir()
+    (tmp_path / "damaged" / PART).write_text("{}\nnonsense\n", encoding="utf-8")
+    assert main(["league", "--quick", *options]) == 2
+    assert said in capsys.readouterr().err
+
+
+def outcome(*figures: tuple[float, float, float]) -> Outcome:
+    """An outcome with runs of so much lost, smallest distance and error."""
+    runs = tuple(LeagueRun("public", i, 0.5, lost, d_min, e2, 0.1, 0.4) for i, (lost, d_min, e2) in enumerate(figures, 1))
+    return Outcome(None, None, runs, 40.0)
+
+
+def test_a_row_is_the_worst_of_its_runs_and_its_error_against_the_paper() -> None:
+    mine = [Entrant(DEFAULT_LAW), Entrant(NO_AVOIDANCE)]
+    paper, other = outcome((0.0, 0.16, 0.1), (0.0, 0.15, 0.3)), outcome((0.01, 0.14, 0.1), (0.05, 0.10, 0.1))
+    known = [
+        Played(name, "", Event(scene, "ideal", level), of)
+        for level in LEVELS
+        for name, of in ((DEFAULT_LAW, paper), (NO_AVOIDANCE, other))
+        for scene in SCENES
+    ]
+    first, second = league_rows(mine, known, TINY, "default", "ideal")
+    assert (first.entrant, first.lost, first.d_min, first.e2) == (mine[0], 0.0, 0.15, pytest.approx(1.0))
+    assert (second.lost, second.d_min, second.e2, second.dq_step) == (0.05, 0.10, pytest.approx(0.5), 0.1)
+    assert second.at_bounds == pytest.approx(0.5), "0.4 s of 2 s · 0.2 / 0.5"
+    # At equal safety the error decides; without a run in one scene there is none.
+    assert [row.entrant for row in league_rows(mine, known, TINY, "equal", "ideal")] == mine[::-1]
+    away = (NO_AVOIDANCE, "ball")
+    gap = [replace(one.outcome, runs=(), problem="why") if (one.name, one.event.scene) == away else one.outcome for one in known]
+    partial = [Played(one.name, "", one.event, of) for one, of in zip(known, gap, strict=True)]
+    last = league_rows(mine, partial, TINY, "equal", "ideal")[-1]
+    assert (last.entrant, last.e2, last.notes) == (mine[1], None, ("a ball in the way: why",)) and len(last.cells()) == len(
+        COLUMNS
+    )
+
+
+def test_the_document_has_the_tables_of_the_built_in_laws(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(entrants, "LAWS", LAWS)
+    text = (FOLDER / "documents" / "league.md").read_text(encoding="utf-8")
+    tables = re.findall(r"^### (.+)\n\n((?:\|.*\n)+)", text, re.MULTILINE)
+    assert [title for title, _ in tables] == [f"{title}, {robot} robots" for title in LEVELS.values() for robot in ROBOTS]
+    found = {title: {row.split(" | ")[0].removeprefix("| "): row for row in table.splitlines()[2:]} for title, table in tables}
+    assert all(set(rows) == {law.label for law in LAWS.values()} for rows in found.values())
+    assert f"edition {league.EDITION}" in text.lower()
+    # One of its rows again: all but the wall time.
+    paper = Entrant(DEFAULT_LAW)
+    ideal = [event for event in events() if (event.level, event.robot) == ("default", "ideal")]
+    known = [Played(paper.name, "", event, league.law_held(paper.name, league.FULL, event)) for event in ideal]
+    (row,) = league_rows([paper], known, league.FULL, "default", "ideal")
+    written = found[f"{LEVELS['default']}, ideal robots"][paper.label].strip("| ").split(" | ")
+    assert written[:6] == list(row.cells()[:6])
