@@ -6,7 +6,8 @@ import numpy as np
 import pinocchio as pin
 
 from controllers.choices import HoldTask
-from controllers.kinematics import Array, damped_solution
+from controllers.compiled import FilledMatrix, FilledVector, Loop, Matrix, Vector
+from controllers.kinematics import DAMPING, Array, damped_solution, fill_damped_solution, fill_point_jacobian
 
 TASK_DIMENSION: Final[dict[HoldTask, int]] = {"position": 3, "pose": 6}
 
@@ -25,6 +26,28 @@ def pose_error(pose: pin.SE3, target_position: Array, target_rotation: Array) ->
     np.subtract(target_position, pose.translation, out=error[:3])
     error[3:] = pin.log3(target_rotation.dot(pose.rotation.T))
     return error
+
+
+@Loop
+def fill_place_task(
+    spatial: Matrix, hand: Vector, place: Vector, velocity: Vector, gain: float, J: FilledMatrix, dq: FilledVector
+) -> float:
+    """Fill J (3, n) of the hand's place and q̇_n = J^#(ẋ_d + K e) (n,), eqs (2), (7), (8); return |e|² [m²].
+
+    Args:
+        spatial: of the arm's joints (6, n), world axes and the world's origin, see `Kinematics.jacobian`.
+        hand, place: where it is, and where it should be (3,), world [m].
+        velocity: ẋ_d (3,) [m/s].
+        gain: K [1/s].
+    """
+    task, squared = np.empty(3), 0.0
+    for i in range(3):
+        e = place[i] - hand[i]
+        squared += e * e
+        task[i] = gain * e + velocity[i]
+    fill_point_jacobian(spatial, spatial.shape[1], hand, J)
+    fill_damped_solution(J, task, DAMPING, dq)
+    return squared
 
 
 def hold(J: Array, error: Array, gain: float, velocity: Array | None = None, free: Array | None = None) -> Array:

@@ -8,7 +8,7 @@ import pinocchio as pin
 from scipy.linalg.lapack import dposv
 
 from controllers.compiled import FilledVector, Indices, Loop, Matrix, Vector
-from controllers.kinematics import Arm, Array, Kinematics, damped_solution, fill_damped_solution
+from controllers.kinematics import Arm, Array, Kinematics, damped_solution, fill_damped_solution, fill_point_jacobian
 from controllers.limits import VelocityBox
 from scenes.robots import Robot
 from scenes.targets import HandTarget, JointTarget, LinkTarget
@@ -58,6 +58,7 @@ class Guide:
         self.velocities = np.zeros(arm.joints.stop - arm.joints.start)
         self._wish, self._rest = np.zeros(len(self.velocities)), np.zeros(len(self.velocities))
         self._hand = kinematics.hand_pose(arm)
+        self._place = self._hand.translation
         first, offset = arm.joints.start, arm.shoulder - robot.shoulder
         self._reach = _reach(robot)
         ends = _axis_ends(robot)
@@ -84,10 +85,15 @@ class Guide:
             dt: [s].
             top_speed: w_max [m/s].
         """
-        wanted = self._wanted(target, positions, top_speed) if target is not None else self._rest
-        dq, box = self.velocities, self.box
+        dq, box, share = self.velocities, self.box, dt / (SMOOTHING_TIME + dt)
+        if isinstance(target, HandTarget) and target.rotation is None and target.elbow is None:
+            arm = self._jacobian, self._place, self.posture, positions
+            speed = fill_followed(*arm, target.position, top_speed, share, box.lower, box.upper, self._reach, dq)
+        else:
+            wanted = self._wanted(target, positions, top_speed) if target is not None else self._rest
+            speed = fill_smoothed(wanted, share, box.lower, box.upper, self._reach, dq)
         # Each joint moves no point faster than its rate times the arm's length beyond it: mostly, that settles it.
-        if fill_smoothed(wanted, dt / (SMOOTHING_TIME + dt), box.lower, box.upper, self._reach, dq) > top_speed:
+        if speed > top_speed:
             fastest = self.fastest_point()
             if fastest > top_speed:
                 dq *= top_speed / fastest
@@ -183,6 +189,46 @@ def fill_smoothed(wanted: Vector, share: float, lower: Vector, upper: Vector, re
         dq[j] = min(max(dq[j] + (wanted[j] - dq[j]) * share, lower[j]), upper[j])
         speed += abs(dq[j]) * reach[j]
     return float(speed)
+
+
+@Loop
+def fill_followed(
+    spatial: Matrix,
+    hand: Vector,
+    posture: Vector,
+    positions: Vector,
+    place: Vector,
+    top_speed: float,
+    share: float,
+    lower: Vector,
+    upper: Vector,
+    reach: Vector,
+    dq: FilledVector,
+) -> float:
+    """Bring q̇ (n,) nearer to that of a hand which is drawn to a place, and return what `fill_smoothed` does.
+
+    Args:
+        spatial: of the arm's joints (6, n), world axes and the world's origin.
+        hand, place: where it is, and where the person wants it (3,), world [m].
+        posture, positions: q (n,) it likes to be in, and now [rad].
+        top_speed: of the hand [m/s].
+        share, lower, upper, reach: see `fill_smoothed`.
+    """
+    n = len(dq)
+    J, task, free, wanted = np.empty((3, n)), np.empty(3), np.empty(n), np.empty(n)
+    square = 0.0
+    for i in range(3):
+        task[i] = (place[i] - hand[i]) * FOLLOW_GAIN
+        square += task[i] * task[i]
+    length = math.sqrt(square)
+    if length > top_speed:
+        for i in range(3):
+            task[i] *= top_speed / length
+    for j in range(n):
+        free[j] = (posture[j] - positions[j]) * POSTURE_GAIN
+    fill_point_jacobian(spatial, n, hand, J)
+    fill_inside_box(J, task, free, lower, upper, wanted)
+    return fill_smoothed(wanted, share, lower, upper, reach, dq)
 
 
 @Loop

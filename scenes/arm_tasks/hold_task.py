@@ -7,7 +7,7 @@ import numpy as np
 
 from controllers.kinematics import Arm, Array, damped_solution
 from controllers.limits import bounded_task
-from controllers.tasks import TASK_DIMENSION, hold, pose_error, position_error
+from controllers.tasks import TASK_DIMENSION, fill_place_task, hold, pose_error, position_error
 from scenes.arm_tasks.arm_task import Memory
 from scenes.guide import FOLLOW_GAIN, pull, shortened
 from scenes.room import World
@@ -16,6 +16,8 @@ from scenes.targets import HandTarget, JointTarget, LinkTarget, Target
 
 Path = Callable[[float, Array], tuple[Array, Array]]
 """(time [s], place at the start (3,)) → place (3,) [m] and its velocity (3,) [m/s]."""
+
+_STILL: Final = np.zeros(3)
 
 ELBOW_DAMPING: Final = 0.05
 """Damping of the elbow's pseudo-inverse [m/rad]."""
@@ -51,8 +53,9 @@ class HoldTask:
         self._room, self._kinematics, self._arm = world.room, world.kinematics, arm
         self._path, self._movable = path, movable
         self._pose = world.kinematics.hand_pose(arm)
-        # A live view.
-        self._joints = world.positions[arm.joints]
+        # Live views.
+        self._joints, self._hand = world.positions[arm.joints], self._pose.translation
+        self._spatial = world.kinematics.jacobian[:, arm.joints]
         self._box = world.bounds.part(arm.joints)
 
     def begin(self) -> None:
@@ -84,13 +87,20 @@ class HoldTask:
         elif self._movable and isinstance(target, JointTarget):
             swing = shortened((target.positions - self._joints) * FOLLOW_GAIN, SELF_MOTION_SPEED)
         pose = self._pose
-        error = position_error(pose, self.place) if task == "position" else pose_error(pose, self.place, self.place_rotation)
-        x, y, z = error[:3].tolist()
-        self.squared_error = x * x + y * y + z * z
-        J = kinematics.hand_jacobian(arm, TASK_DIMENSION[task])
-        self.task_jacobian = J
         gain = settings.gain * settings.overdrive if self._overdriven else settings.gain
-        return bounded_task(hold(J, error, gain, speed, swing), J, self._box, settings.bounds)
+        if task == "position" and swing is None:
+            count = len(self._joints)
+            J, dq = np.empty((3, count)), np.empty(count)
+            velocity = _STILL if speed is None else speed
+            self.squared_error = fill_place_task(self._spatial, self._hand, self.place, velocity, gain, J, dq)
+        else:
+            error = position_error(pose, self.place) if task == "position" else pose_error(pose, self.place, self.place_rotation)
+            x, y, z = error[:3].tolist()
+            self.squared_error = x * x + y * y + z * z
+            J = kinematics.hand_jacobian(arm, TASK_DIMENSION[task])
+            dq = hold(J, error, gain, speed, swing)
+        self.task_jacobian = J
+        return bounded_task(dq, J, self._box, settings.bounds)
 
     def _pulled(self, target: LinkTarget, settings: RunSettings) -> Array | None:
         """Return q̇₀ (n,) of a pull at a link of the arm [rad/s]; a pull at a link of the hand moves the place instead."""

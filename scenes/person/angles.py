@@ -26,6 +26,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from controllers.compiled import FilledMatrix, FilledVector, Loop, Vector
 from controllers.kinematics import Array
 from scenes.settings import ArmName
 
@@ -67,12 +68,14 @@ class BodyPoints(NamedTuple):
     hips: Array
 
 
+@Loop
 def wrapped(angle: float) -> float:
     """Return the angle in −π … π."""
-    return math.remainder(angle, math.tau)
+    return angle - math.tau * math.floor(angle / math.tau + 0.5)
 
 
-def remembered(angle: float, previous: float, sine: float, trusted: float = TRUSTED_SINE) -> float:
+@Loop
+def remembered(angle: float, previous: float, sine: float, trusted: float) -> float:
     """Return an angle about an axis as the way on from its previous value.
 
     Args:
@@ -89,25 +92,39 @@ def remembered(angle: float, previous: float, sine: float, trusted: float = TRUS
     return previous + s * s * (3.0 - 2.0 * s) * wrapped(angle - previous)
 
 
+@Loop
+def fill_arm_rotation(angles: Vector, sign: float, R: FilledMatrix) -> None:
+    """Fill R (3, 3) of the upper arm in the torso frame. `angles`: (4,) [rad]; `sign`: s of the arm."""
+    f, a, r = angles[0], sign * angles[1], sign * angles[2]
+    cf, sf, ca, sa, cr, sr = math.cos(f), math.sin(f), math.cos(a), math.sin(a), math.cos(r), math.sin(r)
+    R[0, 0], R[0, 1], R[0, 2] = cf * cr - sf * sa * sr, -cf * sr - sf * sa * cr, -sf * ca
+    R[1, 0], R[1, 1], R[1, 2] = ca * sr, ca * cr, -sa
+    R[2, 0], R[2, 1], R[2, 2] = sf * cr + cf * sa * sr, -sf * sr + cf * sa * cr, cf * ca
+
+
+@Loop
+def fill_directions(angles: Vector, sign: float, upper: FilledVector, forearm: FilledVector) -> None:
+    """Fill the unit vectors (3,) of upper arm and forearm, see `arm_directions`."""
+    R = np.empty((3, 3))
+    fill_arm_rotation(angles, sign, R)
+    ce, se = math.cos(angles[3]), math.sin(angles[3])
+    for i in range(3):
+        upper[i] = -R[i, 2]
+        forearm[i] = se * R[i, 0] - ce * R[i, 2]
+
+
 def arm_rotation(angles: Array, side: ArmName) -> Array:
     """Return R (3, 3) of the upper arm in the torso frame; the identity for a hanging arm. `angles`: (4,) [rad]."""
-    sign = SIGN[side]
-    f, a, r = float(angles[0]), sign * float(angles[1]), sign * float(angles[2])
-    cf, sf, ca, sa, cr, sr = math.cos(f), math.sin(f), math.cos(a), math.sin(a), math.cos(r), math.sin(r)
-    return np.array(
-        [
-            [cf * cr - sf * sa * sr, -cf * sr - sf * sa * cr, -sf * ca],
-            [ca * sr, ca * cr, -sa],
-            [sf * cr + cf * sa * sr, -sf * sr + cf * sa * cr, cf * ca],
-        ]
-    )
+    R = np.empty((3, 3))
+    fill_arm_rotation(angles, SIGN[side], R)
+    return R
 
 
 def arm_directions(angles: Array, side: ArmName) -> tuple[Array, Array]:
     """Return the unit vectors (3,) of upper arm and forearm, towards the hand, in the torso frame. `angles`: (4,) [rad]."""
-    R = arm_rotation(angles, side)
-    e = float(angles[3])
-    return -R[:, 2], math.sin(e) * R[:, 0] - math.cos(e) * R[:, 2]
+    upper, forearm = np.empty(3), np.empty(3)
+    fill_directions(angles, SIGN[side], upper, forearm)
+    return upper, forearm
 
 
 def direction_angles(

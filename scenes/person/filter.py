@@ -5,6 +5,7 @@ from typing import Final
 
 import numpy as np
 
+from controllers.compiled import FilledMatrix, Loop, Matrix
 from controllers.kinematics import Array
 
 CUTOFF: Final = 3.0
@@ -12,6 +13,20 @@ CUTOFF: Final = 3.0
 
 TOP_RATE: Final = 1.6
 """Just below the slowest joint of an LWR, 100 °/s [rad/s]."""
+
+
+@Loop
+def fill_filtered(goal: Matrix, omega: float, top_rate: float, dt: float, values: FilledMatrix, rates: FilledMatrix) -> None:
+    """Bring values nearer to a goal, all (rows, k), and fill their mean speeds, see `AngleFilter`."""
+    for i in range(goal.shape[0]):
+        for j in range(goal.shape[1]):
+            gap = goal[i, j] - values[i, j]
+            size = abs(gap)
+            straight = min(max(size - top_rate / omega, 0.0) / top_rate, dt)
+            left = math.copysign((size - top_rate * straight) * math.exp(omega * (straight - dt)), gap)
+            value = goal[i, j] - left
+            rates[i, j] = (value - values[i, j]) / dt
+            values[i, j] = value
 
 
 class AngleFilter:
@@ -58,9 +73,9 @@ class AngleFilter:
             self.lost_for = 0.0
             self._goal[...] = wanted
         if dt > 0.0:
-            values = self._goal - self._gap_after(self._goal - self.values, dt)
-            self.rates = (values - self.values) / dt
-            self.values = values
+            # A row is a vector; what has no rows is one.
+            goal, values, rates = (np.atleast_2d(array) for array in (self._goal, self.values, self.rates))
+            fill_filtered(goal, self._omega, self._top_rate, dt, values, rates)
         return self.values.copy()
 
     def memory(self) -> tuple[Array, ...]:
@@ -71,10 +86,3 @@ class AngleFilter:
         self.values, self.rates, self._goal = (array.copy() for array in memory[:3])
         self.lost_for = float(memory[3])
         self.lost = self.lost_for > 0.0
-
-    def _gap_after(self, gap: Array, dt: float) -> Array:
-        knee = self._top_rate / self._omega
-        size = np.abs(gap)
-        straight = np.minimum(np.maximum(size - knee, 0.0) / self._top_rate, dt)
-        left = (size - self._top_rate * straight) * np.exp(self._omega * (straight - dt))
-        return np.copysign(left, gap)

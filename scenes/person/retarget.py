@@ -19,9 +19,10 @@ from typing import Final
 
 import numpy as np
 
+from controllers.compiled import FilledVector, Loop, Matrix, Vector
 from controllers.kinematics import Array
 from scenes.lwr.facts import JOINTS
-from scenes.person.angles import SIGN, arm_directions, remembered, wrapped
+from scenes.person.angles import SIGN, fill_directions, remembered, wrapped
 from scenes.rigs import RIGS, Rig
 
 DRIVEN: Final = 4
@@ -36,12 +37,7 @@ TRUSTED_SINE: Final = 0.05
 EXACT: Final = 1e-9
 """Directions missed by less count as met [rad]."""
 
-NATURAL: Final = (1.0, 1.0)
-"""σ and ε of the branch in which ordinary gestures stay far from all stops on the torso; q2 and q4 are positive in it."""
-
-_BRANCHES: Final = (NATURAL, (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0))
-
-_LIMITS: Final = tuple(joint.position_limit - LIMIT_MARGIN for joint in JOINTS[:DRIVEN])
+_LIMITS: Final = np.array([joint.position_limit - LIMIT_MARGIN for joint in JOINTS[:DRIVEN]])
 
 
 def arm_joints(upper: Array, forearm: Array, base_rotation: Array, previous: Array | None = None) -> Array:
@@ -52,33 +48,45 @@ def arm_joints(upper: Array, forearm: Array, base_rotation: Array, previous: Arr
         base_rotation: R (3, 3) of the robot's base in the world.
         previous: q1 … q4 of the sample before (4,); without, the natural branch is preferred.
     """
-    u, f = (upper @ base_rotation).tolist(), (forearm @ base_rotation).tolist()
-    before = None if previous is None else previous.tolist()
-    best, least = None, (math.inf, math.inf)
-    for branch in _BRANCHES:
-        joints, miss = _solution(u, f, branch, before)
-        way = 0.0 if before is None else sum((a - b) ** 2 for a, b in zip(joints, before, strict=True))
+    joints = np.empty(DRIVEN)
+    fill_joints(upper, forearm, base_rotation, _LIMITS, previous is not None, joints if previous is None else previous, joints)
+    return joints
+
+
+@Loop
+def fill_joints(
+    upper: Vector, forearm: Vector, base: Matrix, limits: Vector, known: bool, before: Vector, joints: FilledVector
+) -> None:
+    """Fill `arm_joints` (4,). `limits`: of q1 … q4 (4,) [rad]; `known`: whether there is a sample before."""
+    ux = upper[0] * base[0, 0] + upper[1] * base[1, 0] + upper[2] * base[2, 0]
+    uy = upper[0] * base[0, 1] + upper[1] * base[1, 1] + upper[2] * base[2, 1]
+    uz = upper[0] * base[0, 2] + upper[1] * base[1, 2] + upper[2] * base[2, 2]
+    fx = forearm[0] * base[0, 0] + forearm[1] * base[1, 0] + forearm[2] * base[2, 0]
+    fy = forearm[0] * base[0, 1] + forearm[1] * base[1, 1] + forearm[2] * base[2, 1]
+    fz = forearm[0] * base[0, 2] + forearm[1] * base[1, 2] + forearm[2] * base[2, 2]
+    b1, b2, b3, b4 = (before[0], before[1], before[2], before[3]) if known else (0.0, 0.0, 0.0, 0.0)
+    misses, least = True, math.inf
+    # σ and ε; in the first branch ordinary gestures stay far from all stops on the torso.
+    for sigma, epsilon in ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)):
+        q1, q2, miss_upper = pan_tilt(ux, uy, uz, sigma, -1.0, limits[0], limits[1], known, b1)
+        c1, s1, c2, s2 = math.cos(q1), math.sin(q1), math.cos(q2), math.sin(q2)
+        x, wy = c1 * fx + s1 * fy, c1 * fy - s1 * fx
+        wx, wz = c2 * x + s2 * fz, c2 * fz - s2 * x
+        q3, q4, miss_forearm = pan_tilt(wx, wy, wz, epsilon, 1.0, limits[2], limits[3], known, b3)
+        miss, way = miss_upper + miss_forearm, 0.0
+        if known:
+            way = (q1 - b1) ** 2 + (q2 - b2) ** 2 + (q3 - b3) ** 2 + (q4 - b4) ** 2
         # Where every branch misses, one that misses a little less is not worth a leap across the room.
-        rank = (0.0, way) if miss < EXACT else (1.0, miss + 0.05 * way)
-        if rank < least:
-            best, least = joints, rank
-    return np.array(best)
+        exact = miss < EXACT
+        rank = way if exact else miss + 0.05 * way
+        if (exact and misses) or (exact != misses and rank < least):
+            misses, least = not exact, rank
+            joints[0], joints[1], joints[2], joints[3] = q1, q2, q3, q4
 
 
-def _solution(
-    u: list[float], f: list[float], branch: tuple[float, float], before: list[float] | None
-) -> tuple[tuple[float, ...], float]:
-    """Return q1 … q4 of a branch [rad], and how far upper arm and forearm, together, point past the person's [rad]."""
-    q1, q2, miss_upper = _pan_tilt(u[0], u[1], u[2], branch[0], -1.0, _LIMITS[:2], None if before is None else before[0])
-    c1, s1, c2, s2 = math.cos(q1), math.sin(q1), math.cos(q2), math.sin(q2)
-    x, wy = c1 * f[0] + s1 * f[1], c1 * f[1] - s1 * f[0]
-    wx, wz = c2 * x + s2 * f[2], c2 * f[2] - s2 * x
-    q3, q4, miss_forearm = _pan_tilt(wx, wy, wz, branch[1], 1.0, _LIMITS[2:], None if before is None else before[2])
-    return (q1, q2, q3, q4), miss_upper + miss_forearm
-
-
-def _pan_tilt(
-    x: float, y: float, z: float, branch: float, sense: float, limits: tuple[float, ...], before: float | None
+@Loop
+def pan_tilt(
+    x: float, y: float, z: float, branch: float, sense: float, pan_limit: float, tilt_limit: float, known: bool, before: float
 ) -> tuple[float, float, float]:
     """Return a pan about z and a tilt after it that point at (x, y, z), and by how much they miss it [rad].
 
@@ -86,14 +94,14 @@ def _pan_tilt(
         x, y, z: a unit vector.
         branch: the sign that the tilt should have.
         sense: +1 if a positive tilt leans towards +x at pan = 0, −1 if towards −x.
-        limits: of pan and tilt [rad].
-        before: pan of the sample before [rad].
+        pan_limit, tilt_limit: [rad].
+        known: whether there is a sample before.
+        before: pan of that sample [rad].
     """
-    pan_limit, tilt_limit = limits
-    lean = math.hypot(x, y)
+    lean = math.sqrt(x * x + y * y)
     toward = branch * sense
-    pan = math.atan2(toward * y, toward * x) if lean > 1e-12 else before or 0.0
-    if before is not None:
+    pan = math.atan2(toward * y, toward * x) if lean > 1e-12 else before
+    if known:
         pan = remembered(pan, before, lean, TRUSTED_SINE)
         if abs(wrapped(pan)) <= pan_limit:
             pan = wrapped(pan)
@@ -102,8 +110,19 @@ def _pan_tilt(
     ahead, aside = sense * (cp * x + sp * y), cp * y - sp * x
     best = math.atan2(ahead, z)
     tilt = min(max(best, -tilt_limit), tilt_limit)
-    reach, short = math.hypot(ahead, z), best - tilt
-    return pan, tilt, math.atan2(math.hypot(aside, reach * math.sin(short)), reach * math.cos(short))
+    reach, short = math.sqrt(ahead * ahead + z * z), best - tilt
+    off = reach * math.sin(short)
+    return pan, tilt, math.atan2(math.sqrt(aside * aside + off * off), reach * math.cos(short))
+
+
+@Loop
+def fill_robot_arm(
+    angles: Vector, sign: float, base: Matrix, limits: Vector, known: bool, before: Vector, joints: FilledVector
+) -> None:
+    """Fill q1 … q4 (4,) [rad] that show one arm's angles (4,) [rad]; `sign`: s of the arm, the rest as in `fill_joints`."""
+    upper, forearm = np.empty(3), np.empty(3)
+    fill_directions(angles, sign, upper, forearm)
+    fill_joints(upper, forearm, base, limits, known, before, joints)
 
 
 def natural_pose(angles: Array, rig: Rig = RIGS["torso"]) -> Array:
@@ -134,8 +153,8 @@ class Retargeter:
         """
         wanted = np.empty((2, DRIVEN))
         for i, side in enumerate(SIGN):
-            upper, forearm = arm_directions(angles[i], side)
-            wanted[i] = arm_joints(upper, forearm, self._bases[i], None if self._previous is None else self._previous[i])
+            sign, before = SIGN[side], wanted[i] if self._previous is None else self._previous[i]
+            fill_robot_arm(angles[i], sign, self._bases[i], _LIMITS, self._previous is not None, before, wanted[i])
         self._previous = wanted
         return wanted.copy()
 
