@@ -73,6 +73,8 @@ class Handout:
     """In which the pages speak."""
     teacher: bool = False
     """The teacher's copy: right answers, replies, what is measured, the true curves, and the teacher's notes."""
+    moodle: bool = False
+    """Instead, every question with its replies as Moodle XML, to import into a question bank; one file a lesson."""
     out: Path = Path("handouts")
     """Folder for the files; made if there is none."""
     folder: Path = FOLDER
@@ -83,11 +85,14 @@ def handout(command: Handout) -> int:
     """Write the pages; return the exit code.
 
     Raises:
-        BadSetting: there is no such lesson, or a file cannot be written.
+        BadSetting: there is no such lesson, a file cannot be written, or a teacher's copy of Moodle's questions is asked for.
     """
+    if command.moodle and command.teacher:
+        raise BadSetting("Moodle's questions hold the answers already; leave --teacher out.")
     # These take a second to load.
     with ending_at_once():
         from app.export.handout_html import handout_html
+        from app.export.moodle_xml import moodle_xml
         from app.i18n.speaking import set_language
         from app.lessons.loading import load_lessons, load_notes
     book = load_lessons(command.folder, command.lang)
@@ -101,10 +106,13 @@ def handout(command: Handout) -> int:
     with writable(command.out, "out"):
         command.out.mkdir(parents=True, exist_ok=True)
     for lesson in chosen:
-        page = handout_html(lesson, notes.get(lesson.id, "") if command.teacher else None)
-        kind = "-teacher" if command.teacher else ""
-        path = command.out / f"lesson-{lesson.number:02d}-{lesson.id}-{command.lang}{kind}.html"
+        if command.moodle:
+            page, kind = moodle_xml(lesson), ".xml"
+        else:
+            page = handout_html(lesson, notes.get(lesson.id, "") if command.teacher else None).encode()
+            kind = "-teacher.html" if command.teacher else ".html"
+        path = command.out / f"lesson-{lesson.number:02d}-{lesson.id}-{command.lang}{kind}"
         with written(path, "out") as new:
-            new.write_text(page, encoding="utf-8", newline="\n")
+            new.write_bytes(page)
         print(path)
     return 1 if book.problems else 0

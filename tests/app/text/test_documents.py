@@ -1,6 +1,7 @@
 """The documents that teachers read, as the server gives them out."""
 
 import re
+import tomllib
 import urllib.error
 import urllib.request
 from collections.abc import Callable
@@ -61,3 +62,14 @@ def test_the_server_gives_them_out(house: OpenHouse) -> None:
         assert answer.read() == document_page("model")
     with pytest.raises(urllib.error.HTTPError, match="404"):
         urllib.request.urlopen(f"{url}/documents/10-limits.notes", timeout=60)
+
+
+def test_what_is_cited_is_this_version_and_names_both_licences() -> None:
+    text = (FOLDER / DOCUMENTS["cite"][0]).read_text(encoding="utf-8")
+    project = tomllib.loads((FOLDER.parent / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert re.findall(r"version = \{(.*?)\}", text) == [project["version"]]
+    entries = dict(re.findall(r"^@(\w+)\{(\w+),$", text, re.MULTILINE))
+    # Both entries are whole: as many braces open as close.
+    assert set(entries) == {"software", "inproceedings"} and text.count("{") == text.count("}")
+    for path in (FOLDER.parent / "README.md", FOLDER / "lessons" / "README.md"):
+        assert "CC BY 4.0" in path.read_text(encoding="utf-8") and "cite.md" in path.read_text(encoding="utf-8")
