@@ -143,6 +143,8 @@ def all_loaded() -> bool:
 
 def load_if_compiled() -> None:
     """Replace Python by machine code: before returning if this machine has compiled it, else from a thread."""
+    if all_loaded():
+        return
     if (loops_folder() / "done").exists():
         load_now()
     else:

@@ -70,6 +70,9 @@ def ready(given: GivenAtStart) -> None:
     load_if_compiled()
 
 
+LONG: Final = 1_000
+"""Steps that take longer in Python than machine code takes to load."""
+
 MOST_STEPS: Final = 1_000_000
 """Longest run; every step of it is kept, at 312 bytes each."""
 
@@ -101,6 +104,9 @@ def run(
     """
     steps = max(1, round(seconds / settings.dt))
     simulation = Simulation(settings, steps)
+    if steps >= LONG:
+        # A thread that loads beside a run that never waits takes as long as the run.
+        load_if_compiled()
     simulation.use(law)
     if start is not None:
         simulation.reset(start)

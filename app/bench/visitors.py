@@ -14,6 +14,7 @@ from typing import Final
 
 from app.bench.headless_client import HeadlessClient
 from app.bench.processes import PARTS, REQUEST, TIMEOUT, process, receive, request, run_async, serve_app, used_by_tree
+from app.web.audiences import MOVED_CODE
 
 WARM_UP: Final = 60
 """Frames that every visitor receives before the measurement: by then their pages have been built."""
@@ -85,13 +86,22 @@ async def _visit(pipe: Connection, url: str, queries: tuple[str, ...]) -> None:
     # Every visitor is a separate tab.
     tabs = [f"{query}&resume={secrets.token_hex(16)}".lstrip("&") for query in queries]
     visitors = [await HeadlessClient(url, query=tab, decode=False).connect(TIMEOUT) for tab in tabs]
-    for visitor in visitors:
-        await visitor.wait_for(lambda one: one.received.frames >= WARM_UP, TIMEOUT)
+    for i, tab in enumerate(tabs):
+        visitors[i] = await _settled(visitors[i], url, tab)
     pipe.send("ready")
     while await asyncio.to_thread(pipe.recv) == REQUEST:
         pipe.send([(visitor.received.frames, visitor.received.bytes, visitor.closed is None) for visitor in visitors])
     for visitor in visitors:
         await visitor.close()
+
+
+async def _settled(visitor: HeadlessClient, url: str, tab: str) -> HeadlessClient:
+    """Return the visitor once it has its page; as a page does, it comes again when it is sent to another process."""
+    while True:
+        await visitor.wait_for(lambda one: one.received.frames >= WARM_UP or one.closed is not None, TIMEOUT)
+        if visitor.closed is None or visitor.closed.rcvd is None or visitor.closed.rcvd.code != MOVED_CODE:
+            return visitor
+        visitor = await HeadlessClient(url, query=tab, decode=False).connect(TIMEOUT)
 
 
 @contextmanager

@@ -50,9 +50,12 @@ class Admission:
         if self._current is not None and self._current[0].client_id == client_id:
             self._give_up()
 
-    def send_on(self, count: int) -> list[viser.ClientHandle]:
-        """Drop as many clients as wait, at most so many, those first that came last; return them."""
-        return [self._waiting.pop() for _ in range(min(count, len(self._waiting)))]
+    def send_on(self, count: int, may_go: Callable[[viser.ClientHandle], bool]) -> list[viser.ClientHandle]:
+        """Drop as many clients as wait and may go elsewhere, at most so many, those first that came last; return them."""
+        found = [client for client in reversed(self._waiting) if may_go(client)][: max(count, 0)]
+        for client in found:
+            self._waiting.remove(client)
+        return found
 
     def advance(self) -> None:
         """Go on with the first client's page for `SLICE`, at least by one piece; the next page waits for another frame."""

@@ -77,9 +77,9 @@ class PrivateHost:
     def _make_room(self, link: WorkerLink) -> None:
         """Send tabs that wait for their pages to another worker, once there is one with more room."""
         for message in link.received():
-            # Without a file, what a tab comes back for is here.
-            if isinstance(message, MakeRoom) and self._context.store.lasting:
-                for client in self.admission.send_on(self._context.server.count_clients() - message.share):
+            if isinstance(message, MakeRoom):
+                too_many = self._context.server.count_clients() - message.share
+                for client in self.admission.send_on(too_many, lambda one: not self._context.store.alone_has(request_query(one))):
                     link.let_go(tab_id(request_query(client)) or "")
                     send_elsewhere(self._context.server, client)
 

@@ -101,6 +101,11 @@ class SessionStore:
         lately = abs(time() - self._file.aside[1]) < AWAY
         return _NOT_SAVED if self._file.problem else _DAMAGED if lately else None
 
+    def alone_has(self, query: Mapping[str, str]) -> bool:
+        """Return whether what a tab comes back for is in this process, and nowhere else."""
+        tab = tab_id(query)
+        return self._file is None and (tab in self._records or tab in self._parked)
+
     def save(self, record: VisitorRecord) -> None:
         """Keep a visitor's record instead of an earlier one."""
         tab = tab_id(record.query)
