@@ -91,7 +91,8 @@ def test_a_ghost_that_is_waited_for_keeps_the_run_beside_it(file: Path, tmp_path
     write(file, gated(gate))
     with session_of(file, ghost="own") as session:
         patient(session)
-        advanced(session, lambda: hangs(session))
+        # Its tenth call, as above.
+        advanced(session, lambda: hangs(session) and session.simulation.steps == 9)
         assert session.ghost is not None and session.ghost.steps == session.simulation.steps
         session.change("n", 8.0)
         assert session.advance(FRAME) == 0

@@ -138,7 +138,7 @@ def test_a_lesson_that_fails_at_every_frame_is_logged_once_a_run(monkeypatch: py
     monkeypatch.setattr(run.walk, "live", fail)
     for _ in range(5):
         run.decide()
-        assert run.live() == ()
+        assert run.live(session.simulation) == ()
     assert len(lines(caplog)) == 2
     assert [title for title, _ in run.notes] == ["The lesson stopped here"]
     run.act(ResetStep())
