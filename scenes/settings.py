@@ -140,11 +140,6 @@ class HardwareSettings:
     )  # fmt: skip
 
     @property
-    def acts_late(self) -> bool:
-        """Whether a commanded velocity is not reached at once."""
-        return self.dead_time > 0.0 or self.lag > 0.0
-
-    @property
     def sees_wrong(self) -> bool:
         """Whether the controller sees something else than there is."""
         return max(self.joint_noise, self.joint_resolution, self.frame_rate, self.distance_noise) > 0.0

@@ -226,6 +226,26 @@
       pen.stroke();
     }
     pen.restore();
+    if (film.mark) mark(plot, pen);
+  }
+
+  // The moment worth a look: a dashed line with its name, on the side where there is room.
+  function mark(plot, pen) {
+    const f = plot.frame;
+    const x = f.x(film.mark.time);
+    const late = x > (f.left + f.right) / 2;
+    pen.strokeStyle = pen.fillStyle = colour("--soft");
+    pen.lineWidth = 1;
+    pen.setLineDash([4, 3]);
+    pen.beginPath();
+    pen.moveTo(x, f.top);
+    pen.lineTo(x, f.bottom);
+    pen.stroke();
+    pen.setLineDash([]);
+    if (plot !== plots[0]) return;
+    pen.textAlign = late ? "right" : "left";
+    pen.textBaseline = "top";
+    pen.fillText(film.mark.name, x + (late ? -5 : 5), f.top);
   }
 
   function point(plot, time) {
@@ -334,6 +354,7 @@
   };
   new ResizeObserver(redraw).observe($("duet-plots"));
   redraw();
+  if (film.mark && !film.play) seek(film.mark.time);
   tick();
 
   // --- the scene, as soon as viser has put it up

@@ -20,7 +20,7 @@ from markupsafe import Markup
 from app.export.csv_table import newest
 from app.export.recorded_curves import Curves, Panel
 from app.export.scene_film import PLACE, RATE, TURN, Filmed, film_scene
-from app.i18n.speaking import spoken, tr
+from app.i18n.speaking import decimal, spoken, tr
 from app.lessons.runs import page_value
 from app.recording.run_file import made_here, made_with
 from app.settings import PageSettings
@@ -28,6 +28,8 @@ from app.stage.contact_view import contact_assets
 from app.text.templates import macros
 from app.web.pages import PageAssets, software_rendering, translation
 from app.web.viser_internals import VISER_VERSION, client_html
+from controllers.kinematics import Array
+from scenes.history import COLUMN
 from scenes.inputs import Recorded
 from scenes.law_answers import LawAnswers
 from scenes.rerun import never, rerun
@@ -58,14 +60,33 @@ def player_html(recorded: Recorded, seconds: float, page: PageSettings, stopped:
     whole = rerun(recorded, stopped=stopped).table
     panels = Curves(recorded, newest(recorded, whole, seconds), page.theme, stopped).panels(page.details)
     filmed = film_scene(recorded, seconds, page, stopped)
-    return assembled(filmed, panels, recorded.stretches[-1].settings, page.theme == "dark", recorded.law).encode()
+    mark = nearest_moment(newest(recorded, whole, seconds))
+    return assembled(filmed, panels, recorded.stretches[-1].settings, page.theme == "dark", recorded.law, mark).encode()
 
 
-def assembled(filmed: Filmed, panels: tuple[Panel, ...], run: RunSettings, dark: bool, own: LawAnswers | None = None) -> str:
-    """Return the page. `own`: of the law of a file; None for the settings' law."""
+def nearest_moment(table: Array) -> float | None:
+    """Return when d is smallest in rows of a history [s]; None where there is nothing to keep clear of."""
+    d = table[:, COLUMN["d"]]
+    return float(table[d.argmin(), COLUMN["t"]]) if len(d) and np.isfinite(d).all() else None
+
+
+def assembled(
+    filmed: Filmed,
+    panels: tuple[Panel, ...],
+    run: RunSettings,
+    dark: bool,
+    own: LawAnswers | None = None,
+    mark: float | None = None,
+) -> str:
+    """Return the page.
+
+    Args:
+        own: of the law of a file; None for the settings' law.
+        mark: when d is smallest [s], at which the page opens; None for the beginning.
+    """
     client = client_html()
     scene = base64.b64encode(filmed.scene).decode()
-    film = base64.b64encode(packed_film(filmed, panels)).decode()
+    film = base64.b64encode(packed_film(filmed, panels, mark)).decode()
     title, law = page_value("scene", run.scene), page_value("law", run.law.law).replace("d_m", "dₘ")
     numbers = f"K = {run.gain:g}/s; Duet {made_here()['duet']}"
     if own is None:
@@ -87,8 +108,9 @@ def assembled(filmed: Filmed, panels: tuple[Panel, ...], run: RunSettings, dark:
     return f"{client[:place]}{body}{client[place:]}"
 
 
-def packed_film(filmed: Filmed, panels: tuple[Panel, ...]) -> bytes:
-    """Return tracks and curves, compressed: 4 bytes of length, JSON, and numbers from the next multiple of 8 bytes on."""
+def packed_film(filmed: Filmed, panels: tuple[Panel, ...], mark: float | None = None) -> bytes:
+    """Return tracks, curves and the moment worth a look, compressed: 4 bytes of length, JSON, and numbers from the next multiple of 8 bytes
+    on."""
     blob = bytearray()
 
     def numbers(values: Any, kind: str) -> dict[str, Any]:
@@ -138,6 +160,7 @@ def packed_film(filmed: Filmed, panels: tuple[Panel, ...]) -> bytes:
         "frames": len(filmed.times),
         "bodies": filmed.bodies,
         "play": False,
+        "mark": None if mark is None else {"time": mark, "name": f"{tr('smallest distance')}, {decimal(f'{mark:.1f}')} s"},
         "words": {"play": tr("Play"), "pause": tr("Pause"), "of": tr("{time} of {end} s")},
         "tracks": tracks,
         "panels": drawn,

@@ -13,7 +13,7 @@ from app.i18n.speaking import tr
 from app.plots.pair_strips import ROWS, pair_name
 from app.plots.plot_choice import cells
 from app.plots.stability_text import task_error
-from app.plots.time_plots import colour_of, time_plot_of
+from app.plots.time_plots import LEAST, colour_of, time_plot_of
 from app.plots.time_series import DRIVEN, FARTHEST, JOINTS, resting
 from app.session.elbow_swivel import Swivel
 from app.session.frame import contact
@@ -48,6 +48,7 @@ class Stroke:
         dash: [px]; none for a solid line.
         values: (k,), nan where there is nothing.
         steps: whether each value holds until the next: a strip, no line.
+        held: whether an axis that follows the data holds this line, too.
     """
 
     name: str
@@ -56,6 +57,7 @@ class Stroke:
     dash: tuple[float, ...]
     values: Array
     steps: bool = False
+    held: bool = True
 
 
 @dataclass(frozen=True)
@@ -66,8 +68,8 @@ class Panel:
         unit: of the axis, "" for none.
         times: (k,) [s].
         strokes: in the order drawn.
-        span: of the axis; None to follow the data, from 0 up if `positive`.
-        positive: see there.
+        span: of the axis; None to follow the data.
+        positive, top: see `app.plots.time_plots.TimePlot`.
         rows: names of the whole numbers of the axis, from 0; none for an axis of numbers.
         note: a sentence in place of the lines.
     """
@@ -78,23 +80,22 @@ class Panel:
     strokes: tuple[Stroke, ...]
     span: tuple[float, float] | None = None
     positive: bool = True
+    top: float = LEAST
     rows: tuple[str, ...] = ()
     note: str = ""
 
     @property
     def limits(self) -> tuple[float, float]:
-        """Return both ends of the axis; a fixed one ends higher where its first line lies wholly above it."""
-        finite = [stroke.values[np.isfinite(stroke.values)] for stroke in self.strokes]
+        """Return both ends of the axis."""
         if self.span is not None:
-            low, high = self.span
-            first = finite[0] if finite else np.empty(0)
-            return low, 1.08 * float(first.max()) if len(first) and first.min() > high else high
+            return self.span
+        finite = [stroke.values[np.isfinite(stroke.values)] for stroke in self.strokes if stroke.held]
         known = np.concatenate([*finite, np.empty(0)])
         if not len(known):
             return 0.0, 1.0
         low, high = float(known.min()), float(known.max())
         if self.positive:
-            return 0.0, max(1.08 * high, 0.01)
+            return min(1.08 * low, 0.0), 1.08 * high if high > self.top else self.top
         edge = max(0.1 * (high - low), 0.005)
         return low - edge, high + edge
 
@@ -146,11 +147,12 @@ class Curves:
                 line.width,
                 line.dash,
                 self.column(line.column) * plot.scale,
+                held=line.held,
             )
             for line in plot.lines
             if line.run == "own"
         )
-        return Panel(plain(tr(plot.title)), plot.unit, self.times, strokes, plot.span, plot.positive)
+        return Panel(plain(tr(plot.title)), plot.unit, self.times, strokes, plot.span, plot.positive, plot.top)
 
     def column(self, name: str) -> Array:
         """Return the column (k,) of a name of `app.plots.time_series.NAMES`."""

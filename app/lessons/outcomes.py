@@ -11,11 +11,12 @@ from app.lessons.curve_drawing import true_curve
 from app.lessons.evidence import Evidence
 from app.lessons.labels import compared_text, label_of, label_text
 from app.lessons.lesson import Challenge, Criterion, Forecast, Measurement, Question, Step
-from app.lessons.measures.quantity import Value, measure, shown_value
+from app.lessons.measures.quantity import Value, measure, moment, shown_value
 from app.lessons.reference_runs import comparisons, drawn, measured, wanted
 from app.lessons.runs import Pairs, Setup, changes_text, settings_text, unlike, value_text
 from app.lessons.texts import Measured
 from app.plots.curve_chart import Curve
+from app.session.shown import Mark
 from app.settings import Language
 from controllers.errors import LazyText
 from scenes.settings import RunSettings, specs, values
@@ -25,6 +26,9 @@ BEYOND_CRITICAL: Final = {"distance_at": False, "smallest_distance": False, "dis
 
 FARTHEST: Final = 1.0
 """Largest |d| that can be guessed [m]."""
+
+AT_END: Final = 0.15
+"""A moment that is no longer before the end of a run is the end [s]."""
 
 
 def asks_for_distance(step: Step) -> bool:
@@ -117,6 +121,16 @@ def reference(step: Step, setup: Setup) -> StepOutcome:
     found = tuple((value, *comparisons(setup, m, m.compare)) for value, m in zip(own, step.measurements, strict=True))
     curve = drawn(setup, step.drawing) if setup == step.setup and step.drawing is not None else ()
     return StepOutcome(found, True, True, curve=curve)
+
+
+def decisive_moment(measurements: Sequence[Measurement], evidence: Evidence) -> Mark | None:
+    """Return when the first of some measurements that has a moment stands as it does; None if that is at the end of the run, or there is
+    none."""
+    for m in measurements:
+        time = moment(evidence, m.name, m.parameters)
+        if time is not None:
+            return Mark(time, label_text(m)) if time < float(evidence.times[-1]) - AT_END else None
+    return None
 
 
 @dataclass(frozen=True)

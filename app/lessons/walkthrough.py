@@ -14,13 +14,24 @@ from app.lessons.curve_drawing import checked_curve
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import AT_ONCE, Lesson, LessonBook, Measurement, Step
 from app.lessons.measures.quantity import measure
-from app.lessons.outcomes import FARTHEST, Attempt, Judgement, StepOutcome, asks_for_distance, guessed_answer, observed, reference
+from app.lessons.outcomes import (
+    FARTHEST,
+    Attempt,
+    Judgement,
+    StepOutcome,
+    asks_for_distance,
+    decisive_moment,
+    guessed_answer,
+    observed,
+    reference,
+)
 from app.lessons.progress import LONGEST_REASON, MOST_TRIES, MOST_WORDS, StepProgress, Try, from_json, to_json
 from app.lessons.reference_runs import person_of
 from app.lessons.room_places import mark_places, start_positions
 from app.lessons.runs import Setup
 from app.lessons.step_view import StepPosition, StepView, has_why, make_view
 from app.plots.curve_chart import Curve
+from app.session.shown import Mark
 from app.settings import Settings
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
@@ -291,6 +302,14 @@ class Walkthrough:
             if not self.yours:
                 self.next()
         return outcome
+
+    def decisive(self, simulation: Simulation) -> Mark | None:
+        """Return the moment of a finished run that the step is about; None where that is its end, and where the student moves."""
+        if self.yours or not simulation.history.count:
+            return None
+        challenge = self.step.challenge if self.phase is Phase.CHALLENGE and not self.showing else None
+        asked = self.step.measurements if challenge is None else tuple(each.measurement for each in challenge.criteria)
+        return decisive_moment(asked, Evidence(simulation, self.setup.seconds))
 
     def attempt(
         self, simulation: Simulation, said: Sequence[float | None] = (), person: TargetSource | None = None

@@ -15,7 +15,7 @@ from app.page.panels.controls import Controls
 from app.page.panels.hotkeys import hotkeys, keys_of
 from app.page.panels.link_box import LinkBox
 from app.page.panels.page_panel import PagePanel
-from app.page.panels.plot_controls import DetailsChooser, MicroscopeButtons
+from app.page.panels.plot_controls import DetailsChooser, MicroscopeButtons, MomentChooser
 from app.page.panels.replay_bar import ReplayBar
 from app.page.panels.source_chooser import TakePerson
 from app.page.view import View
@@ -25,7 +25,7 @@ from app.session.session import Session
 from controllers.errors import BadSetting
 from scenes.laws import DEFAULT_LAW, NO_AVOIDANCE
 
-PANELS: Final[list[Callable[[viser.ClientHandle, Session, View], PagePanel]]] = [DetailsChooser, MicroscopeButtons]
+PANELS: Final[list[Callable[[viser.ClientHandle, Session, View], PagePanel]]] = [DetailsChooser, MicroscopeButtons, MomentChooser]
 """The panels that need nothing but the session and the view; a further one is one more entry."""
 
 

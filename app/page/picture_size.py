@@ -23,16 +23,19 @@ class PictureSize(NamedTuple):
         window: width of the window.
         width, height: of the 3-D picture.
         covered: how high the plots cover the picture, open or folded.
+        card_right, card_bottom: to where the card covers its top left corner; 0 where there is none.
     """
 
     window: float
     width: float
     height: float
     covered: float
+    card_right: float
+    card_bottom: float
 
 
 class PictureReport:
-    """Listens to `picture_size.js` on the page of one client, which sends four numbers by a hidden box when they change.
+    """Listens to `picture_size.js` on the page of one client, which sends six numbers by a hidden box when they change.
 
     Attributes:
         size: None until the page has said it.
@@ -40,19 +43,21 @@ class PictureReport:
 
     def __init__(self, client: viser.ClientHandle) -> None:
         self.size: PictureSize | None = None
-        self._taken: PictureSize | None = None
+        self._taken: tuple[float, ...] | None = None
         box = client.gui.add_text("", "", visible=False)
         client.gui.add_html(element("i", hidden="", data_duet_picture=uuid_of(box)), order=-1.0)
 
         @box.on_update
         async def _(event: viser.GuiEvent[Any]) -> None:
-            found = re.fullmatch(r"([1-9]\d{0,4}) ([1-9]\d{0,4}) ([1-9]\d{0,4}) (\d{1,5})", event.target.value)
+            found = re.fullmatch(
+                r"([1-9]\d{0,4}) ([1-9]\d{0,4}) ([1-9]\d{0,4}) (\d{1,5}) (\d{1,5}) (\d{1,5})", event.target.value
+            )
             if event.client_id is not None and found is not None:
                 self.size = PictureSize(*map(float, found.groups()))
 
     def take_change(self) -> bool:
-        """Return whether the page has said another size since the last call."""
-        before, self._taken = self._taken, self.size
+        """Return whether the page has said another size since the last call; a card that has more to say moves nothing by itself."""
+        before, self._taken = self._taken, None if self.size is None else self.size[:4]
         return before != self._taken
 
 
@@ -140,7 +145,12 @@ class FreePicture(NamedTuple):
 
 
 def free_picture(
-    window: tuple[float, float], width: float, profile: Profile, bare: bool = False, plots_cover: float | None = None
+    window: tuple[float, float],
+    width: float,
+    profile: Profile,
+    bare: bool = False,
+    plots_cover: float | None = None,
+    card: tuple[float, float] | None = None,
 ) -> FreePicture:
     """Return what is free of a picture.
 
@@ -150,6 +160,7 @@ def free_picture(
         profile: of the page.
         bare: whether the page shows no panels, but a line below the scene.
         plots_cover: how high the plots are over the picture; None where only the page's usual layout is known [CSS px].
+        card: right and lower end of the card; None likewise [CSS px].
     """
     height, k = window[1], scale(profile)
     phone = window[0] / height < PHONE_ASPECT
@@ -164,7 +175,9 @@ def free_picture(
         panel = plots_height(height, profile) + PLOTS_FRAME * k + row if height >= LOW_CANVAS else PLOTS_BAR
         covered = min(panel, 0.6 * height)
     whole = Rectangle(0.0, 0.0, width, height - covered)
-    beside = whole._replace(left=width if phone else CARD[0] * k + 2.0 * CARD_MARGIN)
-    below = whole._replace(top=PHONE_CARD if phone else CARD[1] * k + 2.0 * CARD_MARGIN)
+    if card is None:
+        card = (width, PHONE_CARD - CARD_MARGIN) if phone else (CARD[0] * k + CARD_MARGIN, CARD[1] * k + CARD_MARGIN)
+    right, bottom = (end + CARD_MARGIN if end else 0.0 for end in card)
+    beside, below = whole._replace(left=right), whole._replace(top=bottom)
     useful = [part for part in (beside, below) if min(part.right - part.left, part.bottom - part.top) >= LEAST]
     return FreePicture(width, height, whole, tuple(useful) or (whole,))

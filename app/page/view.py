@@ -25,6 +25,7 @@ from app.page.panels.contact_card import ContactCard
 from app.page.panels.plots_panel import Plots
 from app.page.panels.readout import Readout
 from app.page.panels.replay_bar import replay_style
+from app.page.panels.shown_moment import moment_html
 from app.page.panels.title_bar import titlebar
 from app.page.picture_size import LOW_CANVAS, FreePicture, PictureReport, canvas_size, free_picture
 from app.session.frame import Frame
@@ -72,11 +73,12 @@ class View:
         self.lessons = lessons or LessonSession(session, NO_LESSONS)
         self._own_look = look
         self.bare = False
-        self._simulation = session.simulation
+        self._simulation, self._of_live = session.simulation, True
         page = self._page
         gui = host.gui
         private = isinstance(host, viser.ClientHandle)
         self._style = gui.add_html(style_sheet(page.profile))
+        self._moment = gui.add_html("")
         self._readout = Readout(gui, private)
         gui.set_panel_label(scene_label(session.settings.run))
         gui.main_panel.dock_right()
@@ -86,6 +88,7 @@ class View:
         with self.plots_tab:
             # A folded panel takes its style sheet with it; either one keeps the other dressed.
             self._style_too = gui.add_html(style_sheet(page.profile), order=-1.0)
+            self._moment_too = gui.add_html("", order=-1.0)
             gui.add_html(mark_html(spoken()), order=-1.0)
         self._contact = ContactCard(gui, self.plots_tab)
         self._plots = Plots(gui, self.plots_tab, page, self._plots_height())
@@ -145,7 +148,7 @@ class View:
 
     def _seen(self) -> Camera:
         simulation, lessons = self._simulation, self.lessons
-        with_lesson = lessons.open and simulation is self._session.simulation
+        with_lesson = lessons.open and self._of_live
         return lesson_view(simulation, lessons.walk.step.camera) if with_lesson else view_of(simulation)
 
     def _way(self) -> Array:
@@ -155,7 +158,7 @@ class View:
         """Return what is free of a client's picture."""
         report = self._reports.get(client.client_id)
         if report is not None and (size := report.size) is not None:
-            return free_picture((size.window, size.height), size.width, self._page.profile, self.bare, size.covered)
+            return free_picture((size.window, size.height), size.width, self._page.profile, self.bare, size.covered, size[4:])
         window = canvas_size(client)
         width = max(client.camera.aspect, 0.2) * window[1]
         return free_picture(window, width, self._page.profile, self.bare)
@@ -189,11 +192,9 @@ class View:
     def show(self, frame: Frame) -> None:
         """Draw a frame."""
         page = self._page
-        self._simulation = frame.simulation
+        self._simulation, self._of_live = frame.simulation, frame.of_live
         sheet = style_sheet(page.profile)
-        self._style.content = self._style_too.content = (
-            sheet + replay_style(frame.shown.replayed_file) if frame.replayed else sheet
-        )
+        self._style.content = self._style_too.content = sheet + replay_style(frame.shown) if frame.replayed else sheet
         if self._look != (page.theme, page.profile):
             self._change_look()
         experiment = experiment_of(frame.simulation)
@@ -211,6 +212,7 @@ class View:
         self._readout.show(frame, asking)
         self._contact.show(frame, lambda: guess_words(self.lessons, self.lesson_panel.guess_box), asking)
         self._plots.show(frame)
+        self._moment.content = self._moment_too.content = moment_html(frame, self._plots.span)
 
     def _show_lesson(self, frame: Frame) -> None:
         lessons = self.lessons

@@ -124,6 +124,11 @@ def bin_numbers(times: Array) -> np.ndarray:
     return (times * (POINTS / WINDOW)).astype(int)
 
 
+def begin_of(number: int) -> float:
+    """Return when a bin begins [s]."""
+    return number * (WINDOW / POINTS)
+
+
 def polyline(numbers: np.ndarray, ends: Array, stats: Array, tolerance: float) -> tuple[Array, Array]:
     """Return the corners of the lines that show signals: few where they are straight, and all that is seen where they are not.
 

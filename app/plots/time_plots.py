@@ -21,7 +21,7 @@ from scenes.law_answers import LawOfFile
 from scenes.simulation import Simulation
 
 CEILING: Final = 0.4
-"""Top of the distance axis [m]: Fig. 5's."""
+"""Top of the distance axis, unless d is larger [m]: Fig. 5's."""
 
 LEAST: Final = 0.01
 """An axis that follows the data is no shorter than this, in the unit of the axis: noise is no hill."""
@@ -67,6 +67,7 @@ class PlotLine:
         run: "own", "ghost" or "what_if".
         name: in the legend, in English with subscripts as <sub>; "" for none.
         for_all: whether the name stands for all lines with this dash, of whatever colour.
+        held: whether an axis that follows the data holds this line, too.
     """
 
     column: str
@@ -76,6 +77,7 @@ class PlotLine:
     run: str = "own"
     name: str = ""
     for_all: bool = False
+    held: bool = True
 
 
 class LegendEntry(NamedTuple):
@@ -102,7 +104,8 @@ class TimePlot:
         lines: in the order drawn.
         span: of the axis; None to follow the data, from 0 up if `positive`.
         scale: values of the columns times this are shown.
-        positive: whether the axis begins at 0.
+        positive: whether the axis begins at 0, unless the data go below.
+        top: an axis that follows the data goes up to this at least, in its unit.
     """
 
     title: str
@@ -111,6 +114,7 @@ class TimePlot:
     span: tuple[float, float] | None = None
     scale: float = 1.0
     positive: bool = True
+    top: float = LEAST
 
     def visible(self, stats: Array) -> float:
         """Return the smallest change of a signal that can be seen: about half a pixel, in the unit of the signals.
@@ -123,7 +127,7 @@ class TimePlot:
         values = stats[[LOW, HIGH]]
         values = values[np.isfinite(values)]
         low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
-        return max(high - (min(low, 0.0) if self.positive else low), LEAST / self.scale) / ROWS
+        return max(high - (min(low, 0.0) if self.positive else low), self.top / self.scale) / ROWS
 
     def legend(self, others: Collection[str] = (), names: tuple[str, str] | None = None) -> tuple[LegendEntry, ...]:
         """Return the legend: the named lines, then the runs beside the own one of which there are lines ("ghost", "what_if").
@@ -164,10 +168,10 @@ def _distance(rests: bool) -> TimePlot:
     lines = (
         PlotLine("d", "distance", 2.2),
         PlotLine("d_m", "critical", 1.6, (7.0, 5.0), name="d<sub>m</sub>"),
-        PlotLine("d*", "resting", 1.6, (2.0, 4.0), name="d*" if rests else ""),
+        PlotLine("d*", "resting", 1.6, (2.0, 4.0), name="d*" if rests else "", held=False),
         *_shadows("d", "distance"),
     )
-    return TimePlot(N_('distance <b class="d">d</b>'), "m", lines, (0.0, CEILING))
+    return TimePlot(N_('distance <b class="d">d</b>'), "m", lines, top=CEILING)
 
 
 def _squared_error(unit: str, arms: tuple[str, str]) -> TimePlot:

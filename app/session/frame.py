@@ -96,14 +96,19 @@ class Frame:
         return self.shown.replay_time is not None
 
     @property
+    def of_live(self) -> bool:
+        """Whether this is the live run, or a moment of it while it stands."""
+        return self.shown.reviewed or not self.replayed
+
+    @property
     def what_if(self) -> WhatIf | None:
         """How the last part would have gone with the present settings; None of a replay."""
-        return None if self.replayed or self.studies is None else self.studies.questions.what_if
+        return self.studies.questions.what_if if self.studies is not None and self.of_live else None
 
     @property
     def magnified(self) -> Magnified | None:
         """Single steps of the live run; None of a replay."""
-        return None if self.replayed or self.studies is None else self.studies.magnified(self.simulation)
+        return self.studies.magnified(self.live.simulation) if self.studies is not None and self.of_live else None
 
     @cached_property
     def state(self) -> tuple[object, ...]:

@@ -53,7 +53,8 @@ class GhostRun:
         """Simulate a run with inputs of its own up to a time [s]."""
         simulation, source = self.simulation, self.source
         while simulation is not None and source is not None and simulation.time < time - 0.5 * simulation.settings.dt:
-            simulation.step(source.target(simulation.time))
+            self.inputs.record(simulation, target := source.target(simulation.time))
+            simulation.step(target)
 
     def apply(self, settings: Settings) -> None:
         """Take on changed settings of the run from the next step on; a run with inputs of its own keeps its settings."""

@@ -41,6 +41,10 @@ BUDGET: Final = 0.02
 CAPACITY: Final = 8_000
 """Rows of a replay's history."""
 
+AHEAD: Final = 10.0
+"""The axis of a long replay's plots goes on in pieces of this length, so that it stands still in between [s]; what is no longer than two
+of them is drawn as a whole."""
+
 _FIRST: Final = COLUMN["e2_b"]
 _HEAD: Final = len(SCALARS)
 
@@ -101,6 +105,13 @@ def make_film(recorded: Recorded, stopped: Callable[[], bool] = never) -> Record
     return RecordedFilm(recorded, marks, tuple(states), np.array(rows), np.array(row_steps))
 
 
+def make_films(
+    recorded: Recorded, beside: Recorded | None, stopped: Callable[[], bool] = never
+) -> tuple[RecordedFilm, RecordedFilm | None]:
+    """Make a recorded piece again, and the ghost's, see `make_film`."""
+    return make_film(recorded, stopped), None if beside is None else make_film(beside, stopped)
+
+
 def _packed(simulation: Simulation) -> bytes:
     s = simulation.snapshot()
     return pickle.dumps((s.steps, s.time, s.positions, s.velocities, s.memories, s.robot), pickle.HIGHEST_PROTOCOL)
@@ -133,6 +144,7 @@ class Replay:
         self._debt = 0.0
         self._made = 0
         self._stretch = 0
+        self._traced: tuple[float, Simulation] | None = None
         self.simulation = begun(recorded, CAPACITY)
         self._jump(0)
         self._go(1)
@@ -159,6 +171,27 @@ class Replay:
     @property
     def time(self) -> float:
         return self.moment(self._made)
+
+    @property
+    def traced(self) -> Simulation:
+        """The run up to the end of the axis on which plots over time draw this moment; only its history counts."""
+        length = self.end - self.begin
+        piece = AHEAD if length > 2.0 * AHEAD else length
+        pieces = math.ceil((self.time - self.begin) / piece - 1e-9) if piece > 0.0 else 1
+        until = min(self.begin + max(pieces, 1) * piece, self.end)
+        if self._traced is None or self._traced[0] != until:
+            simulation = begun(self.recorded, CAPACITY)
+            step = self.nearest(until)
+            simulation.apply(self.recorded.stretches[self._stretch_of(step - 1)].settings)
+            self._fill(simulation, int(np.searchsorted(self._film.row_steps, step)))
+            self._traced = until, simulation
+        return self._traced[1]
+
+    @property
+    def nearest_moment(self) -> float | None:
+        """When d is smallest [s]; None where there is nothing to keep clear of."""
+        d = self._film.rows[:, COLUMN["d"]]
+        return self.moment(int(self._film.row_steps[d.argmin()]) + 1) if np.isfinite(d).all() else None
 
     @property
     def target(self) -> Target | None:
@@ -247,13 +280,17 @@ class Replay:
         settings = self.recorded.stretches[self._stretch].settings
         simulation.apply(settings)
         simulation.resume(Snapshot(settings, *pickle.loads(kept.states[mark])))
+        self._fill(simulation, int(np.searchsorted(kept.row_steps, step)))
+        self._made = step
+
+    def _fill(self, simulation: Simulation, last: int) -> None:
+        """Give a simulation the history of `PAST` up to a row of the film."""
         # A new object, so that readers of the history notice the jump.
         simulation.history = history = History(CAPACITY, len(simulation.positions))
-        last = int(np.searchsorted(kept.row_steps, step))
-        first = int(np.searchsorted(kept.rows[:last, COLUMN["t"]], simulation.time - PAST))
-        table = kept.rows[first:last]
+        rows = self._film.rows[:last]
+        first = int(np.searchsorted(rows[:, COLUMN["t"]], rows[-1, COLUMN["t"]] - PAST)) if last else 0
+        table = rows[first:]
         parts = (history.positions(table), history.velocities(table), history.desired(table))
         for row, q, dq, desired in zip(table.tolist(), *parts, strict=True):
             second = None if math.isnan(row[_FIRST]) else tuple(row[_FIRST:_HEAD])
             history.append(tuple(row[:_FIRST]), q, dq, desired, second)
-        self._made = step

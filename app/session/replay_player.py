@@ -7,13 +7,17 @@ from app.i18n.speaking import N_
 from app.runtime.job_pool import Job, Jobs
 from app.runtime.job_watch import JobWatch
 from app.session.actions import Action, Pause, Reset, SingleStep
-from app.session.replay import RecordedFilm, Replay, make_film
-from app.session.shown import Live, Past
+from app.session.replay import RecordedFilm, Replay, make_film, make_films
+from app.session.shown import Live, Mark, Past
+from controllers.errors import LazyText
 from scenes.inputs import Recorded
 from scenes.settings import RunSettings
 
 DRAFT: Final = 20.0
 """The newest part of a long replay, which is there first [s]."""
+
+REVIEWED: Final = DRAFT + 2.0
+"""How much of a run that stands can be looked back at [s]: at least as much as the plots over time show."""
 
 
 class ReplayPlayer:
@@ -28,6 +32,8 @@ class ReplayPlayer:
         news: messages to the visitor: title and text, in English, for `tr`.
         replay: None while live.
         loaded: name of the file that is replayed, "" for the session's own run.
+        reviewing: whether it shows a moment of the live run, which stands, see `review`.
+        mark: the moment of the replay that is worth a look; None if there is none.
     """
 
     def __init__(self, session: Live, background: Jobs, wake: Callable[[], None]) -> None:
@@ -36,13 +42,16 @@ class ReplayPlayer:
         self.news: list[tuple[str, str]] = []
         self.replay: Replay | None = None
         self.loaded = ""
+        self.reviewing = False
+        self.mark: Mark | None = None
+        self._ghost: Replay | None = None
         self._whole: Recorded | None = None
         self._run: RunSettings | None = None
         self._seek: float | None = None
 
     def recorded(self, seconds: float) -> Recorded | None:
         """Return the newest piece [s] of the run that is shown, live or replayed; None if there is none."""
-        if self.replay is not None:
+        if self.replay is not None and not self.reviewing:
             return self.replay.recorded
         # After a reset the log still has the run before, until the first step.
         return self._session.recorded(seconds) if self._session.simulation.history.count else None
@@ -57,43 +66,85 @@ class ReplayPlayer:
         self._watch(draft, whole if whole.steps > draft.steps else None, "")
 
     def watch_file(self, recorded: Recorded, name: str) -> None:
+        self.leave()
         self._watch(recorded, None, name)
 
-    def _watch(self, recorded: Recorded, whole: Recorded | None, name: str) -> None:
-        self.loaded, self._whole = name, whole
+    def review(self, time: float, mark: Mark | None = None) -> None:
+        """Show a moment of the live run while it stands: the scene as it was then, plots over time of the whole run.
+
+        In a replay it is the moment of the replay. Nothing happens while the run goes on.
+
+        Args:
+            time: on the clock of the run [s].
+            mark: the moment of it that is worth a look; None for that of the smallest distance.
+        """
+        if self.replay is not None or self._run is not None:
+            self.seek(time)
+        elif self._session.paused and (recorded := self.recorded(REVIEWED)) is not None:
+            self.reviewing, self.mark, self._seek = True, mark, time
+            self._stop()
+            self.jobs.submit("film", self._show_moment, make_films, recorded, self._session.ghost_recorded(REVIEWED), urgent=True)
+
+    def _show_moment(self, films: tuple[RecordedFilm, RecordedFilm | None]) -> None:
+        own, beside = films
+        self._open(Replay(own.recorded, own))
+        self._ghost = None if beside is None else Replay(beside.recorded, beside)
+
+    def _stop(self) -> None:
+        """Let the live run stand while it is replayed."""
         if self._run is None:
             self._session.halt.set("replay")
         self._run = self._session.settings.run
+
+    def _open(self, replay: Replay) -> None:
+        self.replay = replay
+        if self.mark is None and (time := replay.nearest_moment) is not None:
+            self.mark = Mark(time, LazyText(N_("smallest distance")))
+
+    def _watch(self, recorded: Recorded, whole: Recorded | None, name: str) -> None:
+        self.loaded, self._whole = name, whole
+        self._stop()
         # Urgent jobs go first.
         self.jobs.submit("film", self._show, make_film, recorded, urgent=recorded.seconds <= 2.0 * DRAFT)
 
     def _show(self, kept: RecordedFilm) -> None:
-        self.replay = Replay(kept.recorded, kept)
-        self.replay.toggle()
+        self._open(replay := Replay(kept.recorded, kept))
+        replay.toggle()
         whole, self._whole = self._whole, None
         if whole is not None:
             self.jobs.submit("film", self._lengthen, make_film, whole)
 
     def _lengthen(self, kept: RecordedFilm) -> None:
-        before, self.replay = self.replay, Replay(kept.recorded, kept)
+        before, replay = self.replay, Replay(kept.recorded, kept)
+        self.mark = None
+        self._open(replay)
         if before is not None:
-            self.replay.seek(before.time)
-            self.replay.playing = before.playing
+            replay.seek(before.time)
+            replay.playing = before.playing
 
     def leave(self) -> None:
         """Go back to live: a run that went on before goes on."""
         self.jobs.drop("film")
         self.replay, self.loaded, self._whole, self._seek = None, "", None, None
-        self._run = None
+        self.reviewing, self.mark, self._ghost, self._run = False, None, None, None
         self._session.halt.set("replay", False)
 
     def seek(self, time: float) -> None:
         """Pause the replay at a time [s] from the next frame on."""
         self._seek = time
 
+    def toggle(self) -> None:
+        """Play the replay, or let it rest."""
+        if self.replay is not None:
+            self.replay.toggle()
+
     def take(self, action: Action) -> bool:
         """Apply an action to the replay; return whether it was one of the replay's."""
         replay = self.replay
+        if self.reviewing and isinstance(action, Pause | Reset):
+            # The run goes on from where it is, or from its beginning.
+            self.leave()
+            return False
         if replay is None:
             return False
         match action:
@@ -117,7 +168,10 @@ class ReplayPlayer:
     @property
     def past(self) -> Past | None:
         """What the page draws in place of the session; None while live."""
-        return None if self.replay is None else Past(self.replay, self._session.settings, self.loaded)
+        if self.replay is None:
+            return None
+        live = self._session if self.reviewing else None
+        return Past(self.replay, self._session.settings, self.loaded, self._ghost, live, self.mark)
 
     def advance(self, elapsed: float) -> bool:
         """Collect finished jobs and play `elapsed` seconds [s] on; return whether the replay has moved."""
@@ -134,4 +188,6 @@ class ReplayPlayer:
             self._seek = None
         self.replay.speed = self._session.settings.page.speed
         self.replay.advance(elapsed)
+        if self._ghost is not None:
+            self._ghost.seek(self.replay.time)
         return self.replay.step != before

@@ -41,7 +41,7 @@ class Session:
     """
 
     # Live, see `app.session.shown.Shown`.
-    replay_time, replayed_file = None, ""
+    replay_time, replayed_file, reviewed, mark = None, "", False, None
 
     def __init__(
         self,
@@ -125,6 +125,11 @@ class Session:
     def ghost(self) -> Simulation | None:
         """The second run; its history has the same times as the first one's; None if there is none."""
         return self._ghost.simulation
+
+    @property
+    def traced(self) -> tuple[Simulation, Simulation | None]:
+        """Both runs, with their histories."""
+        return self.simulation, self.ghost
 
     @property
     def student_law(self) -> LawStatus:
@@ -274,6 +279,10 @@ class Session:
     def recorded(self, seconds: float = KEEP) -> Recorded | None:
         """Return the newest piece of the run as it can be made again, see `InputsLog.window`."""
         return self.inputs.window(seconds)
+
+    def ghost_recorded(self, seconds: float) -> Recorded | None:
+        """Return the newest piece of the ghost's run, see `recorded`."""
+        return None if self.ghost is None else self._ghost.inputs.window(seconds)
 
     def measure_smoothness(self) -> None:
         """Make the last 10 s again in ever smaller steps, beside the run; `studies.questions.smoothness` then tells what came out."""

@@ -5,7 +5,7 @@ from math import inf
 import numpy as np
 
 from app.lessons.evidence import Evidence
-from app.lessons.measures.quantity import Value, quantity
+from app.lessons.measures.quantity import Row, Value, quantity
 from controllers import budget
 from controllers.activation import activation
 from scenes.settings import LawSettings, specs, values
@@ -29,15 +29,20 @@ def activation_now(evidence: Evidence) -> Value:
     return float(evidence.column("lambda")[-1]) if evidence.rows else None
 
 
-@quantity("λ met at d = {ratio} dₘ", "", "", 3, obstacle=True)
+def _before_crossing(evidence: Evidence, ratio: float) -> Row:
+    """Return the row before the first in which d has passed `ratio` times d_m."""
+    beyond = evidence.column("law_d") - ratio * evidence.settings.law.critical_distance
+    crossed = np.flatnonzero(beyond[1:] * beyond[:-1] <= 0.0)
+    return int(crossed[0]) if len(crossed) else None
+
+
+@quantity("λ met at d = {ratio} dₘ", "", "", 3, obstacle=True, row=_before_crossing)
 def activation_met(evidence: Evidence, ratio: float) -> Value:
     """Return λ where d first was `ratio` times d_m, straight between two steps."""
-    d, lam = evidence.column("law_d"), evidence.column("lambda")
-    at = ratio * evidence.settings.law.critical_distance
-    crossed = np.flatnonzero((d[1:] - at) * (d[:-1] - at) <= 0.0)
-    if not len(crossed):
+    d, lam, k = evidence.column("law_d"), evidence.column("lambda"), _before_crossing(evidence, ratio)
+    if k is None:
         return None
-    k = int(crossed[0])
+    at = ratio * evidence.settings.law.critical_distance
     way = float(d[k + 1] - d[k])
     part = (at - float(d[k])) / way if way else 0.0
     return float(lam[k]) + part * float(lam[k + 1] - lam[k])
@@ -105,7 +110,7 @@ def euler_number(evidence: Evidence) -> Value:
     return float((run.law.order * run.dt * speeds[above] / d[above]).max())
 
 
-def _fall(evidence: Evidence) -> int | None:
+def _fall(evidence: Evidence) -> Row:
     """Return the row of the fastest fall of d below d_m; None if d_m was never passed."""
     if not evidence.has_obstacle:
         return None
@@ -116,7 +121,7 @@ def _fall(evidence: Evidence) -> int | None:
     return int(below[np.diff(d)[below].argmin()])
 
 
-@quantity("loss of distance below dₘ", "m/s", "m/s", 3)
+@quantity("loss of distance below dₘ", "m/s", "m/s", 3, row=_fall)
 def loss_rate(evidence: Evidence) -> Value:
     """Return the fastest fall of d below d_m [m/s]."""
     row = _fall(evidence)
@@ -125,7 +130,7 @@ def loss_rate(evidence: Evidence) -> Value:
     )
 
 
-@quantity("w − v at that moment", "m/s", "m/s", 3)
+@quantity("w − v at that moment", "m/s", "m/s", 3, row=_fall)
 def loss_formula(evidence: Evidence) -> Value:
     """Return w − v in the step in which d fell fastest below d_m, where λ = 1 [m/s]."""
     row = _fall(evidence)

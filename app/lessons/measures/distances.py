@@ -3,7 +3,7 @@
 import numpy as np
 
 from app.lessons.evidence import Evidence
-from app.lessons.measures.quantity import Value, quantity
+from app.lessons.measures.quantity import Row, Value, quantity
 from controllers import budget
 from controllers.kinematics import Array
 
@@ -14,34 +14,46 @@ def distance_now(evidence: Evidence) -> Value:
     return float(evidence.column("d")[-1])
 
 
-@quantity("smallest distance", "m", "mm", 1, obstacle=True)
+def _nearest(evidence: Evidence) -> Row:
+    return int(evidence.column("d").argmin())
+
+
+def _at(evidence: Evidence, time: float, **_: float) -> Row:
+    return evidence.row_at(time)
+
+
+@quantity("smallest distance", "m", "mm", 1, obstacle=True, row=_nearest)
 def smallest_distance(evidence: Evidence) -> Value:
     """Return the smallest d of the run [m]."""
     return float(evidence.column("d").min())
 
 
-@quantity("smallest d − dₘ", "m", "mm", 1)
+@quantity("smallest d − dₘ", "m", "mm", 1, row=_nearest)
 def distance_margin(evidence: Evidence) -> Value:
     """Return the smallest d of the run less d_m [m]; negative if the critical distance was passed."""
     smallest = smallest_distance(evidence)
     return None if smallest is None else smallest - evidence.settings.law.critical_distance
 
 
-@quantity("distance at {time}", "m", "mm", 1, obstacle=True)
+@quantity("distance at {time}", "m", "mm", 1, obstacle=True, row=_at)
 def distance_at(evidence: Evidence, time: float) -> Value:
     """Return d at a time [m]."""
     row = evidence.row_at(time)
     return float(evidence.column("d")[row]) if row is not None else None
 
 
-@quantity("way made towards the obstacle", "m", "mm", 1)
+@quantity("way made towards the obstacle", "m", "mm", 1, row=lambda evidence, since, until: evidence.row_at(until))
 def way_made(evidence: Evidence, since: float, until: float) -> Value:
     """Return d(since) − d(until) [m]."""
     begin, end = distance_at(evidence, since), distance_at(evidence, until)
     return None if begin is None or end is None else begin - end
 
 
-@quantity("fastest approach of the obstacle", "m/s", "m/s", 2, obstacle=True)
+def _fastest(evidence: Evidence, within: float = 10.0) -> Row:
+    return int(np.where(evidence.column("d") < within, evidence.column("w"), -np.inf).argmax())
+
+
+@quantity("fastest approach of the obstacle", "m/s", "m/s", 2, obstacle=True, row=_fastest)
 def largest_approach(evidence: Evidence, within: float = 10.0) -> Value:
     """Return the largest w while d was less than `within` [m/s]."""
     near = evidence.column("d") < within
@@ -60,16 +72,24 @@ def pair_switches(evidence: Evidence) -> Value:
     return float(np.count_nonzero(np.diff(evidence.column("pair"))))
 
 
-@quantity("swing of d, {since} to {until}", "m", "mm", 1, obstacle=True)
+def _between(evidence: Evidence, since: float, until: float) -> np.ndarray:
+    return (evidence.times >= since - 1e-9) & (evidence.times <= until + 1e-9)
+
+
+def _nearest_between(evidence: Evidence, since: float, until: float) -> Row:
+    return int(np.where(_between(evidence, since, until), evidence.column("d"), np.inf).argmin())
+
+
+@quantity("swing of d, {since} to {until}", "m", "mm", 1, obstacle=True, row=_nearest_between)
 def distance_swing(evidence: Evidence, since: float, until: float) -> Value:
     """Return the largest less the smallest d between two times [m]."""
     if evidence.row_at(until) is None:
         return None
-    d = evidence.column("d")[(evidence.times >= since - 1e-9) & (evidence.times <= until + 1e-9)]
+    d = evidence.column("d")[_between(evidence, since, until)]
     return float(np.ptp(d)) if len(d) else None
 
 
-@quantity("a T at {time}, T = {dead}", "", "", 2, obstacle=True)
+@quantity("a T at {time}, T = {dead}", "", "", 2, obstacle=True, row=_at)
 def dead_time_number(evidence: Evidence, time: float, dead: float) -> Value:
     """Return a T = n (u + w) T / d* with u and w of the step at a time, for a dead time T [s]: a rest is stable below π/2."""
     row = evidence.row_at(time)
@@ -94,29 +114,38 @@ def joint_error_now(evidence: Evidence) -> Value:
     return None if errors is None else float(errors[-1])
 
 
-@quantity("largest joint error", "rad", "deg", 1)
+def _farthest_off(evidence: Evidence) -> Row:
+    errors = joint_errors(evidence)
+    return None if errors is None else int(errors.argmax())
+
+
+@quantity("largest joint error", "rad", "deg", 1, row=_farthest_off)
 def largest_joint_error(evidence: Evidence) -> Value:
     """Return the largest |q_d − q| of the run [rad]."""
     errors = joint_errors(evidence)
     return None if errors is None else float(errors.max())
 
 
-@quantity("joint error when d fell to {distance}", "rad", "deg", 1, obstacle=True)
-def joint_error_met(evidence: Evidence, distance: float) -> Value:
-    """Return |q_d − q| when d first fell to a distance [rad]."""
-    errors = joint_errors(evidence)
-    if errors is None:
-        return None
+def _first_within(evidence: Evidence, distance: float) -> Row:
     d = evidence.column("d")
     fallen = np.flatnonzero((d[1:] <= distance) & (d[:-1] > distance))
-    return float(errors[int(fallen[0]) + 1]) if len(fallen) else None
+    return int(fallen[0]) + 1 if len(fallen) else None
 
 
-@quantity("largest joint error while d was more than {distance}", "rad", "deg", 1, obstacle=True)
+@quantity("joint error when d fell to {distance}", "rad", "deg", 1, obstacle=True, row=_first_within)
+def joint_error_met(evidence: Evidence, distance: float) -> Value:
+    """Return |q_d − q| when d first fell to a distance [rad]."""
+    errors, row = joint_errors(evidence), _first_within(evidence, distance)
+    return None if errors is None or row is None else float(errors[row])
+
+
+def _farthest_off_beyond(evidence: Evidence, distance: float) -> Row:
+    errors, beyond = joint_errors(evidence), evidence.column("d") > distance
+    return None if errors is None or not beyond.any() else int(np.where(beyond, errors, -np.inf).argmax())
+
+
+@quantity("largest joint error while d was more than {distance}", "rad", "deg", 1, obstacle=True, row=_farthest_off_beyond)
 def joint_error_beyond(evidence: Evidence, distance: float) -> Value:
     """Return the largest |q_d − q| while d was more than a distance [rad]."""
-    errors = joint_errors(evidence)
-    if errors is None:
-        return None
-    beyond = evidence.column("d") > distance
-    return float(errors[beyond].max()) if beyond.any() else None
+    errors, row = joint_errors(evidence), _farthest_off_beyond(evidence, distance)
+    return None if errors is None or row is None else float(errors[row])

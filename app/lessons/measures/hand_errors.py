@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 
 from app.lessons.evidence import Evidence
-from app.lessons.measures.quantity import Value, quantity
+from app.lessons.measures.quantity import Row, Value, quantity
 from app.lessons.room_places import mark_places
 from controllers.kinematics import Array, null_space_projector
 from controllers.tasks import TASK_DIMENSION
@@ -36,7 +36,12 @@ def hand_error_now(evidence: Evidence) -> Value:
     return None if errors is None else float(errors[-1])
 
 
-@quantity("largest hand error", "m", "mm", 2)
+def _farthest_off(evidence: Evidence, since: float = 0.0) -> Row:
+    errors = hand_errors(evidence)
+    return None if errors is None else int(np.where(evidence.times >= since - 1e-9, errors, -np.inf).argmax())
+
+
+@quantity("largest hand error", "m", "mm", 2, row=_farthest_off)
 def largest_hand_error(evidence: Evidence, since: float = 0.0) -> Value:
     """Return the largest |e| of the hand from a time on [m]."""
     errors = hand_errors(evidence)
@@ -45,14 +50,20 @@ def largest_hand_error(evidence: Evidence, since: float = 0.0) -> Value:
     return float(errors[counted].max())
 
 
-@quantity("hand error at {time}", "m", "mm", 1)
+@quantity("hand error at {time}", "m", "mm", 1, row=lambda evidence, time: evidence.row_at(time))
 def hand_error_at(evidence: Evidence, time: float) -> Value:
     """Return |e| of the hand at a time [m]."""
     errors, row = hand_errors(evidence), evidence.row_at(time)
     return None if errors is None or row is None else float(errors[row])
 
 
-@quantity("way between the elbow's farthest places", "m", "mm", 0)
+def _elbow_farthest(evidence: Evidence) -> Row:
+    """Return the row in which the elbow is farthest from where it began."""
+    places = evidence.along(evidence.elbow)
+    return evidence.sampled_rows()[int(((places - places[0]) ** 2).sum(axis=1).argmax())]
+
+
+@quantity("way between the elbow's farthest places", "m", "mm", 0, row=_elbow_farthest)
 def elbow_travel(evidence: Evidence) -> Value:
     """Return the largest distance between two places where the elbow was [m]."""
     if not evidence.rows:
@@ -111,11 +122,16 @@ def joint_drift_per_lap(evidence: Evidence) -> Value:
     return float(np.linalg.norm(end - begin))
 
 
-@quantity("largest hand error of the last lap", "m", "mm", 3)
+def _farthest_off_in_lap(evidence: Evidence) -> Row:
+    lap, errors = _last_lap(evidence), hand_errors(evidence)
+    return None if lap is None or errors is None else lap[0] + int(errors[lap[0] : lap[1] + 1].argmax())
+
+
+@quantity("largest hand error of the last lap", "m", "mm", 3, row=_farthest_off_in_lap)
 def lap_error(evidence: Evidence) -> Value:
     """Return the largest |e| of the hand in the last whole lap of the circle [m]."""
-    lap, errors = _last_lap(evidence), hand_errors(evidence)
-    return None if lap is None or errors is None else float(errors[lap[0] : lap[1] + 1].max())
+    errors, row = hand_errors(evidence), _farthest_off_in_lap(evidence)
+    return None if errors is None or row is None else float(errors[row])
 
 
 @quantity("K dt", "", "", 2, live=True)

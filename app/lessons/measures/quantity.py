@@ -13,6 +13,9 @@ from controllers.errors import BadSetting
 Value = float | None
 """None: this run does not tell, or not yet."""
 
+Row = int | None
+"""Of `Evidence.table`; None: this run does not tell, or not at one moment."""
+
 UNITS: Final[dict[tuple[str, str], tuple[float, str]]] = {
     ("", ""): (1.0, ""),
     ("", "%"): (100.0, "%"),
@@ -46,6 +49,7 @@ class Quantity:
         live: whether it looks at the newest step only, so that it can be shown all the time.
         about: first line of the docstring.
         function: (evidence, **parameters) → value.
+        row: likewise → the row in which it stands; None for what is no single moment's.
     """
 
     name: str
@@ -56,6 +60,7 @@ class Quantity:
     live: bool
     about: str
     function: Callable[..., Value]
+    row: Callable[..., Row] | None = None
 
     @property
     def parameters(self) -> dict[str, inspect.Parameter]:
@@ -72,12 +77,18 @@ QUANTITIES: Final[dict[str, Quantity]] = {}
 
 
 def quantity(
-    label: str, unit: str, shown: str, digits: int, live: bool = False, obstacle: bool = False
+    label: str,
+    unit: str,
+    shown: str,
+    digits: int,
+    live: bool = False,
+    obstacle: bool = False,
+    row: Callable[..., Row] | None = None,
 ) -> Callable[[Callable[..., Value]], Callable[..., Value]]:
     """Make a function of `Evidence` known as something that can be measured.
 
     Args:
-        label, unit, shown, digits, live: see `Quantity`.
+        label, unit, shown, digits, live, row: see `Quantity`.
         obstacle: whether a run tells it only if there is something to keep clear of.
     """
 
@@ -87,7 +98,7 @@ def quantity(
             return measured(evidence, *given, **parameters) if evidence.has_obstacle or not obstacle else None
 
         about = (function.__doc__ or "").strip().splitlines()[0].removeprefix("Return ")
-        QUANTITIES[function.__name__] = Quantity(function.__name__, label, unit, shown, digits, live, about, function)
+        QUANTITIES[function.__name__] = Quantity(function.__name__, label, unit, shown, digits, live, about, function, row)
         return function
 
     return note
@@ -146,6 +157,14 @@ def measure(evidence: Evidence, name: str, parameters: tuple[tuple[str, Any], ..
     """Return a measurement of a run; None if the run does not tell."""
     value = QUANTITIES[name].function(evidence, **dict(parameters))
     return None if value is None or math.isnan(value) else float(value)
+
+
+def moment(evidence: Evidence, name: str, parameters: tuple[tuple[str, Any], ...] = ()) -> float | None:
+    """Return when a measurement stands as it does: the time after that step [s]; None if it is no single moment's, or not told."""
+    row = QUANTITIES[name].row
+    if row is None or measure(evidence, name, parameters) is None or (found := row(evidence, **dict(parameters))) is None:
+        return None
+    return float(evidence.times[found]) + evidence.settings.dt
 
 
 def shown_value(value: Value, name: str, unit: str, digits: int) -> str:

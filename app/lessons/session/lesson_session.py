@@ -22,6 +22,7 @@ from app.session.session import Session
 from controllers.errors import BadSetting, DuetError
 from scenes.inputs import Recorded
 from scenes.settings import RunSettings, specs
+from scenes.simulation import Simulation
 
 log = logging.getLogger("duet.lessons")
 
@@ -132,6 +133,8 @@ class LessonSession:
         """Take note that the session has gone on with the run that was saved. `measured`: whether it was measured already."""
         self._run_id = self.walk.run_id if self.open else -1
         self._measured = self._run_id if measured else -1
+        if self.open and measured:
+            self._guarded(self._show_moment)
 
     # ---- what the visitor does ---------------------------------------------------------------------------------------------
 
@@ -319,10 +322,13 @@ class LessonSession:
             return
         if walk.run_id == self._measured or simulation.steps == 0 or not walk.finished(simulation):
             return
-        if not walk.showing and walk.phase not in (Phase.DO, Phase.CHALLENGE):
-            return
         if not walk.yours:
             session.halt.set("lesson")
+        if not walk.showing and walk.phase not in (Phase.DO, Phase.CHALLENGE):
+            # The run is seen once more, and was measured before.
+            self._measured = walk.run_id
+            self._show_moment()
+            return
         if not self._runs.ready:
             return
         self._measured = walk.run_id
@@ -334,6 +340,14 @@ class LessonSession:
         elif not walk.yours and walk.step.challenge is not None and walk.step.challenge.criteria:
             self._runner.check(walk, self.said)
         self._follow()
+        self._show_moment()
+
+    def _show_moment(self) -> None:
+        """Have the picture of a run that is measured stand at the moment that its step is about."""
+        player, walk = self._session.player, self.walk
+        if player is not None and walk.run_id == self._measured and (mark := walk.decisive(self._session.simulation)) is not None:
+            player.review(mark.time, mark)
+            self._session.studies.microscope.go_to(mark.time - self._session.settings.run.dt)
 
     def vary(self, query: Mapping[str, str]) -> None:
         """Change settings of the present run as a link asks for."""
@@ -389,11 +403,11 @@ class LessonSession:
         law = self._session.student_law
         return law.problem, law.away
 
-    def live(self, book: LessonBook | None = None) -> tuple[tuple[str, str], ...]:
-        """Return label and value of the step's numbers, as they are now. `book`: see `view`."""
+    def live(self, simulation: Simulation, book: LessonBook | None = None) -> tuple[tuple[str, str], ...]:
+        """Return label and value of the step's numbers, as they are at the moment of the run that is shown. `book`: see `view`."""
         language = self.walk.in_book(book).lesson.language
         try:
-            return tuple((label_of(m, language), m.text(value)) for m, value in self.walk.live(self._session.simulation))
+            return tuple((label_of(m, language), m.text(value)) for m, value in self.walk.live(simulation))
         except Exception as error:
             self._errors.exception("the numbers of a lesson could not be measured", error)
             return ()

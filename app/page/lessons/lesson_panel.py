@@ -97,7 +97,7 @@ class LessonPanel:
         if opened or state != self._shown or (run.open and not run.listing and frame.now >= self._next):
             self._next = frame.now + PERIOD
             self._shown = state
-            blocks = self._list() if run.listing else self._step()
+            blocks = self._list() if run.listing else self._step(frame)
             if opened and self._narrow:
                 panel.expand()
             for name, block in self._blocks.items():
@@ -110,11 +110,12 @@ class LessonPanel:
         made = lesson_list_html(self._run.entries(self._book), self.openers)
         return {"list": element("div", "", made, class_="duet duet-lesson duet-l-list")}
 
-    def _step(self) -> dict[str, Markup]:
+    def _step(self, frame: Frame) -> dict[str, Markup]:
         run = self._run
         view = run.view(self._book)
         self.contrast = view.contrast
-        numbers = run.live(self._book) if view.phase is not Phase.PREDICT else ()
+        simulation = (frame if frame.of_live else frame.live).simulation
+        numbers = run.live(simulation, self._book) if view.phase is not Phase.PREDICT else ()
         self._style.content = self._sheet() + lesson_style(self._width, view)
         self._fold(view.phase is not Phase.CHALLENGE)
         blocks = blocks_html(view, numbers, run.computing, self._operated)

@@ -92,7 +92,7 @@ class ContactCard:
         if asking:
             words, note, numbers = without_law(words, numbers)
         if frame.replayed:
-            words["past"] = tr("replay")
+            words["past"] = tr("a moment\x04then") if frame.of_live else tr("replay")
         parts: dict[str, object] = {"words": words, "note": note, "now": numbers}
         changed = [name for name, part in parts.items() if part != self._sent.get(name)]
         self._sent = parts

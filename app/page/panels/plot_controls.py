@@ -1,8 +1,10 @@
-"""The controls under the plots: which are shown beside the first two, and, for the microscope, the signal and the instant."""
+"""The controls of the plots: which are shown beside the first two, which moment, and, for the microscope, signal and instant."""
 
+import re
 from typing import Final, get_args
 
 import viser
+from markupsafe import Markup
 
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.page_panel import PagePanel
@@ -14,6 +16,9 @@ from app.session.frame import Frame
 from app.session.microscope import STRIDE, Signal
 from app.session.session import Session
 from app.settings import PageSettings
+from app.text.templates import element
+from app.web.control_events import on_entry
+from app.web.viser_internals import uuid_of
 from scenes.settings import specs
 
 
@@ -108,6 +113,45 @@ class MicroscopeButtons(PagePanel):
         if frame.studies is None:
             return
         microscope = frame.studies.microscope
-        shown = "microscope" in self._view.plots_shown and not frame.replayed
+        shown = "microscope" in self._view.plots_shown and frame.of_live
         self._buttons.show(QUANTITIES.index(microscope.quantity), visible=shown)
         self._scrubber.show(frame.now, microscope.span if shown else None)
+
+
+_GRIP: Final = Markup("<style>.u-over{cursor:ew-resize!important;touch-action:pan-y}</style>")
+
+
+class ShowMoment(Action):
+    """Show a moment of the run, if it stands or is replayed. `text`: time [s], as the page's script sends it."""
+
+    text: str
+
+
+class MomentChooser(PagePanel):
+    """Takes the moment that `plot_moments.js` sends by a hidden box while the visitor drags over a plot.
+
+    Args:
+        view: with the panel of plots.
+    """
+
+    def __init__(self, client: viser.ClientHandle, session: Session, view: View) -> None:
+        self._player, self._microscope = session.player, session.studies.microscope
+        with view.plots_tab:
+            box = client.gui.add_text("", "", visible=False, order=-1.0)
+            on_entry(box, lambda text: session.post(ShowMoment(text)))
+            self._mark = element("i", hidden="", data_duet_seek=uuid_of(box))
+            self._html = client.gui.add_html("", order=-1.0)
+
+    def take(self, action: Action) -> bool:
+        """Do an action if it is about the moment; return whether it was."""
+        if not isinstance(action, ShowMoment):
+            return False
+        if self._player is not None and re.fullmatch(r"\d{1,7}(\.\d{1,6})?", action.text):
+            self._player.review(float(action.text))
+            self._microscope.go_to(float(action.text))
+        return True
+
+    def show(self, frame: Frame) -> None:
+        """Offer the plots to be dragged over while the run stands or is replayed."""
+        offered = self._player is not None and (frame.pace.paused or frame.replayed) and frame.sample.time > 0.0
+        self._html.content = self._mark + _GRIP if offered else ""

@@ -9,13 +9,13 @@ from markupsafe import Markup
 from viser import uplot
 
 from app.i18n.speaking import tr
-from app.plots.bins import LAST, Bins, polyline
+from app.plots.bins import LAST, Bins, begin_of, polyline
 from app.plots.law_charts import curve_html, laws_html
 from app.plots.microscope_chart import microscope_html
 from app.plots.pair_strips import pairs_html
 from app.plots.plot_choice import CHARTS, PLACES, cells, layout_html, makes_room
 from app.plots.stability_text import section_html
-from app.plots.time_plots import LEAST, PlotLine, TimePlot, colour_of, time_plot_of
+from app.plots.time_plots import PlotLine, TimePlot, colour_of, time_plot_of
 from app.plots.time_series import COLUMNS, RollingSeries, drawable
 from app.plots.trade_off_charts import map_html, safety_html
 from app.session.frame import Frame
@@ -70,6 +70,8 @@ class Plots:
         self._drawn: dict[str, object] = {}
         self._dressed = False
         self._away: list[str] = []
+        self.span: tuple[float, float] | None = None
+        """Ends of the axis of the plots over time [s]; None before the second step."""
 
     def dress(self, page: PageSettings) -> None:
         """Apply another theme or profile."""
@@ -93,9 +95,10 @@ class Plots:
 
     def show(self, frame: Frame) -> None:
         """Read the newest steps, and refresh the plots that have changed and are due."""
-        simulation, ghost, now = frame.simulation, frame.ghost, frame.now
+        simulation, now = frame.simulation, frame.now
+        traced, ghost = frame.shown.traced
         self._take(frame.what_if)
-        self._arrange(simulation, ghost, frame.settings.page.details)
+        self._arrange(traced, ghost, frame.settings.page.details)
         if self._dressed:
             # The page replaces every plot, and new data in the same moment would leave it with a time axis in the wrong proportion
             # for good. A plot that was hidden meanwhile is drawn from the start.
@@ -109,17 +112,21 @@ class Plots:
         due = [name for name in self._cells if now >= self._next.get(name, 0.0)]
         if not due:
             return
-        self.buffer.feed(simulation)
+        self.buffer.feed(traced)
         if ghost is not None:
             self._ghost_buffer.feed(ghost)
         parts = (frame.studies.trade_off, frame.studies.safety_curves) if frame.studies is not None else ()
         computed = tuple(0.0 if studied is None else studied.size for studied in parts)
-        state = simulation.history, simulation.history.count, simulation.settings, ghost is not None, self._answers, computed
+        state = traced.history, traced.history.count, traced.settings, ghost is not None, self._answers, computed
+        moment = simulation.history, simulation.history.count
+        numbers = self.buffer.bins.numbers
+        self.span = (begin_of(numbers[0]), float(self.buffer.bins.ends(numbers)[-1])) if len(numbers) > 1 else None
         for name in due:
             # The microscope also changes by its own buttons, and when finer steps are there.
-            if name != "microscope" and self._drawn.get(name) == state:
+            drawn = (*state, moment) if name in CHARTS else state
+            if name != "microscope" and self._drawn.get(name) == drawn:
                 continue
-            self._drawn[name] = state
+            self._drawn[name] = drawn
             if name in CHARTS:
                 self._next[name] = now + PERIOD
                 self._charts[name].content = self._chart_html(name, frame)
@@ -177,7 +184,7 @@ class Plots:
                 return
             time_plot = time_plot_of(name, simulation)
             # Without a fixed span the axis follows the data.
-            soft: dict[str, Any] = {"min": {"pad": 0.1}, "max": {"soft": LEAST, "mode": 1, "pad": 0.1}}
+            soft: dict[str, Any] = {"min": {"pad": 0.1}, "max": {"soft": time_plot.top, "mode": 1, "pad": 0.1}}
             if time_plot.positive:
                 soft["min"] = {"soft": 0.0, "mode": 1, "pad": 0.05}
             nothing = np.full(2, np.nan)
@@ -235,6 +242,8 @@ class Plots:
         found = {place: one for place, one in found.items() if not np.isnan(one[LAST]).all()} or found
         stats = np.stack(list(found.values()), axis=1)
         times, values = polyline(numbers, self.buffer.bins.ends(numbers), stats, time_plot.visible(stats))
+        # All plots over time begin where the oldest bin does, so that a moment is at the same place on each.
+        times, values = np.append(begin_of(numbers[0]), times), np.hstack([values[:, :1], values])
         shown = dict(zip(found, values * time_plot.scale, strict=True))
         return times, [shown.get(i, np.empty(0)) for i in range(len(time_plot.lines))]
 
@@ -272,7 +281,7 @@ class Plots:
     def _line(self, line: PlotLine) -> uplot.Series:
         width = line.width * scale(self._page.profile)
         colour = colour_of(line, PALETTES[self._page.theme])
-        return uplot.Series(label=line.column, stroke=colour, width=width, points={"show": False}, dash=line.dash)
+        return uplot.Series(label=line.column, stroke=colour, width=width, points={"show": False}, dash=line.dash, auto=line.held)
 
     def _axes(self) -> tuple[uplot.Axis, ...]:
         k = scale(self._page.profile)

@@ -6,7 +6,7 @@ from typing import Final, NamedTuple
 import viser
 from markupsafe import Markup
 
-from app.i18n.speaking import decimal, tr
+from app.i18n.speaking import N_, decimal, tr
 from app.page.panels.promise_pills import pills_html, promise_html
 from app.recording.run_file import SHOWN_DIGITS, made_with
 from app.session.clock import Pace
@@ -82,7 +82,8 @@ def replay_html(shown: Shown) -> Markup:
     """Return a pill with the moment that is replayed; nothing while live."""
     if shown.replay_time is None:
         return Markup()
-    return pills_html([("past", tr("the past: {time} s", time=decimal(f"{shown.replay_time:.1f}")))])
+    text = N_("then: {time} s") if shown.reviewed else N_("the past: {time} s")
+    return pills_html([("past", tr(text, time=decimal(f"{shown.replay_time:.1f}")))])
 
 
 def custom_law_html(law: LawStatus) -> Markup:
@@ -153,6 +154,10 @@ def _alone_tiles(simulation: Simulation, sample: Sample) -> list[Tile]:
 
 def tip_text(session: Shown, operated: bool = True) -> str:
     """Return one or two sentences on what to do and what to watch; on the stage of a class what to watch alone."""
+    if session.reviewed:
+        return tr(
+            "The run stands, and this is an earlier moment of it. Drag over a plot for another one; Space goes on from the end."
+        )
     if session.replay_time is not None:
         return tr("What you see is over. Space plays it and rests, . goes one step, R goes back to live.")
     run = session.settings.run

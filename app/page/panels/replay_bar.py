@@ -1,6 +1,5 @@
 """Replay with a scrubber, and the files to save or load: the run, a table, pictures, a page that plays, Python."""
 
-import json
 from collections.abc import Callable
 from dataclasses import field
 from typing import Final, Literal
@@ -13,10 +12,12 @@ from app.i18n.speaking import tr
 from app.page import STATIC
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.scrubber import Scrubber
-from app.session.actions import Action, Pause
+from app.page.panels.shown_moment import css_text
+from app.session.actions import Action
 from app.session.frame import Frame
 from app.session.replay_player import ReplayPlayer
 from app.session.session import Session
+from app.session.shown import Shown
 from app.text.templates import element, macros
 from app.web.control_events import on_command, on_file, on_press
 from app.web.viser_internals import HotkeyKey
@@ -44,6 +45,7 @@ WRITE: Final = 0.1
 """Time between two writes of the moment while the replay plays [s]."""
 
 _STYLE: Final = (STATIC / "replay.css").read_text(encoding="utf-8")
+_REVIEW: Final = (STATIC / "review.css").read_text(encoding="utf-8")
 
 
 class OperateReplay(Action, newest_by=("what",)):
@@ -71,10 +73,12 @@ class LoadRun(Action):
     content: bytes = field(repr=False)
 
 
-def replay_style(loaded: str) -> Markup:
-    """Return a style that says all over the page that this is no live run. `loaded`: name of the file that is shown, or ""."""
-    words = tr("This is a loaded run") if loaded else tr("This is the past")
-    return Markup(f"<style>body::after{{content:{json.dumps(words, ensure_ascii=False)}}}{_STYLE}</style>")
+def replay_style(shown: Shown) -> Markup:
+    """Return a style that says all over the page that this is no live run, or, of a run that stands, which moment of it."""
+    if shown.reviewed:
+        return Markup(f"<style>body::after{{content:var(--duet-moment-words)}}{_STYLE}{_REVIEW}</style>")
+    words = tr("This is a loaded run") if shown.replayed_file else tr("This is the past")
+    return Markup(f"<style>body::after{{content:{css_text(words)}}}{_STYLE}</style>")
 
 
 class ReplayBar:
@@ -137,7 +141,7 @@ class ReplayBar:
             case OperateReplay("watch"):
                 self._player.watch(self._length)
             case OperateReplay("play"):
-                self._player.take(Pause())
+                self._player.toggle()
             case OperateReplay("leave"):
                 self._player.leave()
             case OperateReplay():
@@ -199,6 +203,8 @@ class ReplayBar:
             return ""
         if self._player.loaded:
             return tr("This is {file}, not the live run.", file=self._player.loaded)
+        if self._player.reviewing:
+            return tr("The run stands; this is an earlier moment of it.")
         return tr("This is the past; the live run waits.")
 
     def _show_snippet(self, snippet: str) -> None:

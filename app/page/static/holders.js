@@ -2,6 +2,7 @@
 // page after every change, which took half of a running page's processor time.
 (() => {
   const window_ = "[data-floating-window]";
+  const moments = "[data-duet-span], [data-duet-seek]";
   const above = (levels) => (held) => {
     let element = held;
     for (let i = 0; element && i < levels; i++) element = element.parentElement;
@@ -13,7 +14,7 @@
   const words = {
     plots: [".duet-plots", around(window_)],
     charts: [`${window_} .uplot-container`, above(2)],
-    unseen: [`.duet-plots, ${window_} style, .duet-language, .duet-welcome, [class^=duet-contact-]`, above(1)],
+    unseen: [`.duet-plots, ${window_} style, .duet-language, .duet-welcome, [class^=duet-contact-], ${moments}`, above(1)],
     overlay: [`${window_} .duet-overlay`, above(1)],
     row: [`${window_} .mantine-Flex-root`, above(1)],
     caption: [".duet-caption", above(1)],

@@ -100,7 +100,7 @@ def test_every_step_of_a_lesson(step: Step) -> None:
     begin(simulation, step.setup)
     source = simulation.source() if step.yours else person_of(simulation, step.setup)
     view = lambda: lesson_view(simulation, step.camera)  # noqa: E731
-    assert watch(simulation, source, min(step.setup.seconds, 12.0), view, True) == []
+    assert watch(simulation, source, step.setup.seconds, view, True) == []
 
 
 def test_what_the_card_and_the_panels_cover_is_not_free() -> None:

@@ -21,6 +21,7 @@ from app.settings import LANGUAGES, Language, Settings
 from app.text.formula import formula, plain_formula
 from app.text.lesson_text import left_dollar, lesson_html, plain
 from app.text.picture import PICTURE, read_picture
+from app.text.templates import macros
 from scenes.settings import changed
 from tests.app.conftest import Arrive, OpenHouse
 from tests.app.lessons.helpers import our_book
@@ -183,3 +184,14 @@ def test_the_third_try_brings_a_plot_that_survives_a_reload() -> None:
     assert xs[0] < xs[1] < float(re.findall(r'class="met" cx="([0-9.]+)"', html)[0])
     assert "Your tries: 3" in html and ">0.1<" in html and ">0.36<" in html
     assert Walkthrough(walk.book, walk.to_json()).done.tries == walk.done.tries
+
+
+def test_a_number_that_is_compared_with_three_others_is_a_small_table() -> None:
+    lines = (
+        "Smallest d: 14 mm; with n = 1: 30 mm; with n = 20: 1.3 mm; with law = <b>: 41 mm.",
+        "Largest e: 3 mm; with n = 1: 9 mm.",
+    )
+    made = macros("page/lessons/lesson.html").paragraphs(lines)
+    cells = re.findall(r"<td>(.*?)</td>", made)
+    assert cells[:2] == ["Smallest d:", "14 mm"] and cells[-2:] == ["with law = &lt;b&gt;:", "41 mm"] and len(cells) == 8
+    assert "<p>Largest e: 3 mm; with n = 1: 9 mm.</p>" in made

@@ -53,9 +53,9 @@ def test_every_script_and_style_sheet_is_on_the_page() -> None:
     assets = page_assets(PageSettings())
     folder = ROOT / "app" / "page" / "static"
     assert {*folder.glob("*.js")} <= {*assets.scripts}
-    # These two are sent in the page's panels, and change with its look.
+    # These three are sent in the page's panels, and change with its look.
     own = {path for path in assets.styles if path.parent == folder}
-    assert {*folder.glob("*.css")} == {*own, folder / "style.css", folder / "replay.css"}
+    assert {*folder.glob("*.css")} == {*own, folder / "style.css", folder / "replay.css", folder / "review.css"}
     assert len({*assets.scripts}) == len(assets.scripts)
 
 

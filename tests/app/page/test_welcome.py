@@ -51,6 +51,8 @@ def test_it_says_three_lines_and_hides_no_arm(
         return inside and card.evaluate(whole)
 
     until(page, fits, "the whole card in the window")
+    # Why it matters, where there is room for it.
+    assert card.locator("svg").is_visible() == card.locator(".why").is_visible() == (width > 1280)
     assert page.evaluate("document.activeElement === document.body"), "keys still move the arm"
     screenshot(page, f"welcome-{width}")
     page.keyboard.press("Tab")

@@ -1,0 +1,98 @@
+"""The decisive moment on the real page: scene, plots and words stand there after a run, and a drag over a plot shows another moment."""
+
+import numpy as np
+import pytest
+from playwright.sync_api import Page
+
+from app.lessons.bookmark import Phase
+from app.lessons.session.lesson_actions import Choose, StartOrPause
+from app.session.replay_player import ReplayPlayer
+from app.session.session import Session
+from scenes.history import COLUMN
+from tests.app.conftest import OpenHouse, ask
+from tests.app.page.by_hand import visit
+from tests.browser import PageAt, screenshot, until, world_position
+from tests.tools.lesson_walker import enter
+
+MOUSE = 0.03
+"""How exactly a mouse chooses a moment [share of the axis]."""
+
+
+def player_of(session: Session) -> ReplayPlayer:
+    assert session.player is not None
+    return session.player
+
+
+def pseudo(page: Page, element: str, which: str, what: str) -> str:
+    look = "([e, w, k]) => getComputedStyle(document.querySelector(e), w).getPropertyValue(k)"
+    return str(page.evaluate(look, [element, which, what]))
+
+
+def shown_time(session: Session) -> float | None:
+    replay = player_of(session).replay
+    return None if replay is None else replay.time
+
+
+def drag_over_plot(page: Page, shares: tuple[float, ...], place: int = 0) -> None:
+    """Press at the first share of a plot's width, drag to the others, and let go."""
+    box = page.locator(".u-over").nth(place).bounding_box()
+    assert box is not None
+    y = box["y"] + box["height"] / 2
+    for i, share in enumerate(shares):
+        page.mouse.move(box["x"] + share * box["width"], y, steps=4)
+        if i == 0:
+            page.mouse.down()
+    page.mouse.up()
+
+
+def test_after_a_run_the_page_stands_at_its_moment(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(1440, 900)
+    session, run = enter(page, house(), "lesson=6&step=1&theme=light")
+    ask(session, lambda _: run.act(Choose(0)))
+    ask(session, lambda _: run.act(StartOrPause()))
+    until(page, lambda: run.walk.phase is Phase.OBSERVE, "the end of the run")
+    until(page, lambda: shown_time(session) is not None, "the moment")
+    table = ask(session, lambda s: s.simulation.history.table())
+    nearest = table[table[:, COLUMN["d"]].argmin()]
+    end = ask(session, lambda s: s.simulation.time)
+    assert (
+        shown_time(session) == pytest.approx(nearest[COLUMN["t"]] + session.settings.run.dt) and end > nearest[COLUMN["t"]] + 0.5
+    )
+    until(page, lambda: "smallest d − dₘ, 3.1 s" in pseudo(page, "body", "::after", "content"), "its name over the scene")
+    assert "smallest d − dₘ, 3.1 s" in pseudo(page, ".u-over", "::before", "content")
+    # The hand of the picture is where it was then, not where it is now.
+    wrist = "/arms/right/base/j1/j2/j3/j4/j5/j6/j7"
+    before = np.array(world_position(page, wrist))
+    screenshot(page, "decisive-moment")
+    drag_over_plot(page, (0.8, 0.3))
+    until(page, lambda: abs((shown_time(session) or 0.0) - 0.3 * end) < MOUSE * end, "another moment")
+    until(page, lambda: float(np.linalg.norm(np.array(world_position(page, wrist)) - before)) > 0.02, "the scene of then")
+    until(page, lambda: pseudo(page, "body", "::after", "content") == f'"{shown_time(session):.2f} s"', "the time over the scene")
+    line = float(pseudo(page, ".u-over", "::after", "left").removesuffix("px"))
+    width = float(page.locator(".u-over").first.bounding_box()["width"])  # pyright: ignore[reportOptionalSubscript]
+    assert line / width == pytest.approx((shown_time(session) or 0.0) / end, abs=0.01)
+    assert session.simulation.time == end, "the run itself stands where it was"
+    # Space begins the run once more, and nothing of the moment is left on the page.
+    page.evaluate("document.activeElement?.blur()")
+    page.keyboard.press("Space")
+    until(page, lambda: shown_time(session) is None and not session.paused, "the run")
+    until(page, lambda: pseudo(page, "body", "::after", "content") in ("none", "normal"), "no name over the scene")
+
+
+def test_a_visitor_drags_over_a_plot_of_a_paused_run(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(1024, 768)
+    session = visit(page, house(), "scene=imitation")
+    until(page, lambda: session.simulation.time > 3.0, "some seconds of the run")
+    # While it runs, a plot is only looked at.
+    drag_over_plot(page, (0.7, 0.4))
+    assert not session.paused and shown_time(session) is None
+    page.get_by_role("button", name="Pause", exact=True).click()
+    until(page, lambda: session.paused, "the pause")
+    page.locator("[data-duet-span]").first.wait_for(state="attached")
+    end = ask(session, lambda s: s.simulation.time)
+    drag_over_plot(page, (0.9, 0.5), 1)
+    until(page, lambda: abs((shown_time(session) or 0.0) - 0.5 * end) < MOUSE * end, "the moment")
+    page.get_by_text("Space goes on from the end").wait_for()
+    page.evaluate("document.activeElement?.blur()")
+    page.keyboard.press("Space")
+    until(page, lambda: shown_time(session) is None and session.simulation.time > end, "the run goes on from its end")
