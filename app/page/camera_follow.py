@@ -47,6 +47,7 @@ class CameraFollow:
 
     Args:
         camera: of the client.
+        aim: points it, see `app.web.viser_internals.aim`.
         view: returns what of the experiment is to be seen.
         way: returns points (k, 3) where a hand or the ball will be soon [m].
         picture: returns what of the client's picture is free.
@@ -56,9 +57,14 @@ class CameraFollow:
     """
 
     def __init__(
-        self, camera: viser.CameraHandle, view: Callable[[], Camera], way: Callable[[], Array], picture: Callable[[], FreePicture]
+        self,
+        camera: viser.CameraHandle,
+        aim: Callable[[Pose], None],
+        view: Callable[[], Camera],
+        way: Callable[[], Array],
+        picture: Callable[[], FreePicture],
     ) -> None:
-        self._camera, self._view, self._way, self._picture = camera, view, way, picture
+        self._camera, self._aim, self._view, self._way, self._picture = camera, aim, view, way, picture
         self.left_alone = False
         self._pose: Pose | None = None
         self._glide: tuple[float, Pose, Pose] | None = None
@@ -74,13 +80,8 @@ class CameraFollow:
         camera = self._camera
         # What the browser says next may be of the time before.
         self._sent.append((now, np.array(camera.position), np.array(camera.look_at)))
-        pose = self._fitted(simulation)
         camera.up_direction = np.array([0.0, 0.0, 1.0])
-        # viser sends nothing that equals what it last heard from the browser, which may have been said before our last move arrived there.
-        camera.position = pose.eye + axes(pose.eye - pose.look_at)[2]
-        camera.fov = 0.9 * pose.fov
-        camera.fov = pose.fov
-        self._send(pose, now)
+        self._send(self._fitted(simulation), now)
         self._rest_until = now + REST
 
     def fit_again(self, simulation: Simulation, now: float) -> None:
@@ -129,8 +130,7 @@ class CameraFollow:
     def _send(self, pose: Pose, now: float) -> None:
         self._pose = pose
         self._sent.append((now, pose.eye, pose.look_at))
-        self._camera.position = pose.eye
-        self._camera.look_at = pose.look_at
+        self._aim(pose)
 
     def _fitted(self, simulation: Simulation) -> Pose:
         """Return the nearest camera that shows the view above the panels, and the contact and the ways of the hands in a free part."""

@@ -34,6 +34,7 @@ from app.settings import Look, PageSettings
 from app.stage.camera_view import AHEAD, view_of
 from app.stage.stage import Stage
 from app.theme import BRAND, DOCK_WIDTH, NARROW, plots_height, scale
+from app.web.viser_internals import aim
 from controllers.kinematics import Array
 from scenes.rigs import Camera
 from scenes.settings import RunSettings, specs
@@ -143,7 +144,13 @@ class View:
         """Point a client's camera at the present scene, and have it follow what happens there."""
         if client.client_id not in self._cameras:
             self._reports[client.client_id] = PictureReport(client)
-            self._cameras[client.client_id] = CameraFollow(client.camera, self._seen, self._way, lambda: self.picture(client))
+            self._cameras[client.client_id] = CameraFollow(
+                client.camera,
+                lambda pose: aim(client.camera, pose.eye, pose.look_at, pose.fov),
+                self._seen,
+                self._way,
+                lambda: self.picture(client),
+            )
         self._cameras[client.client_id].first_view(self._simulation, perf_counter())
 
     def _seen(self) -> Camera:

@@ -2,9 +2,9 @@
 
 viser has no public way to check requests and messages before it acts on them or to listen on a bound socket (`serving_with`), to pack once
 what many browsers are sent, to give a browser a buffer of ours and to set a property at little cost (`adapt_viser`), to put a message into
-plain types quickly (`content_of`), to show some browsers one thing and others another (`ServerView`, `expand_for`), to look up the element
-of a message (`GuiRegistry`), or the connection and the request of a browser (`request_of` and what stands beside it). A test in
-`tests/app/web` fails for each where a new version of viser differs.
+plain types quickly (`content_of`), to point a camera in one go (`aim`), to show some browsers one thing and others another (`ServerView`,
+`expand_for`), to look up the element of a message (`GuiRegistry`), or the connection and the request of a browser (`request_of` and what
+stands beside it). A test in `tests/app/web` fails for each where a new version of viser differs.
 """
 
 from __future__ import annotations
@@ -349,6 +349,22 @@ def turn(node: viser.SceneNodeHandle, wxyz: tuple[float, float, float, float]) -
             state.wxyz[:] = wxyz
             state.api._queue_scene_message(_messages.SetOrientationMessage(state.name, wxyz))
             return
+
+
+def aim(camera: viser.CameraHandle, eye: npt.NDArray[np.float64], look_at: npt.NDArray[np.float64], fov: float) -> None:
+    """Point a client's camera. `eye`, `look_at`: (3,) [m]; `fov`: vertical [rad].
+
+    viser's own setters move the aim with the place, and send nothing that equals what the browser said last. What the browser says
+    while they run makes them leave the moved aim as it is, and may be older than what was sent last.
+    """
+    state = camera._state
+    state.position, state.look_at, state.fov = eye, look_at, fov
+    for message in (
+        _messages.SetCameraPositionMessage(cast_vector(eye, 3)),
+        _messages.SetCameraLookAtMessage(cast_vector(look_at, 3)),
+        _messages.SetCameraFovMessage(fov),
+    ):
+        state.client._websock_connection.queue_message(message)
 
 
 @cache

@@ -47,7 +47,10 @@ class Watched:
         self.picture, self.moves = picture, 0
         zero = np.zeros(3)
         self.camera: Any = SimpleNamespace(position=zero, look_at=zero, up_direction=zero, fov=1.0)
-        self.follow = CameraFollow(self.camera, view, way, lambda: picture)
+        self.follow = CameraFollow(self.camera, self.aim, view, way, lambda: picture)
+
+    def aim(self, pose: Pose) -> None:
+        self.camera.position, self.camera.look_at, self.camera.fov = pose.eye, pose.look_at, pose.fov
 
     def outside(self, points: Any) -> list[tuple[int, int]]:
         """Where points are seen that are not in the free part [px]."""

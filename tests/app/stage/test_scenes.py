@@ -140,7 +140,12 @@ def test_the_first_sight_shows_all(scene: str, robot: RobotName, width: float, h
         simulation.kinematics.update(simulation.positions)
         picture = free_picture((width, height), width, "desk")
         camera: Any = SimpleNamespace(fov=1.0, up_direction=np.zeros(3), position=np.zeros(3), look_at=np.zeros(3))
-        follow = CameraFollow(camera, lambda s=simulation: view_of(s), lambda: np.zeros((0, 3)), lambda p=picture: p)
+
+        def aim(pose: Pose, camera: Any = camera) -> None:
+            camera.position, camera.look_at, camera.fov = pose.eye, pose.look_at, pose.fov
+
+        way = np.zeros((0, 3))
+        follow = CameraFollow(camera, aim, lambda s=simulation: view_of(s), lambda way=way: way, lambda p=picture: p)
         follow.first_view(simulation, 0.0)
         kinematics, points = simulation.kinematics, []
         for arm in simulation.room.arms:

@@ -6,13 +6,14 @@ import math
 import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import ModuleType, SimpleNamespace
 from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 import pytest
+import viser
 import viser.infra._infra as viser_infra
 import websockets
 from hypothesis import given
@@ -350,3 +351,33 @@ def test_only_the_event_loop_wakes_the_browsers_of_a_view(room: Any) -> None:
         return early
 
     assert not asyncio.run_coroutine_threadsafe(heard(), room.server.get_event_loop()).result(60.0)
+
+
+def test_a_camera_is_pointed_in_one_go_whatever_its_browser_says_meanwhile() -> None:
+    """The browser may say where it stands between any two messages, also that it stands there already."""
+    eye, look_at, fov = np.array([2.0, 0.5, 1.0]), np.array([0.2, 0.0, 0.4]), 0.7
+    queued: list[Any] = []
+    camera: Any = viser.CameraHandle(SimpleNamespace(_websock_connection=SimpleNamespace(queue_message=None)))  # type: ignore[arg-type]
+    said = replace(
+        camera._state,
+        position=eye + 0.1,
+        look_at=look_at.copy(),
+        fov=fov,
+        up_direction=np.array([0.0, 0.0, 1.0]),
+        update_timestamp=1.0,
+    )
+
+    def queue(message: Any) -> None:
+        queued.append(message)
+        camera._state = replace(said)
+
+    camera._state.client._websock_connection.queue_message = queue
+    for _ in range(2):
+        queued.clear()
+        viser_internals.aim(camera, eye, look_at, fov)
+        assert [next(iter(vars(message).values())) for message in queued] == [tuple(eye), tuple(look_at), fov]
+    queued.clear()
+    camera._state = replace(said)
+    camera.position, camera.look_at = eye, look_at
+    sent = [message.look_at for message in queued if hasattr(message, "look_at")]
+    assert sent and sent[-1] != tuple(look_at), "viser's own setters are right now: aim is not needed"
