@@ -1,7 +1,6 @@
 """A visitor's camera: it shows the whole experiment first, follows what would leave the free part of the picture, and is left alone
 as soon as the visitor moves it."""
 
-from collections import deque
 from collections.abc import Callable
 from typing import Final
 
@@ -38,8 +37,8 @@ WAY: Final = 0.05
 SAME: Final = 0.004
 """What the browser says of a camera differs from what it was sent by less than this [m]."""
 
-ECHO: Final = 5.0
-"""How long the browser may still say where its camera was sent [s of wall time]."""
+MOST_SENT: Final = 1000
+"""Places that are remembered of those that the browser has not said yet."""
 
 
 class CameraFollow:
@@ -68,7 +67,7 @@ class CameraFollow:
         self.left_alone = False
         self._pose: Pose | None = None
         self._glide: tuple[float, Pose, Pose] | None = None
-        self._sent: deque[tuple[float, Array, Array]] = deque()
+        self._sent: list[tuple[Array, Array]] = []
         self._recent = RecentWay()
         self._next = self._rest_until = 0.0
         self._part: int | None = None
@@ -79,14 +78,14 @@ class CameraFollow:
         self._recent.forget()
         camera = self._camera
         # What the browser says next may be of the time before.
-        self._sent.append((now, np.array(camera.position), np.array(camera.look_at)))
+        self._sent.append((np.array(camera.position), np.array(camera.look_at)))
         camera.up_direction = np.array([0.0, 0.0, 1.0])
-        self._send(self._fitted(simulation), now)
+        self._send(self._fitted(simulation))
         self._rest_until = now + REST
 
     def fit_again(self, simulation: Simulation, now: float) -> None:
         """Go to where the picture, which has changed its free parts, shows everything. `now`: wall time [s]."""
-        if self._pose is not None and not self.left_alone and not self._moved_by_visitor(now):
+        if self._pose is not None and not self.left_alone and not self._moved_by_visitor():
             self._glide = now, self._pose, self._fitted(simulation)
 
     def follow(self, simulation: Simulation, now: float) -> None:
@@ -94,7 +93,7 @@ class CameraFollow:
         if self._pose is None or self.left_alone or (self._glide is None and now < self._next):
             return
         self._next = now + LOOK_EVERY
-        if self._moved_by_visitor(now):
+        if self._moved_by_visitor():
             return
         self._recent.note(simulation, now)
         if self._glide is not None:
@@ -102,13 +101,16 @@ class CameraFollow:
         elif self._wants_to_move(simulation, now):
             self._glide = now, self._pose, self._fitted(simulation)
 
-    def _moved_by_visitor(self, now: float) -> bool:
-        """Return whether the camera is where it was never sent; place and aim are compared one by one, as they may arrive so."""
-        while len(self._sent) > 1 and self._sent[1][0] < now - ECHO:
-            self._sent.popleft()
-        position, look_at = np.asarray(self._camera.position), np.asarray(self._camera.look_at)
-        known = any(np.abs(position - sent).max() < SAME for _, sent, _ in self._sent)
-        self.left_alone = not (known and any(np.abs(look_at - sent).max() < SAME for _, _, sent in self._sent))
+    def _moved_by_visitor(self) -> bool:
+        """Return whether the browser says a camera that it was never sent.
+
+        It says places in the order in which they were sent, however late. Place and aim are compared one by one: it may say the place of
+        before with the aim of now.
+        """
+        said = np.asarray(self._camera.position), np.asarray(self._camera.look_at)
+        known = [next((k for k, sent in enumerate(self._sent) if np.abs(sent[i] - said[i]).max() < SAME), None) for i in range(2)]
+        self.left_alone = None in known
+        del self._sent[: min(k or 0 for k in known)]
         return self.left_alone
 
     def _wants_to_move(self, simulation: Simulation, now: float) -> bool:
@@ -123,13 +125,16 @@ class CameraFollow:
         begun, start, end = self._glide
         s = min((now - begun) / GLIDE, 1.0)
         s *= s * (3.0 - 2.0 * s)
-        self._send(Pose(start.eye + s * (end.eye - start.eye), start.look_at + s * (end.look_at - start.look_at), end.fov), now)
+        self._send(Pose(start.eye + s * (end.eye - start.eye), start.look_at + s * (end.look_at - start.look_at), end.fov))
         if s >= 1.0:
             self._glide, self._rest_until = None, now + REST
 
-    def _send(self, pose: Pose, now: float) -> None:
+    def _send(self, pose: Pose) -> None:
         self._pose = pose
-        self._sent.append((now, pose.eye, pose.look_at))
+        if len(self._sent) >= MOST_SENT:
+            # A tab out of sight stays where it is, and then goes to the newest.
+            del self._sent[1 : MOST_SENT // 2]
+        self._sent.append((pose.eye, pose.look_at))
         self._aim(pose)
 
     def _fitted(self, simulation: Simulation) -> Pose:

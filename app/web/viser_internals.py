@@ -352,19 +352,21 @@ def turn(node: viser.SceneNodeHandle, wxyz: tuple[float, float, float, float]) -
 
 
 def aim(camera: viser.CameraHandle, eye: npt.NDArray[np.float64], look_at: npt.NDArray[np.float64], fov: float) -> None:
-    """Point a client's camera. `eye`, `look_at`: (3,) [m]; `fov`: vertical [rad].
+    """Point a client's camera; what its handle says stays what the browser said last.
 
-    viser's own setters move the aim with the place, and send nothing that equals what the browser said last. What the browser says
-    while they run makes them leave the moved aim as it is, and may be older than what was sent last.
+    viser's own setters move the aim with the place, and send nothing that equals what the browser said last, which may be older than what
+    was sent last. What the browser says while they run makes them leave the moved aim as it is.
+
+    Args:
+        eye, look_at: (3,) [m].
+        fov: vertical [rad].
     """
-    state = camera._state
-    state.position, state.look_at, state.fov = eye, look_at, fov
     for message in (
         _messages.SetCameraPositionMessage(cast_vector(eye, 3)),
         _messages.SetCameraLookAtMessage(cast_vector(look_at, 3)),
         _messages.SetCameraFovMessage(fov),
     ):
-        state.client._websock_connection.queue_message(message)
+        camera.client._websock_connection.queue_message(message)
 
 
 @cache

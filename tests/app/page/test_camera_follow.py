@@ -124,18 +124,38 @@ def test_late_news_of_our_own_moves_is_no_move_of_the_visitor() -> None:
     before = one.camera.position, one.camera.look_at
     one.follow.first_view(simulation, 0.0)
     after = one.camera.position, one.camera.look_at
-    # The browser says where it was before; then half of it; then where it is.
-    for now, (place, aim) in enumerate((before, (after[0], before[1]), after), 1):
+    # The browser says where it was before, however late; then half of it, either half; then where it is.
+    halves = (after[0], before[1]), (before[0], after[1])
+    for now, (place, aim) in enumerate((before, *halves, after), 30):
         one.camera.position, one.camera.look_at = place, aim
         one.follow.follow(simulation, float(now))
         assert not one.follow.left_alone
     one.camera.position = after[0] + np.array([0.0, 0.05, 0.0])
-    one.follow.follow(simulation, 4.0)
+    one.follow.follow(simulation, 40.0)
     assert one.follow.left_alone
     place = one.camera.position
     simulation.positions[simulation.guided.joints.start] = 2.0
     simulation.step(None)
-    one.follow.follow(simulation, 5.0)
+    one.follow.follow(simulation, 50.0)
     assert one.camera.position is place, "a view that the visitor chose is moved"
-    one.follow.first_view(simulation, 6.0)
+    one.follow.first_view(simulation, 60.0)
     assert not one.follow.left_alone and one.outside(framed_now(simulation)[0]) == []
+
+
+def test_a_tab_out_of_sight_is_no_visitor_who_moves_the_camera() -> None:
+    simulation = Simulation(RunSettings())
+    picture = next(pictures(False))
+    one = Watched(picture, lambda: view_of(simulation), lambda: np.zeros((0, 3)))
+    one.follow.first_view(simulation, 0.0)
+    before = newest = one.camera.position, one.camera.look_at
+    for turn in range(1200):
+        simulation.positions[simulation.guided.joints.start] = 1e-3 * turn
+        one.follow.first_view(simulation, 1.0 + turn)
+        newest = one.camera.position, one.camera.look_at
+        one.camera.position, one.camera.look_at = before
+    for now, (one.camera.position, one.camera.look_at) in enumerate((before, newest), 2000):
+        one.follow.follow(simulation, float(now))
+        assert not one.follow.left_alone
+    one.camera.look_at = newest[1] + 0.01
+    one.follow.follow(simulation, 3000.0)
+    assert one.follow.left_alone
