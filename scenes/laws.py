@@ -97,6 +97,9 @@ NO_AVOIDANCE: Final = "unprotected"
 BARRIER_LAW: Final = "barrier_qp"
 """The law that other projects have, too."""
 
+DRAWN_LAW: Final = "drawn_curve"
+"""The law of which a person draws λ(d)."""
+
 _DISTANCES: Final = (0.06, 0.09, 0.12, 0.15, 0.19, 0.24, 0.30)
 _REACHES: Final = (0.16, 0.20, 0.25, 0.30, 0.40, 0.60)
 
@@ -153,6 +156,9 @@ LAWS: Final[dict[str, LawEntry]] = {
             "set_based_task", "Set-based task, jumps at d_m", "Set-based task", "set_based_task:SetBasedTask",
             ("dm", "kr", "ff"), "correction",
             knobs=(Knob("dm", _DISTANCES), Knob("kr", (0.0, 1.0, 5.0, 15.0, 40.0)), Knob("dm", _DISTANCES, True)),
+        ),
+        LawEntry(
+            DRAWN_LAW, "Drawn curve (your own λ)", "Drawn curve", "drawn_curve:DrawnCurve", ("curve", "v"), "share",
         ),
         LawEntry(
             NO_AVOIDANCE, "Unprotected (task only)", "Unprotected", "unprotected:Unprotected",

@@ -6,6 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from controllers.curve import curve_text
 from controllers.kinematics import Array
 from scenes.headless import run
 from scenes.history import COLUMN
@@ -82,6 +83,10 @@ def _drawn(dice: np.random.Generator, key: str, spec: Spec, default: Any) -> obj
     usual = bool(dice.random() < 0.5)
     if spec.choices:
         return default if key == "law" and usual else str(dice.choice(spec.choices))
+    if spec.read is not None:
+        # A curve, the only text: a few points in any order of heights, each at least 1 mm from the last.
+        gaps = dice.uniform(0.001, 0.15, dice.integers(2, 8))
+        return curve_text(tuple(zip(np.cumsum(gaps).tolist(), dice.random(len(gaps)).tolist(), strict=True)))
     if isinstance(default, bool):
         return bool(dice.random() < 0.25)
     if usual and key != "seed":

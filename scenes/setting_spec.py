@@ -34,6 +34,10 @@ class Tab:
         """Declare a setting that is on or off."""
         return field(default=default, metadata={SPEC: Spec(self, key, label, text, words=words)})
 
+    def text(self, default: str, read: Callable[[str], str], key: str, label: str, text: str, words: str = "") -> str:
+        """Declare a text. `read`: as in `Spec`."""
+        return field(default=default, metadata={SPEC: Spec(self, key, label, text, words=words, read=read)})
+
     def choice(self, default: str, kind: Any, key: str, label: str, text: str, *labels: str) -> Any:
         """Declare a setting with choices.
 
@@ -63,6 +67,7 @@ class Spec:
         page_unit, page_scale: unit on the page, and page value = scale · SI value.
         words: what a symbol in `label` stands for; "" where the label is a word itself.
         options: returns the choices in the order shown, value → what a person reads for it; none of a number or a flag.
+        read: returns a text in its one form, or raises `BadSetting`; None if the value is no text.
     """
 
     tab: Tab
@@ -77,6 +82,12 @@ class Spec:
     page_scale: float = 1.0
     words: str = ""
     options: Callable[[], Mapping[str, str]] = dict[str, str]
+    read: Callable[[str], str] | None = None
+
+    @property
+    def is_number(self) -> bool:
+        """Whether its value is a number or a flag."""
+        return not self.choices and self.read is None
 
     @property
     def choices(self) -> tuple[str, ...]:
@@ -105,6 +116,8 @@ def checked(spec: Spec, present: object, value: object, remedy_of: Callable[[str
             raise BadSetting(missing)
         known = ", ".join(spec.choices)
         raise BadSetting("{key} = {value} is not possible; choose from {known}.", key=spec.key, value=_shown(value), known=known)
+    if spec.read is not None:
+        return spec.read(value if isinstance(value, str) else str(value))
     if isinstance(present, bool):
         return _checked_flag(spec, value)
     unit = f" {spec.unit}" if spec.unit else ""

@@ -6,6 +6,7 @@ from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar, cast
 
 from controllers.choices import BoundsTreatment, HoldTask, Treatment
+from controllers.curve import read_curve
 from controllers.errors import BadSetting
 from scenes.experiments import EXPERIMENTS, HOLD, Experiment
 from scenes.given_choices import start_remedy, with_added
@@ -93,6 +94,11 @@ class LawSettings:
     restoring_gain: float = LAW.number(
         5.0, "kr", "k_r", "How fast the set-based task returns to d_m from below; 0 freezes the distance.",
         "1/s", 0.0, 40.0, 0.5, "1/s", words="restoring gain",
+    )  # fmt: skip
+
+    curve: str = LAW.text(
+        "0.15:1,0.2:0.3,0.4:0", read_curve, "curve", "λ(d)",
+        "Points of a λ of your own: distance in metres, a colon, λ from 0 to 1; with commas between them.", words="your curve",
     )  # fmt: skip
 
     @property

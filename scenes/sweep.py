@@ -112,7 +112,7 @@ def read_axis(text: str, settings: RunSettings) -> Axis:
 
     Args:
         text: `key=a:b` for a, a + 1 … b; `key=a:b:count` for evenly spaced values, both ends among them; `key=x,y,z` for a list.
-            Choices and flags can only be listed.
+            Choices and flags can only be listed, curves with `;` between them.
         settings: that have these keys.
 
     Raises:
@@ -127,9 +127,10 @@ def read_axis(text: str, settings: RunSettings) -> Axis:
     known = specs(type(settings))
     if key not in known:
         raise BadSetting(f"over: There is no setting {key!r}; choose from {', '.join(known)}.")
+    text_of_points = known[key].read is not None
     parts = [part.strip() for part in body.split(":")]
-    if len(parts) == 1:
-        wanted: list[Any] = [part.strip() for part in body.split(",")]
+    if text_of_points or len(parts) == 1:
+        wanted: list[Any] = [part.strip() for part in body.split(";" if text_of_points else ",")]
     elif isinstance(values(settings)[key], (str, bool)):
         raise BadSetting(
             f"over = {text!r}: {key} is no number; list its values, as in {key}={','.join(known[key].choices) or '0,1'}."

@@ -264,7 +264,7 @@ def _make_texts(lesson: Lesson, step: Step, asked: Question, outcome: StepOutcom
         return choices, (), ()
     index = lesson.steps.index(step)
     verdicts = tuple(
-        verdict(StepPosition(lesson, step, index, Phase.OBSERVE, StepProgress(choice=i, outcome=outcome), False))
+        verdict(StepPosition(lesson, step, index, Phase.OBSERVE, StepProgress(choice=i, outcome=outcome), None))
         for i in range(len(choices))
     )
     return choices, outcome.lines(step, lesson.language), verdicts

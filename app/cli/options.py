@@ -46,7 +46,7 @@ def _options(tree: type, name: str, files: Mapping[str, str] = MappingProxyType(
 def _help(spec: Spec) -> str:
     if spec.key == "robot":
         return f"{spec.help} {', '.join(spec.choices)}, or a URDF file."
-    if spec.choices or spec.low == -float("inf"):
+    if not spec.is_number or spec.low == -float("inf"):
         return spec.help
     unit = f" {spec.unit}" if spec.unit else ""
     return f"{spec.help} {spec.low:g} to {spec.high:g}{unit}."
@@ -57,6 +57,8 @@ def _metavar(spec: Spec, default: object) -> str:
         return "NAME|FILE"
     if spec.choices:
         return "{" + ",".join(spec.choices) + "}"
+    if spec.read is not None:
+        return "TEXT"
     return "INT" if isinstance(default, int) else "NUMBER"
 
 

@@ -103,7 +103,7 @@ def step_entry(one: Done, recorded: Recorded | None = None, name: str = "", stop
         stopped: see `lab_bytes`.
     """
     lesson, step, progress = one.lesson, one.step, one.progress
-    view = make_view(StepPosition(lesson, step, one.index, phases_of(step)[-1], progress, False), step.yours, False, False)
+    view = make_view(StepPosition(lesson, step, one.index, phases_of(step)[-1], progress, None), step.yours, False, False)
     texts = dict(view.texts)
     verdict, attempt = view.verdict, progress.last
     curves = view.drawing if view.drawing is not None and view.drawing.drawn else None

@@ -87,7 +87,7 @@ def read_challenge(table: Table, setup: Setup) -> Challenge | None:
         run.run.experiment.obstacle != "nothing" or run.run.draws_circle or not has_null_motions(room_of(run.run).arms[0])
     ):
         raise given.fault("null_motions", "null_motions needs the scene solo, the path stay, and a robot of 7 joints.")
-    search = given.choice("search", [key for key, spec in specs().items() if not spec.choices], "") if given.has("search") else ""
+    search = given.choice("search", [key for key, spec in specs().items() if spec.is_number], "") if given.has("search") else ""
     if search and not criteria:
         raise given.fault("search", "search plots tries against the first inequality; add [[challenge.criterion]].")
     if not criteria and not forecasts and not custom_law:
@@ -109,7 +109,7 @@ def _criterion(table: Table, setup: Setup) -> Criterion:
         spec = specs()[key]
         if spec.choices and equals in spec.choices:
             low = high = float(spec.choices.index(str(equals)))
-        elif isinstance(equals, (int, float)) and not spec.choices:
+        elif isinstance(equals, (int, float)) and spec.is_number:
             low = high = float(equals)
         else:
             raise table.fault("equals", f"equals = {shown(equals)} is not possible; choose from {', '.join(spec.choices)}.")

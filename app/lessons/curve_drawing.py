@@ -18,6 +18,7 @@ from app.lessons.runs import Setup
 from app.plots.curve_chart import COLUMNS, Curve, CurveAxis, Line, curve_chart
 from app.settings import Language
 from controllers.activation import activation
+from controllers.curve import curve_text
 from controllers.kinematics import Array
 
 
@@ -51,6 +52,9 @@ AXES: Final = {
 
 ENOUGH: Final = 0.5
 """Share of the columns that a drawing must fill to be compared, and the truth to be known in."""
+
+UNSEEN: Final = 0.01
+"""What the eye does not see of λ on the board."""
 
 MOST_TEXT: Final = 2000
 """Longest text of a drawing from a browser [characters]."""
@@ -127,13 +131,23 @@ def read_drawing(table: Table, setup: Setup) -> Drawing | None:
     return Drawing(x_name, y_name, x, y, formula, within)
 
 
+def activation_axes(critical: float, ends: tuple[float, float]) -> Drawing:
+    """Return axes on which a λ(d) is drawn that nothing is compared with. `critical`: d_m [m]; `ends`: of the axis of d [m]."""
+    x, y = _axis_of("distance", ends, critical), _axis_of("activation", (0.0, 1.0), critical)
+    return Drawing("distance", "activation", x, y, True, 1.0)
+
+
 def _axis(entry: Table, key: str, name: str, setup: Setup) -> CurveAxis:
     if not entry.has(key):
         raise entry.fault(key, f"{key} is missing; add the ends of the axis, [low, high].")
     low, high = entry.numbers(key, 2)
     if not low < high:
         raise entry.fault(key, f"{key} = [{low:g}, {high:g}] is not a range; write [low, high] with low < high.")
-    quantity, d_m = AXES[name], setup.run.law.critical_distance
+    return _axis_of(name, (low, high), setup.run.law.critical_distance)
+
+
+def _axis_of(name: str, ends: tuple[float, float], d_m: float) -> CurveAxis:
+    quantity, (low, high) = AXES[name], ends
     shows_critical = name == "distance" and low < d_m < high
     return CurveAxis(quantity.symbol, quantity.unit, quantity.factor, quantity.colour, low, high, d_m if shows_critical else None)
 
@@ -160,6 +174,23 @@ def checked_curve(drawing: Drawing, values: object) -> Curve | None:
         if value is not None and not (_is_finite(value) and drawing.y.low - slack <= value <= drawing.y.high + slack):
             return None
     return tuple(None if v is None else float(v) for v in values) if any(v is not None for v in values) else ()
+
+
+def law_curve(drawing: Drawing, drawn: Curve) -> str:
+    """Return a drawn λ(d) as the text of the law that obeys it: the fewest columns from which its straight lines come back."""
+    points = [(d, lam) for d, lam in zip(drawing.columns, drawn, strict=True) if lam is not None]
+    if len(points) == 1:
+        points.append((drawing.x.high, points[0][1]))
+    return curve_text(tuple(_corners(points)))
+
+
+def _corners(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    (first, low), (last, high) = points[0], points[-1]
+    away = [abs(y - low - (x - first) / (last - first) * (high - low)) for x, y in points[1:-1]]
+    if not away or max(away) <= UNSEEN:
+        return [points[0], points[-1]]
+    corner = away.index(max(away)) + 1
+    return _corners(points[: corner + 1])[:-1] + _corners(points[corner:])
 
 
 def _is_finite(value: object) -> bool:

@@ -68,10 +68,10 @@ _SCRIPTS: Final = {
 
 @dataclass(frozen=True)
 class Contrast:
-    """The run that shows why an answer is wrong, beside the step's own.
+    """A run beside the step's own: it shows why an answer is wrong, or what a drawn curve does.
 
     Attributes:
-        headline: whether the answer is right here, and what differs.
+        headline: what differs, and of an answer whether it is right here.
         keys: settings that differ.
         here: what differs, as it is in this run.
         asked: as it is in the step's own run.
@@ -85,26 +85,29 @@ class Contrast:
     names: tuple[str, str]
 
 
-def contrast_of(asked: Setup, choice: Choice, language: Language) -> Contrast | None:
-    """Return in what the run of a wrong answer differs from the step's own; None where the answer has no run."""
-    if choice.why is None:
-        return None
+def contrast_of(asked: Setup, beside: Setup, answer: Choice | None, language: Language) -> Contrast:
+    """Return in what a run differs from the step's own. `answer`: the wrong one that it belongs to; None if the student's curve runs."""
     words, run = words_of(language), asked.run
-    changes = unlike(run, choice.why.run)
-    start = choice.why.start if choice.why.start != asked.start else None
-    here = compared_text(Compared(changes, start), language)
-    if not here:
-        here = _done(choice.why.input, language)
+    # The points of a curve are on the board.
+    changes = tuple(change for change in unlike(run, beside.run) if change[0] != "curve")
+    start = beside.start if beside.start != asked.start else None
+    here = compared_text(Compared(changes, start), language) or _done(beside.input, language)
     before = values(run)
     unchanged = tuple((key, before[key]) for key, _ in changes)
     asked_text = settings_text(unchanged, language) if changes else words(N_("as in the question"))
     return Contrast(
-        words(N_("Here you would be right: {what}") if choice.otherwise else N_("Here, too, you are wrong: {what}"), what=here),
+        words(_headline(answer), what=here),
         tuple(key for key, _ in changes),
         here,
         asked_text,
         (_chosen(changes, language) or here, _chosen(unchanged, language) or asked_text),
     )
+
+
+def _headline(answer: Choice | None) -> str:
+    if answer is None:
+        return N_("Your curve at work: {what}")
+    return N_("Here you would be right: {what}") if answer.otherwise else N_("Here, too, you are wrong: {what}")
 
 
 def _chosen(changes: Pairs, language: Language) -> str:

@@ -11,7 +11,7 @@ from app.lessons.labels import Contrast, contrast_of
 from app.lessons.lesson import Lesson, Step
 from app.lessons.outcomes import AnswerVerdict, Attempt, StepOutcome, reference
 from app.lessons.progress import StepProgress, Try
-from app.lessons.runs import settings_text
+from app.lessons.runs import Setup, settings_text
 from app.lessons.texts import asks_for_numbers, filled, tabled
 from app.settings import Language
 
@@ -39,6 +39,7 @@ class StepView:
         verdict: what is said to the answer, once the outcome is known.
         outcome: lines with what was measured.
         why_outcome: lines with what was measured in the run that shows why the answer is wrong.
+        own_curve: whether a drawn λ(d) can be run now.
         why: whether there is a run that shows why the answer is wrong; `showing` while it is on.
         contrast: in what that run differs, while it is on.
         challenge: whether the step has one; `attempts`, `passed` and `attempt`, the newest, tell how it went.
@@ -66,6 +67,7 @@ class StepView:
     outcome: tuple[str, ...]
     why_outcome: tuple[str, ...]
     why: bool
+    own_curve: bool
     showing: bool
     contrast: Contrast | None
     challenge: bool
@@ -88,7 +90,7 @@ class StepPosition:
 
     Attributes:
         lesson, step, index: which, and the step's place in the lesson.
-        showing: whether the run that shows why is on.
+        beside: the run that is shown beside the step's own, or None.
     """
 
     lesson: Lesson
@@ -96,7 +98,7 @@ class StepPosition:
     index: int
     phase: Phase
     done: StepProgress
-    showing: bool
+    beside: Setup | None
 
 
 def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> StepView:
@@ -130,7 +132,8 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
         outcome=outcome.lines(step, language) if outcome else (),
         why_outcome=done.why.lines(step, language) if outcome and done.why else (),
         why=has_why(at),
-        showing=at.showing,
+        own_curve=has_curve(at),
+        showing=at.beside is not None,
         contrast=contrast(at),
         challenge=challenge is not None,
         attempts=done.attempts,
@@ -141,7 +144,7 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
         hints=step.hints[: done.hints],
         more_hints=done.hints < len(step.hints),
         yours=yours,
-        lesson_finished=step is at.lesson.steps[-1] and at.phase is phases[-1] and not at.showing and is_finished(step, done),
+        lesson_finished=step is at.lesson.steps[-1] and at.phase is phases[-1] and at.beside is None and is_finished(step, done),
         can_next=can_next,
         can_back=can_back,
     )
@@ -159,12 +162,19 @@ def has_why(at: StepPosition) -> bool:
     return question.choices[choice].why is not None
 
 
+def has_curve(at: StepPosition) -> bool:
+    """Return whether the student drew a λ(d) that the arm can obey, and its run may be begun now."""
+    drawn = at.step.drawing is not None and at.step.drawing.formula and len(at.done.drawing) > 0
+    return drawn and at.phase in (Phase.OBSERVE, Phase.EXPLAIN)
+
+
 def contrast(at: StepPosition) -> Contrast | None:
-    """Return in what the run that shows why the answer is wrong differs from the step's own; None while it is not on."""
-    question, choice = at.step.question, at.done.choice
-    if not at.showing or question is None or choice is None:
+    """Return in what the run beside the step's own differs from it; None while none is shown."""
+    question, choice, beside = at.step.question, at.done.choice, at.beside
+    if beside is None:
         return None
-    return contrast_of(at.step.setup, question.choices[choice], at.lesson.language)
+    answer = None if question is None or choice is None else question.choices[choice]
+    return contrast_of(at.step.setup, beside, answer if answer is not None and answer.why == beside else None, at.lesson.language)
 
 
 def drawn_curves(at: StepPosition) -> DrawnCurves | None:

@@ -10,7 +10,7 @@ from typing import Final
 
 from app.lessons.attempts import RunWatch, attempted
 from app.lessons.bookmark import Bookmark, Phase, first_phase, fitting_steps, furthest_phase, phases_of
-from app.lessons.curve_drawing import checked_curve
+from app.lessons.curve_drawing import checked_curve, law_curve
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import AT_ONCE, Lesson, LessonBook, Measurement, Step
 from app.lessons.measures.quantity import measure
@@ -29,12 +29,13 @@ from app.lessons.progress import LONGEST_REASON, MOST_TRIES, MOST_WORDS, StepPro
 from app.lessons.reference_runs import person_of
 from app.lessons.room_places import mark_places, start_positions
 from app.lessons.runs import Setup
-from app.lessons.step_view import StepPosition, StepView, has_why, make_view
+from app.lessons.step_view import StepPosition, StepView, has_curve, has_why, make_view
 from app.plots.curve_chart import Curve
 from app.session.shown import Mark
 from app.settings import Settings
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
+from scenes.laws import DRAWN_LAW
 from scenes.roles import TargetSource
 from scenes.settings import values
 from scenes.simulation import Simulation
@@ -54,7 +55,8 @@ class Walkthrough:
 
     Attributes:
         run_id: goes up whenever a fresh run has to begin.
-        showing: whether the run that shows why the answer is wrong is on.
+        beside: the run that is shown beside the step's own, after its outcome: why the answer is wrong, or the student's curve at work;
+            None while none is.
 
     Raises:
         BadSetting: the book holds no lesson.
@@ -68,7 +70,7 @@ class Walkthrough:
         self._progress = from_json(progress)
         self._at = Bookmark(book)
         self.phase = Phase.DO
-        self.showing = False
+        self.beside: Setup | None = None
         self._kept: dict[str, TargetSource] = dict(kept or {})
         self._watch = RunWatch()
         self._counted: tuple[object, ...] = ()
@@ -108,6 +110,11 @@ class Walkthrough:
     def locked(self) -> bool:
         """Return whether Run is locked: a question waits for its answer or its curve."""
         return self.phase is Phase.PREDICT
+
+    @property
+    def showing(self) -> bool:
+        """Return whether a run is shown beside the step's own."""
+        return self.beside is not None
 
     @property
     def law_shown(self) -> bool:
@@ -223,9 +230,22 @@ class Walkthrough:
 
     def show_why(self) -> bool:
         """Begin the run that shows why the answer is wrong. Returns whether there is one."""
-        if self.showing or not has_why(self._place()):
+        question, choice = self.step.question, self.done.choice
+        if question is None or choice is None or not has_why(self._place()):
             return False
-        self.showing = True
+        return self._show_beside(question.choices[choice].why)
+
+    def show_curve(self) -> bool:
+        """Begin the step's run with the λ(d) that the student drew. Returns whether there is one."""
+        if not has_curve(self._place()) or self.step.drawing is None:
+            return False
+        changes = {"law": DRAWN_LAW, "curve": law_curve(self.step.drawing, self.done.drawing)}
+        return self._show_beside(self.step.setup.with_changes(tuple(changes.items())))
+
+    def _show_beside(self, setup: Setup | None) -> bool:
+        if self.showing or setup is None:
+            return False
+        self.beside, self.done.why = setup, None
         self.run_again()
         return True
 
@@ -249,9 +269,8 @@ class Walkthrough:
 
     @property
     def setup(self) -> Setup:
-        question, choice = self.step.question, self.done.choice
-        if self.showing and question is not None and choice is not None:
-            return question.choices[choice].why or self.step.setup
+        if self.beside is not None:
+            return self.beside
         if self.phase is Phase.CHALLENGE and self.step.challenge is not None:
             return self.step.challenge.setup
         return self.step.setup
@@ -388,18 +407,18 @@ class Walkthrough:
 
     def _enter(self, phase: Phase) -> None:
         """Be in a phase of the present step; a run begins where it is another than before."""
-        self.phase, self.showing = phase, False
+        self.phase, self.beside = phase, None
         # Looking back from EXPLAIN to OBSERVE leaves the run alone; the other phases restart it.
         if phase in (Phase.PREDICT, Phase.DO, Phase.CHALLENGE) or self._running != (self._at, self.setup):
             self.run_again()
 
     def _end_why(self) -> None:
-        self.showing = False
+        self.beside = None
         self.run_again()
 
     def _place(self, book: LessonBook | None = None) -> StepPosition:
         at = self.in_book(book)
-        return StepPosition(at.lesson, at.step, at.step_index, self.phase, self.done, self.showing)
+        return StepPosition(at.lesson, at.step, at.step_index, self.phase, self.done, self.beside)
 
     def _before(self) -> Phase | None:
         """Return the phase before the present one; an answer cannot be taken back once the outcome is known."""

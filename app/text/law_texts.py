@@ -4,8 +4,11 @@ from collections.abc import Callable
 from typing import Final, NamedTuple
 
 import numpy as np
+from markupsafe import Markup
 
-from scenes.laws import BARRIER_LAW, DEFAULT_LAW, NO_AVOIDANCE
+from app.text.templates import tr_html
+from controllers.curve import kept_distance
+from scenes.laws import BARRIER_LAW, DEFAULT_LAW, DRAWN_LAW, NO_AVOIDANCE
 from scenes.settings import LawSettings
 
 
@@ -27,6 +30,7 @@ class LawTexts(NamedTuple):
         anchor: returns the distance [m] at which its line gets its number in the chart of all laws: where few other lines are near.
         consequence: what becomes of the gap, as HTML; "" where its resting distance says it.
         acting: the same while avoidance acts, where that is something else.
+        promise: returns which distance the law promises and while what holds, as HTML; None where the paper's promise or none is made.
         missed: why ḋ is another one than the law wants, where the law itself is the reason.
     """
 
@@ -37,6 +41,14 @@ class LawTexts(NamedTuple):
     consequence: str = ""
     acting: str = ""
     missed: str = ""
+    promise: Callable[[LawSettings], Markup] | None = None
+
+
+def _promise_of_curve(law: LawSettings) -> Markup:
+    kept = kept_distance(law.curve)
+    if kept is None:
+        return tr_html("this curve promises no distance: it does not begin at 1")
+    return tr_html("this curve promises d ≥ {kept} mm while w ≤ v", kept=f"{1e3 * kept:.0f}")
 
 
 LAW_TEXTS: Final[dict[str, LawTexts]] = {
@@ -112,6 +124,12 @@ LAW_TEXTS: Final[dict[str, LawTexts]] = {
          r"\dot q = \dot q_n \quad \text{{else, with a jump}}"), "Moe et al. 2016", "active",
         lambda law, line: max(law.critical_distance - 0.6 * line.span / max(law.restoring_gain, 1.0), 0.02),
         "inside the set the task alone; it jumps at d<sub>m</sub>", acting="frozen or returning",
+    ),
+    DRAWN_LAW: LawTexts(
+        (r"\dot q = J_d^{{\#}}\,{lam}\,{v} + \left(I - {lam}\,J_d^{{\#}} J_d\right)\dot q_n \quad {lam} = {lam}({d})",),
+        "(32), your λ", "λ",
+        lambda law, line: float(line.xs[len(line.xs) // 2]),
+        promise=_promise_of_curve,
     ),
     NO_AVOIDANCE: LawTexts(
         (r"\dot q = \dot q_n",), "the task alone", "λ",

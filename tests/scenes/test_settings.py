@@ -13,7 +13,8 @@ from scenes.settings import ArmName, HardwareSettings, LawSettings, RunSettings,
 
 SPECS = specs()
 DEFAULTS = values(RunSettings())
-NUMBERS = [key for key, spec in SPECS.items() if not spec.choices and not isinstance(DEFAULTS[key], bool)]
+NUMBERS = [key for key, spec in SPECS.items() if spec.is_number and not isinstance(DEFAULTS[key], bool)]
+TEXTS = [key for key, spec in SPECS.items() if spec.read is not None]
 CHOICES = [key for key, spec in SPECS.items() if spec.choices]
 FLAGS = [key for key in SPECS if isinstance(DEFAULTS[key], bool)]
 
@@ -46,7 +47,7 @@ def test_a_choice_has_one_label_a_value() -> None:
 
 def test_declared_fields() -> None:
     assert len(SPECS) == len(fields(RunSettings)) - 2 + len(fields(LawSettings)) + len(fields(HardwareSettings))
-    assert list(SPECS) == list(DEFAULTS) and sorted(NUMBERS + CHOICES + FLAGS) == sorted(SPECS)
+    assert list(SPECS) == list(DEFAULTS) and sorted(NUMBERS + CHOICES + FLAGS + TEXTS) == sorted(SPECS)
     for key, spec in SPECS.items():
         assert spec.key == key and spec.help and 0 < len(spec.label) <= 11
     assert validate(RunSettings()) == RunSettings()
@@ -63,7 +64,7 @@ def test_declared_fields() -> None:
         "point": "hand elbow arm", "ball": "still cross", "clip": "medley wave clap cross reach", "pairs": "single soft smooth",
         "start": "usual between", "bounds": "distance scale null_space",
         "law": "smooth_priority strict_priority strict_switched null_space_avoidance potential_field barrier_qp intermediate_value"
-        " task_activation continuous_inverse hierarchical_inverse lexicographic_qp set_based_task unprotected",
+        " task_activation continuous_inverse hierarchical_inverse lexicographic_qp set_based_task drawn_curve unprotected",
     }  # fmt: skip
     assert {key: " ".join(SPECS[key].choices) for key in CHOICES} == expected
     first = {key: SPECS[key].choices[0] for key in CHOICES}
@@ -140,6 +141,15 @@ def test_out_of_range_is_refused_with_the_range(key: str, beyond: float, above: 
 NOT_FINITE = (math.nan, math.inf, -math.inf, "nan", "inf", "-Infinity", "1e999", 10**400)
 NOT_NUMBERS = (None, True, False, [], {}, (1.0,), b"1", 1j, object())
 NOT_NUMBERS += ("", " ", "fast", "0.1 m", "0,15", "1;2", "\x00", "é" * 5000)
+
+
+@pytest.mark.parametrize("key", TEXTS)
+def test_a_text_is_taken_over_in_its_one_form_or_refused(key: str) -> None:
+    spec, default = SPECS[key], DEFAULTS[key]
+    assert spec.read is not None and spec.read(default) == default
+    assert values(changed(RunSettings(), key, " 0.1 : 1.000 , 0.2:0 "))[key] == "0.1:1,0.2:0"
+    for value in (*NOT_FINITE, *NOT_NUMBERS):
+        refused(key, value, "0.15:1")
 
 
 @pytest.mark.parametrize("key", NUMBERS)

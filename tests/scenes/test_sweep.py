@@ -53,6 +53,8 @@ def test_every_setting_can_be_swept() -> None:
     for key, spec in specs(RunSettings).items():
         if spec.choices:
             assert read_axis(f"{key}={','.join(spec.choices)}", USUAL).values == spec.choices
+        elif spec.read is not None:
+            assert read_axis(f"{key}=0:1,0.1:0; 0:1,0.2:0", USUAL).values == ("0:1,0.1:0", "0:1,0.2:0")
         elif isinstance(values(USUAL)[key], bool):
             assert read_axis(f"{key}=off,on", USUAL).values == (False, True)
         else:

@@ -32,7 +32,7 @@ def press(page: Page, label: str) -> None:
 def control_of(key: str, value: Any) -> tuple[str, str, str]:
     """Return of a setting the tab on which it stands, its label, and what a person enters for a value."""
     spec = SPECS[key]
-    entered = spec.options()[value] if spec.choices else f"{value * spec.page_scale:g}"
+    entered = spec.options()[value] if spec.choices else value if spec.read is not None else f"{value * spec.page_scale:g}"
     return next(name for name, _, keys in TABS if key in keys), page_label(key), entered
 
 

@@ -18,7 +18,7 @@ FAR = 1000.0
 def setting(evidence: Evidence, key: str) -> Value:
     """Return a setting of the run, in SI units; of a choice, its place in the list."""
     value, spec = values(evidence.settings).get(key), specs().get(key)
-    if value is None or spec is None:
+    if value is None or spec is None or spec.read is not None:
         return None
     return float(spec.choices.index(value)) if spec.choices else float(value)
 

@@ -50,6 +50,13 @@ def largest_hand_error(evidence: Evidence, since: float = 0.0) -> Value:
     return float(errors[counted].max())
 
 
+@quantity("mean hand error", "m", "mm", 1)
+def mean_hand_error(evidence: Evidence) -> Value:
+    """Return the mean |e| of the hand [m]."""
+    errors = hand_errors(evidence)
+    return None if errors is None else float(errors.mean())
+
+
 @quantity("hand error at {time}", "m", "mm", 1, row=lambda evidence, time: evidence.row_at(time))
 def hand_error_at(evidence: Evidence, time: float) -> Value:
     """Return |e| of the hand at a time [m]."""

@@ -86,6 +86,10 @@ class ShowWhy(LessonAction):
     """Show the run that explains a wrong answer."""
 
 
+class RunDrawing(LessonAction):
+    """Run the step once more with the λ(d) that the student drew."""
+
+
 class ShowHint(LessonAction):
     """Show the next hint of the challenge."""
 

@@ -236,6 +236,10 @@ class LessonSession:
                 if walk.show_why():
                     self._begin()
                     session.halt.go_on()
+            case lesson_actions.RunDrawing():
+                if walk.show_curve():
+                    self._begin()
+                    session.halt.go_on()
             case lesson_actions.ShowHint():
                 walk.hint()
             case lesson_actions.Check():

@@ -10,6 +10,7 @@ from typing import Final
 import viser
 from markupsafe import Markup
 
+from app.i18n.speaking import tr
 from app.lessons.curve_drawing import AXES, Drawing, axes_text, board_svg, curve_from_text
 from app.page.lessons.lesson_panel import ORDER
 from app.plots.curve_chart import Curve, CurveAxis
@@ -17,9 +18,8 @@ from app.session.actions import Action
 from app.text.templates import macros
 from app.web.control_events import on_entry
 
-_BOARD: Final = ORDER["drawing"] + 0.1
-_BOX: Final = ORDER["drawing"] + 0.2
-"""The hidden box by which the script sends a curve stands right behind the board."""
+IN_LESSONS: Final = (ORDER["drawing"] + 0.1, ORDER["drawing"] + 0.2)
+"""Where a step's board stands in its panel."""
 
 Place = tuple[str, str]
 """Names of a lesson and a step."""
@@ -56,14 +56,21 @@ class DrawingBoard:
     Args:
         post: has an action done on the thread to which all but the callback belongs.
         draw: takes the names of lesson and step, and the curve.
+        order: of the board among what stands in its container, and of the hidden box right behind it; None for the end.
     """
 
-    def __init__(self, gui: viser.GuiApi, post: Callable[[Action], None], draw: Callable[[Place, Curve], None]) -> None:
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        post: Callable[[Action], None],
+        draw: Callable[[Place, Curve], None],
+        order: tuple[float, float] | tuple[None, None] = (None, None),
+    ) -> None:
         self._draw = draw
         self._shown: tuple[Place, Drawing] | None = None
         self._known: Curve = ()
-        self._board = gui.add_html("", order=_BOARD, visible=False)
-        self._box = gui.add_text("drawing", "", order=_BOX, visible=False)
+        self._board = gui.add_html("", order=order[0], visible=False)
+        self._box = gui.add_text(tr("drawing"), "", order=order[1], visible=False)
         on_entry(self._box, lambda text: post(TakeDrawing(self, text)))
 
     def take(self, text: str) -> None:

@@ -12,7 +12,7 @@ from app.lessons.session import lesson_actions
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.step_view import StepView
 from app.page.lessons.answer_boxes import Forecasts, GiveReason, GuessBox, ReasonBox
-from app.page.lessons.drawing_board import DrawingBoard, TakeDrawing
+from app.page.lessons.drawing_board import IN_LESSONS, DrawingBoard, TakeDrawing
 from app.page.lessons.lesson_html import NEXT, choice_label, rules_html
 from app.page.lessons.lesson_panel import ORDER, LessonPanel
 from app.page.lessons.null_motion_sliders import MoveInNullSpace, NullMotionSliders
@@ -127,12 +127,15 @@ class LessonControls:
                 lambda i: self._post(lesson_actions.GoTo(None, i)),
                 order=2.0,
             )
-            self._board = DrawingBoard(gui, self._session.post, lambda at, curve: run.act(lesson_actions.Draw(*at, curve)))
+            self._board = DrawingBoard(
+                gui, self._session.post, lambda at, curve: run.act(lesson_actions.Draw(*at, curve)), IN_LESSONS
+            )
             guess = GuessBox(gui, self._session.post)
             self._panel.guess_box = guess.id
             self._choices = [self._button(lesson_actions.Choose(i), ORDER["choices"] + 1.0 + i) for i in range(MOST_CHOICES)]
             self._start = self._button(lesson_actions.StartOrPause(), ORDER["choices"] + 8.0)
             self._why = self._button(lesson_actions.ShowWhy(), ORDER["verdict"] + 1.0)
+            self._own_curve = self._button(lesson_actions.RunDrawing(), ORDER["verdict"] + 2.0)
             self._flash = gui.add_html("", order=0.0)
             self._reason = ReasonBox(gui, self._session, run, self._panel.tab)
             self._forecasts = Forecasts(gui, self._session, run)
@@ -237,7 +240,7 @@ class LessonControls:
             self._flash.content = ""
             self._forecasts.show(view, None)
             self._board.show((view.lesson.id, view.step.id), None, ())
-            for other in (*self._choices, self._start, self._why, self._check, self._hint, self._next):
+            for other in (*self._choices, self._start, self._why, self._own_curve, self._check, self._hint, self._next):
                 other.visible = False
 
     def _arrange(self, view: StepView, paused: bool, over: bool) -> None:
@@ -253,6 +256,7 @@ class LessonControls:
         label = N_("Run (predict first)") if view.locked else label
         _offer(self._start, asking or view.showing or view.phase is Phase.CHALLENGE, tr(label), disabled=view.locked)
         _offer(self._why, view.why and not view.showing, tr("Show me why"), "blue")
+        _offer(self._own_curve, view.own_curve and not view.showing, tr("Run with my curve"), "gray")
         self._nav.show(offered=(0, 1) if view.can_back else (1,))
         _offer(self._next, view.can_next, next_label(view), None if view.phase is not Phase.DO or over else "gray")
 

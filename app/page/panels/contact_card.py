@@ -207,6 +207,8 @@ def contact_note(simulation: Simulation, sample: Sample, now: Contact, terms: li
     words = "" if custom else consequence(run, sample, now)
     if any(term.kind == "lost" and term.value for term in terms):
         words = missed(simulation, now)
+    if not custom and (promised := LAW_TEXTS[run.law.law].promise) is not None:
+        return "", words or promised(run.law)
     if custom or not run.law.entry.promises:
         return "", words
     kind, promise = promise_words(simulation, sample)

@@ -8,6 +8,7 @@ import viser
 from app.i18n.speaking import spoken, tr
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.compare import ComparePanel
+from app.page.panels.curve_control import CurveControl
 from app.page.panels.hotkeys import help_html
 from app.page.panels.joint_sliders import JointSliders
 from app.page.panels.source_chooser import Sources
@@ -134,6 +135,9 @@ class Controls:
                 hint=tr(spec.help),
                 order=order,
             )
+        elif spec.read is not None:
+            self._curve = CurveControl(gui, self._session, label, spec, value)
+            return self._curve.box
         elif isinstance(value, bool):
             handle = gui.add_checkbox(label, value, hint=tr(spec.help))
         elif isinstance(value, int):
@@ -169,12 +173,16 @@ class Controls:
         self.sources.show(frame)
         self._joints.show(frame)
         self._compare.show(frame)
+        self._curve.show(settings, matters("curve", settings))
         if settings is self._settings and len(self._shown) == len(self._handles):
             return
         self._settings = settings
         present = values(settings)
         self._speed.show(SPEEDS.index(present["speed"]) if present["speed"] in SPEEDS else -1)
         for key, handle in self._handles.items():
+            if handle is self._curve.box:
+                self._shown[key] = present[key]
+                continue
             handle.visible = matters(key, settings)
             if key in self._shown and self._shown[key] == present[key]:
                 continue

@@ -5,6 +5,7 @@ from typing import Final
 from markupsafe import Markup
 
 from app.i18n.speaking import decimal, tr
+from app.text.law_texts import LAW_TEXTS
 from app.text.templates import macros, tr_html
 from controllers.laws.situation import FIRM_LEVER
 from controllers.limits import Authority
@@ -28,7 +29,10 @@ def promise_html(simulation: Simulation, sample: Sample, custom: bool = False) -
     """
     if sample.pair < 0:
         return Markup()
-    if custom or not simulation.settings.law.entry.promises:
+    law = simulation.settings.law
+    if not custom and (promise := LAW_TEXTS[law.law].promise) is not None:
+        pill = ("", promise(law))
+    elif custom or not law.entry.promises:
         pill = ("", tr_html("this law does not promise {bound}", bound=BOUND))
     else:
         pill = promise_words(simulation, sample)

@@ -33,6 +33,8 @@ from tests.scenes.helpers import given_settings
 def a_value(spec: Spec, present: object) -> st.SearchStrategy[object]:
     if spec.choices:
         return st.sampled_from(spec.choices)
+    if spec.read is not None:
+        return st.sampled_from(("0.1:1,0.2:0", "0:0.5,0.15:0.25,0.4:0.5"))
     if isinstance(present, bool):
         return st.booleans()
     if isinstance(present, int):

@@ -68,7 +68,7 @@ def views(lesson: Lesson, step: Step, index: int) -> Iterator[StepView]:
     outcome = replace(reference(step, step.setup), unlike=tuple(values(RunSettings()).items()))
     for choice in range(len(step.question.choices)) if step.question is not None else (None,):
         done = StepProgress(choice, outcome, outcome, len(step.hints))
-        yield make_view(StepPosition(lesson, step, index, phases_of(step)[-1], done, False), step.yours, False, False)
+        yield make_view(StepPosition(lesson, step, index, phases_of(step)[-1], done, None), step.yours, False, False)
 
 
 def texts_of(lesson: Lesson, step: Step, index: int) -> Iterator[str]:

@@ -55,6 +55,9 @@ def another(key: str, present: Any) -> tuple[Any, Any]:
     if spec.choices:
         other = spec.choices[(spec.choices.index(present) + 1) % len(spec.choices)]
         return spec.options()[other], other
+    if spec.read is not None:
+        other = "0.1:1,0.3:0" if present != "0.1:1,0.3:0" else "0.1:1,0.2:0"
+        return other, other
     if isinstance(present, bool):
         return not present, not present
     if isinstance(present, int):

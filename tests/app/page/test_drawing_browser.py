@@ -1,14 +1,18 @@
 """A curve drawn in the lesson's panel, in a real browser: by mouse, finger and keys, alone and in a class."""
 
+import json
+
 from playwright.sync_api import Page
 
 from app.lessons.bookmark import Phase
 from app.lessons.session.lesson_actions import GoOn
 from app.plots.curve_chart import COLUMNS
 from app.settings import Settings
+from controllers.curve import curve_through
 from scenes.settings import changed
 from tests.app.classroom.test_browser import WAIT, come
 from tests.app.conftest import OpenHouse, ask, lecture_of, live_sessions
+from tests.app.page.by_hand import visit
 from tests.browser import PageAt, close_software_note, screenshot, settled_box, until
 from tests.tools.lesson_walker import enter
 
@@ -122,3 +126,44 @@ def test_a_class_draws_a_cloud(house: OpenHouse, page_at: PageAt) -> None:
         page.locator(".duet-poll").get_by_text("by the formula").first.wait_for()
         screenshot(page, f"drawing-class-{'teacher' if page is teacher else 'student'}")
     ann.locator(".duet-lesson:not(.duet-l-verdict) > .card").get_by_text("Your curve is within 0.").wait_for()
+
+
+def test_the_arm_obeys_a_curve_that_is_drawn_or_typed(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(1440, 900, fresh=True)
+    session = visit(page, house(), "scene=ball&law=drawn_curve")
+    curve = lambda: ask(session, lambda one: one.settings.run.law.curve)  # noqa: E731
+    board = page.get_by_role("application", name="Draw λ over distance d.")
+    board.scroll_into_view_if_needed()
+    until(page, lambda: page.locator(".pencil").evaluate("path => path.getTotalLength()") > 40, "the curve of the settings")
+    by_mouse(page, (0.0, 1.0), (0.5, 1.0), (1.0, 0.0))
+    until(page, lambda: curve() != "0.15:1,0.2:0.3,0.4:0", "drawn by mouse")
+    drawn = curve_through(curve())
+    assert (
+        drawn.height(0.1) > 0.95 and abs(drawn.height(0.3) - 0.5) < 0.08 and drawn.height(0.4) < 0.08 and len(drawn.heights) < 12
+    )
+    assert ask(session, lambda one: one.simulation.law.activation(0.3)) == drawn.height(0.3)
+    screenshot(page, "drawn-curve")
+
+    box = page.get_by_role("textbox", name="λ(d)")
+    box.fill("0.1:1,0.2")
+    page.get_by_role("alert").get_by_text("cannot be read").wait_for()
+    box.fill("0.1:1,0.20:0")
+    until(page, lambda: curve() == "0.1:1,0.2:0", "typed")
+    page.get_by_role("alert").wait_for(state="hidden")
+    assert box.input_value() == "0.1:1,0.20:0", "what is typed is left as it is"
+    heights = lambda: json.loads(page.locator(".duet-draw").get_attribute("data-curve") or "[]")  # noqa: E731
+    until(page, lambda: heights()[:2] == [1, 1] and heights()[-1] == 0, "the board follows")
+
+
+def test_a_drawn_prediction_can_be_run(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(1440, 900, fresh=True)
+    session, run = enter(page, house(), "lesson=4&step=1")
+    by_mouse(page, (0.0, 1.0), (0.2, 1.0), (0.5, 0.0), (1.0, 0.0))
+    until(page, lambda: len(ask(session, lambda _: run.walk.done.drawing)) == COLUMNS, "drawn")
+    page.get_by_role("button", name="0.5, 0.25 and 0.001").click()
+    ask(session, lambda _: run.act(GoOn()))
+    page.get_by_role("button", name="Run with my curve").click()
+    until(page, lambda: ask(session, lambda one: one.settings.run.law.law) == "drawn_curve", "the arm obeys it")
+    page.get_by_text("Your curve at work: ").first.wait_for()
+    page.get_by_role("button", name="Back to the outcome").click()
+    until(page, lambda: ask(session, lambda one: one.settings.run.law.law) == "smooth_priority", "back")

@@ -22,6 +22,8 @@ def bad_values(key: str, present: Any) -> list[Any]:
     spec = SPECS[key]
     if spec.choices:
         return ["nonsense", "", spec.choices[0], "x" * 5000]
+    if spec.read is not None:
+        return ["nonsense", "", "0.2:1,0.1:0", "x" * 5000]
     if isinstance(present, bool):
         return []
     low, high = spec.low * spec.page_scale, spec.high * spec.page_scale

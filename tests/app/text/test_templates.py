@@ -99,7 +99,7 @@ def views() -> Iterator[StepView]:
         for phase in Phase:
             verdict = AnswerVerdict(False, NASTY, NASTY, (NASTY,))
             yield replace(
-                make_view(StepPosition(lesson, step, i, Phase.DO, done, False), True, True, True),
+                make_view(StepPosition(lesson, step, i, Phase.DO, done, None), True, True, True),
                 phase=phase,
                 phases=(*Phase,),
                 verdict=verdict,

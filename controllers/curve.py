@@ -1,0 +1,110 @@
+"""A λ(d) through given points: how it is written, and its height between them."""
+
+from bisect import bisect_right
+from functools import lru_cache
+from itertools import pairwise
+from typing import Final, NamedTuple
+
+from controllers.errors import BadSetting, LazyText
+
+MOST_POINTS: Final = 48
+"""Points that a curve may have."""
+
+FARTHEST: Final = 2.0
+"""Largest distance of a point, either side of 0 [m]."""
+
+
+@lru_cache(maxsize=256)
+def curve_points(text: str) -> tuple[tuple[float, float], ...]:
+    """Return the points (d [m], λ) of a text such as "0.15:1,0.2:0.3,0.4:0".
+
+    Raises:
+        BadSetting: the text is no such list, a number is out of its range, or the distances do not rise.
+    """
+    remedy = LazyText("write its points as d:λ, d in metres, with commas between them: 0.15:1,0.2:0.3,0.4:0.")
+    try:
+        points = tuple((float(d), float(lam)) for d, lam in (part.split(":") for part in text.split(",")))
+    except ValueError:
+        raise BadSetting("curve = {text} cannot be read; {remedy}", text=repr(text[:60]), remedy=remedy) from None
+    if not 2 <= len(points) <= MOST_POINTS:
+        raise BadSetting(
+            "A curve has 2 to {most} points, not {count}; {remedy}", most=MOST_POINTS, count=len(points), remedy=remedy
+        )
+    for d, lam in points:
+        if not (abs(d) <= FARTHEST and 0.0 <= lam <= 1.0):
+            raise BadSetting("{d:g}:{lam:g} is out of range; d goes from −2 to 2 m and λ from 0 to 1.", d=d, lam=lam)
+    for (d, _), (following, _) in pairwise(points):
+        if following - d < 1e-4:
+            raise BadSetting(
+                "The distances of a curve rise by 0.1 mm at least; {d:g} comes before {then:g}.", d=d, then=following
+            )
+    return points
+
+
+def curve_text(points: tuple[tuple[float, float], ...]) -> str:
+    """Return points (d [m], λ) as the text that `curve_points` reads."""
+    return ",".join(f"{d:.6g}:{lam:.6g}" for d, lam in points)
+
+
+def read_curve(text: str) -> str:
+    """Return a text of points in its one form.
+
+    Raises:
+        BadSetting: see `curve_points`.
+    """
+    return curve_text(curve_points(text))
+
+
+class Curve(NamedTuple):
+    """A cubic between every two points, with one slope at each: it passes no point's height between two of them.
+
+    Attributes:
+        distances, heights, slopes: of the points.
+    """
+
+    distances: tuple[float, ...]
+    heights: tuple[float, ...]
+    slopes: tuple[float, ...]
+
+    def height(self, distance: float) -> float:
+        """Return λ at a distance [m]."""
+        xs = self.distances
+        if distance <= xs[0]:
+            return self.heights[0]
+        if distance >= xs[-1]:
+            return self.heights[-1]
+        i = bisect_right(xs, distance) - 1
+        h = xs[i + 1] - xs[i]
+        s = (distance - xs[i]) / h
+        rise = s * s * (3.0 - 2.0 * s)
+        bend = s * (1.0 - s) * h
+        from_left, from_right = self.slopes[i] * (1.0 - s), self.slopes[i + 1] * s
+        lam = self.heights[i] + rise * (self.heights[i + 1] - self.heights[i]) + bend * (from_left - from_right)
+        return min(max(lam, 0.0), 1.0)
+
+
+@lru_cache(maxsize=256)
+def curve_through(text: str) -> Curve:
+    """Return the curve through points, monotone between any two: F. N. Fritsch and J. Butland, SIAM J. Sci. Stat. Comput. 5(2), 1984."""
+    distances, heights = zip(*curve_points(text), strict=True)
+    widths = [b - a for a, b in pairwise(distances)]
+    rises = [(b - a) / h for (a, b), h in zip(pairwise(heights), widths, strict=True)]
+    slopes = [0.0]
+    for (before, after), (h, k) in zip(pairwise(rises), pairwise(widths), strict=True):
+        weights = (2.0 * k + h, k + 2.0 * h)
+        turns = before * after <= 0.0
+        slopes.append(0.0 if turns else sum(weights) / (weights[0] / before + weights[1] / after))
+    return Curve(distances, heights, (*slopes, 0.0))
+
+
+def kept_distance(text: str) -> float | None:
+    """Return up to which distance λ is 1 [m], so that d stays there while w ≤ v; None if the curve does not begin at 1.
+
+    Further away every λ < 1 gives way to a pull u > λ v / (1 − λ).
+    """
+    kept = None
+    for distance, lam in curve_points(text):
+        if lam < 1.0:
+            break
+        kept = distance
+    return kept

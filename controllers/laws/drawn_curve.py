@@ -1,0 +1,29 @@
+"""A law of which λ(d) is drawn by hand: the paper's blend of retreat and pull, with any activation in place of eq. (31)."""
+
+import math
+from dataclasses import dataclass
+
+from controllers.curve import curve_through
+from controllers.laws.row_law import RowLaw
+
+
+@dataclass(frozen=True)
+class DrawnCurve(RowLaw):
+    """J_d q̇ = λ(d) v − (1 − λ(d)) u with λ(d) through given points.
+
+    Attributes:
+        curve: the points, see `controllers.curve`; constant beyond both ends.
+        nominal_velocity: v [m/s].
+    """
+
+    curve: str
+    nominal_velocity: float
+
+    def activation(self, distance: float) -> float:
+        """Return λ(d)."""
+        return 0.0 if distance == math.inf else curve_through(self.curve).height(distance)
+
+    def correction(self, distance: float, pull: float, approach: float) -> float:
+        """Return c = λ (v + u) [m/s]."""
+        del approach
+        return self.activation(distance) * (self.nominal_velocity + pull)
