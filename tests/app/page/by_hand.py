@@ -74,7 +74,7 @@ def set_by_hand(page: Page, session: Session, key: str) -> None:
     elif isinstance(expected, bool):
         place.locator("input[type=checkbox]").click(force=True)
     else:
-        box = place.locator("input[type=text]").last
+        box = place.get_by_role("textbox").last
         box.fill(sent if isinstance(sent, str) else f"{sent:g}")
         box.press("Enter")
     until(page, lambda: values(session.settings)[key] == pytest.approx(expected, abs=1e-9), key)

@@ -27,6 +27,7 @@ STAGES: dict[str, dict[str, Any]] = {
     **{key: {"law": "potential_field"} for key in ("d0", "eta")},
     "gamma": {"law": "barrier_qp"},
     "kr": {"law": "set_based_task"},
+    "curve": {"law": "drawn_curve"},
     "beta": {"pairs": "soft"},
     "eps": {"pairs": "smooth"},
     "coupled": {"avoid": "both", "ff": False},

@@ -161,6 +161,7 @@ def test_a_drawn_prediction_can_be_run(house: OpenHouse, page_at: PageAt) -> Non
     by_mouse(page, (0.0, 1.0), (0.2, 1.0), (0.5, 0.0), (1.0, 0.0))
     until(page, lambda: len(ask(session, lambda _: run.walk.done.drawing)) == COLUMNS, "drawn")
     page.get_by_role("button", name="0.5, 0.25 and 0.001").click()
+    until(page, lambda: ask(session, lambda _: run.walk.phase) is Phase.DO, "an answer")
     ask(session, lambda _: run.act(GoOn()))
     page.get_by_role("button", name="Run with my curve").click()
     until(page, lambda: ask(session, lambda one: one.settings.run.law.law) == "drawn_curve", "the arm obeys it")
