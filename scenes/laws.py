@@ -51,6 +51,7 @@ class LawEntry:
         promises: whether the promise of `scenes.promise` is made for it.
         of_section_iii: whether it is eq. (12), of which section III of the paper shows the stability.
         in_null_space: whether it divides by what the hand leaves of J_d.
+        in_league: whether the league plays it; not what is another law with every curve.
     """
 
     name: str
@@ -65,6 +66,7 @@ class LawEntry:
     promises: bool = False
     of_section_iii: bool = False
     in_null_space: bool = False
+    in_league: bool = True
 
     @property
     def settings(self) -> frozenset[str]:
@@ -159,6 +161,7 @@ LAWS: Final[dict[str, LawEntry]] = {
         ),
         LawEntry(
             DRAWN_LAW, "Drawn curve (your own λ)", "Drawn curve", "drawn_curve:DrawnCurve", ("curve", "v"), "share",
+            in_league=False,
         ),
         LawEntry(
             NO_AVOIDANCE, "Unprotected (task only)", "Unprotected", "unprotected:Unprotected",

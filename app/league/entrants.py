@@ -58,7 +58,7 @@ def entrants(paths: list[Path]) -> list[Entrant]:
     Raises:
         BadInputFile: a file cannot be read.
     """
-    found = [Entrant(name) for name in LAWS]
+    found = [Entrant(name) for name, law in LAWS.items() if law.in_league]
     for path in paths:
         name = readable(path.name)
         if any(other.name == name for other in found):
