@@ -107,7 +107,7 @@ def contrast_of(asked: Setup, beside: Setup, answer: Choice | None, language: La
 def _headline(answer: Choice | None) -> str:
     if answer is None:
         return N_("Your curve at work: {what}")
-    return N_("Here you would be right: {what}") if answer.otherwise else N_("Here, too, you are wrong: {what}")
+    return N_("Here you would be right: {what}") if answer.otherwise else N_("Here it is the same: {what}")
 
 
 def _chosen(changes: Pairs, language: Language) -> str:

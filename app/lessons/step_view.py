@@ -43,6 +43,7 @@ class StepView:
         why: whether there is a run that shows why the answer is wrong; `showing` while it is on.
         contrast: in what that run differs, while it is on.
         challenge: whether the step has one; `attempts`, `passed` and `attempt`, the newest, tell how it went.
+        stale: whether another run has begun since that attempt.
         tries: at a challenge that asks for the value of a setting, once there are enough of them to be plotted.
         forecasts: what the student has to say beforehand, one line each.
         hints: those that are open; `more_hints` if there are others.
@@ -74,6 +75,7 @@ class StepView:
     attempts: int
     passed: bool
     attempt: Attempt | None
+    stale: bool
     tries: tuple[Try, ...]
     forecasts: tuple[str, ...]
     hints: tuple[str, ...]
@@ -91,6 +93,7 @@ class StepPosition:
     Attributes:
         lesson, step, index: which, and the step's place in the lesson.
         beside: the run that is shown beside the step's own, or None.
+        stale: whether another run has begun since the newest attempt.
     """
 
     lesson: Lesson
@@ -99,6 +102,7 @@ class StepPosition:
     phase: Phase
     done: StepProgress
     beside: Setup | None
+    stale: bool = False
 
 
 def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> StepView:
@@ -139,6 +143,7 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
         attempts=done.attempts,
         passed=done.passed,
         attempt=done.last,
+        stale=at.stale,
         tries=done.tries if len(done.tries) >= PLOTTED_TRIES else (),
         forecasts=tuple(settings_text(f.changes) for f in challenge.forecasts) if challenge else (),
         hints=step.hints[: done.hints],

@@ -74,6 +74,7 @@ class Walkthrough:
         self._kept: dict[str, TargetSource] = dict(kept or {})
         self._watch = RunWatch()
         self._counted: tuple[object, ...] = ()
+        self._judged = -1
         self._running: tuple[Bookmark, Setup] | None = None
         self._resume()
 
@@ -348,6 +349,7 @@ class Walkthrough:
             self._kept[challenge.keep] = person
         # A run that is checked twice is one attempt; other numbers are another one.
         counted = self.lesson.id, self.step.id, self._watch.run, *said
+        self._judged = self._watch.run
         again, self._counted = counted == self._counted or not attempt.judgements, counted if attempt.judgements else ()
         if challenge.search and not again and not attempt.note and (value := attempt.judgements[0].value) is not None:
             setting = float(values(simulation.settings)[challenge.search])
@@ -417,8 +419,11 @@ class Walkthrough:
         self.run_again()
 
     def _place(self, book: LessonBook | None = None) -> StepPosition:
-        at = self.in_book(book)
-        return StepPosition(at.lesson, at.step, at.step_index, self.phase, self.done, self.beside)
+        at, challenge = self.in_book(book), self.step.challenge
+        # A law of one's own is tested, not the run.
+        tested = challenge is not None and challenge.custom_law
+        stale = self.done.last is not None and not tested and 0 <= self._judged != self._watch.run
+        return StepPosition(at.lesson, at.step, at.step_index, self.phase, self.done, self.beside, stale)
 
     def _before(self) -> Phase | None:
         """Return the phase before the present one; an answer cannot be taken back once the outcome is known."""

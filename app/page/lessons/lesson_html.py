@@ -118,7 +118,7 @@ def attempt_html(view: StepView) -> Markup:
         # The note says already why these have nothing to tell.
         if not attempt.note or j.passed or j.value is not None
     ]
-    card = made.attempt(attempt, view.attempts, judgements)
+    card = made.attempt(attempt, view.attempts, judgements, view.stale)
     return card + search_plot(challenge, view.tries, view.lesson.language) if challenge is not None and view.tries else card
 
 

@@ -209,6 +209,7 @@ EXPECTED: dict[str, tuple[str, dict[str, Any], Callable[[Seen], float], float]] 
     "null_dimension": ("pose", {}, lambda s: 7.0 - 6.0, 1e-6),
     "hand_error_now": ("ball", {}, lambda s: float(np.linalg.norm(s.place(s.q[0]) + PATH - s.place(s.q[-1]))), 1e-3),
     "largest_hand_error": ("ball", {"since": 3.0}, lambda s: max(s.col("e2")[150:]) ** 0.5, 1e-12),
+    "mean_hand_error": ("ball", {}, lambda s: float(np.mean(np.sqrt(s.col("e2")))), 1e-12),
     "hand_error_at": ("tail", {"time": 7.5}, lambda s: float(np.linalg.norm(s.place(s.q[0]) + PATH - s.place(s.q[375]))), 1e-9),
     "elbow_travel": ("elbow", {}, lambda s: float(pdist(s.path("elbow")).max()), 1e-6),
     "hand_turned": (

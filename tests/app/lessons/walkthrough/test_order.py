@@ -108,7 +108,7 @@ def test_the_run_that_shows_why(walk: Walkthrough) -> None:
     assert walk.view().why and walk.show_why() and walk.run_id == turn + 1
     assert walk.settings().run.law.order == 6.0
     contrast = walk.view().contrast
-    assert contrast == Contrast("Here, too, you are wrong: n = 6", ("n",), "n = 6", "n = 2", ("n = 6", "n = 2"))
+    assert contrast == Contrast("Here it is the same: n = 6", ("n",), "n = 6", "n = 2", ("n = 6", "n = 2"))
     run_out(walk)
     assert walk.done.why is not None and walk.view().why_outcome and walk.view().showing
     assert walk.next() and walk.view().contrast is None and walk.phase is Phase.OBSERVE
@@ -181,10 +181,11 @@ def test_a_failed_challenge_says_which_inequality_and_by_how_much(walk: Walkthro
     failed = walk.attempt(simulation)
     assert failed is not None and not failed.passed and failed.failed == ("n",)
     assert "n: 2, but it must be at least 5. 3 is missing." in failed.text
-    assert not walk.done.passed
+    assert not walk.done.passed and not walk.view().stale
     walk.run_again()
+    assert walk.view().stale, "the verdict is about the run before"
     passed = walk.attempt(simulated(walk.step.trials[0].setup))
-    assert passed is not None and passed.passed and walk.done.passed
+    assert passed is not None and passed.passed and walk.done.passed and not walk.view().stale
     walk.run_again()
     walk.attempt(simulation)
     assert walk.done.passed and walk.done.attempts == 3 and walk.view().passed
