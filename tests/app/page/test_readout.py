@@ -339,7 +339,18 @@ def test_a_joint_at_its_limit_is_named() -> None:
     assert shown(simulation).endswith(f"dm may fail: {joint} at its limit")
 
 
-@pytest.mark.parametrize("law", tuple(LAWS)[1:])
+@pytest.mark.parametrize(
+    ("curve", "said"),
+    [
+        ("0.1:1,0.2:0", "this curve promises d ≥ 100 mm while w ≤ v"),
+        ("0.1:0.9,0.2:0", "this curve promises no distance: it does not begin at 1"),
+    ],
+)
+def test_what_a_drawn_curve_promises(curve: str, said: str) -> None:
+    assert shown(played(f"scene=hold&law=drawn_curve&curve={curve}", 0.1)).endswith(said)
+
+
+@pytest.mark.parametrize("law", [name for name in tuple(LAWS)[1:] if LAW_TEXTS[name].promise is None])
 def test_a_law_without_the_promise_says_so(law: str) -> None:
     assert shown(played(f"scene=hold&law={law}", 0.1)).endswith("this law does not promise d ≥ dm")
 
