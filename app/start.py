@@ -107,6 +107,7 @@ def start_app(
             options.host,
             options.port,
             allowed_origins=options.allowed_origins,
+            embed_origins=options.embed_origins,
             max_clients=options.watchers if options.lecture else workload.places,
             delay=Guesses(options.key).delay,
             assets=page_assets(options.settings.page, options.lecture),

@@ -3,6 +3,7 @@
 No test sleeps: every wait is for something that can be seen in the page (an element, a pose, a number of drawn frames).
 """
 
+import asyncio
 import os
 import re
 import shutil
@@ -17,7 +18,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Error, Locator, Page, Playwright, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Error, Locator, Page, Playwright, sync_playwright
 
 FAILED = pytest.StashKey[bool]()
 FLAGS = (
@@ -185,6 +186,12 @@ def _emptied(page: Page) -> bool:
     return True
 
 
+def _close(context: BrowserContext) -> None:
+    """Close a tab with all that is its own; one that does not answer goes with the browser, and holds no test up until then."""
+    with suppress(TimeoutError, Error):
+        context._sync(asyncio.wait_for(context._impl_obj.close(reason=None), 30.0))
+
+
 @pytest.fixture
 def page_at(browser: Browser, used_tabs: list[Page], request: pytest.FixtureRequest) -> Iterator[PageAt]:
     """`page_at(width, height, expect=(…))` opens an empty tab of that size.
@@ -236,7 +243,7 @@ def page_at(browser: Browser, used_tabs: list[Page], request: pytest.FixtureRequ
             end()
             used_tabs.append(page)
         else:
-            page.context.close()
+            _close(page.context)
     assert not complaints, "the page complained:\n" + "\n".join(complaints)
 
 

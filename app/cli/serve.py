@@ -68,6 +68,8 @@ class Serve:
     allow_origin: tyro.conf.UseAppendAction[tuple[str, ...]] = ()
     """A further web address under which the page may be opened, such as https://duet.example.org behind a proxy; may be given several
     times."""
+    embed_origin: tyro.conf.UseAppendAction[tuple[str, ...]] = ()
+    """The web address of a page that may show this one in a frame, such as https://moodle.example.org; may be given several times."""
     bvh: Path | None = None
     """A person's recorded motion to imitate, as BVH; used when `source` is `file`."""
     camera: int | None = None
@@ -119,6 +121,7 @@ def serve(command: Serve) -> int:
         lecture=command.lecture,
         key=key,
         allowed_origins=command.allow_origin,
+        embed_origins=command.embed_origin,
         bvh=command.bvh,
         camera=command.camera,
         video=command.video,

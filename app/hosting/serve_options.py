@@ -18,6 +18,7 @@ class ServeOptions:
         lecture: whether all see one plenary session.
         key: the teacher's, or None.
         allowed_origins: web addresses from which pages may connect besides our own.
+        embed_origins: web addresses of pages that may show ours in a frame.
         bvh, camera, video, pose_model, law_file: see `app.session.input_source.find_input_sources`.
         lessons: folder of lessons; None for our own.
         ahead: whether to prepare what is slow the first time.
@@ -35,6 +36,7 @@ class ServeOptions:
     lecture: bool = False
     key: str | None = None
     allowed_origins: tuple[str, ...] = ()
+    embed_origins: tuple[str, ...] = ()
     bvh: Path | None = None
     camera: int | None = None
     video: Path | None = None

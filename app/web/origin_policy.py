@@ -40,8 +40,8 @@ def _parse(origin: str) -> tuple[str, str, int | None] | None:
     return address and (scheme, *address)
 
 
-def check_origin(address: str) -> None:
-    """Check that an address is an origin: scheme, name, and perhaps a port.
+def check_origin(address: str, what: str = "allowed origin") -> None:
+    """Check that an address is an origin: scheme, name, and perhaps a port. `what`: its name in the message.
 
     Raises:
         BadSetting: it is not; the message names one.
@@ -51,8 +51,8 @@ def check_origin(address: str) -> None:
     parts = urlsplit(address) if address.startswith(("http://", "https://")) else None
     short = f"{parts.scheme}://{parts.netloc}" if parts is not None else ""
     if short and _parse(short) is not None:
-        raise BadSetting(f"allowed origin {address!r} has a path; give {short}")
-    raise BadSetting(f"allowed origin {address!r} is not a web address; valid: http://name:port or https://name")
+        raise BadSetting(f"{what} {address!r} has a path; give {short}")
+    raise BadSetting(f"{what} {address!r} is not a web address; valid: http://name:port or https://name")
 
 
 def _may_name_us(name: str) -> bool:

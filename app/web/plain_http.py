@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import http
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from http import HTTPStatus
 from typing import Any, Final
 
@@ -91,9 +91,15 @@ def _fault_of(head: bytes) -> HTTPStatus | None:
 OWN_HEADERS: Final = {
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
-    "X-Frame-Options": "SAMEORIGIN",
     "Cache-Control": "no-cache",
 }
+
+
+def framing(origins: Sequence[str]) -> dict[str, str]:
+    """Return the header that says which pages may show ours in a frame: our own, and those of `origins`."""
+    return {"Content-Security-Policy": " ".join(("frame-ancestors 'self'", *origins))}
+
+
 HTML: Final = "text/html; charset=utf-8"
 
 

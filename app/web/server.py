@@ -42,7 +42,7 @@ from app.web.pages import (
     page_query,
     patched_index,
 )
-from app.web.plain_http import ALLOWED, HTML, OWN_HEADERS, respond
+from app.web.plain_http import ALLOWED, HTML, OWN_HEADERS, framing, respond
 from app.web.schemas import UPLOAD_TOO_LARGE, Refused
 from app.web.sending import ClientBuffer
 from app.web.traffic_limits import BoundedQueue, TrafficLimits
@@ -75,6 +75,7 @@ class DuetServer(viser.ViserServer):
         host: 127.0.0.1 for this computer only, 0.0.0.0 for the whole network.
         port: the port, 0 for any free one.
         allowed_origins: further pages that may connect, such as `https://duet.example.org` behind a proxy.
+        embed_origins: foreign pages that may show ours in a frame, such as `https://moodle.example.org`.
         max_clients: places; a browser that comes when all are taken gets a page that lets it in when one is free. None for no limit.
         limits: how much one browser may ask for.
         documents: further pages, rendered outside the network's thread.
@@ -109,6 +110,7 @@ class DuetServer(viser.ViserServer):
         port: int = 8080,
         *,
         allowed_origins: tuple[str, ...] = (),
+        embed_origins: tuple[str, ...] = (),
         max_clients: int | None = None,
         limits: TrafficLimits | None = None,
         documents: Documents = NO_DOCUMENTS,
@@ -122,6 +124,8 @@ class DuetServer(viser.ViserServer):
             raise BadSetting(f"max_clients = {max_clients} is out of range; valid: 1 or more")
         for origin in allowed_origins:
             check_origin(origin)
+        for origin in embed_origins:
+            check_origin(origin, "embed origin")
         if listener is None:
             listener = listen(host, port)
             port = listener.getsockname()[1]
@@ -142,6 +146,7 @@ class DuetServer(viser.ViserServer):
         self.app_state: Callable[[], Mapping[str, object]] = dict
         self.may_measure: Callable[[Mapping[str, str]], bool] = lambda query: False
         self.shared_buffer: BufferChoice = lambda connection, client_id, buffer: contextlib.nullcontext(buffer)
+        self._frames = framing(embed_origins)
         self._documents, self._delay, self._delayed = documents, delay, 0
         self._ready = threading.Event()
         self._holders: dict[ServerConnection, tuple[str, str]] = {}
@@ -237,7 +242,11 @@ class DuetServer(viser.ViserServer):
             finally:
                 self._delayed -= 1
         response = self._answer_now(connection, request, static)
-        return await response if isinstance(response, Awaitable) else response
+        if isinstance(response, Awaitable):
+            response = await response
+        if response is not None:
+            response.headers.update(self._frames)
+        return response
 
     def _answer_now(
         self, connection: FilteredConnection, request: Request, static: Static

@@ -79,7 +79,7 @@ def test_an_endless_loop_is_ended_and_named(file: Path, text: str, line: tuple[i
 )
 def test_a_memory_hog_is_ended_and_named(file: Path, hog: str) -> None:
     text = f"import numpy as np\nkept = []\n\ndef law(s):\n    return {hog}"
-    with CustomLaw(write(file, text), replace(SHORT, call=5.0), waits=True) as law:
+    with CustomLaw(write(file, text), replace(SHORT, load=5.0, call=5.0), waits=True) as law:
         assert law.load()
         pid = law.pid
         for _ in range(10):

@@ -38,7 +38,7 @@ def test_pages_carry_the_headers_and_the_server_tells_its_health(room: Room, joi
     for path in ("/", "/?dm=0.1", "/healthz"):
         status, headers, _ = get(room.server.url + path)
         assert status == 200
-        assert headers["x-content-type-options"] == "nosniff" and headers["x-frame-options"] == "SAMEORIGIN"
+        assert headers["x-content-type-options"] == "nosniff" and headers["content-security-policy"] == "frame-ancestors 'self'"
         assert headers["referrer-policy"] == "no-referrer" and headers["cache-control"] in ("no-cache", "no-store")
     assert get(room.server.url + "/nothing")[0] == 404
     assert get(room.server.url + "/../../../etc/passwd")[0] == 404
@@ -48,6 +48,16 @@ def test_pages_carry_the_headers_and_the_server_tells_its_health(room: Room, joi
     state = json.loads(body)
     assert headers["content-type"] == "application/json"
     assert state["ok"] is True and state["clients"] == 1 and state["room"] is True and re.match(r"\d", state["version"])
+
+
+def test_who_may_show_the_page_in_a_frame(start: Start) -> None:
+    server = start(embed_origins=("https://moodle.example.org", "http://slides.example.org:8000"))
+    for path in ("/", "/healthz", "/nothing", "/robots.txt"):
+        _, headers, _ = get(server.url + path)
+        allowed = "frame-ancestors 'self' https://moodle.example.org http://slides.example.org:8000"
+        assert headers["content-security-policy"] == allowed and "x-frame-options" not in headers
+    with pytest.raises(BadSetting, match=r"embed origin .*/course' has a path; give https://moodle\.example\.org$"):
+        start(embed_origins=("https://moodle.example.org/course",))
 
 
 def measured(body: bytes) -> dict[str, float]:
