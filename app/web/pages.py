@@ -88,12 +88,11 @@ MARK = (STATIC / "mark.svg").read_text(encoding="utf-8").strip()
 _ICON = f'<link rel="icon" href="data:image/svg+xml,{quote(MARK)}">'
 
 
-def patched_index(client_html: str, *, title: str, run: str, assets: PageAssets = NO_ASSETS, body: str = "") -> str:
+def patched_index(client_html: str, *, title: str, assets: PageAssets = NO_ASSETS, body: str = "") -> str:
     """Put our additions into viser's page.
 
     Args:
         client_html: viser's own `index.html`.
-        run: a word that is different for every start of the server.
         assets: further scripts and style sheets; a script may add to `duet.query` what the server is to know of the browser.
         body: HTML that the page's body begins with.
 
@@ -104,7 +103,7 @@ def patched_index(client_html: str, *, title: str, run: str, assets: PageAssets 
     program, end, root = rest.rpartition("</head>")
     if not (mark and end):
         raise ValueError("viser's page has no title in its head to put Duet's additions at")
-    assets = PageAssets((STATIC / "page_query.js",)) + translation() + assets + _connection(run)
+    assets = PageAssets((STATIC / "page_query.js",)) + translation() + assets + _connection()
     head = re.sub(r'<link\s+rel="icon".*?/>', _ICON, head, flags=re.DOTALL)
     head = head.replace('content="Viser client"', 'content="Two robot arms, and one that gives way"')
     # viser's program is long: in the body, behind what is seen until it has arrived.
@@ -112,9 +111,8 @@ def patched_index(client_html: str, *, title: str, run: str, assets: PageAssets 
     return head + ours + program + root.replace("<body>", "", 1)
 
 
-def _connection(run: str) -> PageAssets:
+def _connection() -> PageAssets:
     constants = {
-        "run": run,
         "longestQuery": _LONGEST_QUERY,
         "messages": {"hello": HELLO, "question": QUESTION, "hidden": HIDDEN, "shown": SHOWN},
         "reasons": {"full": ROOM_IS_FULL, "elsewhere": ELSEWHERE, "tooMany": OPEN_TOO_OFTEN, "takenOver": TAKEN_OVER},

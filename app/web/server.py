@@ -152,7 +152,7 @@ class DuetServer(viser.ViserServer):
         self._holders: dict[ServerConnection, tuple[str, str]] = {}
         self._placed: set[ServerConnection] = set()
         self._silent = BoundedQueue[ServerConnection](2 * self.limits.silent, self.limits.silent, self.limits.connections)
-        page = patched_index(viser_internals.client_html(), title="Duet", run=self.run, assets=assets, body=body).encode()
+        page = patched_index(viser_internals.client_html(), title="Duet", assets=assets, body=body).encode()
         self._pages = {"plain": page, "packed": gzip.compress(page, 6)}
         viser_internals.adapt_viser(ClientBuffer)
         with viser_internals.serving_with(partial(self._serve, listener)), contextlib.redirect_stdout(io.StringIO()):

@@ -2,11 +2,11 @@
 // - hands the page's own query to the websocket, so that every tab brings its own link along,
 // - shows when the connection is lost, when the server is silent for 3 s, and when it does not know the page's address,
 // - retries while the tab is not in front (a projector beside the window that one types in), which viser itself does not,
-// - reloads the page when it meets another server than the one it came from, and when the server sends it elsewhere,
+// - reloads the page when it meets another server than before, and when the server sends it elsewhere,
 // - says when the tab goes out of sight and comes back, so that the server rests meanwhile,
 // - says hello at once, because a tab in the background draws no scene, and viser waits for one.
 (() => {
-  const { run, messages, reasons, texts, longestQuery } = duet.connection;
+  const { messages, reasons, texts, longestQuery } = duet.connection;
   texts.refused = texts.refused.replace("{name}", location.origin);
 
   // viser rewrites the address bar a moment from now.
@@ -18,6 +18,8 @@
   let retryTimer = 0;
   let leaving = false;
   let shown = "";
+  // The server that has this tab; behind a proxy with several, the page may come from another one.
+  let met = null;
   // When the server was last heard [ms]; null without a connection.
   let heard = null;
 
@@ -104,9 +106,10 @@
     show("");
     clearInterval(retryTimer);
     retryTimer = 0;
-    health("")
+    health(`?resume=${duet.query.resume ?? ""}`)
       .then((state) => {
-        if (state.run && state.run !== run) location.reload();
+        met ??= state.run;
+        if (state.run && state.run !== met) location.reload();
       })
       .catch(() => {});
   };

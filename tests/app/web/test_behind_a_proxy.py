@@ -20,13 +20,16 @@ from tests.browser import PageAt, screenshot, until, wait_ready
 
 
 class Proxy(socketserver.ThreadingTCPServer):
-    """Hands on what comes for one folder, without the folder's name; what it writes for Host: None leaves it."""
+    """Hands on what comes for one folder, without the folder's name; what it writes for Host: None leaves it.
+
+    `behind`: the server's port; `of_tabs`: of another server, which has what names a tab; 0 for the same.
+    """
 
     allow_reuse_address = daemon_threads = True
 
     def __init__(self, folder: str, host: str | None) -> None:
         super().__init__(("127.0.0.1", 0), _Handing)
-        self.folder, self.host, self.behind = folder, host, 0
+        self.folder, self.host, self.behind, self.of_tabs = folder, host, 0, 0
 
     @property
     def origin(self) -> str:
@@ -45,7 +48,8 @@ class _Handing(socketserver.StreamRequestHandler):
         while (line := self.rfile.readline().decode()).strip():
             rewritten = proxy.host is not None and line.lower().startswith("host:")
             lines.append(f"Host: {proxy.host}\r\n" if rewritten else line)
-        with socket.create_connection(("127.0.0.1", proxy.behind)) as behind, suppress(OSError):
+        port = proxy.of_tabs if proxy.of_tabs and "resume=" in rest else proxy.behind
+        with socket.create_connection(("127.0.0.1", port)) as behind, suppress(OSError):
             behind.sendall("".join([*lines, "\r\n"]).encode())
             threading.Thread(target=self._hand_back, args=(behind,), daemon=True).start()
             while data := self.rfile.read1():
@@ -92,6 +96,20 @@ def test_both_proxies_work_once_their_address_is_let_in(
         assert page.evaluate("fetch('documents/model').then(answer => answer.status)") == 200
         link = page.locator(".duet-link input")
         expect(link).to_have_value(re.compile(rf"^{re.escape(one.origin + folder)}/\?"), timeout=60_000)
+
+
+def test_a_tab_stays_with_its_own_of_two_servers(proxies: tuple[Proxy, Proxy], house: OpenHouse, page_at: PageAt) -> None:
+    proxy = proxies[1]
+    first, second = (house(allowed_origins=(proxy.origin,)) for _ in range(2))
+    proxy.behind, proxy.of_tabs = first.server.get_port(), second.server.get_port()
+    page = page_at(700, 500, fresh=True)
+    loads: list[int] = []
+    page.on("load", lambda _: loads.append(1))
+    with page.expect_response(lambda answer: "healthz?resume=" in answer.url) as health:
+        page.goto(proxy.origin)
+    assert health.value.json()["run"] == second.server.run != first.server.run
+    wait_ready(page, "/room")
+    assert len(loads) == 1 and len(live_sessions(second)) == 1 and not live_sessions(first)
 
 
 def test_programs_and_the_class_find_the_way_through(

@@ -95,12 +95,12 @@ def test_index_is_patched_once_and_safely(room: Room) -> None:
     plain = get(room.server.url + "/")[2].decode()
     assert plain.count("duet-connection") > 1 and "<title>Duet</title>" in plain
     client = "<head><title>Viser</title><script>viser</script></head><body><p></p></body>"
-    hostile = patched_index(client, title="</title><script>1</script>", run="</script>", body="<i>")
+    hostile = patched_index(client, title="</title><script>1</script>", body="<i>")
     assert "<script>1" not in hostile and hostile.count("</script>") == 2
     # What the body begins with is read before viser's program.
     assert hostile.endswith("</head><body><i><script>viser</script><p></p></body>")
     with pytest.raises(ValueError, match="title"):
-        patched_index("<html></html>", title="Duet", run="")
+        patched_index("<html></html>", title="Duet")
 
 
 @pytest.mark.parametrize(
