@@ -8,7 +8,9 @@ from tests.browser import lasting
 
 AXE = (files("axe_playwright_python") / "axe.min.js").read_text(encoding="utf-8")
 
-LEFT_OUT: dict[str, str] = {}
+LEFT_OUT = {
+    "aria-required-children": "viser's bar of folded tabs holds the button that unfolds them, and we cannot take it out of there"
+}
 """Rule of axe → why a page of ours need not keep it."""
 
 SMALLEST = 11.0

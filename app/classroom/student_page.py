@@ -130,7 +130,7 @@ class Answers:
         for i, button in enumerate(self._buttons):
             if poll is not None and i < count:
                 button.label = choice_label(i + 1, poll.choices[i], i == mine.choice)
-                button.color = "orange" if i == mine.choice else "gray"
+                button.color = "blue" if i == mine.choice else "gray"
             button.visible = i < count
         while len(self._commands) > count:
             self._commands.pop().remove()

@@ -61,7 +61,7 @@ def scene_sentence(frame: Frame, asking: bool = False) -> str:
 
 
 def _place_of_hand(simulation: Simulation, number: int) -> str:
-    """Return whose hand it is and where, along the room's axes as they lie in the first view, from the room's origin."""
+    """Return the place of a hand, along the room's axes as they lie in the first view, from the room's origin."""
     hand = simulation.kinematics.hand_pose(simulation.room.arms[number]).translation
     x, y, z = (round(100.0 * length) for length in hand.tolist())
     towards = simulation.room.rig.camera.toward

@@ -1,10 +1,11 @@
 """What those see who just play: a few controls, on a phone; all of them when they ask, and from then on in this browser."""
 
 import numpy as np
+import pytest
 
 from app.page.panels.controls import SMALL
 from tests.accessibility import accessible
-from tests.app.conftest import Arrive, OpenHouse
+from tests.app.conftest import Arrive, OpenHouse, ask
 from tests.app.page.by_hand import visit
 from tests.app.page.helpers import ON_PAGE, bodies, page_label
 from tests.browser import CAMERA, PageAt, screenshot, settled_view, until, wait_frames
@@ -25,10 +26,17 @@ def test_a_phone_begins_with_few_controls_and_its_browser_keeps_all(house: OpenH
     # A lesson asks for any of them.
     page.get_by_role("button", name="Lessons", exact=True).click()
     until(page, lambda: "rig" in labels.all_inner_texts(), "every control")
-    page.get_by_role("button", name="Leave the lessons").click()
+    page.get_by_role("button", name="Close the list").click()
     until(page, lambda: every & set(labels.all_inner_texts()) == few, "few controls again")
     page.get_by_role("button", name="Pause", exact=True).click()
     until(page, lambda: session.paused, "a pause")
+    # λ is silent until it is asked for.
+    tone, lam = page.get_by_role("button", name="λ as a tone"), ask(session, lambda s: s.simulation.sample().activation)
+    assert tone.get_attribute("aria-pressed") == "false" and not tone.get_attribute("data-hertz")
+    tone.click()
+    until(page, lambda: int(tone.get_attribute("data-hertz") or 0) == pytest.approx(220.0 * 4.0**lam, abs=2.0), "the tone of λ")
+    tone.click()
+    until(page, lambda: not tone.get_attribute("data-hertz"), "silence")
     view = settled_view(page)
     page.mouse.move(20, 400)
     page.mouse.down()
