@@ -166,12 +166,18 @@ STEP_KEYS: Final = frozenset({"lesson", "step"})
 ALONE: Final = "alone"
 """Key of a teacher's page without a class, as in a notebook: it has no tools for one."""
 
+MOTION: Final = "motion"
+"""Key by which a browser says that its visitor wants less motion."""
+
+PANEL: Final = "panel"
+"""Key by which a browser or a link says how many controls are wanted: "small" or "all"."""
+
 ATTACK: Final = "attack"
 """Key of a link that replays a run which breaks the promise, or comes near it; see `scenes.counterexample`."""
 
 FOREIGN_KEYS = frozenset(
     {"window", "folder", "websocket", "playbackPath", "darkMode", "key", "logCamera", "fixedDpr", "forceOrbitOriginTool"}
-    | {"resume", WHOLE, ALONE, ATTACK}
+    | {"resume", WHOLE, ALONE, ATTACK, MOTION, PANEL}
     | STEP_KEYS
 )
 """Keys of a link that are not settings: viser's own, the key of a lecture, the size of the window, the folder that a proxy has

@@ -20,7 +20,7 @@ class Palette:
         calm: of the line between the arms while λ = 0.
         background: of the room, top and bottom.
         cell, section: of the floor's lines.
-        ink, dim, soft, faint, pale: of text and lines, from the strongest to the weakest.
+        ink, dim, soft: of text, from the strongest to the weakest; faint: of lines alone.
         paper, card, panel, well, veil: of surfaces: the page, what lies on it, a part set off, a groove, what covers the stage.
         line, edge, hair, bar: of borders, of buttons, of rules in tables, and of bars.
         brand, on_brand, brand_ink, brand_tint, flash: of what is to be pressed, with text on it; text, surface and flash of its kind.
@@ -45,7 +45,6 @@ class Palette:
     dim: str
     soft: str
     faint: str
-    pale: str
     paper: str
     card: str
     panel: str
@@ -71,20 +70,19 @@ class Palette:
 
 
 _PAIRS: Final = {
-    "distance": ("#0072b2", "#5ab4f0"),
-    "critical": ("#d55e00", "#ff8f45"),
-    "resting": ("#2a93c9", "#8fcdf5"),
+    "distance": ("#006fae", "#5ab4f0"),
+    "critical": ("#b04d00", "#ff8f45"),
+    "resting": ("#00718a", "#8fcdf5"),
     "activation": ("#7a3fc4", "#bd9bff"),
     "error": ("#a3195b", "#f58ab8"),
-    "velocity": ("#00835e", "#3fd0a0"),
-    "pull": ("#9a6700", "#f0bd4a"),
+    "velocity": ("#007a57", "#3fd0a0"),
+    "pull": ("#8c5d00", "#f0bd4a"),
     "approach": ("#c1271b", "#ff7a6b"),
-    "calm": ("#5d7387", "#9fb3c6"),
+    "calm": ("#566b7e", "#9fb3c6"),
     "ink": ("#1f2328", "#e3e8ee"),
     "dim": ("#414a54", "#b4bfca"),
     "soft": ("#57606a", "#9aa6b2"),
-    "faint": ("#8b949e", "#7d8792"),
-    "pale": ("#b4bec8", "#525c66"),
+    "faint": ("#7f8994", "#7d8792"),
     "paper": ("#ffffff", "#16181c"),
     "card": ("#ffffff", "#1c2024"),
     "panel": ("#f5f7f9", "#20242a"),
@@ -94,14 +92,14 @@ _PAIRS: Final = {
     "edge": ("#c3cbd3", "#4a525b"),
     "hair": ("#e3e7eb", "#2f353b"),
     "bar": ("#7d8a97", "#8795a3"),
-    "brand": ("#f26a0a", "#ff8f45"),
+    "brand": ("#e25c00", "#ff8f45"),
     "on_brand": ("#1d1105", "#1d1105"),
     "brand_ink": ("#b34700", "#ff9a4d"),
     "brand_tint": ("#fff1e6", "#2d2118"),
     "flash": ("#ffd9b3", "#7a3c00"),
     "good_ink": ("#00583f", "#7fe0bd"),
     "good_tint": ("#ddf2e9", "#17392d"),
-    "warning": ("#b07400", "#f5c96a"),
+    "warning": ("#9c6600", "#f5c96a"),
     "warning_ink": ("#6b4300", "#ffdb94"),
     "warning_tint": ("#fff1d6", "#3d2f10"),
     "warning_flash": ("#ffdf9e", "#6b4708"),
@@ -113,19 +111,19 @@ _PAIRS: Final = {
 PALETTES: Final[dict[Theme, Palette]] = {
     "light": Palette(
         **{name: pair[0] for name, pair in _PAIRS.items()},
-        joints=("#0072b2", "#d55e00", "#00835e", "#a3195b", "#7a3fc4", "#9a6700", "#57606a"),
+        joints=("#006fae", "#b04d00", "#007a57", "#a3195b", "#7a3fc4", "#8c5d00", "#57606a"),
         laws=(
             "#7a3fc4",
             "#57606a",
-            "#d55e00",
-            "#00835e",
-            "#9a6700",
-            "#0072b2",
+            "#b04d00",
+            "#007a57",
+            "#8c5d00",
+            "#006fae",
             "#a3195b",
-            "#00879a",
-            "#5c7a00",
+            "#007281",
+            "#567200",
             "#24292f",
-            "#8b949e",
+            "#8a5a44",
         ),
         background=((243, 245, 248), (214, 220, 227)),
         cell=(205, 211, 218),
@@ -145,7 +143,7 @@ PALETTES: Final[dict[Theme, Palette]] = {
             "#4fd6e0",
             "#b5d33d",
             "#e6edf3",
-            "#7b8590",
+            "#d8a78f",
         ),
         background=((34, 38, 44), (19, 21, 25)),
         cell=(44, 48, 54),

@@ -302,8 +302,8 @@ def until(page: Page, true: Callable[[], object], what: str = "it", seconds: flo
         wait_frames(page, 1)
 
 
-WELCOMED = "try { localStorage.setItem('duetWelcome', '1'); } catch {}"
-"""A browser's first script with which no welcome is shown."""
+WELCOMED = "try { localStorage.duetWelcome ??= '1'; localStorage.duetPanel ??= 'all'; } catch {}"
+"""A browser's first script with which no welcome is shown, and every setting is."""
 
 
 def lasting(page: Page, faults: Callable[[], list[str]], seconds: float = 20.0) -> list[str]:

@@ -19,14 +19,11 @@ from app.lessons.tally import Ballot
 from app.page.lessons.drawing_board import DrawingBoard
 from app.page.lessons.lesson_html import choice_label
 from app.page.lessons.lesson_panel import ORDER, LessonPanel
-from app.page.picture_size import canvas_size
+from app.page.picture_size import PHONE, canvas_size
 from app.text.templates import macros
 from app.theme import NARROW
 from app.web.control_events import on_command, on_press
 from app.web.viser_internals import HotkeyKey, expand_for
-
-PHONE: Final = 576.0
-"""On a window up to this width viser puts all panels into one sheet at the bottom [CSS px]."""
 
 KEYS: Final[tuple[HotkeyKey, ...]] = ("1", "2", "3", "4", "5", "6")
 
@@ -133,7 +130,7 @@ class Answers:
         for i, button in enumerate(self._buttons):
             if poll is not None and i < count:
                 button.label = choice_label(i + 1, poll.choices[i], i == mine.choice)
-                button.color = "orange" if i == mine.choice else "gray"
+                button.color = "blue" if i == mine.choice else "gray"
             button.visible = i < count
         while len(self._commands) > count:
             self._commands.pop().remove()

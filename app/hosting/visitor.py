@@ -23,7 +23,7 @@ from app.page.view import View
 from app.session.clock import NOT_THE_VISITORS
 from app.session.frame import freeze, make_frame
 from app.session.session import Session
-from app.settings import ATTACK, WHOLE, Language, Settings
+from app.settings import ATTACK, MOTION, PANEL, WHOLE, Language, Settings
 from app.web.request import browser_language, request_query
 from controllers.errors import BadSetting, LazyText
 
@@ -84,7 +84,7 @@ class Visitor:
             self.view.show(freeze(self.session, perf_counter()))
             yield
             set_language(self.language)
-            self.operation = Operation(client, self.session, self.view)
+            self.operation = Operation(client, self.session, self.view, whole=self.query.get(PANEL) != "small")
             self._greet()
             yield
             set_language(self.language)
@@ -93,6 +93,8 @@ class Visitor:
                 self.operation.notify_problems((*self._problems, *open_link(self.lessons, self.query, self._record)))
                 self.operation.notify_lessons(self._context.book)
         known = self._record is not None and same_tab(self._record.query, self.query)
+        if not self.is_back and not known and MOTION in self.query and not self.lessons.open:
+            self.session.halt.set("visitor")
         if not self.is_back and not known and ATTACK in self.query:
             try:
                 self.session.studies.counterexample.open(self.query[ATTACK])
@@ -117,7 +119,7 @@ class Visitor:
         with self.client.atomic():
             self.client.gui.reset()
             self.view = View(self.client, self.session, lambda: [self.client], self.lessons)
-            self.operation = Operation(self.client, self.session, self.view)
+            self.operation = Operation(self.client, self.session, self.view, whole=self.operation.whole)
             self._greet()
             self.view.welcome(self.client)
 

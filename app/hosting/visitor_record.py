@@ -16,14 +16,14 @@ from app.lessons.progress import SavedLesson
 from app.lessons.tally import QuestionId
 from app.plots.curve_chart import Curve
 from app.session.session_state import RunState, SessionState
-from app.settings import Settings
+from app.settings import MOTION, PANEL, Settings
 from controllers.errors import BadSetting
 from scenes.inputs import Recorded, RecordedPerson
 from scenes.room import room_of
 
 _TAB_ID: Final = re.compile(r"^[a-z0-9]{16,64}$")
 
-_OF_THE_TAB: Final = ("resume", "window", "key")
+_OF_THE_TAB: Final = ("resume", "window", "key", MOTION, PANEL)
 """Parts of a query that describe the tab and its visitor, and not what it shows."""
 
 

@@ -41,6 +41,15 @@ ICON_NAMES: Final = {
 }
 """viser's buttons that show nothing but an icon: a part of the icon's name → the button's name, see `accessible_names.js`."""
 
+PART_NAMES: Final = {
+    "scene": N_("The arms in 3-D. The key I describes what is to be seen."),
+    "stage": N_("The arms in 3-D"),
+    "left": N_("Lesson"),
+    "right": N_("Controls"),
+    "floating": N_("Live plots"),
+}
+"""Names of the picture, in a lecture another one, and of the parts around it, likewise."""
+
 OURS: Final = (
     LOST,
     LOADING,
@@ -53,6 +62,7 @@ OURS: Final = (
     WHAT_WORKS,
     WHAT_TO_SWITCH_ON,
     *ICON_NAMES.values(),
+    *PART_NAMES.values(),
     N_("more"),
     N_("dismiss this message"),
     N_("From the teacher"),

@@ -17,7 +17,9 @@ from app.page.panels.link_box import LinkBox
 from app.page.panels.page_panel import PagePanel
 from app.page.panels.plot_controls import DetailsChooser, MicroscopeButtons, MomentChooser
 from app.page.panels.replay_bar import ReplayBar
+from app.page.panels.scene_words import SceneWords
 from app.page.panels.source_chooser import TakePerson
+from app.page.picture_size import PHONE, canvas_size
 from app.page.view import View
 from app.session import actions
 from app.session.frame import Frame
@@ -25,7 +27,12 @@ from app.session.session import Session
 from controllers.errors import BadSetting
 from scenes.laws import DEFAULT_LAW, NO_AVOIDANCE
 
-PANELS: Final[list[Callable[[viser.ClientHandle, Session, View], PagePanel]]] = [DetailsChooser, MicroscopeButtons, MomentChooser]
+PANELS: Final[list[Callable[[viser.ClientHandle, Session, View], PagePanel]]] = [
+    DetailsChooser,
+    MicroscopeButtons,
+    MomentChooser,
+    SceneWords,
+]
 """The panels that need nothing but the session and the view; a further one is one more entry."""
 
 
@@ -37,13 +44,21 @@ class Operation:
         session: what is operated.
         view: what is seen of it.
         presenting: whether a class watches: some keys are the presenter's, and leaving the lessons asks first.
+        whole: whether all settings are shown, also while no lesson is open.
+
+    Attributes:
+        whole: the same, as the visitor has asked for since.
     """
 
-    def __init__(self, client: viser.ClientHandle, session: Session, view: View, presenting: bool = False) -> None:
+    def __init__(
+        self, client: viser.ClientHandle, session: Session, view: View, presenting: bool = False, whole: bool = True
+    ) -> None:
+        self.whole, self._presenting = whole, presenting
         self._client, self._session, self._view = client, session, view
-        self._controls = Controls(client.gui, session, self.notify, presenting)
+        self._controls = Controls(client.gui, session, self.notify, presenting, canvas_size(client)[0] <= PHONE)
         self._replay_bar: ReplayBar | None = None
-        with client.gui.add_folder(tr("Keep and replay"), order=self._controls.below_clock, expand_by_default=False):
+        self._keep = client.gui.add_folder(tr("Keep and replay"), order=self._controls.below_clock, expand_by_default=False)
+        with self._keep:
             if session.player is not None:
                 self._replay_bar = ReplayBar(client.gui, session, session.player, self._send, self.notify)
             self._link = LinkBox(client, session, view.lessons)
@@ -91,6 +106,8 @@ class Operation:
                 self._gizmos.nudge(self._in_view(action))
             case actions.SwingElbow(sign):
                 self._gizmos.swing(sign * SWING)
+            case actions.ShowAll(whole):
+                self.whole = whole
             case actions.FirstView():
                 self._view.look(self._client)
             case _:
@@ -147,6 +164,10 @@ class Operation:
 
     def show(self, frame: Frame) -> None:
         """Bring controls and handles up to date."""
+        lessons = self._view.lessons
+        plays = not (self._presenting or lessons.open or lessons.listing or frame.replayed)
+        self._controls.fold(self.whole, plays)
+        self._keep.visible = self.whole or not plays
         for panel in (
             self._controls,
             *self._panels,

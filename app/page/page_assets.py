@@ -5,7 +5,7 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from app.i18n.client_texts import ICON_NAMES, LOADING, NO_PICTURE, WHAT_TO_SWITCH_ON, WHAT_WORKS
+from app.i18n.client_texts import ICON_NAMES, LOADING, NO_PICTURE, PART_NAMES, WHAT_TO_SWITCH_ON, WHAT_WORKS
 from app.page import STATIC
 from app.page.panels.hotkeys import hotkeys
 from app.page.panels.replay_bar import KEY
@@ -26,8 +26,8 @@ def page_assets(page: PageSettings, lecture: bool = False) -> PageAssets:
     scripts = (
         "holders teacher_key without_webgl fast_picture grab_events hand_hover picture_size hotkeys resume announcements "
         "accessible_names replay_box plot_moments drawing page_language folder_headings class_overlay presenter copy_button link_box "
-        "pressed_buttons welcome label_placement contact_chart contact_balance contact_guess contact_card live_equations lit_symbols "
-        "loading"
+        "pressed_buttons welcome label_placement contact_chart contact_balance contact_guess lambda_tone contact_card live_equations "
+        "lit_symbols small_panel loading"
     )
     styles = "without_webgl announcements class presenter welcome loading contact_card"
     constants = {
@@ -36,6 +36,7 @@ def page_assets(page: PageSettings, lecture: bool = False) -> PageAssets:
         "replayKey": KEY,
         "lecture": lecture,
         "iconNames": ICON_NAMES,
+        "partNames": PART_NAMES,
         "loading": {"theme": page.theme, "language": page.language, "text": LOADING},
     }
     return software_rendering() + contact_assets() + PageAssets(_files(scripts, "js"), _files(styles, "css"), constants)

@@ -16,6 +16,10 @@ TITLEBAR: Final = 47.0
 """Height of the bar at the top, until the page says how high its picture is [CSS px]."""
 
 
+PHONE: Final = 576.0
+"""On a window up to this width viser puts all panels into one sheet at the bottom [CSS px]."""
+
+
 class PictureSize(NamedTuple):
     """What a browser says [CSS px].
 

@@ -137,7 +137,7 @@ class _Text(NamedTuple):
     bold: bool = False
 
 
-_CRITICAL: Final = Markup('d<tspan dy="3" font-size="9">m</tspan>')
+_CRITICAL: Final = Markup('d<tspan dy="3" font-size="11.5">m</tspan>')
 
 
 def _texts(x: CurveAxis, y: CurveAxis) -> Iterator[_Text]:

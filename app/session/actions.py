@@ -130,6 +130,16 @@ class FirstView(Action):
     """Point the visitor's camera as at the start."""
 
 
+class Describe(Action):
+    """Say in a sentence what is to be seen."""
+
+
+class ShowAll(Action):
+    """Show all settings in the panel, or few."""
+
+    whole: bool = True
+
+
 class RestoreSettings(Action):
     """Set every setting that differs from these."""
 

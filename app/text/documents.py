@@ -25,6 +25,7 @@ DOCUMENTS: Final = {
     "commands": ("documents/commands.md", N_("Without a page")),
     "league": ("documents/league.md", N_("The league")),
     "lessons": ("lessons/README.md", N_("How to write a lesson")),
+    "accessibility": ("documents/accessibility.md", N_("Accessibility")),
     "cite": ("documents/cite.md", N_("How to cite, and licences")),
     "code": ("documents/code.md", N_("The code")),
     "recipes": ("documents/recipes.md", N_("Recipes")),

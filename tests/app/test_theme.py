@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from app.settings import Theme
 from app.text.documents import document_page
-from app.theme import PALETTES, SYMBOL_COLOURS, css_variables
+from app.theme import PALETTES, SYMBOL_COLOURS, css_variables, rgb
 from tests.test_imports import ROOT
 
 HEX = re.compile(r"(?<![&\w])#(?:[0-9a-fA-F]{8}|[0-9a-fA-F]{6}|[0-9a-fA-F]{3,4})\b")
@@ -68,3 +69,49 @@ def test_documents_show_symbols_in_the_colours_of_the_theme() -> None:
         assert f"main .{name}{{color:var(--{field})}}" in page
         assert f"--{field}:light-dark({light},{dark});" in page
     assert len(re.findall('class="lam"', page)) > 3
+
+
+SURFACES = ("paper", "card", "panel", "well", "brand_tint")
+"""Text of every colour may lie on each of these."""
+
+TEXT = ("ink", "dim", "soft", "brand_ink", "good_ink", "warning_ink", "alarm_ink", "calm", *SYMBOL_COLOURS.values())
+
+GRAPHICS = ("faint", "bar", "brand", "warning")
+"""Lines and borders that carry meaning, and no text."""
+
+BESIDE_A_SURFACE = (
+    *(("on_brand", "brand"), ("ink", "flash"), ("ink", "warning_flash"), ("card", "ink"), ("card", "velocity")),
+    *(("good_ink", "good_tint"), ("warning_ink", "warning_tint"), ("warning_ink", "warning_flash"), ("alarm_ink", "alarm_tint")),
+    *((text, "alarm_tint") for text in ("ink", "soft")),
+)
+"""Text → what it stands on elsewhere."""
+
+
+def contrast(a: str, b: str) -> float:
+    """Return the contrast ratio of two colours after WCAG 2.2."""
+
+    def luminance(css: str) -> float:
+        parts = [value / 255.0 for value in rgb(css)]
+        red, green, blue = (v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in parts)
+        return 0.2126 * red + 0.7152 * green + 0.0722 * blue
+
+    low, high = sorted((luminance(a), luminance(b)))
+    return (high + 0.05) / (low + 0.05)
+
+
+@pytest.mark.parametrize("theme", PALETTES)
+def test_text_and_graphics_stand_out_from_every_surface(theme: Theme) -> None:
+    palette = PALETTES[theme]
+    surfaces = {name: getattr(palette, name) for name in SURFACES}
+    texts = {name: getattr(palette, name) for name in TEXT}
+    texts |= {f"{kind} {i}": one for kind in ("joints", "laws") for i, one in enumerate(getattr(palette, kind))}
+    pairs = [(4.5, name, one, on, surface) for name, one in texts.items() for on, surface in surfaces.items()]
+    pairs += [(3.0, name, getattr(palette, name), on, surface) for name in GRAPHICS for on, surface in surfaces.items()]
+    pairs += [(4.5, name, getattr(palette, name), on, getattr(palette, on)) for name, on in BESIDE_A_SURFACE]
+    low = {f"{name} on {on}": round(ratio, 2) for least, name, one, on, under in pairs if (ratio := contrast(one, under)) < least}
+    assert not low
+
+
+def test_positive_control_the_contrast_of_known_colours() -> None:
+    assert contrast("#000000", "#ffffff") == pytest.approx(21.0)
+    assert contrast("#777777", "#ffffff") == pytest.approx(4.48, abs=0.01)

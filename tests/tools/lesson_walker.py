@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from time import perf_counter
 
@@ -93,6 +94,9 @@ class Walker:
     def __init__(self, page: Page, session: Session, run: LessonSession, hands: Hands) -> None:
         self.page, self.session, self.run, self.hands = page, session, run, hands
         self.moves = LessonMoves(page, session, run, hands)
+        self.check: Callable[[Page], None] = lambda _: None
+        """Asked of the page once in every phase."""
+        self._checked = set[Phase]()
 
     def step(self) -> Walked:
         """Walk the present step from its beginning to its end, with every answer, and stay there."""
@@ -129,6 +133,9 @@ class Walker:
         """Wait for a part of the present step, in the session and on the page."""
         until(self.page, lambda: self.run.walk.phase is phase, f"{phase} of {self.run.walk.step.id}", LONG)
         self.page.locator(f".duet-l-head .phases .now:text-is('{phase.value.capitalize()}')").wait_for()
+        if phase not in self._checked:
+            self._checked.add(phase)
+            self.check(self.page)
 
     def _on(self, label: str) -> None:
         """Wait until a button with this beginning is on the page: what is asked for can be seen to be possible."""

@@ -249,13 +249,13 @@ class LessonControls:
         for i, button in enumerate(self._choices):
             if asking and i < len(view.choices):
                 chosen = i == view.chosen
-                _offer(button, True, choice_label(i + 1, view.choices[i], chosen), "orange" if chosen else "gray")
+                _offer(button, True, choice_label(i + 1, view.choices[i], chosen), "blue" if chosen else "gray")
             else:
                 button.visible = False
         label = N_("Pause") if not paused else N_("Run again") if over else N_("lesson\x04Run")
         label = N_("Run (predict first)") if view.locked else label
         _offer(self._start, asking or view.showing or view.phase is Phase.CHALLENGE, tr(label), disabled=view.locked)
-        _offer(self._why, view.why and not view.showing, tr("Show me why"), "blue")
+        _offer(self._why, view.why and not view.showing, tr("Show me why"), "gray")
         _offer(self._own_curve, view.own_curve and not view.showing, tr("Run with my curve"), "gray")
         self._nav.show(offered=(0, 1) if view.can_back else (1,))
         _offer(self._next, view.can_next, next_label(view), None if view.phase is not Phase.DO or over else "gray")
@@ -286,7 +286,7 @@ def _offer(
     button: viser.GuiButtonHandle,
     visible: bool,
     label: str,
-    color: Literal["gray", "orange", "blue"] | None = None,
+    color: Literal["gray", "blue"] | None = None,
     disabled: bool = False,
 ) -> None:
     button.label, button.color, button.disabled, button.visible = label, color, disabled, visible

@@ -198,6 +198,7 @@ def _common_words() -> CardWords:
         "name": tr("The line of contact"),
         "fold": tr("Fold this drawing"),
         "unfold": tr("Show the drawing"),
+        "tone": tr("λ as a tone"),
     }
 
 

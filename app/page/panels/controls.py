@@ -12,7 +12,7 @@ from app.page.panels.curve_control import CurveControl
 from app.page.panels.hotkeys import help_html
 from app.page.panels.joint_sliders import JointSliders
 from app.page.panels.source_chooser import Sources
-from app.session.actions import Pause, Reset, SetSetting, SingleStep
+from app.session.actions import FirstView, Pause, Reset, SetSetting, ShowAll, SingleStep
 from app.session.clock import SPEEDS
 from app.session.frame import Frame, freeze
 from app.session.relevant_settings import matters
@@ -33,6 +33,9 @@ def _keys_of(tab: str) -> tuple[str, ...]:
 
 PICKER: Final = _keys_of(ABOVE.name)
 """Settings above everything else: which experiment."""
+
+SMALL: Final = ("scene", "law", "dm", "v")
+"""Settings that those see who just play."""
 
 TABS: Final[tuple[tuple[str, viser.IconName, tuple[str, ...]], ...]] = (
     ("Law", viser.Icon.ADJUSTMENTS_HORIZONTAL, _keys_of("Law")),
@@ -65,6 +68,7 @@ class Controls:
     Args:
         notify: shows a message to the visitor.
         presenting: whether a class watches, so that some keys are the presenter's.
+        phone: whether a key of its own has to be a button.
 
     Attributes:
         sources: who is imitated.
@@ -76,7 +80,9 @@ class Controls:
         session: Session,
         notify: Callable[[str, str], None],
         presenting: bool = False,
+        phone: bool = False,
     ) -> None:
+        self._small, self._phone = False, phone
         self._gui, self._session = gui, session
         self._specs: dict[str, Spec] = specs(Settings)
         self._handles: dict[str, Any] = {}
@@ -102,6 +108,11 @@ class Controls:
                     self._note = gui.add_html("")
         with self._tabs.add_tab(tr("Keys"), viser.Icon.KEYBOARD):
             gui.add_html(element("div", "", help_html(presenting), class_="duet"))
+        self._panel = gui.add_html("")
+        further = (ShowAll(), ShowAll(False), FirstView())
+        self._further = ChoiceButtons(
+            gui, "", ("All settings", "Fewer settings", "First view"), "", lambda i: session.post(further[i])
+        )
         self.show(freeze(session, 0.0))
 
     @property
@@ -166,6 +177,15 @@ class Controls:
         """Write a setting back into its control at the next frame: the value there was refused."""
         self._shown.pop(key, None)
 
+    def fold(self, whole: bool, plays: bool) -> None:
+        """Show all that can be set, or few things. `whole`: as the visitor has asked for; `plays`: whether few can be enough now."""
+        small = plays and not whole
+        if small != self._small:
+            self._small, self._settings = small, None
+        self._panel.content = element("i", class_=f"duet-panel{' duet-small' * small}", data_panel="all" if whole else "small")
+        offered = ((int(whole),) if plays else ()) + ((2,) if self._phone else ())
+        self._further.show(offered=offered, visible=bool(offered))
+
     def show(self, frame: Frame) -> None:
         """Write what was changed elsewhere (keys, the gizmo, a refused value) back into the controls; hide what does not matter."""
         self._clock.show(0 if frame.pace.paused else -1)
@@ -178,12 +198,12 @@ class Controls:
             return
         self._settings = settings
         present = values(settings)
-        self._speed.show(SPEEDS.index(present["speed"]) if present["speed"] in SPEEDS else -1)
+        self._speed.show(SPEEDS.index(present["speed"]) if present["speed"] in SPEEDS else -1, visible=not self._small)
         for key, handle in self._handles.items():
             if handle is self._curve.box:
                 self._shown[key] = present[key]
                 continue
-            handle.visible = matters(key, settings)
+            handle.visible = matters(key, settings) and (key in SMALL or not self._small)
             if key in self._shown and self._shown[key] == present[key]:
                 continue
             value, spec = present[key], self._specs[key]

@@ -12,6 +12,7 @@ from app.lessons.session.lesson_actions import Check, GoBack, GoOn, Leave, Lesso
 from app.session.actions import (
     Action,
     ChangeSpeed,
+    Describe,
     Digit,
     FirstView,
     Nudge,
@@ -98,6 +99,7 @@ _TABLE: Final[tuple[Hotkey[Action], ...]] = (
     Hotkey("elbow_up", SwingElbow(1), "J", "elbow 4° to one side", "J", icon=viser.Icon.ROTATE),
     Hotkey("elbow_down", SwingElbow(-1), "K", "elbow 4° to the other side", "K", icon=viser.Icon.ROTATE_CLOCKWISE),
     Hotkey("gizmo", Toggle("gizmo"), "M", "arrows along the axes, or none", "M", icon=viser.Icon.ARROWS_MOVE),
+    Hotkey("describe", Describe(), "I", "what is to be seen, in a sentence", "I", icon=viser.Icon.TEXT_CAPTION),
     Hotkey("view", FirstView(), "V", "the first view again", "V", icon=viser.Icon.CAMERA),
     Hotkey(
         "contact", Toggle("contact"), "O", "λ in the scene on or off: line, skin and tint", "O", icon=viser.Icon.CIRCLE_DASHED

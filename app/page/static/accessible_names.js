@@ -1,4 +1,5 @@
-// Names every box and slider after the label of its row, and every button that shows nothing but an icon, for screen readers.
+// Names every box and slider after the label of its row, and every button that shows nothing but an icon, for screen readers;
+// gives the picture its name, and the parts of the page their roles.
 (() => {
   const rowLabel = (element) => {
     for (let parent = element.parentElement, i = 0; parent && i < 8; parent = parent.parentElement, i++) {
@@ -19,7 +20,27 @@
     if (known) return duet.iconNames[known];
     return button.closest("[class*=Notification-root]") ? "dismiss this message" : "more";
   };
+  const parts = [
+    // Of each: which element, or how it is found from one; its role; its name.
+    ["[data-dock-root] > :first-child", "main", ""],
+    ["canvas[data-engine]", "img", duet.lecture ? duet.partNames.stage : duet.partNames.scene],
+    ["[data-dock-region=left]", "region", duet.partNames.left],
+    ["[data-dock-region=right], .mantine-Paper-root[style*='max-height: 60%']", "region", duet.partNames.right],
+    ["[data-floating-window]", "region", duet.partNames.floating],
+    [".mantine-Container-root:has(> div > img[alt^='Duet:'])", "banner", ""],
+    ["div:has(> img[alt^='Duet:'])", "heading", ""],
+  ];
+  const nameParts = () => {
+    for (const [selector, role, text] of parts) {
+      for (const part of document.querySelectorAll(selector)) {
+        if (part.getAttribute("role") !== role) part.setAttribute("role", role);
+        if (role === "heading") part.ariaLevel = "1";
+        if (text) name(part, duet.translate(text));
+      }
+    }
+  };
   const nameAll = () => {
+    nameParts();
     for (const element of document.querySelectorAll("input:not([type=hidden]), textarea, [role=slider]")) {
       if (!isNamed(element)) name(element, rowLabel(element));
     }

@@ -11,7 +11,7 @@ addEventListener("DOMContentLoaded", () => {
   card.id = "duet-contact";
   card.className = "duet";
   card.hidden = true;
-  card.innerHTML = `<button type="button" aria-controls="duet-contact-picture"></button>
+  card.innerHTML = `<button type="button" aria-controls="duet-contact-picture"></button><button type="button" class="tone" aria-pressed="false">♪</button>
     <div id="duet-contact-picture" role="img"><header><span class="gap"><b></b> <span></span></span><b class="trend"></b></header>
     <svg class="chart" aria-hidden="true"></svg><svg class="balance" aria-hidden="true"></svg>
     <div class="terms"></div><p class="note"></p></div>`;
@@ -24,6 +24,8 @@ addEventListener("DOMContentLoaded", () => {
   const cells = find(".terms");
   const note = find(".note");
   document.body.append(card);
+  const toneButton = find(".tone");
+  const sound = duet.lambdaTone(toneButton);
 
   let folded = false;
   try {
@@ -66,6 +68,8 @@ addEventListener("DOMContentLoaded", () => {
     card.classList.toggle("asks", words.asks === true);
     card.classList.toggle("replayed", words.past !== undefined);
     card.setAttribute("aria-label", words.name);
+    toneButton.title = words.tone;
+    toneButton.setAttribute("aria-label", words.tone);
     fold();
     if (alone) {
       drawChart = duet.errorChart(find(".chart"), words, narrow);
@@ -117,6 +121,7 @@ addEventListener("DOMContentLoaded", () => {
 
   const showNumbers = () => {
     const s = wanted;
+    sound(words.step !== undefined || words.asks ? null : s.lam);
     showNote(words.step === undefined ? s.allowed : null);
     if (words.step !== undefined) {
       const mm = Number(seen.now) / 1000;

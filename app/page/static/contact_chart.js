@@ -80,7 +80,7 @@
       lam: svg("text", { class: `lam ${long ? "long" : "large"}`, "data-symbol": "lam" }),
     };
     duet.svg(labels.dm, "tspan").textContent = "d";
-    duet.svg(labels.dm, "tspan", { dy: 3, "font-size": 9 }).textContent = "m";
+    duet.svg(labels.dm, "tspan", { dy: 3, "font-size": 11.5 }).textContent = "m";
     duet.svg(labels.dm, "tspan", { dy: -3, dx: 3 }).textContent = words.dm;
     labels.ghost.textContent = words.ghost;
     labels.d.textContent = "d";

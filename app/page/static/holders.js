@@ -14,7 +14,10 @@
   const words = {
     plots: [".duet-plots", around(window_)],
     charts: [`${window_} .uplot-container`, above(2)],
-    unseen: [`.duet-plots, ${window_} style, .duet-language, .duet-welcome, [class^=duet-contact-], ${moments}`, above(1)],
+    unseen: [
+      `.duet-plots, ${window_} style, .duet-language, .duet-welcome, .duet-panel, [class^=duet-contact-], ${moments}`,
+      above(1),
+    ],
     overlay: [`${window_} .duet-overlay`, above(1)],
     row: [`${window_} .mantine-Flex-root`, above(1)],
     caption: [".duet-caption", above(1)],
@@ -25,6 +28,7 @@
     heads: [".duet-heads", above(2)],
     curves: [".duet-poll figure", (held) => above(2)(held.closest(".duet-poll"))],
     welcome: ["#duet-welcome", around(":root")],
+    small: [".duet-small", around(":root")],
     "right-dock": ["[data-dock-rail-root] [data-dock-edge=right]", around(":root")],
     "left-dock": ["[data-dock-rail-root] [data-dock-edge=left]", around(":root")],
   };

@@ -1,6 +1,15 @@
 // What the server is to know of the browser, beside what the address says; connection.js sends it.
 duet.query = { window: `${innerWidth}x${innerHeight}` };
+if (matchMedia("(prefers-reduced-motion: reduce)").matches) duet.query.motion = "less";
 {
+  // How many controls this browser's visitor wants; a link may say otherwise.
+  let panel = null;
+  try {
+    panel = localStorage.getItem("duetPanel");
+  } catch {
+    // A browser that keeps nothing begins small.
+  }
+  duet.query.panel = panel ?? "small";
   // A proxy may have us in a folder of its own, which our address needs.
   const folder = location.pathname.replace(/\/[^/]*$/, "");
   if (folder) duet.query.folder = folder;

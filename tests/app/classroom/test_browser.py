@@ -11,6 +11,7 @@ from playwright.sync_api import Page
 from app.lessons.session.lesson_actions import GoTo
 from app.settings import Settings
 from scenes.settings import changed
+from tests.accessibility import accessible
 from tests.app.conftest import HAND, OpenHouse, ask, lecture_of
 from tests.app.page.by_hand import WRIST, control
 from tests.browser import PageAt, close_software_note, until, wait_frames, wait_ready, world_position
@@ -82,6 +83,8 @@ def test_a_teacher_and_two_students(house: OpenHouse, page_at: PageAt) -> None:
     teacher.get_by_role("button", name="Reveal to everybody").click()
     for page in (ann, bo):
         page.locator(".duet-poll").get_by_text("2 answered").wait_for()
+    for page in (teacher, ann):
+        accessible(page)
     until(bo, lambda: "Answers are closed" in (bo.locator("#duet-say").text_content() or ""), "announced", WAIT)
 
     # Asked again: the first round stays, pale, beside the second one.

@@ -7,6 +7,7 @@ from app.classroom.presenter import Station
 from app.page.panels.hotkeys import CLICKER_KEYS
 from app.settings import Settings
 from scenes.settings import changed
+from tests.accessibility import accessible
 from tests.app.conftest import Join, OpenHouse, ask, lecture_of
 from tests.app.page.helpers import bodies, click, open_lessons
 from tests.browser import PageAt, close_software_note, until
@@ -72,6 +73,7 @@ def test_a_projector_shows_what_the_clicker_asks_for(house: OpenHouse, page_at: 
     over.locator(".at-answers").wait_for()
     until(screen, lambda: bar_width(screen, 2) > 300.0 and bar_width(screen, 0) == 0.0, "the answers")
     assert screen.evaluate("kept.isConnected")
+    accessible(screen)
     until(teacher, lambda: teacher.get_by_role("button", name="Next: the run").count(), "what comes next")
 
     # Black, and with it the next key only brings the picture back; frozen, the teacher goes on unseen.

@@ -1,5 +1,6 @@
 """Every key in a real browser: on the canvas it does what the table says, in an input it is a letter."""
 
+import re
 from collections.abc import Callable
 
 import numpy as np
@@ -14,6 +15,11 @@ from tests.app.conftest import OpenHouse, ask
 from tests.app.page.by_hand import control, hand, visit
 from tests.app.page.helpers import SPECS
 from tests.browser import CAMERA, PageAt, settled_view, until, wait_frames
+
+SENTENCE = re.compile(
+    r"In the picture orange arm: hand .*, \d+ cm up; silver arm: hand .*; d = \d+ mm; λ = \d\.\d\d: .+\.|"
+    r"In the picture silver arm: hand .*, \d+ cm up; orange arm: hand .*; d = \d+ mm; λ = \d\.\d\d: .+\."
+)
 
 ARROWS = "!!__viserMutable.nodeRefFromName['/gizmo/hand']"
 
@@ -69,6 +75,7 @@ def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at:
         wanted = foot + pin.exp3(frame[:, 0] * angle) @ (elbow - foot)
         press(action, key, lambda wanted=wanted: (now := held().elbow) is not None and np.allclose(now, wanted))
         assert np.allclose(held().position, place), "the hand stays where it was wanted"
+    press("describe", "i", lambda: SENTENCE.fullmatch(page.get_by_role("alert").last.inner_text().replace("\n", " ")))
     press("reset", "r", lambda: session.simulation.steps == 0)
     assert session.paused and ask(session, lambda s: (s.simulation.steps, s.simulation.history.count, s.held)) == (0, 0, None)
 

@@ -10,6 +10,7 @@ from app.lessons.session.lesson_actions import Choose, GoOn
 from app.lessons.session.lesson_session import LessonSession
 from app.settings import Settings
 from scenes.settings import changed, values
+from tests.accessibility import accessible
 from tests.app.conftest import OpenHouse, ask
 from tests.app.page.by_hand import hand, see_plots
 from tests.browser import FLAGS, PageAt, installed_browser, screenshot, until
@@ -25,7 +26,9 @@ def test_a_question_and_its_challenge_by_clicks(house: OpenHouse, page_at: PageA
     opened = house(changed(Settings(), "dm", 0.12))
     page = page_at(1440, 900)
     session, run = enter(page, opened, "lesson=4&step=3")
-    walked = Walker(page, session, run, Clicks(page)).step()
+    walker = Walker(page, session, run, Clicks(page))
+    walker.check = accessible
+    walked = walker.step()
     assert at_the_end(run) and len(walked.said) == 3 and walked.whys == 2 and walked.challenge == "passed"
     assert walked.said[0] != walked.said[2], "a wrong answer is answered otherwise than the right one"
     box = page.locator(".duet-l-head").bounding_box()

@@ -9,6 +9,7 @@ from app.lessons.session.lesson_actions import Choose, StartOrPause
 from app.session.replay_player import ReplayPlayer
 from app.session.session import Session
 from scenes.history import COLUMN
+from tests.accessibility import accessible
 from tests.app.conftest import OpenHouse, ask
 from tests.app.page.by_hand import visit
 from tests.browser import PageAt, screenshot, until, world_position
@@ -93,6 +94,7 @@ def test_a_visitor_drags_over_a_plot_of_a_paused_run(house: OpenHouse, page_at: 
     drag_over_plot(page, (0.9, 0.5), 1)
     until(page, lambda: abs((shown_time(session) or 0.0) - 0.5 * end) < MOUSE * end, "the moment")
     page.get_by_text("Space goes on from the end").wait_for()
+    accessible(page)
     page.evaluate("document.activeElement?.blur()")
     page.keyboard.press("Space")
     until(page, lambda: shown_time(session) is None and session.simulation.time > end, "the run goes on from its end")

@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.accessibility import accessible
 from tests.app.conftest import OpenHouse
 from tests.browser import PageAt, screenshot, until, wait_ready
 
@@ -77,3 +78,4 @@ def test_a_folder_opens_by_keys_and_the_note_goes(house: OpenHouse, page_at: Pag
     until(page, lambda: folder.get_attribute("aria-expanded") == "false", "a click")
     # What was said about the browser at the beginning is gone by itself.
     note.wait_for(state="detached")
+    accessible(page)

@@ -1,0 +1,90 @@
+"""What is to be seen in the picture, in one sentence, for those who ask for it by a key."""
+
+from typing import Final
+
+import viser
+
+from app.i18n.speaking import decimal, tr
+from app.page.panels.page_panel import PagePanel
+from app.page.view import View
+from app.session.actions import Action, Describe
+from app.session.frame import Frame
+from app.session.session import Session
+from scenes.simulation import Simulation
+
+SHOWN: Final = 20.0
+"""How long the sentence stays [s]."""
+
+NEITHER: Final = 0.005
+"""A smaller λ is written as 0."""
+
+
+class SceneWords(PagePanel):
+    """The sentence: seen over the picture, and read out by a screen reader."""
+
+    def __init__(self, client: viser.ClientHandle, session: Session, view: View) -> None:
+        del session
+        self._client, self._lessons = client, view.lessons
+        self._asked = False
+        self._note: viser.NotificationHandle | None = None
+
+    def take(self, action: Action) -> bool:
+        self._asked |= isinstance(action, Describe)
+        return isinstance(action, Describe)
+
+    def show(self, frame: Frame) -> None:
+        if not self._asked:
+            return
+        self._asked = False
+        if self._note is not None:
+            self._note.remove()
+        asking = self._lessons.open and not self._lessons.walk.law_shown
+        self._note = self._client.add_notification(
+            tr("In the picture"), scene_sentence(frame, asking), color="gray", auto_close_seconds=SHOWN
+        )
+
+
+def scene_sentence(frame: Frame, asking: bool = False) -> str:
+    """Return one sentence: where the hands are, and, where there is something to keep clear of, d, λ and who gives way.
+
+    Args:
+        asking: whether a lesson waits for a prediction, so that what the law does is kept back.
+    """
+    simulation, sample = frame.simulation, frame.sample
+    parts = [_place_of_hand(simulation, number) for number in range(len(simulation.room.arms))]
+    if sample.pair >= 0:
+        parts.append(f"d = {1e3 * sample.distance:.0f} mm".replace("-", "−"))
+    said = "; ".join(parts)
+    if sample.pair < 0 or asking:
+        return f"{said}."
+    return f"{said}; λ = {decimal(f'{sample.activation:.2f}')}: {_who_gives_way(simulation, sample.activation)}."
+
+
+def _place_of_hand(simulation: Simulation, number: int) -> str:
+    """Return the place of a hand, along the room's axes as they lie in the first view, from the room's origin."""
+    hand = simulation.kinematics.hand_pose(simulation.room.arms[number]).translation
+    x, y, z = (round(100.0 * length) for length in hand.tolist())
+    towards = simulation.room.rig.camera.toward
+    # Seen along −x, y is to the right; seen along y, x is.
+    near, right = (x, y) if abs(towards[0]) > abs(towards[1]) else (-y, x)
+    return tr(
+        "{arm}: hand {across}, {depth}, {up}",
+        arm=_arm_name(simulation, number),
+        across=tr("{n} cm to the right", n=right) if right >= 0 else tr("{n} cm to the left", n=-right),
+        depth=tr("{n} cm towards you", n=near) if near >= 0 else tr("{n} cm away from you", n=-near),
+        up=tr("{n} cm up", n=z),
+    )
+
+
+def _arm_name(simulation: Simulation, number: int) -> str:
+    yours = simulation.room.ball is None and simulation.room.arms[number] is simulation.guided
+    return tr("orange arm") if yours else tr("silver arm")
+
+
+def _who_gives_way(simulation: Simulation, activation: float) -> str:
+    if activation < NEITHER:
+        return tr("no arm gives way")
+    if simulation.settings.both_avoid:
+        return tr("both arms give way")
+    yours = simulation.room.ball is None and simulation.settings.avoid == "guided"
+    return tr("{arm} gives way", arm=tr("orange arm") if yours else tr("silver arm"))
