@@ -7,7 +7,7 @@ import os
 import shutil
 import subprocess
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Final
@@ -22,6 +22,9 @@ TIMEOUT: Final = 90.0
 
 # Firefox prints what it thinks of a machine without a graphics card; viser's own build has one message of its own.
 HARMLESS: Final = ("WebGL warning", "WEBGL_debug_renderer_info", "WebGL context was lost", "downloadable font")
+
+
+NO_PREFERENCES: Final[Mapping[str, int]] = {}
 
 
 def installed(name: str, *names: str) -> str:
@@ -77,6 +80,10 @@ class Firefox:
         self._send("browsingContext.setViewport", context=self._tab, viewport={"width": width, "height": height})
         self._send("browsingContext.navigate", context=self._tab, url=url, wait="complete")
 
+    def enter_frame(self) -> None:
+        """Ask the first frame of the page from now on."""
+        self._tab = self._send("browsingContext.getTree", root=self._tab)["contexts"][0]["children"][0]["context"]
+
     def value(self, script: str) -> Any:
         """Return what an expression gives, a number, a text or true or false."""
         answer = self._send("script.evaluate", expression=script, target={"context": self._tab}, awaitPromise=True)
@@ -123,8 +130,8 @@ def screen() -> Iterator[str]:
 
 
 @contextmanager
-def firefox(profile: Path) -> Iterator[Firefox]:
-    """A Firefox with a profile of its own, an empty folder, while open.
+def firefox(profile: Path, prefers: Mapping[str, int] = NO_PREFERENCES) -> Iterator[Firefox]:
+    """A Firefox with a profile of its own, an empty folder, while open. `prefers`: settings of `about:config`.
 
     Raises:
         FileNotFoundError: it, or a screen for it, is not installed; `DUET_FIREFOX` may name another one.
@@ -132,7 +139,9 @@ def firefox(profile: Path) -> Iterator[Firefox]:
     path = installed("firefox-esr", os.environ.get("DUET_FIREFOX", "firefox"))
     port = free_port()
     # A machine without a graphics card draws by software, which Firefox does not choose by itself.
-    (profile / "user.js").write_text('user_pref("webgl.force-enabled", true);\n', encoding="utf-8")
+    preferences = {"webgl.force-enabled": True, **prefers}
+    lines = (f"user_pref({json.dumps(name)}, {json.dumps(value)});\n" for name, value in preferences.items())
+    (profile / "user.js").write_text("".join(lines), encoding="utf-8")
     command = [path, "--no-remote", "--profile", str(profile), "--remote-debugging-port", str(port), "about:blank"]
     said = profile / "said.txt"
     # A pipe that is not read would stop Firefox, which has much to say about software rendering.

@@ -23,6 +23,11 @@ def request_query(client: viser.ClientHandle) -> dict[str, str]:
     return {} if request is None else page_query(request.path)
 
 
+def frames_of(client: viser.ClientHandle) -> bool:
+    """Return whether foreign pages may show this one in a frame."""
+    return bool(cast(DuetServer, server_of(client)).embed_origins)
+
+
 def browser_language(client: viser.ClientHandle) -> Language:
     """Return the language of ours that a browser likes best; English if it is gone."""
     request = request_of(client)

@@ -93,6 +93,7 @@ class DuetServer(viser.ViserServer):
         takes_over: whether a page with a query ends the earlier connections of its tab.
         run: a random word, new for every start; processes that serve one port share it.
         elsewhere: how many browsers are connected to the other processes that serve this port.
+        embed_origins: as given.
         count_changed: called with `count_clients()` when it has changed, on the network's thread.
         is_at_work: whether the pages are still being drawn; a page that asks gets no answer while they are not.
         app_state: what the app adds to `/healthz`, such as the state of its store; called on the network's thread.
@@ -146,7 +147,7 @@ class DuetServer(viser.ViserServer):
         self.app_state: Callable[[], Mapping[str, object]] = dict
         self.may_measure: Callable[[Mapping[str, str]], bool] = lambda query: False
         self.shared_buffer: BufferChoice = lambda connection, client_id, buffer: contextlib.nullcontext(buffer)
-        self._frames = framing(embed_origins)
+        self.embed_origins, self._frames = embed_origins, framing(embed_origins)
         self._documents, self._delay, self._delayed = documents, delay, 0
         self._ready = threading.Event()
         self._holders: dict[ServerConnection, tuple[str, str]] = {}

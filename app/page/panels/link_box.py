@@ -13,7 +13,7 @@ from app.session.frame import Frame, freeze
 from app.session.session import Session
 from app.settings import ATTACK, Settings, to_query
 from app.text.templates import macros
-from app.web.request import request_address
+from app.web.request import frames_of, request_address
 from scenes.counterexample import Attack
 
 PERIOD: Final = 0.5
@@ -53,7 +53,7 @@ class LinkBox:
 
     def __init__(self, client: viser.ClientHandle, session: Session, lessons: LessonSession) -> None:
         self._lessons = lessons
-        self._address = request_address(client)
+        self._address, self._frames = request_address(client), frames_of(client)
         self._box = client.gui.add_html("")
         self._next = 0.0
         self.show(freeze(session, 0.0))
@@ -70,4 +70,4 @@ class LinkBox:
         else:
             query = link_query(settings, self._lessons)
         link = link_to(self._address, query)
-        self._box.content = macros("page/panels/copy.html").link(link)
+        self._box.content = macros("page/panels/copy.html").link(link, self._frames)

@@ -1,7 +1,7 @@
 // Turns keys that viser's command palette has no name for, or that move its camera, into the ones that it listens to.
 // duet.pressKey(digit) presses a digit with Alt and Shift, a key that is not pressed by chance.
 (() => {
-  const widgets =
+  duet.widgets =
     "input, textarea, select, [contenteditable=true], [role=slider], [role=tab], [role=listbox], [role=combobox], [role=dialog], [role=application]";
 
   duet.pressKey = (digit) => {
@@ -13,7 +13,7 @@
     const digit = duet.relayedKeys[event.key] || duet.relayedKeys[event.key.toLowerCase()];
     const shortcut = (event.ctrlKey || event.metaKey || event.altKey) && !event.getModifierState("AltGraph");
     if (!digit || shortcut) return;
-    if (event.target instanceof Element && event.target.closest(widgets)) return;
+    if (event.target instanceof Element && event.target.closest(duet.widgets)) return;
     event.preventDefault();
     event.stopImmediatePropagation();
     duet.pressKey(digit);
