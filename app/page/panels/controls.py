@@ -83,6 +83,7 @@ class Controls:
         phone: bool = False,
     ) -> None:
         self._small, self._phone = False, phone
+        self._folded: tuple[bool, bool] | None = None
         self._gui, self._session = gui, session
         self._specs: dict[str, Spec] = specs(Settings)
         self._handles: dict[str, Any] = {}
@@ -179,10 +180,11 @@ class Controls:
 
     def fold(self, whole: bool, plays: bool) -> None:
         """Show all that can be set, or few things. `whole`: as the visitor has asked for; `plays`: whether few can be enough now."""
-        small = plays and not whole
-        if small != self._small:
-            self._small, self._settings = small, None
-        self._panel.content = element("i", class_=f"duet-panel{' duet-small' * small}", data_panel="all" if whole else "small")
+        if (whole, plays) == self._folded:
+            return
+        self._folded, self._small, self._settings = (whole, plays), plays and not whole, None
+        kinds = f"duet-panel{' duet-small' * self._small}"
+        self._panel.content = element("i", class_=kinds, data_panel="all" if whole else "small")
         offered = ((int(whole),) if plays else ()) + ((2,) if self._phone else ())
         self._further.show(offered=offered, visible=bool(offered))
 

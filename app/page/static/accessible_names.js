@@ -22,7 +22,8 @@
   };
   const parts = [
     // Of each: which element, or how it is found from one; its role; its name.
-    ["[data-dock-root] > :first-child", "main", ""],
+    [":root:not(:has(#duet-screen main)) [data-dock-root] > :first-child", "main", duet.partNames.stage],
+    [":root:has(#duet-screen main) [data-dock-root] > :first-child", "region", duet.partNames.stage],
     ["canvas[data-engine]", "img", duet.lecture ? duet.partNames.stage : duet.partNames.scene],
     ["[data-dock-region=left]", "region", duet.partNames.left],
     ["[data-dock-region=right], .mantine-Paper-root[style*='max-height: 60%']", "region", duet.partNames.right],
@@ -39,8 +40,17 @@
       }
     }
   };
+  // What scrolls and holds nothing that takes the focus takes it itself, so that keys can scroll it.
+  const reach = () => {
+    for (const part of document.querySelectorAll(".mantine-ScrollArea-viewport")) {
+      const alone = part.scrollHeight > part.clientHeight && !part.querySelector("button, input, textarea, a, [tabindex]");
+      if (alone) part.tabIndex = 0;
+      else part.removeAttribute("tabindex");
+    }
+  };
   const nameAll = () => {
     nameParts();
+    reach();
     for (const element of document.querySelectorAll("input:not([type=hidden]), textarea, [role=slider]")) {
       if (!isNamed(element)) name(element, rowLabel(element));
     }
