@@ -42,8 +42,8 @@
   };
   // What scrolls and holds nothing that takes the focus takes it itself, so that keys can scroll it.
   const reach = () => {
-    for (const part of document.querySelectorAll(".mantine-ScrollArea-viewport")) {
-      const alone = part.scrollHeight > part.clientHeight && !part.querySelector("button, input, textarea, a, [tabindex]");
+    for (const part of document.querySelectorAll("#root .mantine-ScrollArea-viewport")) {
+      const alone = !part.querySelector("button, input, textarea, a, [tabindex]") && part.scrollHeight > part.clientHeight;
       if (alone) part.tabIndex = 0;
       else part.removeAttribute("tabindex");
     }
