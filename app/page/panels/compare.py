@@ -87,7 +87,7 @@ class ComparePanel:
         offered = (0,) if attack.worst is None else (0, 1)
         self._break.show(0 if attack.busy else -1, offered, visible=visible)
         self._broken.visible = visible
-        self._broken.content = _in_panel(_tip(_break_words(attack)))
+        self._broken.content = _in_panel(_tip(attack_html(attack)))
 
 
 def _in_panel(block: str) -> Markup:
@@ -116,7 +116,7 @@ def _match_block(search: KnobSearch) -> Markup:
     return _tip(tr("Computing …") if search.busy else tr(search.message))
 
 
-def _break_words(search: CounterexampleSearch) -> Markup:
+def attack_html(search: CounterexampleSearch) -> Markup:
     """Return what the search has found so far, and what it means."""
     if search.worst is None:
         return lowered(tr("Searching …") if search.busy else tr(search.message))

@@ -6,13 +6,16 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 
-from app.page.panels.compare import smoothness_html, what_if_html
+from app.page.panels.compare import attack_html, smoothness_html, what_if_html
 from app.runtime.job_pool import JobPool
+from app.session.counterexample_search import CounterexampleSearch
 from app.session.relevant_settings import ALSO, matters
 from app.session.studies import Smoothness
 from app.settings import Settings
+from scenes.counterexample import Attack, Found, Loss
 from scenes.experiments import EXPERIMENTS
 from scenes.headless import summarise
 from scenes.laws import LAWS
@@ -166,3 +169,20 @@ def test_what_if_in_a_table(scene: str) -> None:
     html = text(what_if_html(answer))
     assert f"{1000.0 * before.d_min:.0f} mm 123 mm" in html and "25 %" in html and "0.500 rad/s" in html
     assert ("5.7°" in html) == (scene == "master_slave") and ("100 mm" in html) == (scene == "hold")
+
+
+@pytest.mark.parametrize(
+    ("law", "lost", "strict", "words"),
+    [
+        ("smooth_priority", 0.105, 0.0, ("falls 105.0 mm below", "What was missing: one closest pair.")),
+        ("smooth_priority", 0.105, 0.02, ("falls 105.0 mm below", "All conditions held: here the promise breaks.")),
+        ("unprotected", 0.105, 0.02, ("falls 105.0 mm below", "This law makes no promise.")),
+        ("smooth_priority", 0.0, 0.0, ("none broke the promise", "comes to 3.0 mm above")),
+    ],
+)
+def test_a_search_says_which_condition_was_missing(law: str, lost: float, strict: float, words: tuple[str, str]) -> None:
+    search = CounterexampleSearch(None, lambda: None, Settings, None)
+    attack = Attack(everything("hold", law).run, np.zeros(14), np.zeros((3, 3)))
+    search.worst, search.runs = Found(attack, Loss(lost, strict, 0.003, {}), {}, 40), 40
+    said = attack_html(search)
+    assert said.startswith("40 runs") and all(part in said for part in words) and said.endswith((words[1], "hold."))
