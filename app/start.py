@@ -19,7 +19,7 @@ from app.hosting.session_store import SessionStore
 from app.hosting.teacher_key import Guesses, is_teacher
 from app.hosting.worker_messages import WorkerLink
 from app.hosting.workload import Workload, places, step_seconds
-from app.lessons.loading import load_lessons, load_notes
+from app.lessons.library import Library
 from app.page.page_assets import loading_html, page_assets
 from app.runtime.job_pool import JobPool, Jobs
 from app.session.input_source import find_input_sources
@@ -73,6 +73,7 @@ class App:
             self.host.close(goes_on)
         else:
             self.host.close()
+        self.context.library.close()
         self.context.jobs.close()
         self.context.sources.close()
         self.server.stop()
@@ -118,18 +119,21 @@ def start_app(
         )
         opened.callback(server.stop)
         server.scene.world_axes.visible = False
-        book = load_lessons() if options.lessons is None else load_lessons(options.lessons)
-        for problem in book.problems:
-            log.warning("a lesson was left out: %s", problem)
         # Without a key the notes are not even read.
-        notes = {} if options.key is None else load_notes() if options.lessons is None else load_notes(options.lessons)
+        library = Library(options.lessons, options.playlist, options.key is not None)
+        opened.callback(library.close)
+        for problem in library.book.problems:
+            log.warning("a lesson was left out: %s", problem)
         owned = listener is None
         file = None if options.store is None else RecordWriter(options.store, options.keep, options.most_bytes, owned=owned)
         kept = SessionStore(options.keep, file=file)
         server.app_state = lambda: {"store": kept.state._asdict(), **workload.everywhere._asdict()}
         server.may_measure = partial(is_teacher, options.key)
-        context = AppContext(server, options, jobs or JobPool(), sources, book, notes, kept, workload, link)
-        preparation = Preparation(book, context.jobs) if options.ahead else None
+        context = AppContext(server, options, jobs or JobPool(), sources, library, kept, workload, link)
+        if not options.lecture:
+            # A lecture goes on with the lessons that it began with.
+            library.watch(context.wake)
+        preparation = Preparation(library.book, context.jobs) if options.ahead else None
         app = App(context, _host(context, options.lecture), preparation)
         opened.pop_all()
     return app

@@ -35,6 +35,16 @@ class StudentWork:
         """Return a student's newest progress as JSON; "" for none."""
         return self._progress.get(student, "")
 
+    @property
+    def choices(self) -> dict[QuestionId, dict[str, int]]:
+        """Return the answers of all students in sessions of their own, by question and student."""
+        found: dict[QuestionId, dict[str, int]] = {}
+        for student, progress in self._progress.items():
+            for question, done in from_json(progress).steps.items():
+                if done.choice is not None:
+                    found.setdefault(question, {})[student] = done.choice
+        return found
+
     def hand_in(self, student: str, report: HandIn) -> None:
         """Take a report in place of the student's earlier one."""
         _put(self._hand_ins, student, report)

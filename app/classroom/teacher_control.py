@@ -148,6 +148,8 @@ class TeacherControl:
                 presenter.show(Station.ANSWERS)
             case Station.QUESTION if poll is not None and poll.tally.answered:
                 self._reveal()
+            case Station.QUESTION | Station.ANSWERS if walk.step.concept:
+                lessons.act(GoOn())
             case Station.SCENE | Station.QUESTION | Station.ANSWERS:
                 presenter.show(Station.RUN if not walk.locked or walk.done.predicted else presenter.station)
                 if session.paused:

@@ -1,16 +1,21 @@
-"""`lwr-duet lessons` and `lwr-duet handout`: list the lessons, walk every path through them, or write them as pages to print."""
+"""`lwr-duet lessons`, `handout` and `new-lesson`: list the lessons, walk every path through them, write them as pages, begin a new one."""
 
 import json
+import os
+import re
 import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from app.lessons import FOLDER
 from app.runtime.terminal import ending_at_once
-from app.settings import LANGUAGES
+from app.settings import LANGUAGES, Language
 from controllers.errors import BadSetting
 from scenes.files import writable, written
+
+if TYPE_CHECKING:
+    from app.lessons.lesson import LessonBook
 
 
 @dataclass(frozen=True)
@@ -23,6 +28,8 @@ class Lessons:
     """Names or numbers of lessons; all of them without it."""
     folder: Path = FOLDER
     """Where the lesson files are."""
+    playlist: Path | None = None
+    """The lessons that this file names instead, of ours and of the folder; see app/lessons/README.md."""
     out: Path | None = None
     """Save the result of the check to this JSON file."""
 
@@ -36,12 +43,12 @@ def lessons(command: Lessons) -> int:
     # These take a second to load.
     with ending_at_once():
         from app.lessons.check import check_lesson, table_text
-        from app.lessons.loading import load_lessons
-    book = load_lessons(command.folder)
+        from app.lessons.loading import in_language
+    book = _book(command.folder, command.playlist)
     # Every translation, too: what is wrong with the English file is found each time.
-    problems = tuple(dict.fromkeys(p for language in LANGUAGES for p in load_lessons(command.folder, language).problems))
+    problems = tuple(dict.fromkeys(problem for language in LANGUAGES for problem in in_language(book, language).problems))
     for problem in problems:
-        print(f"left out: {problem}")
+        print(f"fault: {problem}")
     for name in command.only:
         if not any(name in (lesson.id, str(lesson.number)) for lesson in book.lessons):
             book.index(name)
@@ -49,7 +56,7 @@ def lessons(command: Lessons) -> int:
     if not command.check:
         for lesson in chosen:
             print(f"{lesson.number:2d}  {lesson.id:24s} {len(lesson.steps)} steps, {lesson.minutes} min  {lesson.title}")
-        return 1 if problems else 0
+        return _last_line(len({problem.file for problem in problems}), len(problems), 0)
     if command.out is not None and not command.out.absolute().parent.is_dir():
         raise BadSetting(f"out = {command.out}: there is no folder {command.out.absolute().parent}; make it first.")
     walks = [walk for lesson in chosen for walk in check_lesson(book, lesson)]
@@ -60,7 +67,63 @@ def lessons(command: Lessons) -> int:
             text = json.dumps(data, indent=1, ensure_ascii=False) + "\n"
             # Bytes of a file's name that are no Unicode become escapes of JSON.
             new.write_text(text, encoding="utf-8", errors="backslashreplace", newline="\n")
-    return 0 if walks and not problems and all(walk.ok for walk in walks) else 1
+    failed = sum(not walk.ok for walk in walks)
+    return _last_line(len({problem.file for problem in problems}), len(problems), failed) if walks or problems else 1
+
+
+def _book(folder: Path, playlist: Path | None, language: Language = "en") -> "LessonBook":
+    """Return the lessons of a folder alone, or those that a playlist names; of our own folder with the test around them.
+
+    Raises:
+        BadSetting: there is no such playlist.
+    """
+    from app.lessons.library import Library
+    from app.lessons.loading import in_language, load_lessons
+
+    if playlist is not None and not playlist.is_file():
+        raise BadSetting(f"playlist = {playlist}: there is no such file; see app/lessons/README.md.")
+    if playlist is None and folder != FOLDER:
+        return load_lessons(folder, language)
+    return in_language(Library(None if folder == FOLDER else folder, playlist).book, language)
+
+
+def _last_line(files: int, faults: int, failed: int) -> int:
+    """Print what is wrong as one line, red on a terminal; return the exit code."""
+    if not (faults or failed):
+        return 0
+    parts = [f"{faults} faults in {files} files"] if faults else []
+    parts += [f"{failed} paths do not go as declared"] if failed else []
+    text = f"NOT RIGHT: {'; '.join(parts)}."
+    print(f"\x1b[31m{text}\x1b[0m" if sys.stdout.isatty() and "NO_COLOR" not in os.environ else text)
+    return 1
+
+
+@dataclass(frozen=True)
+class NewLesson:
+    """Write a small lesson to begin with: it passes `lessons --check`, and `serve --lessons` shows it while you change it."""
+
+    path: Path
+    """A file like my-lessons/01-nearer.md."""
+
+
+def new_lesson(command: NewLesson) -> int:
+    """Write the file; return the exit code.
+
+    Raises:
+        BadSetting: there is one already, its name is no lesson's, or it cannot be written.
+    """
+    path = command.path
+    if not re.fullmatch(r"\d{1,3}-[a-z0-9-]+\.md", path.name):
+        raise BadSetting(f"{path}: the name of a lesson is like 01-nearer.md.")
+    if os.path.lexists(path):
+        raise BadSetting(f"{path}: there is a file already; name another one.")
+    (text,) = re.findall(r"````markdown\n(.*?)````\n", (FOLDER / "README.md").read_text(encoding="utf-8"), flags=re.DOTALL)
+    with writable(path, "the lesson"):
+        path.parent.mkdir(parents=True, exist_ok=True)
+    with written(path, "the lesson") as new:
+        new.write_text(text, encoding="utf-8", newline="\n")
+    print(f"{path}\nlwr-duet lessons --check --folder {path.parent}\nlwr-duet serve --lessons {path.parent}")
+    return 0
 
 
 @dataclass(frozen=True)
@@ -79,6 +142,8 @@ class Handout:
     """Folder for the files; made if there is none."""
     folder: Path = FOLDER
     """Where the lesson files are."""
+    playlist: Path | None = None
+    """The lessons that this file names instead, of ours and of the folder."""
 
 
 def handout(command: Handout) -> int:
@@ -94,15 +159,15 @@ def handout(command: Handout) -> int:
         from app.export.handout_html import handout_html
         from app.export.moodle_xml import moodle_xml
         from app.i18n.speaking import set_language
-        from app.lessons.loading import load_lessons, load_notes
-    book = load_lessons(command.folder, command.lang)
+        from app.lessons.library import notes_of
+    book = _book(command.folder, command.playlist, command.lang)
     for problem in book.problems:
-        print(f"left out: {problem}", file=sys.stderr)
+        print(f"fault: {problem}", file=sys.stderr)
     chosen = [lesson for lesson in book.lessons if command.lesson in ("", lesson.id, str(lesson.number))]
     if not chosen:
         book.index(command.lesson)
     set_language(command.lang)
-    notes = load_notes(command.folder) if command.teacher else {}
+    notes = notes_of(book) if command.teacher else {}
     with writable(command.out, "out"):
         command.out.mkdir(parents=True, exist_ok=True)
     for lesson in chosen:

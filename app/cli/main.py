@@ -12,7 +12,7 @@ from app.cli.figures import Figures, figures
 from app.cli.grade import Grade, LawTest, NewLaw, grade, law_test, new_law
 from app.cli.hunt import Hunt, hunt
 from app.cli.league import League, league
-from app.cli.lessons import Handout, Lessons, handout, lessons
+from app.cli.lessons import Handout, Lessons, NewLesson, handout, lessons, new_lesson
 from app.cli.robots import Robots, robots
 from app.cli.run import RunCommand, run
 from app.cli.serve import Serve, serve
@@ -32,6 +32,7 @@ COMMANDS: Final[dict[str, tuple[type, Callable[[Any], int]]]] = {
     "robots": (Robots, robots),
     "lessons": (Lessons, lessons),
     "handout": (Handout, handout),
+    "new-lesson": (NewLesson, new_lesson),
     "new-law": (NewLaw, new_law),
     "law-test": (LawTest, law_test),
     "grade": (Grade, grade),

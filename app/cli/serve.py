@@ -88,7 +88,9 @@ class Serve:
     store_size: float = ServeOptions.most_bytes / 1e6
     """Largest size of that file [MB]; beyond it the work of those who left first is deleted."""
     lessons: Path | None = None
-    """Folder of lessons instead of our own; see app/lessons/README.md."""
+    """Folder of lessons beside our own; see app/lessons/README.md."""
+    playlist: Path | None = None
+    """TOML file that names the lessons and single steps that are shown, in order: ours, those of --lessons, and files."""
     settings: Flat[AllOptions] = field(default_factory=AllOptions)  # type: ignore[valid-type]
     """What the page shows at first."""
 
@@ -108,6 +110,8 @@ def serve(command: Serve) -> int:
         raise BadSetting(f"--store-size must be at least {SMALLEST_STORE:g} MB.")
     if command.lessons is not None and not command.lessons.is_dir():
         raise BadSetting(f"lessons = {command.lessons}: there is no such folder; name one with lesson files.")
+    if command.playlist is not None and not command.playlist.is_file():
+        raise BadSetting(f"playlist = {command.playlist}: there is no such file; see app/lessons/README.md.")
     settings = chosen(command.settings, Settings())
     given = command.key or os.environ.get(KEY_VARIABLE)
     key = chosen_key(None if given is None else readable(given))
@@ -128,6 +132,7 @@ def serve(command: Serve) -> int:
         pose_model=command.pose_model,
         law_file=command.law_file,
         lessons=command.lessons,
+        playlist=command.playlist,
         ahead=True,
         store=usual_path() if command.store is None else None if command.store == MEMORY else Path(command.store),
         keep=3600.0 * command.keep,

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from markupsafe import Markup
 
 from app.export.class_summary import AskedQuestion, ClassSummary, HandIn
+from app.export.gain import gains, whole
 from app.export.handout_html import PaperStep
 from app.export.lab_report import Done, lesson_title, rich_html, step_entry
 from app.export.report_html import ReportEntry, locked_page, plain_svg, report_html
@@ -18,7 +19,7 @@ from app.i18n.speaking import set_language, tr
 from app.lessons.bookmark import fitting
 from app.lessons.lesson import Lesson
 from app.lessons.outcomes import reference
-from app.lessons.progress import from_json
+from app.lessons.progress import StepProgress, from_json
 from app.lessons.tally import QuestionId, Tally
 from app.recording.run_file import made_here
 from app.settings import Language
@@ -40,7 +41,11 @@ def class_report_bytes(
         tr("Class report"),
         ("report.css", "class_report.css"),
         about=_about(summary),
+        names=report_names(summary.hand_ins),
+        grid=list(_grid(summary, lessons)),
         overview=list(_overview(summary, lessons)),
+        gains=(found := gains(summary.paired, lessons)),
+        total=whole(found),
         questions=_questions(summary, lessons, stopped),
         reports=_reports(summary, lessons, stopped),
         lesson_title=lesson_title,
@@ -54,6 +59,20 @@ def _about(summary: ClassSummary) -> Iterator[str]:
     yield tr("students who answered: {count}", count=summary.students)
     yield tr("reports handed in: {count}", count=len(summary.hand_ins))
     yield f"{tr('Made by Duet')} {made_here()['duet']}"
+
+
+def _grid(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[tuple[Lesson, int, list[str]]]:
+    """Yield every step in which a report that was handed in has something, with a mark for each report: ✓ or ✗ for the prediction, ★
+    for a passed challenge, · for anything else that was done."""
+    done = [from_json(one.progress).steps for one in summary.hand_ins]
+    for lesson, index in _steps(lessons, {step for steps in done for step in steps}):
+        step, marks = lesson.steps[index], list[str]()
+        for steps in done:
+            own = fitting(step, steps.get((lesson.id, step.id), StepProgress()))
+            right = None if step.question is None or own.choice is None else own.choice == step.question.right
+            said = "" if right is None else "✓" if right else "✗"
+            marks.append(said + ("★" if own.passed else "") or ("" if own.untouched else "·"))
+        yield lesson, index, marks
 
 
 def _overview(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[tuple[Lesson, int, tuple[str, ...]]]:

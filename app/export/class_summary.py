@@ -47,6 +47,7 @@ class ClassSummary:
         asked: in the order in which they were answered.
         passed: lesson and step → how many students have passed its challenge.
         hand_ins: by name, those without one at the end.
+        paired: question of a test that is asked twice → the answers before and after, from 0, of each student who gave both.
     """
 
     saved: float
@@ -54,6 +55,7 @@ class ClassSummary:
     asked: tuple[AskedQuestion, ...]
     passed: Mapping[QuestionId, int] = field(default_factory=dict)
     hand_ins: tuple[HandIn, ...] = ()
+    paired: Mapping[QuestionId, tuple[tuple[int, int], ...]] = field(default_factory=dict)
 
     def asked_in(self, lessons: Iterable[Lesson]) -> dict[QuestionId, AskedQuestion]:
         """Return the questions that the lessons still have, with as many answers as when they were asked."""
@@ -68,4 +70,4 @@ class ClassSummary:
     @property
     def empty(self) -> bool:
         """Return whether there is nothing to report."""
-        return not (self.asked or self.passed or self.hand_ins)
+        return not (self.asked or self.passed or self.hand_ins or self.paired)

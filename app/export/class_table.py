@@ -7,6 +7,7 @@ from typing import Final
 
 from app.export.class_report import report_names
 from app.export.class_summary import ClassSummary, HandIn
+from app.export.gain import Gain, gains, whole
 from app.i18n.speaking import set_language
 from app.lessons.lesson import Lesson
 from app.lessons.progress import StepProgress, from_json
@@ -18,7 +19,7 @@ MOST_CHOICES: Final = 6
 COLUMNS: Final = (
     *("lesson", "step", "kind", "round", "students", "drawn"),
     *(f"answer_{i + 1}" for i in range(MOST_CHOICES)),
-    *("right_answer", "right", "passed"),
+    *("right_answer", "right", "passed", "before", "after", "gain"),
 )
 """Of every row; after them stands a column for each report."""
 
@@ -33,7 +34,7 @@ def class_table_bytes(summary: ClassSummary, lessons: Sequence[Lesson], stopped:
     out = io.StringIO()
     table = csv.writer(out, lineterminator="\r\n")
     table.writerow(map(safe_cell, (*COLUMNS, *report_names(summary.hand_ins))))
-    for cells, marks in _rows(summary, lessons):
+    for cells, marks in (*_rows(summary, lessons), *_gain_rows(summary, lessons)):
         table.writerow(map(safe_cell, (*(cells.get(column, "") for column in COLUMNS), *marks)))
     return out.getvalue().encode("utf-8-sig")
 
@@ -65,6 +66,24 @@ def _rows(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[_Row]:
             if step.challenge is not None and _tried(question, summary, done):
                 marks: list[object] = [int(steps[question].passed) if question in steps else "" for steps in done]
                 yield about | {"kind": "challenge", "passed": summary.passed.get(question, 0)}, marks
+
+
+def _gain_rows(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[_Row]:
+    """Yield a row a question that was asked before and after, and below it one for each answer before: how many gave which one after."""
+    questions, marks = gains(summary.paired, lessons), list[object]([""] * len(summary.hand_ins))
+    for one in questions:
+        about: dict[str, object] = {"lesson": one.lesson.id, "step": one.step.id, "right_answer": one.right + 1}
+        yield about | {"kind": "gain"} | _gain_cells(one.gain), marks
+        for before, row in enumerate(one.moved, 1):
+            counts = {f"answer_{i}": count for i, count in enumerate(row, 1)}
+            yield about | {"kind": "moved", "round": before, "students": sum(row)} | counts, marks
+    if questions:
+        yield {"kind": "gain"} | _gain_cells(whole(questions)), marks
+
+
+def _gain_cells(gain: Gain) -> dict[str, object]:
+    normalised = "" if gain.normalised is None else f"{gain.normalised:.3f}"
+    return {"students": gain.students, "before": gain.before, "after": gain.after, "gain": normalised}
 
 
 def _answer(report: HandIn, question: QuestionId, number: int) -> object:

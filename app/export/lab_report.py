@@ -7,13 +7,14 @@ from typing import Final
 
 from markupsafe import Markup
 
+from app.export.gain import gains, own_pairs
 from app.export.report_html import ReportEntry, report_html
 from app.export.report_record import StepRecord
 from app.i18n.speaking import set_language, tr
 from app.lessons.bookmark import phases_of
 from app.lessons.curve_drawing import drawing_svg
 from app.lessons.labels import sentence
-from app.lessons.lesson import Lesson, Step
+from app.lessons.lesson import LAST, Lesson, Step
 from app.lessons.progress import StepProgress
 from app.lessons.reference_runs import begin, person_of
 from app.lessons.runs import Setup, settings_text
@@ -83,7 +84,11 @@ def lab_bytes(done: Sequence[Done], language: Language, stopped: Callable[[], bo
         last = last if recorded is None else recorded.stretches[-1].settings
     about = f"{tr('Name')}: {LINE} · {time.strftime('%Y-%m-%d')}"
     settings = None if last is None else Settings(run=last)
-    return report_html(report_title(done), entries, settings, about=about, rich=rich_html).encode()
+    lessons = {one.lesson.id: one.lesson for one in done}
+    progress = {(one.lesson.id, one.step.id): one.progress for one in done}
+    pairs = own_pairs(lessons.values(), lambda *step: progress.get(step, StepProgress()))
+    questions = gains(pairs, lessons.values())
+    return report_html(report_title(done), entries, settings, about=about, rich=rich_html, questions=questions).encode()
 
 
 def rich_html(text: str) -> Markup:
@@ -150,7 +155,7 @@ def _svg(recorded: Recorded, step: Step, name: str, stopped: Callable[[], bool])
 def _made_again(one: Done) -> Recorded | None:
     """Return a new run of a step without a stored one; None if a visitor's hand was in it."""
     outcome = one.progress.outcome
-    if outcome is None or outcome.unlike or one.step.yours:
+    if outcome is None or outcome.unlike or one.step.yours or one.step.concept:
         return None
     return recorded_of(one.step.setup)
 
@@ -184,7 +189,7 @@ def done_in(
     return tuple(
         Done(lesson, i, progress(lesson.id, step.id), seen.get((lesson.id, step.id)))
         for lesson in lessons
-        if only in (None, lesson.id)
+        if only in (None, lesson.id, lesson.id + LAST)
         for i, step in enumerate(lesson.steps)
         if not progress(lesson.id, step.id).untouched
     )

@@ -55,7 +55,8 @@ def _multiple_choice(paper: PaperStep) -> Element:
         SubElement(made, name).text = value
     for place, choice in enumerate(step.question.choices):
         answer = _html(made, "answer", paper.filled(choice.text), fraction="100" if place == step.question.right else "0")
-        _html(answer, "feedback", paper.filled(choice.reply))
+        # The right answers are told with the last test.
+        _html(answer, "feedback", "" if step.asked == "first" else paper.filled(choice.reply))
     for hint in step.hints:
         _html(made, "hint", paper.filled(hint))
     return made

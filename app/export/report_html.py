@@ -8,6 +8,7 @@ from typing import Final
 
 from markupsafe import Markup, escape
 
+from app.export.gain import QuestionGain, whole
 from app.export.report_record import StepRecord, records_html
 from app.i18n.speaking import spoken, tr
 from app.lessons.runs import page_value
@@ -70,6 +71,7 @@ def report_html(
     *,
     about: str = "",
     rich: Callable[[str], str] = escape,
+    questions: Sequence[QuestionGain] = (),
 ) -> str:
     """Return the page. Nothing in it loads anything or runs, and everything that a person wrote is escaped.
 
@@ -79,6 +81,7 @@ def report_html(
         about: one line under the title, such as a name and a date.
         rich: makes HTML of a text of the lesson's author (question, prediction, verdict, outcome, judgement), for formulas; the
             title, `about` and all words of the student are escaped whatever it is.
+        questions: of a test that the student has answered before and after.
 
     Raises:
         ValueError: a plot is no plain <svg> element.
@@ -92,6 +95,8 @@ def report_html(
         entries=entries,
         rich=lambda text: Markup(rich(text)),
         svg=plain_svg,
+        questions=questions,
+        total=whole(questions),
         settings=None if settings is None else _rows(settings),
         records=records_html([entry.record for entry in entries if entry.record is not None]),
     )

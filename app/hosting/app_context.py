@@ -9,6 +9,7 @@ from app.hosting.session_store import SessionStore
 from app.hosting.worker_messages import WorkerLink
 from app.hosting.workload import Workload
 from app.lessons.lesson import LessonBook
+from app.lessons.library import Library
 from app.runtime.job_pool import Jobs
 from app.session.input_source import InputSources
 from app.web.server import DuetServer
@@ -22,8 +23,7 @@ class AppContext:
         options: with which the server was started.
         jobs: computes in the background for all sessions.
         sources: input sources beside the built-in ones.
-        book: the lessons, in English.
-        notes: the teacher's, Markdown by lesson id; none where there is no key.
+        library: of the lessons and of the teacher's notes, which are not read where there is no key.
         store: what visitors who have gone left behind.
         workload: what the rounds take, and how many private sessions there may be at once.
         link: to the other processes of a lecture; None where there is one process.
@@ -34,12 +34,21 @@ class AppContext:
     options: ServeOptions
     jobs: Jobs
     sources: InputSources
-    book: LessonBook
-    notes: Mapping[str, str]
+    library: Library
     store: SessionStore
     workload: Workload
     link: WorkerLink | None = None
     frame_due: threading.Event = field(default_factory=threading.Event)
+
+    @property
+    def book(self) -> LessonBook:
+        """Return the lessons, in English."""
+        return self.library.book
+
+    @property
+    def notes(self) -> Mapping[str, str]:
+        """Return the teacher's notes, Markdown by lesson id."""
+        return self.library.notes
 
     def wake(self) -> None:
         """Ask for a frame at once; from any thread."""

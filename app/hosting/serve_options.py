@@ -20,7 +20,8 @@ class ServeOptions:
         allowed_origins: web addresses from which pages may connect besides our own.
         embed_origins: web addresses of pages that may show ours in a frame.
         bvh, camera, video, pose_model, law_file: see `app.session.input_source.find_input_sources`.
-        lessons: folder of lessons; None for our own.
+        lessons: folder of lessons beside our own; None for none.
+        playlist: TOML file that names the lessons that are shown; None for all.
         ahead: whether to prepare what is slow the first time.
         store: file in which what visitors do outlives the server; None for memory alone.
         keep: how long it is kept after their last visit [s].
@@ -43,6 +44,7 @@ class ServeOptions:
     pose_model: Path | None = None
     law_file: Path | None = None
     lessons: Path | None = None
+    playlist: Path | None = None
     ahead: bool = False
     store: Path | None = None
     keep: float = 24.0 * 3600.0

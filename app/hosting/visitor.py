@@ -108,7 +108,7 @@ class Visitor:
             self._welcome = Welcome(self.client.gui, self.session, self.lessons)
 
     def _translate(self) -> None:
-        """Build the page again in another language; the session and the lessons go on where they are."""
+        """Build the page again in another language, or with lessons that were read again; the session goes on where it is."""
         saved = self.lessons.saved()
         self.operation.close()
         self.language = language_of(self.session.settings, self._browser)
@@ -140,8 +140,11 @@ class Visitor:
         if not self._attention.due(now, hidden, self.session.paused, stirred):
             return False
         set_language(self.language)
-        if language_of(self.session.settings, self._browser) != self.language:
+        reread = in_language(self._context.book, self.language) is not self.lessons.book
+        if reread or language_of(self.session.settings, self._browser) != self.language:
             self._translate()
+        if reread:
+            self.operation.notify_lessons(self._context.book)
         frame = make_frame(self.session, self.lessons.decide, now, elapsed, workload.budget)
         workload.drew(self.session.stepping)
         with self.client.atomic():

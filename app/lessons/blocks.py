@@ -6,7 +6,7 @@ import tomllib
 from collections.abc import Callable, Iterable
 from typing import Any, Final, TypeGuard, TypeVar
 
-from app.lessons.markdown import DataBlock, Fault
+from app.lessons.markdown import DataBlock, Fault, FaultLog
 from controllers.errors import BadSetting
 
 T = TypeVar("T")
@@ -146,14 +146,15 @@ class Table:
         return rest
 
     def close(self) -> None:
-        """Complain of a key that was not read.
+        """Complain of keys that were not read.
 
         Raises:
-            Fault: there is one.
+            Fault: there are some.
         """
-        for key in self._data:
-            where = f" in {self._path}" if self._path else ""
-            raise self.fault(key, f"there is no key {shown(key)}{where}; choose from {', '.join(dict.fromkeys(self._known))}.")
+        log, where = FaultLog(), f" in {self._path}" if self._path else ""
+        known = ", ".join(dict.fromkeys(self._known))
+        log.found += [self.fault(key, f"there is no key {shown(key)}{where}; choose from {known}.") for key in self._data]
+        log.close()
 
     def checked(self, key: str, check: Callable[[], T]) -> T:
         """Return the result of a check; its error becomes a fault on the line of a key."""

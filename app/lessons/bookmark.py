@@ -65,12 +65,12 @@ class Bookmark(NamedTuple):
         return self._replace(lesson_index=index, step_index=step)
 
     def of(self, lesson: str, step: str) -> "Bookmark":
-        """Return the step with an id in the lesson with an id; the first one of the book if they are not there."""
+        """Return the step with an id in the lesson with an id; the first one if they are not there."""
         for i, one in enumerate(self.book.lessons):
             for j, other in enumerate(one.steps):
                 if (one.id, other.id) == (lesson, step):
                     return Bookmark(self.book, i, j)
-        return Bookmark(self.book)
+        return Bookmark(self.book, self.book.first)
 
 
 class Phase(StrEnum):
@@ -89,6 +89,9 @@ class Phase(StrEnum):
 
 
 def phases_of(step: Step) -> tuple[Phase, ...]:
+    if step.concept:
+        said = () if step.asked == "first" else (Phase.OBSERVE, *((Phase.EXPLAIN,) if step.explain else ()))
+        return (Phase.PREDICT, *said)
     return (
         *((Phase.PREDICT,) if step.question is not None else ()),
         Phase.DO,
@@ -101,20 +104,20 @@ def phases_of(step: Step) -> tuple[Phase, ...]:
 def first_phase(step: Step, done: StepProgress) -> Phase:
     """Return where a student who comes from the step before begins."""
     phases = phases_of(step)
-    return Phase.DO if phases[0] is Phase.PREDICT and done.predicted else phases[0]
+    return Phase.DO if phases[0] is Phase.PREDICT and done.predicted and not step.concept else phases[0]
 
 
 def is_finished(step: Step, done: StepProgress) -> bool:
     """Return whether a step is finished: its challenge is passed, or without one its outcome has been seen."""
-    if step.challenge is not None:
-        return done.passed
-    return done.outcome is not None or (not step.measurements and not done.untouched)
+    if step.challenge is not None or step.asked == "first":
+        return done.passed if step.challenge is not None else done.predicted
+    return done.outcome is not None or (not step.measurements and not step.concept and not done.untouched)
 
 
 def furthest_phase(step: Step, done: StepProgress) -> Phase:
     """Return the last phase that a student has reached."""
     phases = phases_of(step)
-    if done.outcome is not None or (not step.measurements and not done.untouched):
+    if done.outcome is not None or (not step.measurements and not step.concept and not done.untouched):
         return phases[-1]
     return first_phase(step, done)
 

@@ -11,7 +11,7 @@ from app.lessons import FOLDER
 from app.lessons.attempts import StandIn, examine, stand_in
 from app.lessons.bookmark import Phase
 from app.lessons.curve_drawing import ENOUGH, Drawing, flat_line
-from app.lessons.lesson import AT_ONCE, Challenge, Lesson, LessonBook, Step, Trial
+from app.lessons.lesson import AT_ONCE, Challenge, Lesson, LessonBook, Question, Step, Trial
 from app.lessons.outcomes import reference
 from app.lessons.reference_runs import measured, simulated, wanted
 from app.lessons.runs import Input, Setup
@@ -112,6 +112,10 @@ def _reference(book: LessonBook, lesson: Lesson) -> str:
     for number, step in enumerate(lesson.steps):
         where = f"step {number + 1}, {step.id}"
         _ensure(walk.step is step, f"{where}: the way leads to {walk.step.id} instead")
+        if step.concept and step.question is not None:
+            found.append(_asked(walk, step, step.question, step.question.right, where))
+            walk.go(lesson.id, min(number + 1, len(lesson.steps) - 1))
+            continue
         if step.question is not None:
             _ensure(walk.locked and not walk.next(), f"{where}: Run is not locked before an answer is chosen")
             walk.choose(step.question.right)
@@ -146,6 +150,8 @@ def _wrong_answer(book: LessonBook, lesson: Lesson, number: int, answer: int) ->
     walk = Walkthrough(book)
     walk.go(lesson.id, number)
     question = walk.step.question
+    if walk.step.concept and question is not None:
+        return _asked(walk, walk.step, question, answer, f"answer {answer + 1}")
     _ensure(walk.choose(answer) and question is not None, "the answer was not taken")
     outcome = walk.observe(simulated(walk.setup))
     if walk.phase is Phase.DO:
@@ -168,6 +174,21 @@ def _wrong_answer(book: LessonBook, lesson: Lesson, number: int, answer: int) ->
             _ensure(not speaks, f"the run that shows why gives {decides}: it speaks for the wrong answer")
         text += f", and {m.text(why.values[0][0])} in the run that shows why"
     return text
+
+
+def _asked(walk: Walkthrough, step: Step, question: Question, answer: int, where: str) -> str:
+    """Answer a question without a run; return what is measured for it."""
+    outcome, right = reference(step, step.setup), answer == question.right
+    _ensure(walk.choose(answer), f"{where}: the answer was not taken")
+    supported = question.supported(outcome.answer(question))
+    _ensure(supported == question.right or not question.expects, f"{where}: {outcome.answer(question)} speaks for another answer")
+    walk.next()
+    verdict = walk.view().verdict
+    if step.asked == "first":
+        _ensure(verdict is None, f"{where}: the first test says what is right")
+    else:
+        _ensure(verdict is not None and verdict.right is right, f"{where}: the answer is judged the wrong way")
+    return ", ".join(m.text(found[0]) for m, found in zip(step.measurements, outcome.values, strict=True))
 
 
 def shown_early(book: LessonBook, lesson: Lesson, number: int) -> Iterator[str]:

@@ -1,28 +1,19 @@
 """What a lesson is, as data: steps, questions, runs, measurements, challenges. `loading` makes it from Markdown files."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from typing import Final, Literal
 
 from app.lessons.curve_drawing import Drawing
 from app.lessons.measures.quantity import Value, shown_value, significant_digits
+from app.lessons.question import Question
 from app.lessons.room_places import Start
 from app.lessons.runs import Pairs, Setup
-from app.plots.plot_choice import first_plots, possible_details
 from app.settings import Language
 from controllers.errors import BadSetting, LazyText
-from scenes.settings import RunSettings
 
 Camera = Literal["room", "hand", "elbow", "between", "top"]
 """From where one looks: at the whole, close to the hand or the elbow, at the line between the arms, from above."""
-
-_COMPUTED: Final = ("none", "map", "safety")
-"""Plots that no step shows: no further one, and those that are computed in the background."""
-
-
-def possible_plots(run: RunSettings) -> tuple[str, ...]:
-    """Return the plots that a step may show: the two that the page shows by itself, and of `app.settings.Details`."""
-    return (*first_plots(run), *(name for name in possible_details(run) if name not in _COMPUTED))
-
 
 AT_ONCE: Final = ("curve", "laws", "stability")
 """Plots that say what a law does before anything has run."""
@@ -67,62 +58,6 @@ class Measurement:
     def text(self, value: Value) -> str:
         """Return a value as it is read, with two significant digits and its unit."""
         return shown_value(value, self.name, self.unit, significant_digits(value, self.name, self.unit, self.digits))
-
-
-@dataclass(frozen=True)
-class Choice:
-    """A possible answer.
-
-    Attributes:
-        reply: what is said to it when the outcome is known.
-        why: a run that shows why it is wrong; None for the right one, and where the step's own run shows it.
-        otherwise: whether that run shows the case in which the answer would be right, rather than that it is wrong here.
-    """
-
-    text: str
-    reply: str
-    why: Setup | None = None
-    otherwise: bool = False
-
-
-Expectation = float | tuple[float, float]
-"""What the first measurement of a step would be if a choice were right: the nearest number wins, or the range that holds it."""
-
-
-@dataclass(frozen=True)
-class Question:
-    """What is to be predicted.
-
-    Attributes:
-        choices: two to six.
-        right: index of the right one.
-        expects: one for each choice, or none: then the outcome does not decide between them by itself.
-        ratio: whether it is about the first measurement over its first comparison.
-    """
-
-    text: str
-    choices: tuple[Choice, ...]
-    right: int
-    expects: tuple[Expectation, ...] = ()
-    ratio: bool = False
-
-    def answer(self, values: tuple[Value, ...]) -> Value:
-        """Return the deciding number: the first measurement, or its ratio to the first comparison; None if the run does not tell."""
-        if not self.ratio:
-            return values[0] if values else None
-        if len(values) < 2 or values[0] is None or not values[1]:
-            return None
-        return values[0] / values[1]
-
-    def supported(self, value: Value) -> int | None:
-        """Return the index of the choice that a measured value speaks for; None if it speaks for none."""
-        if value is None or value != value or not self.expects:
-            return None
-        ranges = [e for e in self.expects if isinstance(e, tuple)]
-        if ranges:
-            return next((i for i, e in enumerate(self.expects) if isinstance(e, tuple) and e[0] <= value <= e[1]), None)
-        numbers = [float(e) for e in self.expects if not isinstance(e, tuple)]
-        return min(range(len(numbers)), key=lambda i: abs(numbers[i] - value))
 
 
 @dataclass(frozen=True)
@@ -207,6 +142,9 @@ class Step:
         numbers: at most three live measurements.
         drawing: a curve to be drawn before the question is answered; None if there is none.
         marks: angles by which the elbow's place at the start is turned about the line from shoulder to wrist [rad]: marks to touch.
+        concept: whether the question is asked without a run; what the step measures comes from the software's own run.
+        belief: what the wrong answers have in common, for the teacher and for afterwards; "" if it is not named.
+        asked: in a test that is asked twice: for the first time, when nothing is said to the answer, or for the last time; "" elsewhere.
     """
 
     id: str
@@ -226,6 +164,9 @@ class Step:
     numbers: tuple[Measurement, ...]
     marks: tuple[float, ...]
     drawing: Drawing | None = None
+    concept: bool = False
+    belief: str = ""
+    asked: Literal["", "first", "last"] = ""
 
     @property
     def yours(self) -> bool:
@@ -245,6 +186,7 @@ class Lesson:
         minutes: how long it takes.
         promise, learned: what a student will be able to say, and what they have learned at the end; "" if the file does not say it.
         steps: at least one.
+        again: title of a test when it is asked for the last time; "" for what is no test.
     """
 
     id: str
@@ -258,6 +200,16 @@ class Lesson:
     promise: str
     learned: str
     steps: tuple[Step, ...]
+    again: str = ""
+
+    @property
+    def asked(self) -> Literal["", "first", "last"]:
+        """Return which time a test is asked."""
+        return self.steps[0].asked
+
+
+LAST: Final = "-last"
+"""Follows the name of a test when it is asked for the last time."""
 
 
 @dataclass(frozen=True)
@@ -274,10 +226,20 @@ class LessonProblem:
 
 @dataclass(frozen=True)
 class LessonBook:
-    """All lessons of a folder that could be read, in order, and what was wrong with the others."""
+    """All lessons that could be read, in order, and what was wrong with the others.
+
+    Attributes:
+        translated: returns the same book in another language; None where there is none.
+    """
 
     lessons: tuple[Lesson, ...]
     problems: tuple[LessonProblem, ...]
+    translated: "Callable[[Language], LessonBook] | None" = field(default=None, compare=False, repr=False)
+
+    @property
+    def first(self) -> int:
+        """Return where a student begins: at the first lesson that is no test."""
+        return next((i for i, lesson in enumerate(self.lessons) if not lesson.asked), 0)
 
     def index(self, id: str) -> int:
         """Return where a lesson stands.

@@ -27,7 +27,7 @@ class LessonEntry:
 
 def lesson_entries(walk: Walkthrough, book: LessonBook | None = None) -> Iterator[LessonEntry]:
     """Yield every lesson. `book`: the lessons in the reader's language; None for those of `walk`."""
-    begun = walk.begun or walk.step is not walk.book.lessons[0].steps[0]
+    begun = walk.begun or walk.step is not walk.book.lessons[walk.book.first].steps[0]
     for lesson in (book or walk.book).lessons:
         finished = tuple(is_finished(step, walk.done_in(lesson.id, step.id)) for step in lesson.steps)
         here = begun and lesson.id == walk.lesson.id

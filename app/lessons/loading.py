@@ -5,14 +5,14 @@ import os
 import re
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Final, NamedTuple
 
 from app.lessons import FOLDER
-from app.lessons.lesson import Lesson, LessonBook, LessonProblem, Step
-from app.lessons.markdown import Chapter, Fault, Sheet, read_items, read_sheet
-from app.lessons.steps import LEFT_DOLLAR, check_head, head_texts, read_lesson, read_step, step_texts
+from app.lessons.lesson import NO_LESSONS, Lesson, LessonBook, LessonProblem, Step
+from app.lessons.markdown import Chapter, Fault, FaultLog, Sheet, read_items, read_sheet
+from app.lessons.steps import LEFT_DOLLAR, Common, check_head, head_texts, read_lesson, read_step, step_texts
 from app.settings import TRANSLATIONS, Language
 from app.text.lesson_text import left_dollar
 from app.text.picture import picture_problems
@@ -69,7 +69,7 @@ MOST_BYTES: Final = 200_000
 _NAME: Final = re.compile(r"^(\d{1,3})-([a-z0-9-]+)(?:\.([a-z]{2}|notes))?\.md$")
 
 
-def load_lessons(folder: Path = FOLDER, language: Language = "en") -> LessonBook:
+def load_lessons(folder: Path = FOLDER, language: Language = "en", before: LessonBook = NO_LESSONS) -> LessonBook:
     """Return the lessons of a folder in their order, and what was wrong with those that could not be read. Never raises.
 
     A lesson is a file `NN-name.md`; `NN-name.de.md` beside it carries its texts in another language, `NN-name.notes.md` what only a
@@ -77,6 +77,7 @@ def load_lessons(folder: Path = FOLDER, language: Language = "en") -> LessonBook
 
     Args:
         language: of the texts; what is not translated stays English.
+        before: the same lessons as they were before a change; from here comes one whose file has become faulty.
     """
     try:
         files = sorted(path for path in folder.iterdir() if path.suffix == ".md" and path.name[0].isdigit())
@@ -88,14 +89,25 @@ def load_lessons(folder: Path = FOLDER, language: Language = "en") -> LessonBook
         try:
             problems += _load(path, lessons)
         except Fault as fault:
-            problems.append(LessonProblem(path.name, fault.line, fault.message))
+            kept = [lesson for lesson in before.lessons if lesson.file == path.name]
+            lessons += kept
+            problems += problems_of(path, fault, STAYS if kept else "")
     if language != "en":
         lessons = [_translated(folder, lesson, language, problems) for lesson in lessons]
     if not lessons and not problems:
         problems.append(
             LessonProblem(str(folder), 1, "holds no lesson; a lesson is a file like 01-redundancy.md, see README.md there.")
         )
-    return LessonBook(tuple(sorted(lessons, key=lambda lesson: lesson.number)), tuple(problems))
+    in_order = tuple(sorted(lessons, key=lambda lesson: lesson.number))
+    return LessonBook(in_order, tuple(problems), cache(lambda other: load_lessons(folder, other, before)))
+
+
+STAYS: Final = " The lesson stays as it was before the change."
+
+
+def problems_of(path: Path, fault: Fault, more: str = "") -> list[LessonProblem]:
+    """Return all faults of a file. `more`: what is said after each."""
+    return [LessonProblem(path.name, one.line, one.message + more) for one in fault.all]
 
 
 def _load(path: Path, lessons: list[Lesson]) -> Iterator[LessonProblem]:
@@ -133,7 +145,7 @@ def load_notes(folder: Path = FOLDER) -> dict[str, str]:
     for path, name in names:
         if name is not None and name[3] == "notes":
             try:
-                notes[name[2]] = _text(path)
+                notes[name[2]] = read_text(path)
             except Fault:
                 continue
     return notes
@@ -142,7 +154,7 @@ def load_notes(folder: Path = FOLDER) -> dict[str, str]:
 def _faults_of_notes(path: Path) -> Iterator[LessonProblem]:
     """Yield what is wrong with the pictures and formulas of a teacher's notes; `load_notes` leaves out a file that cannot be read."""
     try:
-        text = _text(path)
+        text = read_text(path)
     except Fault:
         return
     if (left := left_dollar(text)) is not None:
@@ -152,7 +164,12 @@ def _faults_of_notes(path: Path) -> Iterator[LessonProblem]:
             yield LessonProblem(path.name, number, problem)
 
 
-def _text(path: Path) -> str:
+def read_text(path: Path) -> str:
+    """Return the text of a file.
+
+    Raises:
+        Fault: it cannot be read, is too large or no UTF-8.
+    """
     try:
         data = read_file(path, MOST_BYTES)
     except OSError as error:
@@ -167,19 +184,25 @@ def _text(path: Path) -> str:
 
 
 def _read(path: Path, number: int, id: str) -> Lesson:
-    sheet = read_sheet(_text(path))
-    common = read_lesson(sheet, path.parent)
+    sheet, log = read_sheet(read_text(path)), FaultLog()
+    common, head = log.take(lambda: read_lesson(sheet, path.parent), None), sheet.head
+    # Steps build on the settings of the head.
+    base = common or Common(path.parent, (), "", 0)
     steps: list[Step] = []
-    for part in sheet.steps:
-        step = read_step(part, common)
-        if any(other.id == step.id for other in steps):
-            raise Fault(part.line, f"two steps are called {step.id}; give one of them another id.")
-        steps.append(step)
-    head = sheet.head
-    promise, learned = head_texts(head)
-    return Lesson(
-        id, number, path.name, "en", head.title, head.text, common.equations, common.minutes, promise, learned, tuple(steps)
-    )
+    for part in sheet.steps if common is not None or not head.blocks else ():
+        step = log.take(partial(read_step, part, base), None)
+        if step is not None and any(other.id == step.id for other in steps):
+            log.found.append(Fault(part.line, f"two steps are called {step.id}; give one of them another id."))
+        elif step is not None:
+            steps.append(step)
+    promise, learned, again = head_texts(head)
+    runs = [part.line for part, step in zip(sheet.steps, steps, strict=False) if not step.concept] if again else []
+    log.found += [
+        Fault(line, "a test that is asked twice has questions without a run alone; add concept = true.") for line in runs
+    ]
+    log.close()
+    texts = head.title, head.text, base.equations, base.minutes, promise, learned
+    return Lesson(id, number, path.name, "en", *texts, tuple(steps), again)
 
 
 def _translated(folder: Path, lesson: Lesson, language: Language, problems: list[LessonProblem]) -> Lesson:
@@ -188,15 +211,17 @@ def _translated(folder: Path, lesson: Lesson, language: Language, problems: list
     if not os.path.lexists(path):
         return lesson
     try:
-        sheet = read_sheet(_text(path))
+        sheet, log = read_sheet(read_text(path)), FaultLog()
         _compare(sheet, lesson)
-        check_head(sheet.head, folder)
-        steps = tuple(_with_texts(step, part) for step, part in zip(lesson.steps, sheet.steps, strict=True))
+        log.take(lambda: check_head(sheet.head, folder), None)
+        pairs = zip(lesson.steps, sheet.steps, strict=True)
+        steps = tuple(log.take(partial(_with_texts, step, part), step) for step, part in pairs)
+        log.close()
     except Fault as fault:
-        problems.append(LessonProblem(path.name, fault.line, fault.message))
+        problems += problems_of(path, fault)
         return lesson
     head = sheet.head
-    promise, learned = head_texts(head)
+    promise, learned, again = head_texts(head)
     return replace(
         lesson,
         language=language,
@@ -205,6 +230,7 @@ def _translated(folder: Path, lesson: Lesson, language: Language, problems: list
         promise=promise or lesson.promise,
         learned=learned or lesson.learned,
         steps=steps,
+        again=again or lesson.again,
     )
 
 
@@ -243,16 +269,13 @@ def _with_texts(step: Step, part: Chapter) -> Step:
         do=texts["Do"],
         observe=texts["Observe"],
         explain=texts["Explain"],
+        belief=texts["Belief"],
         question=question,
         challenge=challenge,
         hints=hints,
     )
 
 
-_load_once = cache(load_lessons)
-
-
 def in_language(book: LessonBook, language: Language) -> LessonBook:
     """Return the same lessons with the texts that lie beside them in another language; what is not translated stays English."""
-    folder = next((step.setup.folder for lesson in book.lessons for step in lesson.steps if step.setup.folder), None)
-    return book if folder is None or language not in TRANSLATIONS else _load_once(folder, language)
+    return book if book.translated is None or language not in TRANSLATIONS else book.translated(language)

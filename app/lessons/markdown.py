@@ -1,13 +1,18 @@
 """The text side of a lesson file: headings, blocks, questions and hints, each with its line. Knows nothing of what the blocks mean."""
 
 import re
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from typing import Final
+from functools import partial
+from typing import Final, TypeVar
 
-SECTIONS: Final = ("Goal", "Predict", "Do", "Observe", "Explain", "Challenge", "Hints")
+T = TypeVar("T")
+U = TypeVar("U")
+
+SECTIONS: Final = ("Goal", "Predict", "Do", "Observe", "Explain", "Challenge", "Hints", "Belief")
 """Headings within a step, in their order."""
 
-HEAD_SECTIONS: Final = ("Promise", "Learned")
+HEAD_SECTIONS: Final = ("Promise", "Learned", "Again")
 """Headings under a lesson's title, in their order."""
 
 _FENCE: Final = re.compile(r"^ {0,3}(`{3,}|~{3,})\s*([\w-]*)\s*$")
@@ -24,11 +29,34 @@ class Fault(Exception):
     Args:
         line: of the file, from 1.
         message: what is wrong, and the remedy.
+        others: further faults that were found with this one.
     """
 
-    def __init__(self, line: int, message: str) -> None:
+    def __init__(self, line: int, message: str, others: "Iterable[Fault]" = ()) -> None:
         super().__init__(message)
         self.line, self.message = line, message
+        self.all: tuple[Fault, ...] = (self, *others)
+
+
+class FaultLog:
+    """Notes faults and reads on, so that all faults of a file are named at once."""
+
+    def __init__(self) -> None:
+        self.found: list[Fault] = []
+
+    def take(self, read: Callable[[], T], otherwise: U) -> T | U:
+        """Return what a function returns; where it finds a fault, something else."""
+        try:
+            return read()
+        except Fault as fault:
+            self.found += fault.all
+            return otherwise
+
+    def close(self) -> None:
+        """Raise the faults, if there are any, in the order of their lines."""
+        if self.found:
+            first, *others = sorted(self.found, key=lambda fault: fault.line)
+            raise Fault(first.line, first.message, (Fault(one.line, one.message) for one in others))
 
 
 @dataclass
@@ -84,6 +112,7 @@ def read_sheet(text: str, marker: str = "duet") -> Sheet:
     Raises:
         Fault: a heading is missing or out of place, or a fence is left open.
     """
+    log = FaultLog()
     head: Chapter | None = None
     steps: list[Chapter] = []
     here: SheetPart | None = None
@@ -119,21 +148,23 @@ def read_sheet(text: str, marker: str = "duet") -> Sheet:
         level, title = len(heading[1]), heading[2].strip()
         if not title:
             raise Fault(number, "the heading has no text; write a title behind the #.")
-        if level == 1:
-            if head is not None:
-                raise Fault(number, "there is a second title; a file holds one lesson, its steps begin with ##.")
+        if level == 1 and head is None:
             here = head = Chapter(title, number)
         elif head is None:
             raise Fault(number, "a step stands before the title; begin the file with a line like “# Title”.")
-        elif level == 2:
+        elif level <= 2:
+            if level == 1:
+                log.found.append(Fault(number, "there is a second title; a file holds one lesson, its steps begin with ##."))
             here = Chapter(title, number)
             steps.append(here)
         elif level == 3:
-            here = _section(steps[-1] if steps else head, SECTIONS if steps else HEAD_SECTIONS, title, number)
+            chapter, known = (steps[-1], SECTIONS) if steps else (head, HEAD_SECTIONS)
+            here = log.take(partial(_section, chapter, known, title, number), SheetPart(title, number))
         elif here is not None:
             here.lines.append(line)
     if fence:
-        raise Fault(opened, f"the block that begins here is never closed; end it with a line {fence}.")
+        log.found.append(Fault(opened, f"the block that begins here is never closed; end it with a line {fence}."))
+    log.close()
     if head is None:
         raise Fault(1, "there is no title; begin the file with a line like “# Title”.")
     if not steps:

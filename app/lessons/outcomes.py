@@ -117,10 +117,12 @@ def observed(step: Step, setup: Setup, evidence: Evidence, time: float) -> StepO
 
 def reference(step: Step, setup: Setup) -> StepOutcome:
     """Return the outcome of the step's run without the student."""
+    if step.concept and not step.measurements:
+        return StepOutcome((), True)
     own = measured(setup, wanted(step.measurements))
     found = tuple((value, *comparisons(setup, m, m.compare)) for value, m in zip(own, step.measurements, strict=True))
     curve = drawn(setup, step.drawing) if setup == step.setup and step.drawing is not None else ()
-    return StepOutcome(found, True, True, curve=curve)
+    return StepOutcome(found, True, not step.concept, curve=curve)
 
 
 def decisive_moment(measurements: Sequence[Measurement], evidence: Evidence) -> Mark | None:

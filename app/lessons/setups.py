@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, Final, cast, get_args
 
 from app.lessons.blocks import NEEDED, Table, is_number, shown
-from app.lessons.markdown import Fault
+from app.lessons.markdown import Fault, FaultLog
 from app.lessons.room_places import Anchor, RoomPlace, Start, ball_centre, start_positions
 from app.lessons.runs import AUTOPILOT, LONGEST, Input, Pairs, Setup, merged
 from app.lessons.scripts import checked_script
@@ -37,12 +37,14 @@ def read_changes(table: Table, key: str = "settings") -> Pairs:
     given = table.table(key) if key else table
     if given is None:
         return ()
-    found, settings = [], Settings()
+    found, settings, log = [], Settings(), FaultLog()
     for name, value in given.rest().items():
         if not isinstance(value, (str, bool)) and not is_number(value):
-            raise given.fault(name, f"{name} = {shown(value)} is not a value of a setting.")
-        settings = given.checked(name, partial(changed, settings, name, value))
+            log.found.append(given.fault(name, f"{name} = {shown(value)} is not a value of a setting."))
+            continue
+        settings = log.take(partial(given.checked, name, partial(changed, settings, name, value)), settings)
         found.append((name, value))
+    log.close()
     return tuple(found)
 
 

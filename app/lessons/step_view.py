@@ -198,7 +198,8 @@ def verdict(at: StepPosition) -> AnswerVerdict | None:
         return None
     right = done.choice == question.right
     reply = fill(at.step, question.choices[done.choice].reply, done.outcome, language)
-    headline = words_of(language)(N_("You predicted it.") if right else N_("Not quite."))
+    good = N_("That is right.") if at.step.concept else N_("You predicted it.")
+    headline = words_of(language)(good if right else N_("Not quite."))
     return AnswerVerdict(right, headline, reply, done.outcome.lines(at.step, language, tabled(at.step.observe)))
 
 

@@ -1,7 +1,9 @@
 """One step of a lesson file → `Step`: its texts, and everything that its block declares, checked."""
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Final, cast, get_args
 
@@ -14,22 +16,24 @@ from app.lessons.lesson import (
     MOST_PLOTS,
     Camera,
     Challenge,
-    Choice,
-    Expectation,
     Measurement,
     Question,
     Step,
-    possible_plots,
 )
-from app.lessons.markdown import HEAD_SECTIONS, ITEM, Chapter, Fault, Sheet, read_items
+from app.lessons.markdown import HEAD_SECTIONS, ITEM, Chapter, Fault, FaultLog, Sheet, read_items
 from app.lessons.measures.quantity import QUANTITIES
+from app.lessons.question import Choice, Expectation
 from app.lessons.runs import Pairs, Setup
 from app.lessons.setups import read_changes, read_setup
 from app.lessons.texts import placeholder_problems
+from app.plots.plot_choice import possible_plots
 from app.text.lesson_text import left_dollar
 from app.text.picture import picture_problems
 
 LEFT_DOLLAR: Final = "a $ belongs to no formula; write $…$ within one paragraph, and \\$ for the sign itself."
+WITH_A_RUN: Final = ("challenge", "attempt", "drawing", "why", "plots", "numbers", "marks", "camera")
+"""Keys that a question without a run does not have."""
+
 MOST_CHOICES: Final = 6
 MOST_MINUTES: Final = 90
 
@@ -50,42 +54,44 @@ def read_lesson(sheet: Sheet, folder: Path) -> Common:
     Raises:
         Fault: it is not such a block, there are several, or the lesson has no goal.
     """
+    log = FaultLog()
     if not sheet.head.text:
-        raise Fault(sheet.head.line, "the lesson has no goal; write it under the title.")
-    check_head(sheet.head, folder)
+        log.found.append(Fault(sheet.head.line, "the lesson has no goal; write it under the title."))
+    log.take(lambda: check_head(sheet.head, folder), None)
     if len(sheet.head.blocks) > 1:
-        raise Fault(sheet.head.blocks[1].line, "there is a second block under the title; put both into one.")
-    if not sheet.head.blocks:
-        return Common(folder, (), "", 10)
-    table = read_block(sheet.head.blocks[0])
-    common = Common(folder, read_changes(table), table.text("equations", ""), table.whole("minutes", 10, 1, MOST_MINUTES))
-    table.close()
+        log.found.append(Fault(sheet.head.blocks[1].line, "there is a second block under the title; put both into one."))
+    common = Common(folder, (), "", 10)
+    if sheet.head.blocks and (table := log.take(lambda: read_block(sheet.head.blocks[0]), None)) is not None:
+        changes, minutes = (
+            log.take(lambda: read_changes(table), ()),
+            log.take(lambda: table.whole("minutes", 10, 1, MOST_MINUTES), 10),
+        )
+        common = Common(folder, changes, log.take(lambda: table.text("equations", ""), ""), minutes)
+        log.take(table.close, None)
+    log.close()
     return common
 
 
 def check_head(head: Chapter, folder: Path) -> None:
-    """Complain of a picture in what stands under a lesson's title, which is shown as lines of text.
+    """Complain of pictures in what stands under a lesson's title, which is shown as lines of text.
 
     Raises:
-        Fault: there is one.
+        Fault: there are some.
     """
+    log = FaultLog()
     for part in (head, *head.sections.values()):
         for number, line in enumerate((part.title, *part.lines), part.line):
-            for problem in picture_problems(line, folder, False):
-                raise Fault(number, problem)
-    check_formulas(head)
+            log.found += [Fault(number, problem) for problem in picture_problems(line, folder, False)]
+    log.found += formula_faults(head)
+    log.close()
 
 
-def check_formulas(chapter: Chapter) -> None:
-    """Complain of a formula that has no end.
-
-    Raises:
-        Fault: there is one.
-    """
+def formula_faults(chapter: Chapter) -> Iterator[Fault]:
+    """Yield the formulas that have no end."""
     for part in (chapter, *chapter.sections.values()):
         line = left_dollar("\n".join((part.title, *part.lines)))
         if line is not None:
-            raise Fault(part.line + line, LEFT_DOLLAR)
+            yield Fault(part.line + line, LEFT_DOLLAR)
 
 
 def head_texts(head: Chapter) -> tuple[str, ...]:
@@ -102,59 +108,79 @@ def read_step(part: Chapter, common: Common) -> Step:
     """Return a step.
 
     Raises:
-        Fault: something is missing or not possible.
+        Fault: something is missing or not possible; all that can be named at once.
     """
     if len(part.blocks) != 1:
         line = part.blocks[1].line if part.blocks else part.line
         raise Fault(line, f"the step has {len(part.blocks)} blocks; give it one that begins with ```duet.")
-    table = read_block(part.blocks[0])
-    id = read_identity(table, "id", step_id(part.title))
-    setup = read_setup(table, common.folder, common.changes)
-    measurements = tuple(read_measurement(entry, setup) for entry in table.tables("measure"))
-    no_doubles(table, "measure", [m.id for m in measurements])
-    question = _question(part, table, setup, measurements)
-    challenge = read_challenge(table, setup)
-    texts = _checked_texts(part, question, challenge)
-    hints = _hints(part, challenge)
-    trials = read_trials(table, setup, challenge, measurements)
+    table, log = read_block(part.blocks[0]), FaultLog()
+    id = log.take(lambda: read_identity(table, "id", step_id(part.title)), "")
+    concept = log.take(lambda: table.flag("concept"), False)
+    if concept:
+        log.found += [table.fault(key, f"a question without a run has no {key}.") for key in WITH_A_RUN if table.has(key)]
+    setup = log.take(lambda: read_setup(table, common.folder, common.changes), None)
+    if setup is None or log.found:
+        # What follows depends on the run.
+        log.close()
+    assert setup is not None
+    read = [log.take(partial(read_measurement, entry, setup), None) for entry in table.tables("measure")]
+    measurements = tuple(m for m in read if m is not None)
+    log.take(lambda: no_doubles(table, "measure", [m.id for m in measurements]), None)
+    measured = not log.found
+    question = log.take(lambda: _question(part, table, setup, measurements if measured else None, concept), None)
+    challenged = table.has("challenge")
+    challenge = log.take(lambda: read_challenge(table, setup), None)
+    texts = log.take(lambda: _checked_texts(part, "Predict" in part.sections, challenged, concept), {})
+    hints = log.take(lambda: _hints(part, challenge), ())
+    sound = measured and challenged is (challenge is not None)
+    trials = log.take(lambda: read_trials(table, setup, challenge, measurements), ()) if sound else ()
     live = [name for name, found in QUANTITIES.items() if found.live and not found.parameters]
     numbers = tuple(
         Measurement(name, name, (), QUANTITIES[name].shown, QUANTITIES[name].digits)
-        for name in table.words("numbers", live, MOST_NUMBERS)
+        for name in log.take(lambda: table.words("numbers", live, MOST_NUMBERS), ())
     )
-    marks = table.numbers("marks")
+    marks = log.take(lambda: table.numbers("marks"), ())
     if marks and setup.run.experiment.obstacle != "nothing":
-        raise table.fault("marks", "marks for the elbow need the scene solo.")
-    drawing = read_drawing(table, setup)
-    if drawing is not None and question is None:
-        raise table.fault("drawing", "a drawing comes before the answers to a question; add a section “### Predict”.")
+        log.found.append(table.fault("marks", "marks for the elbow need the scene solo."))
+    drawing = log.take(lambda: read_drawing(table, setup), None)
+    if drawing is not None and "Predict" not in part.sections:
+        log.found.append(table.fault("drawing", "a drawing comes before the answers to a question; add a section “### Predict”."))
+    camera = log.take(lambda: table.choice("camera", get_args(Camera), "room"), "room")
+    plots = log.take(lambda: table.words("plots", possible_plots(setup.run), MOST_PLOTS), ())
     step = Step(
         id,
         part.title,
-        texts["Goal"],
-        texts["Do"],
-        texts["Observe"],
-        texts["Explain"],
+        *(texts.get(name, "") for name in ("Goal", "Do", "Observe", "Explain")),
         setup,
         question,
         measurements,
-        replace(challenge, text=texts["Challenge"]) if challenge is not None else None,
+        replace(challenge, text=texts.get("Challenge", "")) if challenge is not None else None,
         hints,
         trials,
-        cast(Camera, table.choice("camera", get_args(Camera), "room")),
-        table.words("plots", possible_plots(setup.run), MOST_PLOTS),
+        cast(Camera, camera),
+        plots,
         numbers,
         marks,
         drawing,
+        concept,
+        texts.get("Belief", ""),
     )
-    table.close()
-    _check_lines(part, step)
+    if not log.found:
+        log.take(table.close, None)
+    if measured:
+        log.found += _line_faults(part, step)
+    log.close()
     return step
 
 
-def _question(part: Chapter, table: Table, setup: Setup, measurements: tuple[Measurement, ...]) -> Question | None:
+def _question(
+    part: Chapter, table: Table, setup: Setup, measurements: tuple[Measurement, ...] | None, concept: bool
+) -> Question | None:
+    """Return the question of a step. `measurements`: of the step; None if they are at fault themselves."""
     section = part.sections.get("Predict")
     if section is None:
+        if concept:
+            raise table.fault("concept", "a question without a run needs a section “### Predict”.")
         for key in ("right", "expects", "ratio", "why"):
             if table.has(key):
                 raise table.fault(key, f"{key} is about a question, but the step has no section “### Predict”.")
@@ -164,15 +190,16 @@ def _question(part: Chapter, table: Table, setup: Setup, measurements: tuple[Mea
         raise Fault(section.line, "the question is missing; write it above the numbered answers.")
     if not 2 <= len(items) <= MOST_CHOICES:
         raise Fault(section.line, f"the question has {len(items)} answers; give 2 to {MOST_CHOICES}, numbered 1, 2, 3 …")
-    for item in items:
-        if not item.quote:
-            raise Fault(item.line, "the answer has no reply; write what is said to it in lines below that begin with >.")
-    right = table.whole("right", NEEDED, 1, len(items)) - 1
-    if not measurements:
-        raise Fault(section.line, "a prediction needs an outcome; add [[measure]] to the block.")
-    expects, ratio = _expects(table, len(items)), table.flag("ratio")
-    if ratio and not measurements[0].compare:
-        raise table.fault("ratio", "a ratio needs a run to compare with; add compare = [{ … }] to the first measurement.")
+    log, reply = FaultLog(), "the answer has no reply; write what is said to it in lines below that begin with >."
+    log.found += [Fault(item.line, reply) for item in items if not item.quote]
+    right = log.take(lambda: table.whole("right", NEEDED, 1, len(items)), 0) - 1
+    if not concept and measurements == ():
+        log.found.append(Fault(section.line, "a prediction needs an outcome; add [[measure]] to the block."))
+    expects, ratio = log.take(lambda: _expects(table, len(items)), ()), log.take(lambda: table.flag("ratio"), False)
+    if ratio and measurements is not None and not (measurements and measurements[0].compare):
+        message = "a ratio needs a run to compare with; add compare = [{ … }] to the first measurement."
+        log.found.append(table.fault("ratio", message))
+    log.close()
     whys: dict[int, tuple[Setup, bool]] = {}
     for entry in table.tables("why"):
         number = entry.whole("choice", NEEDED, 1, len(items)) - 1
@@ -210,24 +237,27 @@ def step_texts(part: Chapter, step: Step) -> dict[str, str]:
     Raises:
         Fault: a section is missing.
     """
-    texts = _checked_texts(part, step.question, step.challenge)
-    if step.hints and "Hints" not in part.sections:
-        raise Fault(part.line, "the step has no section “### Hints”.")
-    if step.question is not None and "Predict" not in part.sections:
-        raise Fault(part.line, "the step has no section “### Predict”.")
-    _check_lines(part, step)
+    log, challenge = FaultLog(), step.challenge is not None
+    texts = log.take(lambda: _checked_texts(part, step.question is not None, challenge, step.concept), {})
+    asked = {"Hints": bool(step.hints), "Predict": step.question is not None}
+    missing = [name for name, needed in asked.items() if needed and name not in part.sections]
+    log.found += [Fault(part.line, f"the step has no section “### {name}”.") for name in missing]
+    log.found += _line_faults(part, step)
+    log.close()
     return texts
 
 
-def _checked_texts(part: Chapter, question: Question | None, challenge: Challenge | None) -> dict[str, str]:
-    names = ("Goal", "Do", "Observe", "Explain", "Challenge")
+def _checked_texts(part: Chapter, question: bool, challenge: bool, concept: bool) -> dict[str, str]:
+    names = ("Goal", "Do", "Observe", "Explain", "Challenge", "Belief")
     texts = {name: part.sections[name].text if name in part.sections else "" for name in names}
-    needed = ["Goal", "Do", *(["Explain"] if question is not None else []), *(["Challenge"] if challenge is not None else [])]
-    for name in needed:
-        if not texts[name]:
-            raise Fault(part.line, f"the step has no text under “### {name}”; add it.")
-    if challenge is None and texts["Challenge"]:
-        raise Fault(part.sections["Challenge"].line, "the challenge is not declared; add [challenge] to the block.")
+    needed = {"Goal": not concept, "Do": not concept, "Explain": question and not concept, "Challenge": challenge}
+    missing = [name for name, needs in needed.items() if needs and not texts[name]]
+    log = FaultLog()
+    log.found += [Fault(part.line, f"the step has no text under “### {name}”; add it.") for name in missing]
+    if not challenge and texts["Challenge"]:
+        where = part.sections["Challenge"].line
+        log.found.append(Fault(where, "the challenge is not declared; add [challenge] to the block."))
+    log.close()
     return texts
 
 
@@ -243,11 +273,11 @@ def _hints(part: Chapter, challenge: Challenge | None) -> tuple[str, ...]:
     return tuple(item.text for item in items)
 
 
-def _check_lines(part: Chapter, step: Step) -> None:
+def _line_faults(part: Chapter, step: Step) -> Iterator[Fault]:
+    """Yield what is wrong in the lines of a step's texts."""
     folder = step.setup.folder
-    for problem in picture_problems(part.title, folder, False):
-        raise Fault(part.line, problem)
-    check_formulas(part)
+    yield from (Fault(part.line, problem) for problem in picture_problems(part.title, folder, False))
+    yield from formula_faults(part)
     for section in part.sections.values():
         # Answers are buttons, and hints are a list.
         listed = section.title == "Hints"
@@ -258,5 +288,4 @@ def _check_lines(part: Chapter, step: Step) -> None:
             before = section.title in ("Goal", "Predict", "Do") and not reply
             text = line.lstrip(" \t>") if reply else line
             pictures = picture_problems(text, folder, reply or not listed)
-            for problem in (*placeholder_problems(line, step, before), *pictures):
-                raise Fault(number, problem)
+            yield from (Fault(number, problem) for problem in (*placeholder_problems(line, step, before), *pictures))

@@ -12,7 +12,7 @@ from app.lessons.attempts import RunWatch, attempted
 from app.lessons.bookmark import Bookmark, Phase, first_phase, fitting_steps, furthest_phase, phases_of
 from app.lessons.curve_drawing import checked_curve, law_curve
 from app.lessons.evidence import Evidence
-from app.lessons.lesson import AT_ONCE, Lesson, LessonBook, Measurement, Step
+from app.lessons.lesson import AT_ONCE, LAST, Lesson, LessonBook, Measurement, Step
 from app.lessons.measures.quantity import measure
 from app.lessons.outcomes import (
     FARTHEST,
@@ -68,7 +68,7 @@ class Walkthrough:
         self.book = book
         self.run_id = 0
         self._progress = from_json(progress)
-        self._at = Bookmark(book)
+        self._at = Bookmark(book, book.first)
         self.phase = Phase.DO
         self.beside: Setup | None = None
         self._kept: dict[str, TargetSource] = dict(kept or {})
@@ -144,7 +144,7 @@ class Walkthrough:
         if question is None or not 0 <= answer < len(question.choices) or not self._answerable:
             return False
         self.done.choice = answer
-        if self.phase is Phase.PREDICT:
+        if self.phase is Phase.PREDICT and not self.step.concept:
             self._enter(Phase.DO)
         return True
 
@@ -166,6 +166,9 @@ class Walkthrough:
 
     @property
     def _answerable(self) -> bool:
+        if self.step.asked == "first" and self.done_in(self.lesson.id + LAST, self.step.id).outcome is not None:
+            # The right answer was told with the last test.
+            return False
         return self.phase in (Phase.PREDICT, Phase.DO) and self.done.outcome is None
 
     def draw(self, curve: Curve) -> bool:
@@ -185,9 +188,10 @@ class Walkthrough:
             self._end_why()
             return True
         phases, place = self.phases, self.phases.index(self.phase)
-        if self.locked and not self.done.predicted:
+        if self.locked and not self.done.predicted and self.step.asked != "first":
             return False
-        if self.phase is Phase.DO and self.done.outcome is None and self.step.measurements:
+        skips = self.phase is Phase.DO and self.step.measurements
+        if self.done.outcome is None and (skips or (self.step.concept and place + 1 < len(phases))):
             # A student who skips the run sees the outcome of the reference run.
             self.done.outcome = reference(self.step, self.step.setup)
         if place + 1 < len(phases):
@@ -217,7 +221,9 @@ class Walkthrough:
         return True
 
     def reset(self) -> None:
-        """Restart the present step; only the student's own words stay."""
+        """Restart the present step; only the student's own words stay. In a test an answer stays once the right one was told."""
+        if self.step.asked and not self._answerable:
+            return
         done = self._progress.steps.pop((self.lesson.id, self.step.id), None)
         if done is not None and done.words:
             self.done.words = done.words
@@ -381,7 +387,7 @@ class Walkthrough:
     def view(self, book: LessonBook | None = None) -> StepView:
         """Return everything that a page shows now. `book`: the same one in the reader's language; None for this one."""
         last = self._at.after() is None
-        waits = self.locked and not self.done.predicted
+        waits = self.locked and not self.done.predicted and self.step.asked != "first"
         can_next = not waits and (self.showing or self.phase is not self.phases[-1] or not last)
         can_back = self.showing or self._before() is not None or self._at.before() is not None
         return make_view(self._place(book), self.yours, can_next, can_back)

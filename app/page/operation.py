@@ -160,7 +160,7 @@ class Operation:
     def notify_lessons(self, book: LessonBook) -> None:
         """Name what was wrong with the files of lessons."""
         for problem in book.problems[:5]:
-            self.notify("A lesson was left out", str(problem))
+            self.notify("A lesson file has a fault", str(problem))
 
     def show(self, frame: Frame) -> None:
         """Bring controls and handles up to date."""

@@ -40,6 +40,15 @@ def first_plots(run: RunSettings) -> tuple[str, str]:
     return ("hand", "elbow") if run.experiment.obstacle == "nothing" else ("distance", "error")
 
 
+_COMPUTED: Final = ("none", "map", "safety")
+"""Plots that no step of a lesson shows: no further one, and those that are computed in the background."""
+
+
+def possible_plots(run: RunSettings) -> tuple[str, ...]:
+    """Return the plots that a step of a lesson may show: the two that the page shows by itself, and of `app.settings.Details`."""
+    return (*first_plots(run), *(name for name in possible_details(run) if name not in _COMPUTED))
+
+
 _ALONE: Final = {"error": "hand", "distance": "elbow"}
 """What stands for the first two plots where there is nothing to keep clear of."""
 

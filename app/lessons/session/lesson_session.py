@@ -266,6 +266,9 @@ class LessonSession:
 
     def _run(self) -> None:
         walk, session = self.walk, self._session
+        if walk.step.concept:
+            walk.next()
+            return
         if walk.locked and not walk.done.predicted:
             self.notes.append(("Predict first", "Choose an answer; then the run is free."))
             return

@@ -67,7 +67,7 @@ def _make_runs(step: Step, why: Setup | None) -> None:
         if why is not None:
             reference(step, why)
             return
-        if step.measurements:
+        if step.measurements and step.asked != "first":
             reference(step, step.setup)
         if step.challenge is not None:
             for forecast in step.challenge.forecasts:

@@ -254,7 +254,8 @@ class LessonControls:
                 button.visible = False
         label = N_("Pause") if not paused else N_("Run again") if over else N_("lesson\x04Run")
         label = N_("Run (predict first)") if view.locked else label
-        _offer(self._start, asking or view.showing or view.phase is Phase.CHALLENGE, tr(label), disabled=view.locked)
+        runs = (asking or view.showing or view.phase is Phase.CHALLENGE) and not view.step.concept
+        _offer(self._start, runs, tr(label), disabled=view.locked)
         _offer(self._why, view.why and not view.showing, tr("Show me why"), "gray")
         _offer(self._own_curve, view.own_curve and not view.showing, tr("Run with my curve"), "gray")
         self._nav.show(offered=(0, 1) if view.can_back else (1,))
@@ -298,6 +299,8 @@ def next_label(view: StepView) -> str:
         return tr("Back to the outcome")
     place = view.phases.index(view.phase)
     if place + 1 < len(view.phases):
+        if view.phase is Phase.PREDICT and view.step.concept:
+            return tr("Next: the reply")
         if view.phase is Phase.DO and not view.yours:
             return tr("Skip the run")
         return tr(NEXT[view.phases[place + 1].value])

@@ -76,6 +76,8 @@ def _verdict_html(view: StepView, computing: bool) -> Markup:
     if computing:
         return made.measuring()
     if view.phase in (Phase.PREDICT, Phase.DO):
+        if view.step.concept:
+            return _NOTHING
         figure = figure_html(view) if view.phase is Phase.DO and curves is not None and curves.drawn else ""
         return made.prediction(chosen, figure) if chosen is not None or figure else _NOTHING
     if view.phase is not Phase.OBSERVE and not view.showing:

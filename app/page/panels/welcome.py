@@ -32,7 +32,7 @@ class Welcome:
         self._lessons, self._over = lessons, False
         self._start = gui.add_button(tr("Start lesson 1"))
         self._card = gui.add_html(macros("page/panels/welcome.html").card(uuid_of(self._start)))
-        on_press(self._start, lambda: session.post(Enter(0)))
+        on_press(self._start, lambda: session.post(Enter(lessons.book.first)))
 
     def show(self, frame: Frame) -> None:
         """End it as soon as the visitor moves something or opens the lessons."""

@@ -19,12 +19,11 @@ from app.export.csv_table import csv_bytes
 from app.export.player import player_html
 from app.export.plot_pictures import picture_bytes
 from app.export.python_snippet import as_python
-from app.lessons.lesson import possible_plots
 from app.lessons.scripts import SCRIPTS
 from app.page.panels import contact_card
 from app.page.panels.hotkeys import help_html
 from app.page.panels.readout import status_html, tip_text
-from app.plots.plot_choice import cells, possible_details
+from app.plots.plot_choice import cells, possible_details, possible_plots
 from app.session.frame import freeze
 from app.session.relevant_settings import matters
 from app.session.session import Session

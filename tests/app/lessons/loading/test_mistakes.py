@@ -112,6 +112,29 @@ def test_a_mistake_is_named_with_its_line_and_the_remedy(tmp_path: Path, old: st
         assert where in text.splitlines()[problem.line - 1]
 
 
+def test_all_mistakes_of_a_file_are_named_at_once(tmp_path: Path) -> None:
+    mistakes = {
+        'equations = "31"': ("equation = 31", "no key 'equation'"),
+        "right = 2": ("right = 3", "from 1 to 2"),
+        "   > No: {measured:d}.": ("", "has no reply"),
+        'plots = ["distance"]': ('plots = ["hand"]', "no 'hand'"),
+        "at_least = 5.0": ('at_least = "five"', "give a number"),
+        "3. Three.": ("", "there are 2 hints"),
+        "It was {measured:d} at {setting:dm}.": ("It was {measured:x} at {setting:y}.", "measures no 'x'"),
+        'input = "yours"': ('input = "theirs"', "choose from autopilot"),
+    }
+    text = SMALL
+    for old, (new, _) in mistakes.items():
+        assert text.count(old) == 1
+        text = text.replace(old, new)
+    # A fault of the lesson's own block keeps nothing back but the steps that build on it.
+    assert [problem.message[:28] for problem in book_of(tmp_path, text).problems] == ["there is no key 'equation'; c"[:28]]
+    problems = book_of(tmp_path, text.replace("equation = 31", 'equations = "31"')).problems
+    said = "\n".join(problem.message for problem in problems)
+    assert [message for _, message in [*mistakes.values()][1:] if message not in said] == []
+    assert len(problems) == len(mistakes) and [one.line for one in problems] == sorted(one.line for one in problems)
+
+
 @pytest.mark.parametrize(
     ("name", "content", "message"),
     [

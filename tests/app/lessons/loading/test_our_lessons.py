@@ -200,7 +200,7 @@ def test_the_list_names_the_lessons_and_what_was_left_out(tmp_path: Path, capsys
     book_of(tmp_path, SMALL.replace("right = 2", "right = 9"))
     book_of(tmp_path, name="02-good.md")
     assert lessons(Lessons(folder=tmp_path)) == 1
-    assert "left out: 01-small.md, line" in capsys.readouterr().out
+    assert "fault: 01-small.md, line" in capsys.readouterr().out
 
 
 def test_bad_commands_are_named(tmp_path: Path) -> None:

@@ -1,0 +1,94 @@
+"""What was learned between a test before the lessons and the same one after them: shares, the normalised gain, answers before → after.
+
+The normalised gain is that of Hake, American Journal of Physics 66 (1998): what was gained, over what could be.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from app.lessons.lesson import LAST, Lesson, Step
+from app.lessons.progress import StepProgress
+from app.lessons.tally import QuestionId
+
+Pairs = Mapping[QuestionId, Sequence[tuple[int, int]]]
+"""Question of the first test → answers before and after, from 0, of each student who gave both."""
+
+
+@dataclass(frozen=True)
+class Gain:
+    """Right answers before and after.
+
+    Attributes:
+        students: who answered both times; of several questions, the pairs of answers.
+        before, after: right ones among them.
+    """
+
+    students: int
+    before: int
+    after: int
+
+    @property
+    def normalised(self) -> float | None:
+        """Return ⟨g⟩; None where all were right before."""
+        possible = self.students - self.before
+        return (self.after - self.before) / possible if possible else None
+
+    @property
+    def cells(self) -> tuple[str, str, str, str]:
+        """Return students, shares before and after [%] and ⟨g⟩, as texts."""
+        shares = (f"{100.0 * count / self.students:.0f} %" for count in (self.before, self.after))
+        return (str(self.students), *shares, "–" if self.normalised is None else f"{self.normalised:.2f}")
+
+
+@dataclass(frozen=True)
+class QuestionGain:
+    """How a question of a test was answered twice. `moved`: counts of answers, a row for each before, a column for each after."""
+
+    lesson: Lesson
+    step: Step
+    index: int
+    gain: Gain
+    moved: tuple[tuple[int, ...], ...]
+    right: int
+
+    @property
+    def belief(self) -> str:
+        """Return the name of the belief that is asked about, as Markdown."""
+        return self.step.belief.partition("\n")[0] or self.step.title
+
+
+def gains(pairs: Pairs, lessons: Iterable[Lesson]) -> list[QuestionGain]:
+    """Return every question of the first test that students have answered twice, in order."""
+    found: list[QuestionGain] = []
+    for lesson in lessons:
+        for index, step in enumerate(lesson.steps if lesson.asked == "first" else ()):
+            if step.question is None:
+                continue
+            count, right = len(step.question.choices), step.question.right
+            both = [pair for pair in pairs.get((lesson.id, step.id), ()) if max(pair) < count]
+            if both:
+                gain = Gain(len(both), sum(a == right for a, _ in both), sum(b == right for _, b in both))
+                moved = tuple(tuple(both.count((before, after)) for after in range(count)) for before in range(count))
+                found.append(QuestionGain(lesson, step, index, gain, moved, right))
+    return found
+
+
+def whole(questions: Iterable[QuestionGain]) -> Gain:
+    """Return the gain over all questions."""
+    each = [one.gain for one in questions]
+    return Gain(sum(one.students for one in each), sum(one.before for one in each), sum(one.after for one in each))
+
+
+def own_pairs(lessons: Iterable[Lesson], progress: Callable[[str, str], StepProgress]) -> Pairs:
+    """Return the answers of one student to the tests, of those questions whose right answer was told.
+
+    Args:
+        progress: gives what was done in a step, by the names of lesson and step.
+    """
+    pairs: dict[QuestionId, Sequence[tuple[int, int]]] = {}
+    for lesson in lessons:
+        for step in lesson.steps if lesson.asked == "first" else ():
+            first, last = progress(lesson.id, step.id).choice, progress(lesson.id + LAST, step.id)
+            if first is not None and last.choice is not None and last.outcome is not None:
+                pairs[lesson.id, step.id] = ((first, last.choice),)
+    return pairs

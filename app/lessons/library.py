@@ -1,0 +1,166 @@
+"""The lessons of a server, from their files: ours, a folder's and a playlist's; read again when a file has changed."""
+
+import os
+import threading
+from collections.abc import Callable, Iterator
+from functools import cache
+from pathlib import Path
+from typing import Final
+
+from app.lessons import FOLDER
+from app.lessons.lesson import LAST, NO_LESSONS, Lesson, LessonBook, LessonProblem, Step
+from app.lessons.loading import in_language, load_lessons, load_notes, problems_of, read_text
+from app.lessons.markdown import Fault
+from app.lessons.playlist import everything, names_in, numbered
+from app.settings import TRANSLATIONS, Language
+
+BELIEFS: Final = FOLDER / "beliefs"
+"""Where our test is, which is asked before the first lesson and after the last."""
+
+PERIOD: Final = 0.5
+"""Time from one look at the files to the next [s]."""
+
+_ours = cache(load_lessons)
+
+
+def notes_of(book: LessonBook) -> dict[str, str]:
+    """Return the teacher's notes of a book by the id of their lesson, as Markdown."""
+    folders = dict.fromkeys(step.setup.folder for lesson in book.lessons for step in lesson.steps)
+    notes = {id: text for folder in folders for id, text in load_notes(folder).items()}
+    return notes | {one.id: notes[name] for one in book.lessons if (name := one.id.removesuffix(LAST)) in notes}
+
+
+class Library:
+    """Reads the book, and reads it again when a file has changed. What has become faulty stays as it was.
+
+    Args:
+        folder: of lessons beside our own, of which one takes the place of ours with the same name; None for none.
+        playlist: a TOML file that names what is shown, in order; None for everything.
+        with_notes: whether the teacher's notes are read, too.
+
+    Attributes:
+        book, notes: as they are now; the book in English, the notes by the id of their lesson.
+    """
+
+    def __init__(self, folder: Path | None = None, playlist: Path | None = None, with_notes: bool = False) -> None:
+        self._folder, self._playlist, self._with_notes = folder, playlist, with_notes
+        self._good: dict[tuple[Path, Language], LessonBook] = {}
+        self._names: list[str] = []
+        self._ended = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._read()
+        self._seen = self._looked = self._stamps()
+
+    def _read(self) -> None:
+        book = self.book_in("en")
+        for language in TRANSLATIONS if self._good else ():
+            # The next frame finds them ready.
+            in_language(book, language)
+        self.book, self.notes = book, notes_of(book) if self._with_notes else {}
+
+    def book_in(self, language: Language) -> LessonBook:
+        """Return the book in a language, read from its files now. Never raises."""
+        books = [_ours(BELIEFS, language), _ours(FOLDER, language)]
+        if self._folder is not None:
+            books.append(self._folder_in(self._folder, language))
+        problems = [problem for book in books for problem in book.problems]
+        known = {lesson.id: lesson for book in books for lesson in book.lessons}
+        lessons = (
+            everything(known.values()) if self._playlist is None else self._listed(self._playlist, known, problems, language)
+        )
+        return LessonBook(tuple(lessons), tuple(dict.fromkeys(problems)), cache(self.book_in))
+
+    def _folder_in(self, folder: Path, language: Language) -> LessonBook:
+        book = self._good[folder, language] = load_lessons(folder, language, self._good.get((folder, language), NO_LESSONS))
+        return book
+
+    def _listed(
+        self, path: Path, known: dict[str, Lesson], problems: list[LessonProblem], language: Language
+    ) -> Iterator[Lesson]:
+        """Return the lessons that a playlist names; add what is wrong with it to the problems."""
+        text, chosen = "", list[tuple[Lesson, Step | None]]()
+        try:
+            text = read_text(path)
+            self._names = names_in(text)
+        except Fault as fault:
+            problems += problems_of(path, fault)
+        for name in self._names:
+            try:
+                chosen.append(self._entry(path, name, known, problems, language))
+            except Fault as fault:
+                line = next((i for i, line in enumerate(text.splitlines(), 1) if f'"{name}"' in line), 1)
+                problems.append(LessonProblem(path.name, line, fault.message))
+        return numbered(chosen)
+
+    def _entry(
+        self, path: Path, name: str, known: dict[str, Lesson], problems: list[LessonProblem], language: Language
+    ) -> tuple[Lesson, Step | None]:
+        """Return the lesson that a name of a playlist means, and the step of it; None for all of its steps.
+
+        Raises:
+            Fault: there is none.
+        """
+        which, _, part = name.partition("#")
+        lesson = known.get(which)
+        if which.endswith(".md"):
+            file = (path.parent / which).absolute()
+            book = self._folder_in(file.parent, language)
+            problems += (one for one in book.problems if one.file.startswith(file.stem + "."))
+            lesson = next((one for one in book.lessons if one.file == file.name), None)
+        if lesson is None:
+            remedy = f"name a file beside the playlist, like mine/01-nearer.md, or choose from {', '.join(known)}."
+            raise Fault(1, f"there is no lesson {which!r}; {remedy}")
+        if not part:
+            return lesson, None
+        for number, step in enumerate(lesson.steps, 1):
+            if part in (step.id, str(number)):
+                return lesson, step
+        raise Fault(1, f"{which} has no step {part!r}; choose from {', '.join(step.id for step in lesson.steps)}.")
+
+    # ---- while files change ------------------------------------------------------------------------------------------------
+
+    def _stamps(self) -> tuple[tuple[Path, int, int], ...]:
+        """Return time and size of every file that the book depends on, but for our own."""
+        folders = {folder for folder, _ in self._good}
+        files = [*([self._playlist] if self._playlist else []), *(path for folder in folders for path in _files_in(folder))]
+        return tuple((path, found.st_mtime_ns, found.st_size) for path in files if (found := _stat(path)) is not None)
+
+    def refresh(self) -> bool:
+        """Read everything again if a file has changed, and rests since the last call; return whether it was read."""
+        before, self._looked = self._looked, self._stamps()
+        if self._looked in (self._seen, ()) or self._looked != before:
+            return False
+        self._seen = self._looked
+        self._read()
+        return True
+
+    def watch(self, changed: Callable[[], None]) -> None:
+        """Look after the files in a thread of its own until `close`. `changed`: called after they were read again."""
+
+        def look() -> None:
+            while not self._ended.wait(PERIOD):
+                if self.refresh():
+                    changed()
+
+        if self._good or self._playlist is not None:
+            self._thread = threading.Thread(target=look, name="duet-lessons-watch", daemon=True)
+            self._thread.start()
+
+    def close(self) -> None:
+        self._ended.set()
+        if self._thread is not None:
+            self._thread.join()
+
+
+def _files_in(folder: Path) -> list[Path]:
+    try:
+        return sorted(folder.iterdir())
+    except OSError:
+        return []
+
+
+def _stat(path: Path) -> os.stat_result | None:
+    try:
+        return path.stat()
+    except OSError:
+        return None
