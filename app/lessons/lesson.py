@@ -208,7 +208,7 @@ class Lesson:
         return self.steps[0].asked
 
 
-LAST: Final = "-last"
+LAST: Final = "_last"
 """Follows the name of a test when it is asked for the last time."""
 
 

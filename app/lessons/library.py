@@ -1,8 +1,8 @@
 """The lessons of a server, from their files: ours, a folder's and a playlist's; read again when a file has changed."""
 
-import os
 import threading
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Final
@@ -119,16 +119,19 @@ class Library:
 
     # ---- while files change ------------------------------------------------------------------------------------------------
 
-    def _stamps(self) -> tuple[tuple[Path, int, int], ...]:
+    def _stamps(self) -> dict[Path, tuple[int, int]]:
         """Return time and size of every file that the book depends on, but for our own."""
+        stamps = dict[Path, tuple[int, int]]()
         folders = {folder for folder, _ in self._good}
-        files = [*([self._playlist] if self._playlist else []), *(path for folder in folders for path in _files_in(folder))]
-        return tuple((path, found.st_mtime_ns, found.st_size) for path in files if (found := _stat(path)) is not None)
+        for path in (*filter(None, [self._playlist]), *(path for folder in folders for path in folder.glob("*"))):
+            with suppress(OSError):
+                stamps[path] = path.stat().st_mtime_ns, path.stat().st_size
+        return stamps
 
     def refresh(self) -> bool:
         """Read everything again if a file has changed, and rests since the last call; return whether it was read."""
         before, self._looked = self._looked, self._stamps()
-        if self._looked in (self._seen, ()) or self._looked != before:
+        if not self._looked or self._looked == self._seen or self._looked != before:
             return False
         self._seen = self._looked
         self._read()
@@ -150,17 +153,3 @@ class Library:
         self._ended.set()
         if self._thread is not None:
             self._thread.join()
-
-
-def _files_in(folder: Path) -> list[Path]:
-    try:
-        return sorted(folder.iterdir())
-    except OSError:
-        return []
-
-
-def _stat(path: Path) -> os.stat_result | None:
-    try:
-        return path.stat()
-    except OSError:
-        return None

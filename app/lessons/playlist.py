@@ -1,6 +1,5 @@
 """In which order lessons are shown: ours and a folder's, a test before and after them, or what a playlist names."""
 
-import re
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Final
@@ -51,20 +50,23 @@ def everything(lessons: Iterable[Lesson]) -> Iterator[Lesson]:
 def numbered(chosen: Iterable[tuple[Lesson, Step | None]]) -> Iterator[Lesson]:
     """Yield lessons from 1. Steps of one lesson that follow one another are one lesson; a test that comes twice is asked twice."""
     entries = list(chosen)
-    merged: list[Lesson] = []
+    merged: list[tuple[str, Lesson]] = []
     for lesson, step in entries:
+        before = [one for name, one in merged if name == lesson.id]
         twice = sum(other.id == lesson.id and part is None for other, part in entries) > 1
-        if lesson.again and step is None and twice and all(one.id != lesson.id + LAST for one in merged):
-            merged.append(asked(lesson, any(one.id == lesson.id for one in merged)))
-        elif step is not None and merged and _plain(merged[-1].id) == lesson.id and step not in merged[-1].steps:
-            merged[-1] = replace(merged[-1], steps=(*merged[-1].steps, step))
+        if lesson.again and step is None and twice and not any(one.asked == "last" for one in before):
+            made = asked(lesson, any(one.asked == "first" for one in before))
+        elif step is not None and _takes(merged, lesson, step):
+            _, last = merged.pop()
+            made = replace(last, steps=(*last.steps, step))
         else:
-            times = sum(_plain(one.id) == lesson.id for one in merged)
-            steps = lesson.steps if step is None else (step,)
-            merged.append(replace(lesson, id=f"{lesson.id}-{times + 1}" if times else lesson.id, steps=steps))
-    yield from (replace(lesson, number=number) for number, lesson in enumerate(merged, 1))
+            # No file has a name with an underscore.
+            id = f"{lesson.id}_{len(before) + 1}" if before else lesson.id
+            made = replace(lesson, id=id, steps=lesson.steps if step is None else (step,))
+        merged.append((lesson.id, made))
+    yield from (replace(lesson, number=number) for number, (_, lesson) in enumerate(merged, 1))
 
 
-def _plain(id: str) -> str:
-    """Return the name of a lesson without the number that tells it from the same one further up."""
-    return re.sub(r"-\d+$", "", id)
+def _takes(merged: list[tuple[str, Lesson]], lesson: Lesson, step: Step) -> bool:
+    """Return whether the newest lesson goes on with a step."""
+    return bool(merged) and merged[-1][0] == lesson.id and not merged[-1][1].asked and step not in merged[-1][1].steps

@@ -49,9 +49,10 @@ def enter(page: Page, opened: App, query: str) -> tuple[Session, LessonSession]:
 
 
 def shown_step(page: Page, session: Session, run: LessonSession, lesson: int, step: int) -> None:
-    """Go to a step, from 0, and wait until it is on the page."""
-    ask(session, lambda _: run.act(GoTo(lesson, step)))
-    crumb = re.compile(rf"^\D*{run.book.lessons[lesson].number}\D+{step + 1}\D")
+    """Go to a step, from 0 as the lesson, of which the test before lesson 1 is −1; wait until it is on the page."""
+    place = next(i for i, one in enumerate(run.book.lessons) if one.number == lesson + 1)
+    ask(session, lambda _: run.act(GoTo(place, step)))
+    crumb = re.compile(rf"^\D*{lesson + 1}\D+{step + 1}\D")
     until(
         page,
         lambda: crumb.search(page.locator(".duet-l-head .crumb").first.text_content() or ""),

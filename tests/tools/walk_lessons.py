@@ -47,7 +47,7 @@ def walk(page: Page, house: App, by: str, numbers: list[int]) -> None:
     for number in numbers:
         lesson = next(lesson for lesson in run.book.lessons if lesson.number == number)
         if run.walk.lesson is not lesson:
-            shown_step(page, session, run, run.book.lessons.index(lesson), 0)
+            shown_step(page, session, run, number - 1, 0)
         for step in lesson.steps:
             try:
                 found = walker.step()

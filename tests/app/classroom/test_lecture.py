@@ -65,7 +65,7 @@ def test_only_the_key_opens_the_notes_and_a_wrong_one_is_named(house: OpenHouse,
     students += room.send("Explore freely", "ann")
     some = [BOOK.lessons[i] for i in (5, 0)]
     for lesson in some:
-        ask(host.session, lambda _, lesson=lesson: host.lessons.act(GoTo(BOOK.lessons.index(lesson), 0)))
+        ask(host.session, lambda _, lesson=lesson: host.lessons.act(GoTo(lesson.number, 0)))
         sees(teacher, secrets_of(lesson.id)[0])
         sees(students[2], f"Lesson {lesson.number} · step 1")
     students[1].wait_for(lambda _: "not the teacher" in everything(students[1]), WAIT)
@@ -246,7 +246,7 @@ def test_a_second_tab_of_a_student_takes_the_place_of_the_first_one(house: OpenH
     sees(ann, "You may change it until the reveal.")
     sees(room.teacher, "1 answered · 0 not yet", "students here: 1")
     # The same holds in a session of her own, at the teacher's step and with her own answer; not for projectors and teachers.
-    ask(room.host.session, lambda _: room.host.lessons.act(GoTo(1, 1)))
+    ask(room.host.session, lambda _: room.host.lessons.act(GoTo(2, 1)))
     (ann,) = room.send("Explore freely", "ann")
     walk = room.host.participants[room.number("ann")].visitor.lessons.walk  # type: ignore[union-attr]
     assert walk.done_in(BOOK.lessons[0].id, BOOK.lessons[0].steps[0].id).choice == 1
@@ -384,7 +384,7 @@ def test_a_report_is_handed_in_on_the_stage_and_in_an_own_session_and_taken_back
     sees(ann, "Handed in as Ann =1.")
     visitor = room.host.participants[room.number("ann")].visitor
     assert visitor is not None
-    ask(visitor.session, lambda _: [visitor.lessons.act(GoTo(3, 0)), visitor.lessons.act(Choose(1))])
+    ask(visitor.session, lambda _: [visitor.lessons.act(GoTo(4, 0)), visitor.lessons.act(Choose(1))])
     click(ann, "Hand in again")
     sees(ann, "Handed in without a name.")
     assert '"choice": 1' in work.hand_ins[ids["ann"]].progress and "lambda" in work.hand_ins[ids["ann"]].progress

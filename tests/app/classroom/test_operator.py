@@ -195,7 +195,7 @@ def test_every_tab_of_a_lecture_has_its_own_look_and_language(house: OpenHouse, 
     english, german = join(opened, language="en"), join(opened, "lang=de&picture=fast")
     screen = join(opened, "screen=1&profile=projector&theme=dark&lang=de")
     slovene = join(opened, language="sl, de;q=0.5")
-    ask(host.session, lambda _: host.lessons.enter(LESSON))
+    ask(host.session, lambda _: host.lessons.enter(BOOK.lessons[LESSON].id))
     looks: list[tuple[BlockingClient, Language]] = [(english, "en"), (german, "de"), (screen, "de"), (slovene, "sl")]
     for visitor, language in looks:
         step = in_language(BOOK, language).lessons[LESSON].steps[0]

@@ -18,7 +18,10 @@ from app.export.class_report import class_report_bytes, class_zip_bytes, report_
 from app.export.class_summary import ClassSummary, HandIn
 from app.export.class_table import COLUMNS, class_table_bytes, safe_cell
 from app.export.report_html import LOCKED
+from app.hosting.visitor_record import record_from_bytes, record_to_bytes
 from app.i18n.catalogue import words_of
+from app.lessons.lesson import LessonBook
+from app.lessons.library import Library
 from app.lessons.loading import in_language, load_lessons
 from app.lessons.progress import from_json
 from app.lessons.walkthrough import Walkthrough
@@ -57,8 +60,8 @@ def page_of(summary: ClassSummary, language: Language = "en") -> str:
     return class_report_bytes(summary, in_language(BOOK, language).lessons, language).decode()
 
 
-def rows_of(summary: ClassSummary) -> list[dict[str, str]]:
-    return list(csv.DictReader(io.StringIO(class_table_bytes(summary, BOOK.lessons).decode("utf-8-sig"))))
+def rows_of(summary: ClassSummary, book: LessonBook = BOOK) -> list[dict[str, str]]:
+    return list(csv.DictReader(io.StringIO(class_table_bytes(summary, book.lessons).decode("utf-8-sig"))))
 
 
 def test_the_page_has_every_round_and_the_reports() -> None:
@@ -109,6 +112,62 @@ def test_the_table_has_a_row_a_question_and_round_and_a_challenge() -> None:
     for row in rows:
         counts = [int(row[f"answer_{i}"]) for i in range(1, 7) if row[f"answer_{i}"]]
         assert row["kind"] == "challenge" or sum(counts) <= int(row["students"])
+
+
+def test_a_test_before_and_after_has_its_gain_from_votes_and_own_sessions_without_a_name() -> None:
+    book = Library().book
+    room, walk = Classroom(8), Walkthrough(book)
+    for lesson, answers in (("beliefs", "0012"), ("beliefs_last", "2012")):
+        walk.go(lesson, 1)
+        for student, choice in zip(("ann", "bo", "cy", "di"), answers, strict=True):
+            assert room.answer(walk, student, int(choice))
+    # Voted again after a talk: the first vote counts.
+    room.ballots.ask_again(("beliefs_last", "closed_path"))
+    assert room.answer(walk, "bo", 1)
+    for lesson, choice in (("beliefs", 0), ("beliefs_last", 1)):
+        own = Walkthrough(book)
+        own.go(lesson, 1)
+        own.choose(choice)
+        room.work.note("ed" if lesson == "beliefs" else "flo", own.to_json())
+    both = Walkthrough(book)
+    for lesson, choice in (("beliefs", 0), ("beliefs_last", 1)):
+        both.go(lesson, 1)
+        both.choose(choice)
+    room.work.note("gus", both.to_json())
+    summary = room.summary(book, 0.0)
+    assert summary.paired == {("beliefs", "closed_path"): ((0, 0), (0, 1), (0, 2), (1, 1), (2, 2))}
+    assert record_from_bytes(record_to_bytes(summary), ClassSummary) == summary
+    rows = [one for one in rows_of(summary, book) if one["kind"] in ("gain", "moved")]
+    assert [(row["students"], row["before"], row["after"], row["gain"]) for row in rows if row["kind"] == "gain"] == [
+        ("5", "1", "2", "0.250")
+    ] * 2
+    moved = [[row["round"], *(row[f"answer_{i}"] for i in range(1, 4))] for row in rows if row["kind"] == "moved"]
+    assert moved == [["1", "1", "1", "1"], ["2", "0", "1", "0"], ["3", "0", "0", "1"]]
+    for language in ("en", "de"):
+        page = class_report_bytes(summary, in_language(book, language).lessons, language).decode()
+        text = HtmlReader(page).text
+        assert "⟨g⟩" in text and ("0.25" if language == "en" else "0,25") in text and "20 %" in text and "40 %" in text
+        assert "validi" in text or "validated" in text
+
+
+def test_the_page_begins_with_students_and_steps_and_prints_two_reports_a_page(page_at: PageAt, tmp_path: Path) -> None:
+    (ann,) = class_of().hand_ins
+    names = [f"Student {i}" for i in range(7)]
+    summary = replace(class_of(), hand_ins=tuple(replace(ann, name=name) for name in names))
+    made = page_of(summary)
+    assert made.index('<table class="grid">') < made.index('<table class="overview') < made.index("Reports handed in")
+    row = re.findall(r"<tr><th>Student 3</th>(.*?)</tr>", made)
+    assert row == ["<td>✗</td><td>★</td>" if "✗" in row[0] else row[0]] and "★" in row[0]
+    path = tmp_path / "report.html"
+    path.write_text(made, encoding="utf-8")
+    page = page_at(fresh=True)
+    page.emulate_media(media="print")
+    pages = []
+    for count in (0, 7):
+        path.write_text(page_of(replace(summary, hand_ins=summary.hand_ins[:count])), encoding="utf-8")
+        page.goto(path.as_uri())
+        pages.append(len(re.findall(rb"/Type /Page\b", page.pdf(prefer_css_page_size=True))))
+    assert pages[1] - pages[0] == 4, "seven reports"
 
 
 @given(st.text(max_size=80))

@@ -11,7 +11,8 @@ from app.export.handout_html import handout_html
 from app.export.report_html import LOCKED
 from app.i18n.speaking import set_language
 from app.lessons.lesson import Lesson, Step
-from app.lessons.loading import load_lessons, load_notes
+from app.lessons.library import Library, notes_of
+from app.lessons.loading import in_language
 from app.lessons.outcomes import reference
 from app.lessons.step_view import fill
 from app.lessons.texts import without_outcome
@@ -20,11 +21,12 @@ from app.text.lesson_text import lesson_html
 from tests.app.html_reader import HtmlReader
 from tests.browser import PageAt
 
-BOOK, NOTES = load_lessons(), load_notes()
+BOOK = Library().book
+NOTES = notes_of(BOOK)
 
 PAPERS = {"A4": (210, 297), "Letter": (216, 279)}
 """Width and height [mm]."""
-MARGINS = 2 * 16, 2 * 17
+MARGINS = 2 * 12, 2 * 11
 """Of a page, across and down [mm], as in handout.css."""
 
 UNFIT = """([width, height]) => [...document.body.querySelectorAll(':not(svg *)')].flatMap((element) => {
@@ -85,17 +87,18 @@ def test_what_is_read_after_a_question_begins_a_page_of_its_own() -> None:
 
 
 def test_a_number_that_gives_the_answer_away_becomes_a_blank() -> None:
-    step = next(step for step in BOOK.lessons[5].steps if step.id == "push")
+    hold = BOOK.lessons[BOOK.index("hold")]
+    step = next(step for step in hold.steps if step.id == "push")
     text = without_outcome("{measured:margin}, {measured:margin:1}, {setting:v}", step)
     assert text.endswith("\\_, {measured:margin:1}, {setting:v}") and "{measured:margin}" not in text
-    alone = next(step for step in BOOK.lessons[5].steps if step.id == "break")
+    alone = next(step for step in hold.steps if step.id == "break")
     assert "measured" not in without_outcome("{measured:margin}", alone)
 
 
 @pytest.mark.parametrize("language", ["de", "sl"])
 def test_both_copies_in_other_languages(language: Language) -> None:
     set_language(language)
-    lesson = load_lessons(language=language).lessons[5]
+    lesson = next(lesson for lesson in in_language(BOOK, language).lessons if lesson.id == "hold")
     student, teacher = handout_html(lesson), handout_html(lesson, NOTES[lesson.id])
     for page in (student, teacher):
         assert f'<html lang="{language}">' in page and LOCKED in page
@@ -125,7 +128,9 @@ def test_every_copy_prints_on_both_papers_without_a_cut(page_at: PageAt, tmp_pat
             page.set_viewport_size({"width": across, "height": down})
             assert page.evaluate(UNFIT, [across, down]) == [], (path.name, paper)
             printed = page.pdf(format=paper, prefer_css_page_size=True)
-            assert page.evaluate("document.documentElement.scrollHeight") / down <= len(re.findall(rb"/Type /Page\b", printed))
+            sheets = len(re.findall(rb"/Type /Page\b", printed))
+            assert sheets <= 2 or "-teacher" in path.name, (path.name, paper, sheets)
+            assert page.evaluate("document.documentElement.scrollHeight") / down <= sheets
             boxes = {
                 tuple(round(float(x) / 72 * 25.4) for x in box.split()[2:])
                 for box in re.findall(rb"MediaBox \[([^]]*)\]", printed)

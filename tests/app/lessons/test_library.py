@@ -64,11 +64,14 @@ def test_a_folder_stands_beside_ours_between_the_two_tests(tmp_path: Path) -> No
 def test_a_playlist_names_lessons_and_steps_of_all_kinds_in_any_order(tmp_path: Path) -> None:
     write(tmp_path / "theirs" / "07-nearer.md", SMALL)
     write(tmp_path / "mine" / "03-quiz.md", "# Quiz\n\nTwo questions.\n\n" + "".join(QUESTION.format(name=name) for name in "ab"))
-    names = '["beliefs", "hold#push", "hold#3", "lambda", "mine/03-quiz.md", "nearer#second", "lambda#tail", "hold", "beliefs", "beliefs#delay"]'
-    playlist = write(tmp_path / "week.toml", f"lessons = {names}\n")
+    names = (
+        *("beliefs", "hold#push", "hold#3", "lambda", "mine/03-quiz.md", "nearer#second"),
+        *("lambda#tail", "hold", "beliefs", "beliefs#delay"),
+    )
+    playlist = write(tmp_path / "week.toml", f"lessons = {list(names)}\n".replace("'", '"'))
     book = Library(tmp_path / "theirs", playlist).book
     assert not book.problems
-    assert ids(book) == ["beliefs", "hold", "lambda", "quiz", "nearer", "lambda-2", "hold-2", "beliefs" + LAST, "beliefs-2"]
+    assert ids(book) == ["beliefs", "hold", "lambda", "quiz", "nearer", "lambda_2", "hold_2", "beliefs" + LAST, "beliefs_3"]
     assert [lesson.number for lesson in book.lessons] == [*range(1, 10)]
     steps = [[step.id for step in lesson.steps] for lesson in book.lessons]
     assert steps[1] == ["push", "break"] and steps[5] == ["tail"] and steps[4] == ["second"] and len(steps[2]) > 1

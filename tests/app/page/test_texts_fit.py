@@ -104,10 +104,11 @@ def test_the_page_as_it_opens_every_control_and_every_step_of_every_lesson(
     (run,) = (visitor.lessons for visitor in opened.host.visitors.values())
     ask(session, lambda _: run.act(Enter(0)))
     found: list[str] = []
-    for lesson in range(len(run.book.lessons)):
-        for step in range(len(run.book.lessons[lesson].steps)):
-            shown_step(page, session, run, lesson, step)
+    # The last lesson has the texts of the first.
+    for lesson in run.book.lessons[:-1]:
+        for step in range(len(lesson.steps)):
+            shown_step(page, session, run, lesson.number - 1, step)
             wait_frames(page, 3)
             flawed = lasting(page, lambda: flaws(page), 10.0)
-            found += [f"{lesson + 1}.{step + 1}: {flaw}" for flaw in (*flawed, *wide_formulas(page, session, run))]
+            found += [f"{lesson.number}.{step + 1}: {flaw}" for flaw in (*flawed, *wide_formulas(page, session, run))]
     assert found == []

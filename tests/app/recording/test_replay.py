@@ -170,13 +170,13 @@ def test_a_lesson_that_goes_on_ends_the_past_and_keeps_its_run_waiting(house: Op
     stand = opened.host.visitors[guest.number]
     bar = stand.operation._replay_bar
     assert bar is not None
-    guest.ask(lambda _: stand.lessons.enter(0))
+    guest.ask(lambda _: stand.lessons.enter(1))
     guest.ask(lambda _: stand.lessons.act(Choose(2)))
     guest.ask(lambda _: stand.lessons.act(StartOrPause()))
     guest.wait(lambda s: s.simulation.time > 0.3)
     guest.visitor.set_value("replay", "Watch")
     guest.visitor.wait_for(says_so)
-    guest.ask(lambda _: stand.lessons.act(GoTo(0, 1)))
+    guest.ask(lambda _: stand.lessons.act(GoTo(1, 1)))
     guest.visitor.wait_for(lambda v: not says_so(v))
     # The next step waits for an answer.
     assert guest.ask(lambda s: ("replay" in s.halt, s.paused, s.simulation.steps, stand.lessons.locked)) == (False, True, 0, True)
