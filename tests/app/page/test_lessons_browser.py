@@ -114,6 +114,18 @@ def test_the_list_shows_what_is_finished_and_goes_on_there(house: OpenHouse, pag
     press(page, "All lessons")
     cards.nth(1).click()
     until(page, lambda: (run.walk.lesson.number, run.walk.step_index) == (1, 0), "the first step that is not finished")
+    # The test before lesson 1: nothing runs, and nothing says what is right.
+    press(page, "All lessons")
+    cards.first.click()
+    page.locator(".duet-l-head").get_by_text("Ten questions").wait_for()
+    run_button = page.get_by_role("button", name=re.compile("^Run"))
+    until(page, lambda: run_button.count() == 0, "no button to run")
+    page.keyboard.press("3")
+    until(page, lambda: run.walk.done.choice == 2, "the answer")
+    press(page, "Next step")
+    until(page, lambda: run.walk.step_index == 1, "the next question")
+    assert page.locator(".duet-lesson .card").count() == 0 and run.walk.done_in("beliefs", "null_space").outcome is None
+    screenshot(page, "test-before")
 
 
 def test_an_elbow_swung_and_numbers_said_by_keys_alone(house: OpenHouse, page_at: PageAt) -> None:
