@@ -127,7 +127,10 @@ def step_entry(one: Done, recorded: Recorded | None = None, name: str = "", stop
         settings=_settings(recorded.stretches[-1].settings) if recorded is not None else "",
         plot=_svg(recorded, step, name, stopped) if recorded is not None else "",
         drawing=drawing_svg(step.drawing, curves.drawn, curves.truth) if step.drawing is not None and curves is not None else "",
-        record=StepRecord(
+        # A test that is asked twice counts for no marks.
+        record=None
+        if step.asked
+        else StepRecord(
             lesson.id,
             step.id,
             None if view.chosen is None else view.chosen + 1,

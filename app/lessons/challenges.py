@@ -7,6 +7,7 @@ from typing import Final
 from app.lessons.attempts import TESTS
 from app.lessons.blocks import Table, is_number, shown
 from app.lessons.lesson import Challenge, Compared, Criterion, Forecast, Measurement, Trial
+from app.lessons.markdown import FaultLog
 from app.lessons.measures.quantity import QUANTITIES, checked_parameters, read_parameters
 from app.lessons.room_places import start_positions
 from app.lessons.runs import Setup
@@ -76,7 +77,9 @@ def read_challenge(table: Table, setup: Setup) -> Challenge | None:
     if given is None:
         return None
     run = read_setup(given, setup.folder, setup.changes, setup)
-    criteria = tuple(_criterion(entry, run) for entry in given.tables("criterion"))
+    log = FaultLog()
+    criteria = log.all_of(partial(_criterion, entry, run) for entry in given.tables("criterion"))
+    log.close()
     forecasts: list[Forecast] = []
     for entry in given.tables("forecast"):
         changes = read_changes(entry)
@@ -132,8 +135,9 @@ def read_trials(
     known = [c.measurement.id for c in challenge.criteria] + [f.measurement.id for f in challenge.forecasts]
     if challenge.custom_law:
         known += list(TESTS)
-    trials: list[Trial] = []
-    for number, entry in enumerate(entries, 1):
+    log = FaultLog()
+
+    def trial(number: int, entry: Table) -> Trial:
         name = entry.text("name", f"attempt {number}", 60)
         run = read_setup(entry, setup.folder, challenge.setup.changes, challenge.setup)
         said = tuple(_said(entry, x, measurements) for x in entry.any("forecasts", []))
@@ -146,8 +150,11 @@ def read_trials(
         if bool(law) != challenge.custom_law:
             raise entry.fault("law", "law stands in for the student's own; it belongs to a challenge with own_law.")
         entry.close()
-        trials.append(Trial(name, run, said, law, fails))
-    return tuple(trials)
+        return Trial(name, run, said, law, fails)
+
+    trials = log.all_of(partial(trial, number, entry) for number, entry in enumerate(entries, 1))
+    log.close()
+    return trials
 
 
 def _said(table: Table, value: object, measurements: tuple[Measurement, ...]) -> float | str:

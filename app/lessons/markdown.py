@@ -52,6 +52,10 @@ class FaultLog:
             self.found += fault.all
             return otherwise
 
+    def all_of(self, reads: Iterable[Callable[[], T]]) -> tuple[T, ...]:
+        """Return what functions return, without those that find a fault."""
+        return tuple(read for read in (self.take(one, None) for one in reads) if read is not None)
+
     def close(self) -> None:
         """Raise the faults, if there are any, in the order of their lines."""
         if self.found:
@@ -147,7 +151,8 @@ def read_sheet(text: str, marker: str = "duet") -> Sheet:
             continue
         level, title = len(heading[1]), heading[2].strip()
         if not title:
-            raise Fault(number, "the heading has no text; write a title behind the #.")
+            log.found.append(Fault(number, "the heading has no text; write a title behind the #."))
+            continue
         if level == 1 and head is None:
             here = head = Chapter(title, number)
         elif head is None:

@@ -62,10 +62,8 @@ def read_lesson(sheet: Sheet, folder: Path) -> Common:
         log.found.append(Fault(sheet.head.blocks[1].line, "there is a second block under the title; put both into one."))
     common = Common(folder, (), "", 10)
     if sheet.head.blocks and (table := log.take(lambda: read_block(sheet.head.blocks[0]), None)) is not None:
-        changes, minutes = (
-            log.take(lambda: read_changes(table), ()),
-            log.take(lambda: table.whole("minutes", 10, 1, MOST_MINUTES), 10),
-        )
+        changes = log.take(lambda: read_changes(table), ())
+        minutes = log.take(lambda: table.whole("minutes", 10, 1, MOST_MINUTES), 10)
         common = Common(folder, changes, log.take(lambda: table.text("equations", ""), ""), minutes)
         log.take(table.close, None)
     log.close()
@@ -119,14 +117,15 @@ def read_step(part: Chapter, common: Common) -> Step:
     if concept:
         log.found += [table.fault(key, f"a question without a run has no {key}.") for key in WITH_A_RUN if table.has(key)]
     setup = log.take(lambda: read_setup(table, common.folder, common.changes), None)
-    if setup is None or log.found:
+    if setup is None:
         # What follows depends on the run.
         log.close()
     assert setup is not None
-    read = [log.take(partial(read_measurement, entry, setup), None) for entry in table.tables("measure")]
-    measurements = tuple(m for m in read if m is not None)
+    noted = len(log.found)
+    entries = log.take(lambda: table.tables("measure"), [])
+    measurements = log.all_of([partial(read_measurement, entry, setup) for entry in entries])
     log.take(lambda: no_doubles(table, "measure", [m.id for m in measurements]), None)
-    measured = not log.found
+    measured = len(log.found) == noted
     question = log.take(lambda: _question(part, table, setup, measurements if measured else None, concept), None)
     challenged = table.has("challenge")
     challenge = log.take(lambda: read_challenge(table, setup), None)
@@ -165,8 +164,10 @@ def read_step(part: Chapter, common: Common) -> Step:
         concept,
         texts.get("Belief", ""),
     )
-    if not log.found:
-        log.take(table.close, None)
+    for key in ("right", "expects", "ratio", "why", "attempt"):
+        # Not read yet where something else is at fault.
+        table.any(key)
+    log.take(table.close, None)
     if measured:
         log.found += _line_faults(part, step)
     log.close()

@@ -179,4 +179,4 @@ def test_a_students_own_report_has_both_answers_once_the_last_test_is_done() -> 
     page = lab_bytes(done_in(BOOK.lessons, walk.done_in, {}, "beliefs" + LAST), "en").decode()
     text = " ".join(HtmlReader(page).text.split())
     assert "Before and after" in text and "1 → 3" in text and "1 → 1" in text and "⟨g⟩ = 0.50" in text and "not validated" in text
-    assert "The null space is the rest of the joints." in text
+    assert "The null space is the rest of the joints." in text and "duet-report" not in page, "nothing for marks"
