@@ -65,7 +65,7 @@ def _grid(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[tuple[Le
     """Yield every step in which a report that was handed in has something, with a mark for each report: ✓ or ✗ for the prediction, ★
     for a passed challenge, · for anything else that was done."""
     done = [from_json(one.progress).steps for one in summary.hand_ins]
-    for lesson, index in _steps(lessons, {step for steps in done for step in steps}):
+    for lesson, index in _steps(_untested(lessons), {step for steps in done for step in steps}):
         step, marks = lesson.steps[index], list[str]()
         for steps in done:
             own = fitting(step, steps.get((lesson.id, step.id), StepProgress()))
@@ -142,7 +142,7 @@ def _reports(
 
 def _entries(report: HandIn, lessons: Sequence[Lesson]) -> Iterator[ReportEntry]:
     steps = from_json(report.progress).steps
-    for lesson, index in _steps(lessons, steps):
+    for lesson, index in _steps(_untested(lessons), steps):
         step = lesson.steps[index]
         yield step_entry(Done(lesson, index, fitting(step, steps[lesson.id, step.id])))
 
@@ -179,6 +179,11 @@ def report_names(reports: Sequence[HandIn]) -> list[str]:
             name = f"{base} ({number})" if report.name else f"{base} {number}"
         names.append(name)
     return names
+
+
+def _untested(lessons: Sequence[Lesson]) -> list[Lesson]:
+    """Return the lessons without the tests that are asked twice, which have a table of their own."""
+    return [lesson for lesson in lessons if not lesson.asked]
 
 
 def _steps(lessons: Sequence[Lesson], wanted: Collection[QuestionId]) -> Iterator[tuple[Lesson, int]]:

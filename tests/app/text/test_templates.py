@@ -21,6 +21,7 @@ from app.classroom.screen_html import screen_html
 from app.custom_law.examination import ExaminationProgress
 from app.export.class_report import class_report_bytes
 from app.export.class_summary import AskedQuestion, ClassSummary, HandIn
+from app.export.gain import gains, whole
 from app.export.handout_html import handout_html
 from app.export.lab_report import rich_html
 from app.export.player import assembled
@@ -193,11 +194,20 @@ def league() -> str:
     return league_page(entrants, outcomes, tables, QUICK, {"Duet": NASTY})
 
 
+def before_and_after() -> Iterator[str]:
+    asked = [replace(step, belief=NASTY, asked="first") for step in nasty_lesson().steps if step.question is not None]
+    lesson = replace(nasty_lesson(), steps=tuple(asked))
+    found = gains({(lesson.id, step.id): ((0, 1), (1, 1)) for step in asked}, [lesson])
+    for alone in (False, True):
+        yield macros("export/gain.html").table(found, whole(found), alone)
+
+
 SURFACES: dict[str, Callable[[], str | Iterator[str]]] = {
     "classroom/invitation.html": lambda: iter((join_html(Address(NASTY, False)), overlay_html(Address(NASTY, True)))),
     "classroom/poll.html": lambda: iter((poll_html(poll(), 0), tied_html(poll()), mine_html(poll(), Ballot(0), Ballot(1)))),
     "classroom/screen.html": screens,
     "export/class_report.html": class_report,
+    "export/gain.html": before_and_after,
     "export/handout.html": lambda: iter((handout_html(nasty_lesson()), handout_html(nasty_lesson(), f"# {NASTY}\n\n{NASTY}"))),
     "export/page.html": report,
     "export/player.html": player,
