@@ -80,7 +80,7 @@ def whole(questions: Iterable[QuestionGain]) -> Gain:
 
 
 def own_pairs(lessons: Iterable[Lesson], progress: Callable[[str, str], StepProgress]) -> Pairs:
-    """Return the answers of one student to the tests, of those questions whose right answer was told.
+    """Return the answers of one student to the tests, where the right answer was told.
 
     Args:
         progress: gives what was done in a step, by the names of lesson and step.

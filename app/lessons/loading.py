@@ -77,7 +77,7 @@ def load_lessons(folder: Path = FOLDER, language: Language = "en", before: Lesso
 
     Args:
         language: of the texts; what is not translated stays English.
-        before: the same lessons as they were before a change; from here comes one whose file has become faulty.
+        before: the same lessons as they were before a change; a lesson comes from here if its file has become faulty.
     """
     try:
         files = sorted(path for path in folder.iterdir() if path.suffix == ".md" and path.name[0].isdigit())
