@@ -8,6 +8,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
+import tyro
+
 from app.lessons import FOLDER
 from app.runtime.terminal import ending_at_once
 from app.settings import LANGUAGES, Language
@@ -102,7 +104,7 @@ def _last_line(files: int, faults: int, failed: int) -> int:
 class NewLesson:
     """Write a small lesson to begin with: it passes `lessons --check`, and `serve --lessons` shows it while you change it."""
 
-    path: Path
+    path: tyro.conf.Positional[Path]
     """A file like my-lessons/01-nearer.md."""
 
 

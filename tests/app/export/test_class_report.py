@@ -143,7 +143,7 @@ def test_a_test_before_and_after_has_its_gain_from_votes_and_own_sessions_withou
     ] * 2
     moved = [[row["round"], *(row[f"answer_{i}"] for i in range(1, 4))] for row in rows if row["kind"] == "moved"]
     assert moved == [["1", "1", "1", "1"], ["2", "0", "1", "0"], ["3", "0", "0", "1"]]
-    for language in ("en", "de"):
+    for language in ("de", "en"):
         page = class_report_bytes(summary, in_language(book, language).lessons, language).decode()
         text = HtmlReader(page).text
         assert "⟨g⟩" in text and ("0.25" if language == "en" else "0,25") in text and "20 %" in text and "40 %" in text
@@ -162,12 +162,9 @@ def test_the_page_begins_with_students_and_steps_and_prints_two_reports_a_page(p
     path.write_text(made, encoding="utf-8")
     page = page_at(fresh=True)
     page.emulate_media(media="print")
-    pages = []
-    for count in (0, 7):
-        path.write_text(page_of(replace(summary, hand_ins=summary.hand_ins[:count])), encoding="utf-8")
-        page.goto(path.as_uri())
-        pages.append(len(re.findall(rb"/Type /Page\b", page.pdf(prefer_css_page_size=True))))
-    assert pages[1] - pages[0] == 4, "seven reports"
+    page.goto(path.as_uri())
+    page.evaluate("for (const one of [...document.body.children]) if (!one.matches('main')) one.remove()")
+    assert len(re.findall(rb"/Type /Page\b", page.pdf(prefer_css_page_size=True))) == 4, "seven reports"
 
 
 @given(st.text(max_size=80))
@@ -196,7 +193,7 @@ def test_no_text_of_a_student_becomes_a_tag(text: str) -> None:
 def test_a_nasty_name_is_shown_as_it_was_typed_in_every_language() -> None:
     for language in ("de", "sl"):
         page = page_of(class_of(NASTY, NASTY), language)
-        assert HtmlReader(page).text.count(NASTY[:60]) == 2 and f'lang="{language}"' in page
+        assert HtmlReader(page).text.count(NASTY[:60]) == 3 and f'lang="{language}"' in page
         assert words_of(language)("Reports handed in") in page and "Reports handed in" not in page
 
 

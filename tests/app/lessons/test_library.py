@@ -133,7 +133,7 @@ def test_a_visitor_has_the_new_text_without_a_restart_and_is_told_of_a_fault(
 ) -> None:
     path = write(tmp_path / "01-small.md", SMALL)
     opened = house(lessons=tmp_path)
-    guest = arrive(opened, "?lesson=small")
+    guest = arrive(opened, "lesson=small")
     (visitor,) = opened.host.visitors.values()  # type: ignore[union-attr]
     guest.wait(lambda _: visitor.lessons.open)
 

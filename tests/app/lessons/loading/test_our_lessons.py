@@ -204,7 +204,7 @@ def test_the_list_names_the_lessons_and_what_was_left_out(tmp_path: Path, capsys
 
 
 def test_bad_commands_are_named(tmp_path: Path) -> None:
-    with pytest.raises(BadSetting, match="choose from redundancy"):
+    with pytest.raises(BadSetting, match="choose from beliefs, redundancy"):
         lessons(Lessons(only=("x",)))
     with pytest.raises(BadSetting, match="there is no folder"):
         lessons(Lessons(check=True, only=("lambda",), out=tmp_path / "none" / "x.json"))
