@@ -51,7 +51,7 @@ class LawEntry:
         promises: whether the promise of `scenes.promise` is made for it.
         of_section_iii: whether it is eq. (12), of which section III of the paper shows the stability.
         in_null_space: whether it divides by what the hand leaves of J_d.
-        in_league: whether the league plays it; not what is another law with every curve.
+        in_league: whether the league plays it; not what is another law with every curve or every hand.
     """
 
     name: str
@@ -101,6 +101,9 @@ BARRIER_LAW: Final = "barrier_qp"
 
 DRAWN_LAW: Final = "drawn_curve"
 """The law of which a person draws λ(d)."""
+
+LEVER_LAW: Final = "lever"
+"""The law of which a person's hand is λ."""
 
 _DISTANCES: Final = (0.06, 0.09, 0.12, 0.15, 0.19, 0.24, 0.30)
 _REACHES: Final = (0.16, 0.20, 0.25, 0.30, 0.40, 0.60)
@@ -163,6 +166,7 @@ LAWS: Final[dict[str, LawEntry]] = {
             DRAWN_LAW, "Drawn curve (your own λ)", "Drawn curve", "drawn_curve:DrawnCurve", ("curve", "v"), "share",
             in_league=False,
         ),
+        LawEntry(LEVER_LAW, "Lever (you are λ)", "Lever", "hand_lever:HandLever", ("lever", "v"), "share", in_league=False),
         LawEntry(
             NO_AVOIDANCE, "Unprotected (task only)", "Unprotected", "unprotected:Unprotected",
             (), "task", sees="nothing", of_section_iii=True,

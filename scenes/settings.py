@@ -100,6 +100,10 @@ class LawSettings:
         "0.15:1,0.2:0.3,0.4:0", read_curve, "curve", "λ(d)",
         "Points of a λ of your own: distance in metres, a colon, λ from 0 to 1; with commas between them.", words="your curve",
     )  # fmt: skip
+    hand_lever: float = LAW.number(
+        0.5, "lever", "λ", "Where your lever stands: 0 is the task alone, 1 the retreat alone.",
+        "", 0.0, 1.0, 0.01, words="your lever",
+    )  # fmt: skip
 
     @property
     def entry(self) -> LawEntry:

@@ -11,6 +11,7 @@ from app.lessons.room_places import Start
 from app.lessons.runs import Pairs, Setup
 from app.settings import Language
 from controllers.errors import BadSetting, LazyText
+from scenes.laws import LEVER_LAW
 
 Camera = Literal["room", "hand", "elbow", "between", "top"]
 """From where one looks: at the whole, close to the hand or the elbow, at the line between the arms, from above."""
@@ -171,6 +172,11 @@ class Step:
     @property
     def yours(self) -> bool:
         return self.setup.input.kind == "yours"
+
+    @property
+    def at_lever(self) -> bool:
+        """Return whether the student is λ in the step's run."""
+        return self.setup.run.law.law == LEVER_LAW
 
 
 @dataclass(frozen=True)

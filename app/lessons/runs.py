@@ -83,9 +83,9 @@ def merged(first: Pairs, then: Pairs) -> Pairs:
 
 
 def unlike(asked: RunSettings, had: RunSettings) -> Pairs:
-    """Return the settings of a run, by key, that differ from those asked for."""
+    """Return the settings of a run, by key, that differ from those asked for; a lever is there to be moved."""
     before, after = values(asked), values(had)
-    return tuple((key, value) for key, value in after.items() if before[key] != value)
+    return tuple((key, value) for key, value in after.items() if before[key] != value and key != "lever")
 
 
 def value_text(key: str, value: object) -> str:

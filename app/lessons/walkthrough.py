@@ -275,6 +275,11 @@ class Walkthrough:
     # ---- the run -----------------------------------------------------------------------------------------------------------
 
     @property
+    def rival_hidden(self) -> bool:
+        """Return whether the ghost is the law that the student plays against, which is not to be seen before the end."""
+        return self.phase is Phase.DO and self.step.at_lever
+
+    @property
     def setup(self) -> Setup:
         if self.beside is not None:
             return self.beside

@@ -13,6 +13,7 @@ from app.page.lessons.lab_report_box import AskReport, LabReportBox
 from app.page.lessons.lesson_controls import LessonControls
 from app.page.panels.controls import Controls
 from app.page.panels.hotkeys import hotkeys, keys_of
+from app.page.panels.lever import Lever
 from app.page.panels.link_box import LinkBox
 from app.page.panels.page_panel import PagePanel
 from app.page.panels.plot_controls import DetailsChooser, MicroscopeButtons, MomentChooser
@@ -28,6 +29,7 @@ from controllers.errors import BadSetting
 from scenes.laws import DEFAULT_LAW, NO_AVOIDANCE
 
 PANELS: Final[list[Callable[[viser.ClientHandle, Session, View], PagePanel]]] = [
+    Lever,
     DetailsChooser,
     MicroscopeButtons,
     MomentChooser,
@@ -85,7 +87,7 @@ class Operation:
             return True
         if isinstance(action, actions.Reset):
             self._gizmos.forget_drag()
-        if self._lesson_controls.take(action) or any(panel.take(action) for panel in self._panels):
+        if any(panel.take(action) for panel in self._panels) or self._lesson_controls.take(action):
             return True
         match action:
             case actions.SetSetting(key, value):

@@ -21,7 +21,7 @@ from app.page.lessons.elbow_marks import Marks
 from app.page.lessons.lesson_camera import lesson_view
 from app.page.lessons.lesson_panel import NARROW_WIDTH, WIDTH, LessonPanel
 from app.page.page_assets import style_sheet
-from app.page.panels.contact_card import ContactCard
+from app.page.panels.contact_card import CardWords, ContactCard, lever_words
 from app.page.panels.plots_panel import Plots
 from app.page.panels.readout import Readout
 from app.page.panels.replay_bar import replay_style
@@ -58,6 +58,7 @@ class View:
 
     Attributes:
         bare: whether the page shows the scene without panels, as a projector does.
+        lever_box: id of the box that takes where the lever stands, on the page of an operator.
     """
 
     def __init__(
@@ -73,7 +74,7 @@ class View:
         self._host, self._session, self._clients = host, session, clients
         self.lessons = lessons or LessonSession(session, NO_LESSONS)
         self._own_look = look
-        self.bare = False
+        self.bare, self.lever_box = False, ""
         self._simulation, self._of_live = session.simulation, True
         page = self._page
         gui = host.gui
@@ -217,9 +218,12 @@ class View:
         self.stage.show(frame)
         asking = self.lessons.open and not self.lessons.walk.law_shown
         self._readout.show(frame, asking)
-        self._contact.show(frame, lambda: guess_words(self.lessons, self.lesson_panel.guess_box), asking)
+        self._contact.show(frame, lambda: self._further_words(frame), asking)
         self._plots.show(frame)
         self._moment.content = self._moment_too.content = moment_html(frame, self._plots.span)
+
+    def _further_words(self, frame: Frame) -> CardWords:
+        return guess_words(self.lessons, self.lesson_panel.guess_box) | lever_words(frame, self.lever_box)
 
     def _show_lesson(self, frame: Frame) -> None:
         lessons = self.lessons
@@ -232,7 +236,8 @@ class View:
                 # The panel takes its room from the canvas, so that the view has to be fitted again.
                 self.welcome(client)
         contrast = self.lesson_panel.contrast
-        self._plots.name_runs(None if contrast is None else (escape(contrast.names[0]), escape(contrast.names[1])))
+        names = self.lesson_panel.run_names if contrast is None else contrast.names
+        self._plots.name_runs(None if names is None else (escape(names[0]), escape(names[1])))
 
     def _change_look(self) -> None:
         page = self._page

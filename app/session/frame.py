@@ -159,4 +159,5 @@ def freeze(live: Session | Past, now: float, shown: Shown | None = None) -> Fram
     """
     shown = shown or live
     simulation, studies = shown.simulation, live.studies if isinstance(live, Session) else None
-    return Frame(now, shown, live, studies, simulation, shown.ghost, simulation.sample(), shown.settings, shown.pace)
+    ghost = None if isinstance(live, Session) and live.ghost_hidden else shown.ghost
+    return Frame(now, shown, live, studies, simulation, ghost, simulation.sample(), shown.settings, shown.pace)

@@ -10,7 +10,7 @@ from scenes.roles import TargetSource
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
-KEEP: Final = 30.0
+KEEP: Final = 60.0
 """How much of the ghost's run can be made again [s]."""
 
 

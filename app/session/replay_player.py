@@ -17,7 +17,8 @@ DRAFT: Final = 20.0
 """The newest part of a long replay, which is there first [s]."""
 
 REVIEWED: Final = DRAFT + 2.0
-"""How much of a run that stands can be looked back at [s]: at least as much as the plots over time show."""
+"""How much of a run that stands can be looked back at [s]: at least as much as the plots over time show; further if an earlier moment is
+asked for."""
 
 
 class ReplayPlayer:
@@ -80,10 +81,12 @@ class ReplayPlayer:
         """
         if self.replay is not None or self._run is not None:
             self.seek(time)
-        elif self._session.paused and (recorded := self.recorded(REVIEWED)) is not None:
+            return
+        reach = max(REVIEWED, self._session.simulation.time - time + 2.0)
+        if self._session.paused and (recorded := self.recorded(reach)) is not None:
             self.reviewing, self.mark, self._seek = True, mark, time
             self._stop()
-            self.jobs.submit("film", self._show_moment, make_films, recorded, self._session.ghost_recorded(REVIEWED), urgent=True)
+            self.jobs.submit("film", self._show_moment, make_films, recorded, self._session.ghost_recorded(reach), urgent=True)
 
     def _show_moment(self, films: tuple[RecordedFilm, RecordedFilm | None]) -> None:
         own, beside = films

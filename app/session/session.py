@@ -80,6 +80,8 @@ class Session:
         self._steps_asked, self._hurries_to = 0, 0.0
         self.looks_up_at = 0.0
         """A time of the run at which a frame ends, so that what comes then can be decided before the next step [s]."""
+        self.ghost_hidden = False
+        """Whether the ghost may not be seen yet: it plays against the visitor."""
         self._input = InputSource()
         self.simulation.use(self.law.of_run)
         self._ghost.begin(settings, self.simulation)
@@ -128,8 +130,8 @@ class Session:
 
     @property
     def traced(self) -> tuple[Simulation, Simulation | None]:
-        """Both runs, with their histories."""
-        return self.simulation, self.ghost
+        """Both runs, with their histories; the second one only if it may be seen."""
+        return self.simulation, None if self.ghost_hidden else self.ghost
 
     @property
     def student_law(self) -> LawStatus:

@@ -8,7 +8,7 @@ from markupsafe import Markup
 
 from app.text.templates import tr_html
 from controllers.curve import kept_distance
-from scenes.laws import BARRIER_LAW, DEFAULT_LAW, DRAWN_LAW, NO_AVOIDANCE
+from scenes.laws import BARRIER_LAW, DEFAULT_LAW, DRAWN_LAW, LEVER_LAW, NO_AVOIDANCE
 from scenes.settings import LawSettings
 
 
@@ -130,6 +130,12 @@ LAW_TEXTS: Final[dict[str, LawTexts]] = {
         "(32), your λ", "λ",
         lambda law, line: float(line.xs[len(line.xs) // 2]),
         promise=_promise_of_curve,
+    ),
+    LEVER_LAW: LawTexts(
+        (r"\dot q = J_d^{{\#}}\,{lam}\,{v} + \left(I - {lam}\,J_d^{{\#}} J_d\right)\dot q_n",
+         r"{lam} \in [0, 1]"), "(32), your hand", "λ",
+        lambda law, line: float(line.xs[len(line.xs) // 3]),
+        promise=lambda law: tr_html("a lever promises nothing: it sees no d"),
     ),
     NO_AVOIDANCE: LawTexts(
         (r"\dot q = \dot q_n",), "the task alone", "λ",

@@ -12,6 +12,7 @@ from numpy.testing import assert_array_equal
 from controllers.kinematics import Array
 from controllers.laws.barrier_qp import BarrierQP
 from controllers.laws.continuous_inverse import ContinuousInverse
+from controllers.laws.hand_lever import HandLever
 from controllers.laws.hierarchical_inverse import HierarchicalInverse
 from controllers.laws.intermediate_value import IntermediateValue
 from controllers.laws.lexicographic_qp import POSTURE_WEIGHT, LexicographicQP
@@ -42,6 +43,7 @@ LAWS: dict[str, Law] = {
     "lexicographic_fed": LexicographicQP(0.15, 5.0, feed_forward=True),
     "set_based": SetBasedTask(0.15, 5.0),
     "set_based_fed": SetBasedTask(0.15, 0.0, feed_forward=True),
+    "lever": HandLever(0.4, 0.30),
     "unprotected": Unprotected(),
 }
 JUMPING = {"strict_switched", "set_based", "set_based_fed"}
@@ -142,7 +144,7 @@ def test_the_nearer_the_faster_away(name: str, distance: float, farther: float, 
         assert far <= near + 1e-12
 
 
-@pytest.mark.parametrize("name", sorted(set(LAWS) - JUMPING - {"strict_always", "unprotected"}))
+@pytest.mark.parametrize("name", sorted(set(LAWS) - JUMPING - {"strict_always", "lever", "unprotected"}))
 def test_smooth_in_the_distance(name: str) -> None:
     situation = regular_situation(5)
     situation = situation._replace(nominal=situation.nominal * math.copysign(1.0, situation.pull))

@@ -64,7 +64,7 @@ def test_declared_fields() -> None:
         "point": "hand elbow arm", "ball": "still cross", "clip": "medley wave clap cross reach", "pairs": "single soft smooth",
         "start": "usual between", "bounds": "distance scale null_space",
         "law": "smooth_priority strict_priority strict_switched null_space_avoidance potential_field barrier_qp intermediate_value"
-        " task_activation continuous_inverse hierarchical_inverse lexicographic_qp set_based_task drawn_curve unprotected",
+        " task_activation continuous_inverse hierarchical_inverse lexicographic_qp set_based_task drawn_curve lever unprotected",
     }  # fmt: skip
     assert {key: " ".join(SPECS[key].choices) for key in CHOICES} == expected
     first = {key: SPECS[key].choices[0] for key in CHOICES}

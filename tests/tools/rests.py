@@ -32,7 +32,7 @@ RESTS: Final = (3.0, 60.0)
 KILLED_AFTER: Final = (ALLOWED, ALLOWED + 3.0)
 """Shortest and longest rest, and time from an act to the kill [s]."""
 
-LINKS: Final = {"answer": "lesson=3&step=2", "words": "lesson=3&step=2", "curve": "lesson=4&step=1", "pull": "autopilot=0"}
+LINKS: Final = {"answer": "lesson=3&step=2", "words": "lesson=3&step=2", "curve": "lesson=4&step=2", "pull": "autopilot=0"}
 PLACE: Final = (0.3, 0.0, 1.0)
 
 

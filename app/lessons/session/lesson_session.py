@@ -95,6 +95,7 @@ class LessonSession:
         finally:
             self._session.halt.go_on()
             self._session.looks_up_at = 0.0
+            self._session.ghost_hidden = False
             self._leave_replay()
             self.open = False
             self.version += 1
@@ -320,6 +321,7 @@ class LessonSession:
             return
         if walk.locked:
             session.halt.set("lesson")
+        session.ghost_hidden = walk.rival_hidden
         simulation = session.simulation
         walk.watch(simulation)
         if self._runner.advance_law_tests(walk):

@@ -10,9 +10,11 @@ from app.i18n.speaking import tr
 from app.lessons.bookmark import Phase
 from app.lessons.labels import Contrast
 from app.lessons.lesson import LessonBook
+from app.lessons.runs import page_value
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.step_view import StepView
 from app.page.lessons.lesson_html import BLOCKS, blocks_html, law_html, lesson_list_html, rules_html
+from app.page.lessons.two_tracks import tracks_html
 from app.session.frame import Frame
 from app.text.templates import element
 
@@ -63,6 +65,9 @@ class LessonPanel:
         """Id of the box that takes a guess of d, on the page of an operator."""
         self.contrast: Contrast | None = None
         """In what the run on the page differs from the one of the question; None where it does not."""
+        self.run_names: tuple[str, str] | None = None
+        """Names of the visitor's run at the lever and of the law's, once both are shown; None elsewhere."""
+        self._tracks: tuple[object, Markup] = None, Markup()
         self._shown: tuple[object, ...] = ()
         self._next = 0.0
 
@@ -78,7 +83,7 @@ class LessonPanel:
         """Bring it up to date; return whether it was opened or closed, so that cameras have to follow."""
         run, panel = self._run, self.panel
         if not run.open or run.listing:
-            self.contrast = None
+            self.contrast = self.run_names = None
         if not (run.open or run.listing):
             if panel is None or not panel.visible:
                 return False
@@ -121,7 +126,20 @@ class LessonPanel:
         blocks = blocks_html(view, numbers, run.computing, self._operated)
         if run.own_tests is not None:
             blocks["attempt"] = law_html(run.own_tests, *run.custom_law_state, view.passed)
+        over = view.step.at_lever and view.phase is not Phase.DO
+        self.run_names = (tr("you"), page_value("law", frame.live.settings.page.ghost)) if over else None
+        if over and view.phase is Phase.OBSERVE:
+            blocks["verdict"] = self._both_tracks(frame) or blocks["verdict"]
         return blocks
+
+    def _both_tracks(self, frame: Frame) -> Markup:
+        """Return both runs in one chart; nothing where a reload has left their beginning out."""
+        own, rival = frame.live.traced
+        state = self._run.walk.run_id, own.history.count, rival is None
+        if state != self._tracks[0]:
+            known = rival is not None and own.history.count == rival.history.count == own.steps and self.run_names is not None
+            self._tracks = state, tracks_html(own, rival, self.run_names) if known else Markup()
+        return self._tracks[1]
 
     def _fold(self, folded: bool) -> None:
         if self._narrow and folded != self._folded:

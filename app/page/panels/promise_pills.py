@@ -10,6 +10,7 @@ from app.text.templates import macros, tr_html
 from controllers.laws.situation import FIRM_LEVER
 from controllers.limits import Authority
 from scenes.history import Sample
+from scenes.laws import LEVER_LAW
 from scenes.promise import Condition, missing_now
 from scenes.simulation import Simulation
 
@@ -39,7 +40,8 @@ def promise_html(simulation: Simulation, sample: Sample, custom: bool = False) -
     levers = [sample.lever] if sample.second is None else [sample.lever, sample.second.lever]
     weak = min(levers) < FIRM_LEVER
     lever = ("halt" if weak else "", tr("lever s = {s}", s="; ".join(decimal(f"{s:.2f}") for s in levers)))
-    return pills_html([lever, pill])
+    # Beside a person's lever, s would be taken for it.
+    return pills_html([pill] if law.law == LEVER_LAW and not custom else [lever, pill])
 
 
 def promise_words(simulation: Simulation, sample: Sample) -> tuple[str, str]:

@@ -54,6 +54,7 @@ addEventListener("DOMContentLoaded", () => {
   const showGuess = duet.contactGuess(card, () => {
     if (shown !== null) draw();
   });
+  const showLever = duet.contactLever(card);
   let drawChart = () => {};
   let drawBalance = () => {};
   let wanted = null;
@@ -71,6 +72,7 @@ addEventListener("DOMContentLoaded", () => {
     toneButton.title = words.tone;
     toneButton.setAttribute("aria-label", words.tone);
     fold();
+    showLever(words);
     if (alone) {
       drawChart = duet.errorChart(find(".chart"), words, narrow);
       drawBalance = () => {};

@@ -96,7 +96,7 @@ def test_what_a_student_reads_has_one_full_stop_and_on_a_phone_no_keys() -> None
 
 def test_both_rounds_stand_side_by_side_and_a_tie_is_said() -> None:
     room, walk = Classroom(8), Walkthrough(BOOK)
-    walk.go("lambda", 0)
+    walk.go("lambda", 1)
     question = (walk.lesson.id, walk.step.id)
     assert walk.step.question is not None and walk.step.question.right == 0
     for student, choice in (("ann", 1), ("bo", 1), ("cy", 0), ("di", 2)):
@@ -134,7 +134,7 @@ def test_what_is_handed_in_is_what_was_done_on_the_stage_and_in_an_own_session()
     assert room.answer(walk, "ann", 2)
     walk.done.outcome = reference(walk.step, walk.step.setup)
     # In a session of her own she goes on to another lesson, and is called back.
-    own.go("lambda", 0)
+    own.go("lambda", 1)
     own.choose(0)
     own.give_reason("it halves", "lambda", own.step.id)
     own.done.passed = True
@@ -198,7 +198,7 @@ FULL = (1.0,) * COLUMNS
 
 def test_a_curve_counts_like_an_answer_and_is_shown_without_its_name() -> None:
     room, walk = Classroom(8), Walkthrough(BOOK)
-    walk.go("lambda", 0)
+    walk.go("lambda", 1)
     question = (walk.lesson.id, walk.step.id)
     for number, student in enumerate(("ann", "bo", "cy"), 1):
         room.enter(number, student)

@@ -384,7 +384,7 @@ def test_a_report_is_handed_in_on_the_stage_and_in_an_own_session_and_taken_back
     sees(ann, "Handed in as Ann =1.")
     visitor = room.host.participants[room.number("ann")].visitor
     assert visitor is not None
-    ask(visitor.session, lambda _: [visitor.lessons.act(GoTo(4, 0)), visitor.lessons.act(Choose(1))])
+    ask(visitor.session, lambda _: [visitor.lessons.act(GoTo(4, 1)), visitor.lessons.act(Choose(1))])
     click(ann, "Hand in again")
     sees(ann, "Handed in without a name.")
     assert '"choice": 1' in work.hand_ins[ids["ann"]].progress and "lambda" in work.hand_ins[ids["ann"]].progress

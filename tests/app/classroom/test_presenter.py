@@ -116,7 +116,7 @@ def test_the_projector_follows_what_the_teacher_does_otherwise(stage: Stage) -> 
     assert stage.act("back") is Station.QUESTION
     stage.lessons.act(StartOrPause())
     assert stage.frame() is Station.RUN and not stage.session.paused
-    stage.lessons.act(GoTo(3, 0))
+    stage.lessons.act(GoTo(3, 1))
     assert stage.frame() is Station.SCENE
     stage.lessons.leave()
     assert stage.frame() is Station.SCENE and stage.act("on") is Station.SCENE

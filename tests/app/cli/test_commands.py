@@ -106,7 +106,7 @@ def test_every_setting_can_be_given(capsys: pytest.CaptureFixture[str], tmp_path
         scene=hold rig=table robot=panda guided=left avoid=both following=identical path=circle point=arm ball=cross clip=wave
         kx=2 task=pose k=1.5 wmax=0.4 dt=0.01 g=8 seed=7 law=smooth_priority pairs=single dm=0.1 n=10 v=0.5 beta=80 d0=0.25
         eta=0.01 gamma=4 kr=3 bounds=null_space start=between eps=0.0002 dead=0.02 lag=0.03 qnoise=0.001 qstep=0.001 fps=30 dnoise=0.002
-        curve=0.1:1,0.2:0"""
+        curve=0.1:1,0.2:0 lever=0.4"""
     given = {key: text for key, _, text in (word.partition("=") for word in words.split())}
     flags = {"ff": "True", "one_sided": "True", "coupled": "True"}
     assert set(given) | set(flags) == set(specs(RunSettings))
@@ -125,6 +125,7 @@ ERRORS = {
     "run --dm wide": "dm = 'wide'|0.03",
     "run --law strict": "law = 'strict'|smooth_priority|unprotected",
     "run --curve 0.2:1,0.1:0": "0.2 comes before 0.1",
+    "run --lever 1.2": "lever = '1.2'|0 to 1",
     "run --curve falling": "curve = 'falling'|0.15:1",
     "run --seed 1.5": "seed = '1.5'|whole number",
     "run --seconds 0": "seconds = 0|5000",

@@ -43,7 +43,7 @@ def class_of(name: str = "Ann", words: str = "I see.") -> ClassSummary:
     room.ballots.ask_again(first)
     for student in ("ann", "bo"):
         assert room.answer(walk, student, 2)
-    walk.go("lambda", 0)
+    walk.go("lambda", 1)
     assert room.draw(walk, "cy", ("lambda", walk.step.id), (0.5,) * CURVE)
     assert room.answer(walk, "cy", 1)
     own = Walkthrough(BOOK)

@@ -175,7 +175,7 @@ def test_the_run_in_it_is_the_students_own_and_else_the_same_one_again(run: Less
 
 def test_a_curve_that_was_drawn_stands_beside_the_true_one() -> None:
     run = LessonSession(Session(Settings()), BOOK)
-    run.enter("lambda")
+    run.enter("lambda", 1)
     run.act(Draw("lambda", "tail", (1.0,) * COLUMNS))
     assert run.walk.done.untouched, "drawn for another step"
     run.act(Draw("lambda", "curve", (1.0,) * COLUMNS))

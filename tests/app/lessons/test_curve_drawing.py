@@ -125,7 +125,7 @@ def test_a_step_goes_on_by_a_curve_alone_which_outlives_a_reload_and_no_run() ->
     assert "your curve" in svg and "in the run" in svg
     walk.reset()
     assert walk.done.drawing == () and walk.draw(()) and walk.done.untouched
-    again.go("lambda")
+    again.go("lambda", 1)
     assert again.plots == ("distance",) and again.step.plots == ("curve", "distance")
     again.choose(0)
     assert again.plots == again.step.plots, "the answer is given"

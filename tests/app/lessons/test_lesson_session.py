@@ -18,10 +18,12 @@ from app.page.lessons.elbow_marks import reaches
 from app.page.lessons.lesson_html import learned_html
 from app.plots.pair_strips import pairs_html
 from app.plots.time_series import RollingSeries
+from app.session.frame import freeze
 from app.session.session import Session
 from app.settings import Settings
 from controllers.errors import BadSetting
 from scenes.history import COLUMN
+from scenes.rerun import rerun
 from scenes.roles import NoSource
 from scenes.settings import changed, specs, values
 from scenes.targets import BallTarget, HandTarget
@@ -86,6 +88,34 @@ def test_a_run_is_locked_until_an_answer_is_chosen_and_nonsense_does_no_harm() -
     run.act(do.StartOrPause())
     session.advance(0.1)
     assert session.simulation.steps > 0
+
+
+def test_at_the_lever_the_law_plays_the_same_attack_unseen_until_the_end_and_all_of_it_can_be_made_again() -> None:
+    one = Student(BOOK.index("lambda"), 0)
+    session, run = one.session, one.run
+    seen = lambda: (session.traced[1] is not None, freeze(session, 0.0).ghost is not None)  # noqa: E731
+    assert run.walk.step.at_lever and run.walk.phase is Phase.DO and session.paused
+    run.act(do.StartOrPause())
+    for lever in (0.0, 0.8, 0.35, 1.0, 0.1):
+        session.change("lever", lever)
+        end = session.simulation.time + 3.0
+        one.frames_until(lambda end=end: session.simulation.time >= end)
+        assert seen() == (False, False)
+    run.act(do.GoOn())
+    one.run_out()
+    outcome = run.walk.done.outcome
+    assert run.walk.phase is Phase.OBSERVE and outcome is not None and outcome.unlike == ()
+    one.frame(0.0)
+    assert seen() == (True, True) and session.ghost is not None
+    own, law = (run.history.table() for run in (session.simulation, session.ghost))
+    assert own[-1, COLUMN["lambda"]] == 0.1 and len(set(own[:, COLUMN["lambda"]])) == 5
+    margins = tuple(float(table[:, COLUMN["d"]].min()) - 0.1 for table in (own, law))
+    assert outcome.values[0] == margins and margins[0] < 0.0 < margins[1], "the law keeps what this hand does not"
+    recorded = session.recorded(60.0)
+    assert recorded is not None and recorded.steps == 6000
+    assert_array_equal(rerun(recorded).table, own)
+    run.leave()
+    assert seen() == (False, False) and not session.ghost_hidden
 
 
 def test_the_outcome_is_measured_in_this_run_and_a_wrong_choice_gets_its_own() -> None:

@@ -28,6 +28,7 @@ STAGES: dict[str, dict[str, Any]] = {
     "gamma": {"law": "barrier_qp"},
     "kr": {"law": "set_based_task"},
     "curve": {"law": "drawn_curve"},
+    "lever": {"law": "lever"},
     "beta": {"pairs": "soft"},
     "eps": {"pairs": "smooth"},
     "coupled": {"avoid": "both", "ff": False},

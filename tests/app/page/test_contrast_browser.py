@@ -38,7 +38,7 @@ def test_a_click_runs_the_contrast_names_it_and_marks_the_changed_control(
     house: OpenHouse, page_at: PageAt, motion: str, animation: str
 ) -> None:
     page = page_at(1440, 900, reduced_motion=motion)
-    session, run = enter(page, house(), "lesson=4&step=2&theme=light")
+    session, run = enter(page, house(), "lesson=4&step=3&theme=light")
     observe(page, session, run, 0)
     # On a busy machine it may be over before it is looked at.
     page.evaluate(WATCH)
@@ -58,7 +58,7 @@ def test_a_click_runs_the_contrast_names_it_and_marks_the_changed_control(
 def test_a_reason_stands_beside_the_outcome_on_the_page_and_in_the_report(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1024, 768)
     opened = house()
-    session, run = enter(page, opened, "lesson=4&step=2")
+    session, run = enter(page, opened, "lesson=4&step=3")
     box = page.get_by_label("Because …", exact=True).locator("visible=true")
     box.fill(REASON)
     until(page, lambda: run.walk.done.because == REASON, "the reason")

@@ -51,7 +51,7 @@ def near(curve: tuple[float | None, ...], expected: float, columns: slice) -> bo
 def test_by_mouse_finger_and_keys_and_the_truth_over_it(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1000, 760, fresh=True)
     opened = house()
-    session, run = enter(page, opened, "lesson=4&step=1")
+    session, run = enter(page, opened, "lesson=4&step=2")
     drawn = lambda: ask(session, lambda _: run.walk.done.drawing)  # noqa: E731
     board = page.get_by_role("application", name="Draw λ over distance d.")
     assert page.locator(".duet-chart").count() == 0, "the live curve would give it away"
@@ -104,7 +104,7 @@ def test_a_class_draws_a_cloud(house: OpenHouse, page_at: PageAt) -> None:
     opened = house(changed(Settings(), "picture", "fast"), lecture=True, key="chalk")
     host = lecture_of(opened)
     teacher, ann, bo = page_at(1000, 700), page_at(640, 600), page_at(640, 600)
-    come(teacher, f"{opened.url}/?key=chalk&lesson=4")
+    come(teacher, f"{opened.url}/?key=chalk&lesson=4&step=2")
     for page in (ann, bo):
         come(page, opened.url)
         page.locator(".duet-draw").wait_for()
@@ -157,7 +157,7 @@ def test_the_arm_obeys_a_curve_that_is_drawn_or_typed(house: OpenHouse, page_at:
 
 def test_a_drawn_prediction_can_be_run(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1440, 900, fresh=True)
-    session, run = enter(page, house(), "lesson=4&step=1")
+    session, run = enter(page, house(), "lesson=4&step=2")
     by_mouse(page, (0.0, 1.0), (0.2, 1.0), (0.5, 0.0), (1.0, 0.0))
     until(page, lambda: len(ask(session, lambda _: run.walk.done.drawing)) == COLUMNS, "drawn")
     page.get_by_role("button", name="0.5, 0.25 and 0.001").click()

@@ -26,7 +26,7 @@ def test_the_steps_that_ask_for_a_distance() -> None:
         ("10.4", 0.16, 0),
         ("10.4", 0.02, 2),
         ("10.4", 0.1, None),
-        ("4.2", 0.1, None),
+        ("4.3", 0.1, None),
     ],
 )
 def test_a_distance_decides_between_the_answers(step: str, distance: float, answer: int | None) -> None:

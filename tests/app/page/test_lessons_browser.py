@@ -25,7 +25,7 @@ def at_the_end(run: LessonSession) -> bool:
 def test_a_question_and_its_challenge_by_clicks(house: OpenHouse, page_at: PageAt) -> None:
     opened = house(changed(Settings(), "dm", 0.12))
     page = page_at(1440, 900)
-    session, run = enter(page, opened, "lesson=4&step=3")
+    session, run = enter(page, opened, "lesson=4&step=4")
     walker = Walker(page, session, run, Clicks(page))
     walker.check = accessible
     walked = walker.step()

@@ -350,6 +350,11 @@ def test_what_a_drawn_curve_promises(curve: str, said: str) -> None:
     assert shown(played(f"scene=hold&law=drawn_curve&curve={curve}", 0.1)).endswith(said)
 
 
+def test_a_lever_promises_nothing() -> None:
+    simulation = played("scene=hold&law=lever&lever=0.4", 0.1)
+    assert shown(simulation).endswith("a lever promises nothing: it sees no d")
+
+
 @pytest.mark.parametrize("law", [name for name in tuple(LAWS)[1:] if LAW_TEXTS[name].promise is None])
 def test_a_law_without_the_promise_says_so(law: str) -> None:
     assert shown(played(f"scene=hold&law={law}", 0.1)).endswith("this law does not promise d ≥ dm")

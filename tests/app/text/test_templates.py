@@ -95,7 +95,9 @@ def views() -> Iterator[StepView]:
     lesson, said = nasty_lesson(), LazyText("{words}", words=PLAIN)
     attempt = Attempt(False, (Judgement("a", False, said, 1.0), Judgement("b", True, said, 1.0)), said)
     for i, step in enumerate(lesson.steps):
-        done = StepProgress(choice=0, because=NASTY, hints=2, attempts=2, last=attempt, passed=True)
+        done = StepProgress(
+            choice=None if step.question is None else 0, because=NASTY, hints=2, attempts=2, last=attempt, passed=True
+        )
         if step.challenge is not None and step.challenge.search:
             done.tries = tuple(Try(0.1 * k, 0.1, k == 1) for k in range(4))
         for phase in Phase:
@@ -235,7 +237,7 @@ SURFACES: dict[str, Callable[[], str | Iterator[str]]] = {
     ),
     "page/panels/readout.html": lambda: macros("page/panels/readout.html").error(NASTY, NASTY),
     "page/panels/title_bar.svg": lambda: render("page/panels/title_bar.svg", ink=NASTY, motto=NASTY, brand=NASTY, faint=NASTY),
-    "page/panels/welcome.html": lambda: re.sub("<style>.*?</style>", "", macros("page/panels/welcome.html").card(NASTY)),
+    "page/panels/welcome.html": lambda: re.sub("<style>.*?</style>", "", macros("page/panels/welcome.html").card(NASTY, NASTY)),
     "plots/charts.html": charts,
     "plots/curve_chart.html": drawing,
     "text/document.html": lambda: document_html(NASTY),

@@ -1,0 +1,47 @@
+"""The lever of a visitor who is λ: what the card shows of it, and what the script `contact_lever.js` and the keys do with it."""
+
+from typing import Final
+
+import viser
+
+from app.page.panels.page_panel import PagePanel
+from app.page.view import View
+from app.session.actions import Action, Nudge, SetSetting
+from app.session.frame import Frame
+from app.session.session import Session
+from app.web.control_events import on_entry
+from app.web.viser_internals import uuid_of
+from scenes.laws import LEVER_LAW
+
+NOTCH: Final = 0.1
+"""By how much a key moves it."""
+
+
+class Lever(PagePanel):
+    """A hidden box that the script writes to; ↑ and ↓ move the lever, too, as long as the law is the lever.
+
+    Args:
+        view: with the card that shows it.
+    """
+
+    def __init__(self, client: viser.ClientHandle, session: Session, view: View) -> None:
+        self._session, self._lessons = session, view.lessons
+        box = client.gui.add_slider("", 0.0, 1.0, 0.01, 0.0, visible=False)
+        self._box = on_entry(box, lambda share: session.post(SetSetting("lever", share)))
+        view.lever_box = uuid_of(box)
+
+    def take(self, action: Action) -> bool:
+        """Move the lever by a notch; ← and → of a lesson wait while a hand is at it."""
+        law = self._session.settings.run.law
+        match action:
+            case Nudge(0, up, 0) if up and law.law == LEVER_LAW:
+                self._session.change("lever", min(max(round(law.hand_lever + up * NOTCH, 6), 0.0), 1.0))
+            case Nudge() if law.law == LEVER_LAW and self._lessons.hands_off and not self._session.paused:
+                pass
+            case _:
+                return False
+        return True
+
+    def show(self, frame: Frame) -> None:
+        """Write into the box what was changed elsewhere; an entry of what stands there already would count for nothing."""
+        self._box.value = frame.live.settings.run.law.hand_lever

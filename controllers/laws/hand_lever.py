@@ -1,0 +1,28 @@
+"""A law of which a person's hand is λ: the paper's blend of retreat and pull, with the position of a lever in place of eq. (31)."""
+
+import math
+from dataclasses import dataclass
+
+from controllers.laws.row_law import RowLaw
+
+
+@dataclass(frozen=True)
+class HandLever(RowLaw):
+    """J_d q̇ = λ v − (1 − λ) u with λ from a lever, whatever the distance is.
+
+    Attributes:
+        hand_lever: λ, in [0, 1].
+        nominal_velocity: v [m/s].
+    """
+
+    hand_lever: float
+    nominal_velocity: float
+
+    def activation(self, distance: float) -> float:
+        """Return λ."""
+        return 0.0 if distance == math.inf else self.hand_lever
+
+    def correction(self, distance: float, pull: float, approach: float) -> float:
+        """Return c = λ (v + u) [m/s]."""
+        del approach
+        return self.activation(distance) * (self.nominal_velocity + pull)

@@ -1,0 +1,104 @@
+"""A visitor who is λ, in a real browser: from the first page, by mouse, finger and keys, against the paper's law."""
+
+from playwright.sync_api import Page, expect
+
+from app.hosting.private_host import PrivateHost
+from app.lessons.bookmark import Phase
+from app.session.frame import freeze
+from scenes.history import COLUMN
+from scenes.laws import LEVER_LAW
+from tests.app.conftest import OpenHouse, ask, live_sessions
+from tests.app.page.by_hand import run_on, visit
+from tests.browser import PageAt, screenshot, settled_box, until
+
+LEVER = "#duet-contact .lever"
+
+
+def on_lever(page: Page, share: float) -> tuple[float, float]:
+    """Where the lever stands at a share; half of its thumb stays inside at either end."""
+    left, top, wide, high = settled_box(page, page.locator(f"{LEVER} input"))
+    return left + wide / 2, top + 11 + (1.0 - share) * (high - 22)
+
+
+def by_mouse(page: Page, *shares: float) -> None:
+    places = [on_lever(page, share) for share in shares]
+    page.mouse.move(*places[0])
+    page.mouse.down()
+    for place in places[1:]:
+        page.mouse.move(*place, steps=4)
+    page.mouse.up()
+
+
+def by_finger(page: Page, *shares: float) -> None:
+    chrome = page.context.new_cdp_session(page)
+    places = [on_lever(page, share) for share in shares]
+    for kind, (x, y) in (("touchStart", places[0]), *(("touchMove", place) for place in places[1:])):
+        chrome.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": x, "y": y}]})
+    chrome.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+
+
+def test_be_lambda_yourself(house: OpenHouse, page_at: PageAt) -> None:
+    page, opened = page_at(1440, 900, newcomer=True), house()
+    session = visit(page, opened, "theme=light")
+    assert isinstance(opened.host, PrivateHost)
+    run = opened.host.visitors[max(live_sessions(opened))].lessons
+    share = lambda: ask(session, lambda one: one.settings.run.law.hand_lever)  # noqa: E731
+    phase = lambda: ask(session, lambda _: run.walk.phase)  # noqa: E731
+
+    def stands(at: float, how: str, within: float = 0.02) -> None:
+        until(page, lambda: abs(share() - at) <= within, how)
+
+    page.get_by_role("button", name="Be λ yourself").click()
+    slider = page.get_by_role("slider", name="λ: your lever")
+    slider.wait_for()
+    assert ask(session, lambda one: (one.settings.run.law.law, one.paused)) == (LEVER_LAW, True)
+    screenshot(page, "lever-begins")
+    page.get_by_role("button", name="Run", exact=True).click()
+    # The first attack meets an arm that does not give way at all.
+    until(page, lambda: ask(session, lambda one: one.simulation.sample().distance) < 0.0, "a touch")
+    page.keyboard.press("ArrowUp")
+    stands(0.1, "a key while a button has the focus", 1e-9)
+    by_mouse(page, 0.1, 0.4, 0.6)
+    stands(0.6, "by mouse")
+    before = share()
+    page.keyboard.press("ArrowDown")
+    stands(before - 0.1, "the keys of the page go on after a drag", 1e-9)
+    until(page, lambda: abs(float(slider.input_value()) / 100.0 - share()) < 0.006, "the lever follows the keys")
+    slider.focus()
+    page.keyboard.press("ArrowUp")
+    stands(before, "by its own keys")
+    by_finger(page, before, 0.9)
+    stands(0.9, "by a finger")
+    slider.blur()
+    page.keyboard.press("ArrowRight")
+    run_on(page, session, 1.0)
+    assert phase() is Phase.DO, "a slip of the finger ends no game"
+    assert ask(session, lambda one: freeze(one, 0.0).ghost) is None
+    screenshot(page, "lever-plays")
+
+    page.get_by_role("button", name="Skip the run").click()
+    until(page, lambda: phase() is Phase.OBSERVE, "the end of the run")
+    page.locator(".duet-lesson .duet-chart path").nth(3).wait_for(state="attached")
+    page.locator(".duet-lesson .duet-caption").get_by_text("Smooth priority (paper)").wait_for()
+    table = ask(session, lambda one: one.simulation.history.table())
+    lams, nearest = set(table[:, COLUMN["lambda"]]), float(table[table[:, COLUMN["d"]].argmin(), COLUMN["t"]])
+    assert {0.0, 0.1} < lams and len(lams) > 4
+
+    def shown() -> float:
+        replay = ask(session, lambda one: one.player and one.player.replay)
+        return float("nan") if replay is None else replay.time
+
+    assert nearest < 38.0, "farther back than the plots show"
+    until(page, lambda: abs(shown() - nearest) < 0.1, "the moment of the smallest distance")
+    expect(slider).to_be_disabled(timeout=60_000)
+    screenshot(page, "lever-over")
+
+    page.set_viewport_size({"width": 390, "height": 844})
+
+    def free() -> bool:
+        lever, card = page.locator(LEVER).bounding_box(), page.locator("#duet-contact > [role=img]").bounding_box()
+        inside = lever is not None and lever["x"] >= 0.0 and lever["x"] + lever["width"] <= 390.0
+        return inside and card is not None and lever["y"] >= card["y"] + card["height"]
+
+    until(page, free, "on a phone below the card")
+    screenshot(page, "lever-phone")
