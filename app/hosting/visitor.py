@@ -90,7 +90,9 @@ class Visitor:
             self.view.show(freeze(self.session, perf_counter()))
             yield
             set_language(self.language)
-            self.operation = Operation(client, self.session, self.view, whole=self.query.get(PANEL) != "small", invites=self._invites)
+            self.operation = Operation(
+                client, self.session, self.view, whole=self.query.get(PANEL) != "small", invites=self._invites
+            )
             self._greet()
             yield
             set_language(self.language)
