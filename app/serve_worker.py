@@ -108,7 +108,7 @@ def _obey(app: App, pipe: MessagePipe, link: WorkerLink) -> bool:
                 app.server.elsewhere = count
             case messages.Relayed(content):
                 link.put(content)
-            case messages.Replaced() | messages.MakeRoom():
+            case messages.Replaced() | messages.MakeRoom() | messages.Invited():
                 link.put(message)
             case _:
                 logging.getLogger("duet.worker").error("the dispatcher says %r", message)

@@ -175,12 +175,15 @@ PANEL: Final = "panel"
 EMBED: Final = "embed"
 """Key of a page in a frame of another page, which shows few things; see `embed.js`."""
 
+GUEST: Final = "guest"
+"""Key of a link to the session of somebody else, to hold an arm there."""
+
 ATTACK: Final = "attack"
 """Key of a link that replays a run which breaks the promise, or comes near it; see `scenes.counterexample`."""
 
 FOREIGN_KEYS = frozenset(
     {"window", "folder", "websocket", "playbackPath", "darkMode", "key", "logCamera", "fixedDpr", "forceOrbitOriginTool"}
-    | {"resume", WHOLE, ALONE, ATTACK, MOTION, PANEL, EMBED}
+    | {"resume", WHOLE, ALONE, GUEST, ATTACK, MOTION, PANEL, EMBED}
     | STEP_KEYS
 )
 """Keys of a link that are not settings: viser's own, the key of a lecture, the size of the window, the folder that a proxy has

@@ -32,6 +32,7 @@ class Experiment:
         obstacle, moves, follows: see `Obstacle`, `Moved` and `Followed`.
         reads: keys of settings that have an effect in some experiments only, and in this one.
         both_avoid: whether both arms keep clear in the paper.
+        for_two: whether a second person can hold the arm that keeps its place.
         maps: whether distance and error are mapped over n and v, see `scenes.sweep`.
     """
 
@@ -44,6 +45,7 @@ class Experiment:
     follows: Followed
     reads: tuple[str, ...]
     both_avoid: bool = False
+    for_two: bool = False
     maps: bool = False
 
     @property
@@ -78,7 +80,7 @@ EXPERIMENTS: Final[dict[str, Experiment]] = {
         ),
         Experiment(
             HOLD, "Hold (Fig. 5)", "hold", "two_arms:Hold", "arm", "arm", "nothing",
-            ("robot", "rig", "guided", "task", "start"), maps=True,
+            ("robot", "rig", "guided", "task", "start"), for_two=True, maps=True,
         ),
         Experiment(
             MASTER_SLAVE, "Master and slave (Fig. 6)", "master and slave", "two_arms:MasterSlave", "arm", "arm", "arm",

@@ -19,7 +19,7 @@ from controllers.kinematics import Array
 from scenes.files import read_file
 from scenes.inputs import Recorded, RecordedPerson, Stretch
 from scenes.law_answers import LawAnswers
-from scenes.packing import ANGLES, BALL, HAND, JOINTS, LINK, ROTATION, TURNED, WIDTHS, PackedTargets
+from scenes.packing import ANGLES, BALL, HAND, JOINTS, LINK, PARTS, ROTATION, TURNED, WIDTH, WIDTHS, PackedTargets
 from scenes.recording import REACH, inputs_from
 from scenes.roles import TargetSource
 from scenes.room import room_of
@@ -198,8 +198,8 @@ def _recorded(arrays: dict[str, np.ndarray]) -> Recorded:
     _check(1 <= len(lengths) <= MOST_STRETCHES and (lengths > 0).all(), "has an impossible number of stretches")
     settings = _settings(about, len(lengths))
     arms = room_of(settings[0]).arms
-    pulled = next((arm for arm in arms if arm.name == settings[0].guided), arms[0]).joints
-    targets = _targets(arrays, int(lengths.astype(np.uint64).sum()), pulled.stop - pulled.start)
+    links = [arm.joints.stop - arm.joints.start for arm in sorted(arms, key=lambda arm: arm.name != settings[0].guided)]
+    targets = _targets(arrays, int(lengths.astype(np.uint64).sum()), links)
     snapshot = _snapshot(about, arrays, settings[0])
     stretches: list[Stretch] = []
     first = 0
@@ -259,8 +259,8 @@ def _settings(about: dict[str, Any], stretches: int) -> list[RunSettings]:
     return found
 
 
-def _targets(arrays: dict[str, np.ndarray], count: int, joints: int) -> PackedTargets:
-    """Return the checked targets. `count`: of different ones; `joints`: of the arm that is pulled."""
+def _targets(arrays: dict[str, np.ndarray], count: int, links: list[int]) -> PackedTargets:
+    """Return the checked targets. `count`: of different ones; `links`: of every arm, that of the guided one first."""
     codes, counts, numbers = arrays["codes"], arrays["counts"], arrays["numbers"]
     _check((codes.dtype, counts.dtype, numbers.dtype) == (np.uint8, np.uint32, np.float64), "has targets of the wrong type")
     _check(codes.shape == counts.shape == (count,) and numbers.ndim == 1, "has targets of the wrong number")
@@ -270,6 +270,12 @@ def _targets(arrays: dict[str, np.ndarray], count: int, joints: int) -> PackedTa
     offsets = targets.offsets
     _check(len(numbers) == int(offsets[-1]) + WIDTHS[int(codes[-1])], "has targets with missing numbers")
     _check(np.isfinite(numbers).all(), "has targets that are not finite")
+
+    # From here on the targets of two people are looked at one by one, those of the second person last.
+    parts = PARTS[codes]
+    codes = parts.T.ravel()
+    offsets = np.concatenate([offsets, offsets + WIDTH[parts[:, 0]]])
+    of_second = np.arange(len(codes)) >= count
 
     def checked(which: np.ndarray, width: int, fine: Callable[[Array], Any], what: str, begin: int = 0) -> None:
         rows = numbers[offsets[which][:, None] + np.arange(begin, begin + width)]
@@ -284,9 +290,10 @@ def _targets(arrays: dict[str, np.ndarray], count: int, joints: int) -> PackedTa
         if HAND <= code < BALL and WIDTHS[code] in (6, 15):
             checked(codes == code, 3, lambda rows: (np.abs(rows) <= REACH).all(), near, begin=WIDTHS[code] - 3)
         elif code == LINK:
-            checked(
-                codes == code, 1, lambda rows: np.isin(rows, range(1, joints + 1)).all(), LazyText("pulls a link that no arm has")
-            )
+            for which, most in zip((~of_second, of_second), (links[0], links[-1]), strict=True):
+                known = range(1, most + 1)
+                fault = LazyText("pulls a link that no arm has")
+                checked((codes == code) & which, 1, lambda rows, known=known: np.isin(rows, known).all(), fault)
             checked(codes == code, 6, lambda rows: (np.abs(rows) <= REACH).all(), near, begin=1)
         elif code == ANGLES or code > JOINTS:
             turns = LazyText("has an angle beyond two turns")

@@ -1,12 +1,13 @@
 """Targets as numbers, to the last bit: a kind, how often, and what it consists of."""
 
 from collections.abc import Iterator
-from typing import Final, NamedTuple
+from itertools import product
+from typing import Final, NamedTuple, cast
 
 import numpy as np
 
 from controllers.kinematics import Array
-from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, LinkTarget, Target
+from scenes.targets import AnglesTarget, BallTarget, HandTarget, HeldTarget, JointTarget, LinkTarget, PairTarget, Target
 
 NOTHING: Final = 0
 HAND: Final = 1
@@ -24,6 +25,8 @@ JOINTS: Final = 64
 """Plus the number of joints."""
 
 MOST_JOINTS: Final = 32
+PAIR: Final = 128
+"""Plus the place in `PAIRS`."""
 
 _HANDS: Final = {
     HAND + turn + elbow: 3 + (9 if turn else 0) + (3 if elbow else 0) for turn in (0, ROTATION, TURNED) for elbow in (0, ELBOW)
@@ -39,9 +42,16 @@ WIDTHS: Final[dict[int, int]] = {
 }
 """Code of a kind of target → how many numbers it has."""
 
-_WIDTH: Final = np.zeros(256, np.int64)
-for _code, _numbers in WIDTHS.items():
-    _WIDTH[_code] = _numbers
+PAIRS: Final = dict(enumerate(product((NOTHING, LINK, *sorted(_HANDS)), (LINK, *sorted(_HANDS))), start=PAIR))
+"""Code of a pair → the codes of its two targets; the numbers of the second follow those of the first."""
+WIDTHS.update({code: WIDTHS[first] + WIDTHS[second] for code, (first, second) in PAIRS.items()})
+_PAIR_OF: Final = {kinds: code for code, kinds in PAIRS.items()}
+
+PARTS: Final = np.array([PAIRS.get(code, (code, NOTHING)) for code in range(256)], np.uint8)
+"""Code → those of the one or two targets of which it consists (256, 2)."""
+
+WIDTH: Final = np.array([WIDTHS.get(code, 0) for code in range(256)], np.int64)
+"""The same as `WIDTHS` (256,), 0 for what is no code."""
 
 
 class PackedTargets(NamedTuple):
@@ -65,7 +75,7 @@ class PackedTargets(NamedTuple):
     @property
     def offsets(self) -> np.ndarray:
         """Where each target's numbers begin (k,)."""
-        widths = _WIDTH[self.codes]
+        widths = WIDTH[self.codes]
         return np.cumsum(widths) - widths
 
     def runs(self) -> Iterator[tuple[Target | None, int]]:
@@ -113,6 +123,9 @@ def encoded(target: Target | None) -> tuple[int, bytes]:
         return BALL, np.asarray(target.position, np.float64).tobytes()
     if isinstance(target, LinkTarget):
         return LINK, np.array([target.joint, *target.offset, *target.position], np.float64).tobytes()
+    if isinstance(target, PairTarget):
+        (first, numbers), (second, more) = encoded(target.first), encoded(target.second)
+        return _PAIR_OF[first, second], numbers + more
     positions = np.asarray(target.positions, np.float64)
     return JOINTS + len(positions), positions.tobytes()
 
@@ -129,6 +142,10 @@ def decoded(code: int, numbers: Array) -> Target | None:
         return BallTarget(numbers)
     if code == LINK:
         return LinkTarget(int(numbers[0]), numbers[1:4], numbers[4:])
+    if code in PAIRS:
+        first, second = PAIRS[code]
+        held = decoded(first, numbers[: WIDTHS[first]]), decoded(second, numbers[WIDTHS[first] :])
+        return PairTarget(*cast(tuple[HeldTarget | None, HeldTarget], held))
     if code > JOINTS:
         return JointTarget(numbers)
     rotation = elbow = None

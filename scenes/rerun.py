@@ -4,7 +4,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
-from typing import Any, Final
+from typing import Any, Final, cast
 
 import pinocchio as pin
 
@@ -18,7 +18,7 @@ from scenes.law_answers import ReplayedLaw
 from scenes.setting_spec import Spec
 from scenes.settings import HardwareSettings, LawSettings, RunSettings, changed, specs
 from scenes.simulation import Simulation
-from scenes.targets import AnglesTarget, HandTarget, LinkTarget, Target
+from scenes.targets import AnglesTarget, HandTarget, HeldTarget, LinkTarget, PairTarget, Target
 
 FIXED: Final = frozenset({"scene", "rig", "robot", "guided", "path", "point", "dt"})
 """Settings that cannot be changed for a recorded piece of a run: they decide on the room, the roles and the clock."""
@@ -262,6 +262,9 @@ def _kind(target: Target | None) -> object:
 
 def between(first: Target | None, second: Target | None, share: float) -> Target | None:
     """Return the target a share of the way from one to another of its kind; the first one if they are of different kinds."""
+    if isinstance(first, PairTarget) and isinstance(second, PairTarget):
+        of_first, of_second = between(first.first, second.first, share), between(first.second, second.second, share)
+        return PairTarget(cast(HeldTarget | None, of_first), cast(HeldTarget, of_second))
     if first is second or first is None or second is None or first[0] is None or _kind(first) != _kind(second):
         return first
     if isinstance(first, HandTarget):
@@ -275,6 +278,7 @@ def between(first: Target | None, second: Target | None, share: float) -> Target
     if isinstance(first, LinkTarget):
         assert isinstance(second, LinkTarget)
         return first._replace(position=_part(first.position, second.position, share))
+    assert not isinstance(first, PairTarget)
     # All others consist of one array.
     return type(first)(_part(first[0], second[0], share))  # pyright: ignore[reportArgumentType]
 

@@ -57,7 +57,23 @@ class AnglesTarget(NamedTuple):
     angles: Array | None
 
 
-Target = HandTarget | JointTarget | LinkTarget | BallTarget | AnglesTarget
+HeldTarget = HandTarget | LinkTarget
+"""What either of two people may want of the arm that they hold."""
+
+
+class PairTarget(NamedTuple):
+    """Where two people want one arm each.
+
+    Attributes:
+        first: of the one who has the guided arm; None while they hold nothing.
+        second: of the one who has the arm that keeps its place.
+    """
+
+    first: HeldTarget | None
+    second: HeldTarget
+
+
+Target = HandTarget | JointTarget | LinkTarget | BallTarget | AnglesTarget | PairTarget
 
 
 def quintic(s: float) -> tuple[float, float]:

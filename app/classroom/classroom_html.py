@@ -4,7 +4,6 @@ from typing import Final
 
 from markupsafe import Markup
 
-from app.classroom.address import Address, qr_svg
 from app.classroom.ballots import VoterCount
 from app.classroom.classroom import Classroom, Poll
 from app.export.tally_html import cloud_html, switches_text, tie_text
@@ -15,6 +14,7 @@ from app.page.lessons.lesson_html import drawing_verdict_html
 from app.page.panels.server_load import load_pills
 from app.plots.curve_chart import Curve
 from app.text.templates import element, macros
+from app.web.address import Address, qr_svg
 
 FOLLOWING: Final = N_("You follow the teacher: everybody sees this stage.")
 EXPLORING: Final = N_("Explore freely: this is your own session, and its settings are kept for the next time.")

@@ -7,7 +7,6 @@ from time import time
 
 import viser
 
-from app.classroom.address import Address
 from app.classroom.breakout_sessions import BreakoutSessions, BreakoutWorkers
 from app.classroom.classroom import Classroom
 from app.classroom.leader import Leader
@@ -29,6 +28,7 @@ from app.runtime.throttled_log import ThrottledLog
 from app.session.frame import Frame, make_frame
 from app.session.session import Session
 from app.settings import Look
+from app.web.address import Address
 from app.web.audiences import SCREEN, Audiences
 
 log = logging.getLogger("duet.lecture")

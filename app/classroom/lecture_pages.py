@@ -4,7 +4,6 @@ from collections.abc import Iterator
 
 import viser
 
-from app.classroom.address import Address, find_address
 from app.classroom.class_downloads import ClassDownloads, Summaries
 from app.classroom.classroom import Classroom
 from app.classroom.overlays import Invitation
@@ -25,6 +24,7 @@ from app.page.panels.hotkeys import CLICKER_KEYS
 from app.page.panels.teachers_tab import name_mistake
 from app.session.session import Session
 from app.settings import ALONE, LOOKS, Language, from_query
+from app.web.address import Address, find_address
 from app.web.audiences import Audience, Audiences
 from app.web.request import browser_language, request_address
 from scenes.settings import values

@@ -4,7 +4,6 @@ import contextlib
 
 import viser
 
-from app.classroom.address import Address
 from app.classroom.classroom import Poll
 from app.classroom.classroom_html import overlay_html
 from app.classroom.presenter import Presenter
@@ -13,6 +12,7 @@ from app.lessons.lesson import LessonBook
 from app.lessons.session.lesson_session import LessonSession
 from app.page.view import View
 from app.text.templates import element
+from app.web.address import Address
 
 
 class Invitation:

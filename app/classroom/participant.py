@@ -4,7 +4,6 @@ import contextlib
 
 import viser
 
-from app.classroom.address import Address
 from app.classroom.class_messages import Progressed, StudentPosts
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.classroom_html import EXPLORING, FOLLOWING, HALTED, NAMELESS, WATCHING
@@ -19,6 +18,7 @@ from app.i18n.speaking import tr
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.tally import Ballot
 from app.page.view import View
+from app.web.address import Address
 from app.web.audiences import SCREEN, Audience
 from app.web.request import request_query
 

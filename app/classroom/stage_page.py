@@ -4,7 +4,6 @@ from collections.abc import Callable
 
 import viser
 
-from app.classroom.address import Address
 from app.classroom.classroom import Poll
 from app.classroom.classroom_html import poll_html, tied_html
 from app.classroom.overlays import ScreenView
@@ -18,6 +17,7 @@ from app.page.view import View
 from app.session.frame import Frame
 from app.session.session import Session
 from app.settings import Language, Look
+from app.web.address import Address
 from app.web.audiences import Audience
 
 

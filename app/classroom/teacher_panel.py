@@ -5,7 +5,6 @@ from typing import Final, Literal
 
 import viser
 
-from app.classroom.address import Address
 from app.classroom.class_downloads import ClassDownloads
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.classroom_html import heads_html, join_html, poll_html, voters_html
@@ -17,6 +16,7 @@ from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.hotkeys import PRESENTER_KEYS
 from app.page.panels.teachers_tab import ORDER, NotesView
 from app.settings import PageSettings
+from app.web.address import Address
 from app.web.control_events import on_command, on_press
 from app.web.viser_internals import HotkeyKey
 

@@ -219,7 +219,7 @@ def _announce(command: Serve, key: str | None, port: int, places: int) -> None:
     # The output of a service is its log: it has no key but the one that only it can tell.
     print(f"Duet is at {link if made or not key else link.partition('=')[0] + '=KEY'}   (Ctrl+C ends it)", flush=True)
     if command.lecture:
-        from app.classroom.address import find_address
+        from app.web.address import find_address
 
         print(f"The class opens {find_address('', command.host, port).url}", flush=True)
     if command.sessions == "auto":

@@ -32,14 +32,16 @@ GLANCE: Final = 0.05
 MOST_UNREAD, MOST_OF_ADDRESS, MOST_OF_TAB = 300, 150, 8
 """Connections at once without a whole head: in all, from one address, and of one tab; the oldest makes room."""
 
-_TAB: Final = re.compile(rb"^[A-Z]+ [^ ]*[?&]resume=([a-z0-9]{16,64})(?:[&# ]|$)")
+_WORD: Final = {
+    key: re.compile(rb"^[A-Z]+ [^ ]*[?&]" + key.encode() + rb"=([a-z0-9]{16,64})(?:[&# ]|$)") for key in ("resume", "guest")
+}
 _REQUEST: Final = re.compile(rb"[A-Z-]+ [^ ]+ HTTP/1\.1\r?")
 _END: Final = re.compile(rb"\n\r?\n")
 
 
-def tab_of(line: bytes) -> str:
-    """Return the id of the tab in the first line of a request; "" for none."""
-    found = _TAB.match(line)
+def tab_of(line: bytes, key: str = "resume") -> str:
+    """Return the id of the tab in the first line of a request, or, with the key "guest", the word of an invitation; "" for none."""
+    found = _WORD[key].match(line)
     return found[1].decode() if found else ""
 
 
@@ -154,7 +156,7 @@ class Dispatcher:
             return
         address = self._unread.pop(connection).address
         self._unread_queue.leave(connection)
-        self._group.worker_of(tab).take(connection, monotonic(), address, tab)
+        self._group.worker_of(tab, tab_of(line, "guest")).take(connection, monotonic(), address, tab)
 
     def _forget(self, connection: socket.socket) -> None:
         with suppress(KeyError):

@@ -6,15 +6,16 @@ import viser
 
 from app.hosting.admission import Admission, Connections, Pieces
 from app.hosting.app_context import AppContext
+from app.hosting.guest import Guest
 from app.hosting.teacher_key import is_mistaken, is_teacher
 from app.hosting.visitor import Visitor, open_visitor
 from app.hosting.visitor_record import same_tab, tab_id
-from app.hosting.worker_messages import MakeRoom, WorkerLink
+from app.hosting.worker_messages import Invited, MakeRoom, WorkerLink
 from app.page.panels.teachers_tab import TeachersTab, name_mistake
 from app.page.view import View
 from app.runtime.throttled_log import ThrottledLog
 from app.session.session import Session
-from app.settings import from_query
+from app.settings import GUEST, from_query
 from app.web.audiences import send_elsewhere
 from app.web.request import request_query
 
@@ -28,6 +29,8 @@ class PrivateHost:
         self._context = context
         self.visitors: dict[int, Visitor] = {}
         self._notes: dict[int, tuple[View, TeachersTab]] = {}
+        self._guests: dict[int, Guest] = {}
+        self._announced: set[str] = set()
         self._errors = ThrottledLog(log)
         self.admission = Admission(self._admit, lambda _: log.exception("a visitor's page could not be built"))
         self.connections = Connections(context.server, context.wake)
@@ -55,16 +58,19 @@ class PrivateHost:
             self.admission.leave(client_id)
             self._notes.pop(client_id, None)
             self._errors.forget(client_id)
+            if client_id in self._guests:
+                self._guests.pop(client_id).leave()
             if client_id in self.visitors:
                 self.visitors.pop(client_id).leave()
         for client in arrivals:
             self.admission.come(client)
         if self._context.link is not None:
-            self._make_room(self._context.link)
+            self._listen(self._context.link)
         self._context.server.max_clients = self._context.workload.places
         self.admission.advance()
         if self.admission.busy:
             self._context.wake()
+        self._bring_guests()
         for client_id, visitor in list(self.visitors.items()):
             try:
                 visitor.frame(now, elapsed)
@@ -74,18 +80,58 @@ class PrivateHost:
                 if client_id in self._context.server.get_clients():
                     self._errors.exception("a frame of a visitor's page failed", error, client_id)
 
-    def _make_room(self, link: WorkerLink) -> None:
-        """Send tabs that wait for their pages to another worker, once there is one with more room."""
+    def _listen(self, link: WorkerLink) -> None:
+        """Send guests to their host, and tabs that wait for their pages to another worker, once there is one with more room."""
         for message in link.received():
-            if isinstance(message, MakeRoom):
+            if isinstance(message, Invited):
+                for guest in self._guests.values():
+                    if guest.word == message.word:
+                        guest.come_again()
+            elif isinstance(message, MakeRoom):
                 too_many = self._context.server.count_clients() - message.share
-                for client in self.admission.send_on(too_many, lambda one: not self._context.store.alone_has(request_query(one))):
+                for client in self.admission.send_on(too_many, self._may_go):
                     link.let_go(tab_id(request_query(client)) or "")
                     send_elsewhere(self._context.server, client)
+
+    @property
+    def _hosts(self) -> dict[str, Visitor]:
+        """The visitors who have invited somebody, by the word of the invitation."""
+        return {one.session.invitation: one for one in self.visitors.values() if one.session.invitation and not one.superseded}
+
+    def _bring_guests(self) -> None:
+        """Bring every guest to their host; other processes send those of this one here."""
+        hosts = self._hosts
+        for visitor in self.visitors.values():
+            visitor.guest = None
+        for guest in self._guests.values():
+            host = hosts.get(guest.word)
+            if guest.follow(None if host is None else (host.session, host.lessons)) and host is not None:
+                host.guest = guest
+        if self._context.link is not None:
+            for word in hosts.keys() - self._announced:
+                self._announced.add(word)
+                self._context.link.invite(word)
+
+    def _admit_guest(self, client: viser.ClientHandle) -> Pieces:
+        guest = Guest(self._context, client)
+        host = self._hosts.get(guest.word)
+        try:
+            yield from guest.build(None if host is None else (host.session, host.lessons))
+        except BaseException:
+            guest.leave()
+            raise
+        self._guests[client.client_id] = guest
+
+    def _may_go(self, client: viser.ClientHandle) -> bool:
+        query = request_query(client)
+        return GUEST not in query and not self._context.store.alone_has(query)
 
     def _admit(self, client: viser.ClientHandle) -> Pieces:
         """Build a visitor's page piece by piece; it is drawn once it is whole."""
         context, query = self._context, request_query(client)
+        if GUEST in query:
+            yield from self._admit_guest(client)
+            return
         settings, problems = from_query(query, context.options.settings)
         # The tab's earlier connection may not have been noticed to be gone, or the tab was doubled and keeps a session of its own.
         before = [one for one in self.visitors.values() if tab_id(query) is not None and tab_id(one.query) == tab_id(query)]
@@ -94,7 +140,7 @@ class PrivateHost:
         record = yield from context.store.recall(query)
         if record is not None and record.state is not None and same_tab(record.query, query):
             settings = record.settings
-        visitor = yield from open_visitor(context, client, settings, problems, record, welcomes=True)
+        visitor = yield from open_visitor(context, client, settings, problems, record, private=True)
         for one in before:
             one.superseded = True
         before = [one for one in before if same_tab(one.query, query)]

@@ -11,6 +11,7 @@ import viser
 from app.hosting.admission import Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.frame_loop import Attention
+from app.hosting.guest import Guest
 from app.hosting.visitor_record import VisitorRecord, lesson_link, same_tab, tab_id
 from app.i18n.reader_language import language_of
 from app.i18n.speaking import set_language
@@ -39,12 +40,13 @@ class Visitor:
 
     Args:
         problems: what is wrong with the visitor's link.
-        welcomes: whether a newcomer is greeted.
+        private: whether this is no student's session: newcomers are greeted, and a second person can be invited.
         parked: the visitor's own session and lessons, claimed from the store; None for new ones.
 
     Attributes:
         is_back: whether the session was claimed from the store.
         superseded: whether the same tab has connected again meanwhile.
+        guest: who holds the other arm now; None for nobody.
     """
 
     def __init__(
@@ -55,16 +57,20 @@ class Visitor:
         problems: tuple[str, ...] = (),
         record: VisitorRecord | None = None,
         parked: tuple[Session, LessonSession] | None = None,
-        welcomes: bool = False,
+        private: bool = False,
     ) -> None:
         self._context, self._problems, self._record = context, problems, record
         self.client, self.query = client, request_query(client)
-        self._welcomes = welcomes and parked is None and record is None and is_for_newcomers(self.query)
+        self._invites = private
+        self.guest: Guest | None = None
+        self._welcomes = private and parked is None and record is None and is_for_newcomers(self.query)
         self._welcome: Welcome | None = None
         self.is_back, self.superseded = parked is not None, False
         self._saved_at, self._trouble = -inf, None
         self._attention, self._heard = Attention(), 0
         self.session = parked[0] if parked else Session(settings, context.wake, context.jobs, context.sources)
+        if parked is None and record is not None:
+            self.session.invitation = record.invitation
         self._browser: Language = browser_language(client)
         self.language: Language = language_of(self.session.settings, self._browser)
         set_language(self.language)
@@ -84,7 +90,9 @@ class Visitor:
             self.view.show(freeze(self.session, perf_counter()))
             yield
             set_language(self.language)
-            self.operation = Operation(client, self.session, self.view, whole=self.query.get(PANEL) != "small")
+            self.operation = Operation(
+                client, self.session, self.view, whole=self.query.get(PANEL) != "small", invites=self._invites
+            )
             self._greet()
             yield
             set_language(self.language)
@@ -119,7 +127,7 @@ class Visitor:
         with self.client.atomic():
             self.client.gui.reset()
             self.view = View(self.client, self.session, lambda: [self.client], self.lessons)
-            self.operation = Operation(self.client, self.session, self.view, whole=self.operation.whole)
+            self.operation = Operation(self.client, self.session, self.view, whole=self.operation.whole, invites=self._invites)
             self._greet()
             self.view.welcome(self.client)
 
@@ -133,8 +141,11 @@ class Visitor:
         Returns:
             Whether there was a frame.
         """
-        workload, page = self._context.workload, self._context.server.page_of(self.client.client_id)
-        hidden, heard = (False, self._heard) if page is None else (page.hidden, page.heard)
+        workload, guest = self._context.workload, self.guest
+        clients = (self.client,) if guest is None else (self.client, guest.client)
+        pages = [page for one in clients if (page := self._context.server.page_of(one.client_id)) is not None]
+        # The run goes on as long as one of two people sees it.
+        hidden, heard = bool(pages) and all(page.hidden for page in pages), sum(page.heard for page in pages)
         stirred, self._heard = self.session.stirred or heard != self._heard, heard
         self.session.halt.set("hidden", hidden)
         if not self._attention.due(now, hidden, self.session.paused, stirred):
@@ -145,6 +156,8 @@ class Visitor:
             self._translate()
         if reread:
             self.operation.notify_lessons(self._context.book)
+        if guest is not None:
+            guest.act()
         frame = make_frame(self.session, self.lessons.decide, now, elapsed, workload.budget)
         workload.drew(self.session.stepping)
         with self.client.atomic():
@@ -154,6 +167,8 @@ class Visitor:
                 self._welcome.show(frame)
             self._keep_record(now)
         self.client.flush()
+        if guest is not None:
+            guest.show(frame)
         self._attention.note(now, frame.state)
         return True
 
@@ -172,7 +187,8 @@ class Visitor:
 
     def save(self) -> None:
         """Keep settings and progress in the store."""
-        record = VisitorRecord(self.query, self.session.settings, self.lessons.saved(), self.session.state())
+        session, saved = self.session, self.lessons.saved()
+        record = VisitorRecord(self.query, session.settings, saved, session.state(), invitation=session.invitation)
         self._context.store.save(record)
 
     def supersede(self) -> None:
@@ -199,14 +215,14 @@ def open_visitor(
     settings: Settings,
     problems: tuple[str, ...] = (),
     record: VisitorRecord | None = None,
-    welcomes: bool = False,
+    private: bool = False,
 ) -> Generator[None, None, Visitor]:
     """Build the page of a visitor who has connected piece by piece, and return the visitor; see `Visitor` for the arguments."""
     query = request_query(client)
     parked = context.store.claim(query)
     visitor: Visitor | None = None
     try:
-        visitor = Visitor(context, client, settings, problems, record, parked, welcomes)
+        visitor = Visitor(context, client, settings, problems, record, parked, private)
         yield
         yield from visitor.build()
     except BaseException:

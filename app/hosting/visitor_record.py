@@ -88,6 +88,7 @@ class VisitorRecord:
         state: where the session was; None if it cannot go on from there.
         room: of the class, where the visitor is the plenary of a lecture.
         last_class: what the class before has left behind, likewise.
+        invitation: the word by which a second person comes; "" where nobody is invited.
     """
 
     query: Mapping[str, str]
@@ -96,6 +97,7 @@ class VisitorRecord:
     state: SessionState | None = None
     room: ClassRecord | None = None
     last_class: ClassSummary | None = None
+    invitation: str = ""
 
 
 _TAB: Final = "\t"

@@ -68,6 +68,7 @@ class WorkerGroup:
         self._next_look = monotonic() + LOOK
         self._short: dict[int, int] = {}
         self._tabs: OrderedDict[str, int] = OrderedDict()
+        self._inviting: OrderedDict[str, int] = OrderedDict()
         self._lecture = start.options.lecture
         self._exploring: dict[str, tuple[int, bytes]] = {}
         self._decided: bytes | None = None
@@ -100,22 +101,20 @@ class WorkerGroup:
 
     # ---- tabs --------------------------------------------------------------------------------------------------------------
 
-    def worker_of(self, tab: str) -> WorkerProcess:
+    def worker_of(self, tab: str, guest: str = "") -> WorkerProcess:
         """Return the worker of a tab: always the same one; a new tab's has the fewest browsers. In a lecture it is that of the plenary,
-        or of the tab's breakout session. `tab`: "" for a request that is not a tab's."""
+        or of the tab's breakout session. `tab`: "" for a request that is not a tab's; `guest`: the word of an invitation, which
+        leads to the worker of the host."""
+        if guest in self._inviting:
+            return self.workers[self._inviting[guest]]
         if self._lecture:
             return self.workers[self._exploring[tab][0] if tab in self._exploring else 0]
         index = self._tabs.pop(tab, None) if tab else None
         if index is None:
             index = self._place()
         if tab:
-            self._remember(tab, index)
+            _remember(self._tabs, tab, index)
         return self.workers[index]
-
-    def _remember(self, tab: str, index: int) -> None:
-        self._tabs[tab] = index
-        if len(self._tabs) > MOST_TABS:
-            self._tabs.popitem(last=False)
 
     def _place(self) -> int:
         """Return the worker for a newcomer: of those that serve, the one with the fewest browsers."""
@@ -161,6 +160,11 @@ class WorkerGroup:
                 worker.send(messages.LoadElsewhere(tuple(one.report for one in self.workers if one is not worker and one.report)))
             case messages.LetGo(tab):
                 self._tabs.pop(tab, None)
+            case messages.Invited(word):
+                _remember(self._inviting, word, self.workers.index(worker))
+                for other in self.workers:
+                    if other is not worker:
+                        other.send(message)
             case messages.StartJobs():
                 self._start_jobs()
             case messages.ToPlenary(content):
@@ -169,7 +173,7 @@ class WorkerGroup:
                 # Where a tab has explored before, its session may be parked.
                 index = self._tabs.pop(tab, None) or self._place_explorer()
                 if index is not None:
-                    self._remember(tab, index)
+                    _remember(self._tabs, tab, index)
                     self._exploring[tab] = index, content
                     self.workers[index].send(messages.Relayed(content))
             case messages.ForAll(content):
@@ -330,3 +334,10 @@ class WorkerGroup:
         for index in [index for index, due in self._due.items() if due <= now]:
             del self._due[index]
             self._begin(index)
+
+
+def _remember(places: OrderedDict[str, int], word: str, index: int) -> None:
+    """Note which worker has a word, and forget the oldest one of too many."""
+    places[word] = index
+    if len(places) > MOST_TABS:
+        places.popitem(last=False)

@@ -78,6 +78,12 @@ class LetGo(NamedTuple):
     tab: str
 
 
+class Invited(NamedTuple):
+    """A worker has somebody who has invited a guest by a word; to a worker, that another one has."""
+
+    word: str
+
+
 class Load(NamedTuple):
     """How busy a worker is, sent every `PULSE`: the fields of its `ServerLoad`."""
 
@@ -154,6 +160,10 @@ class WorkerLink:
     def let_go(self, tab: str) -> None:
         """Treat a tab as a newcomer when it connects again."""
         self._send(LetGo(tab))
+
+    def invite(self, word: str) -> None:
+        """Have the guests of an invitation come to this process."""
+        self._send(Invited(word))
 
     def to_plenary(self, message: object) -> None:
         self._send(ToPlenary(pickle.dumps(message)))

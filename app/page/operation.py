@@ -3,16 +3,16 @@
 from collections.abc import Callable
 from typing import Final, Literal
 
-import numpy as np
 import viser
 
 from app.i18n.speaking import tr
 from app.lessons.lesson import LessonBook
-from app.page.handles.gizmos import NUDGE, SWING, Gizmos, HandHover
+from app.page.handles.gizmos import SWING, Gizmos, HandHover, in_view
 from app.page.lessons.lab_report_box import AskReport, LabReportBox
 from app.page.lessons.lesson_controls import LessonControls
 from app.page.panels.controls import Controls
 from app.page.panels.hotkeys import hotkeys, keys_of
+from app.page.panels.invite import InviteBox
 from app.page.panels.lever import Lever
 from app.page.panels.link_box import LinkBox
 from app.page.panels.page_panel import PagePanel
@@ -47,13 +47,20 @@ class Operation:
         view: what is seen of it.
         presenting: whether a class watches: some keys are the presenter's, and leaving the lessons asks first.
         whole: whether all settings are shown, also while no lesson is open.
+        invites: whether a second person can be invited.
 
     Attributes:
         whole: the same, as the visitor has asked for since.
     """
 
     def __init__(
-        self, client: viser.ClientHandle, session: Session, view: View, presenting: bool = False, whole: bool = True
+        self,
+        client: viser.ClientHandle,
+        session: Session,
+        view: View,
+        presenting: bool = False,
+        whole: bool = True,
+        invites: bool = False,
     ) -> None:
         self.whole, self._presenting = whole, presenting
         self._client, self._session, self._view = client, session, view
@@ -68,7 +75,9 @@ class Operation:
             if self._replay_bar is not None:
                 self._lab = LabReportBox(client.gui, session, view.lessons, view.lesson_panel, self._replay_bar.exports)
         self._panels = [make(client, session, view) for make in PANELS]
-        self._gizmos = Gizmos(client.scene, view.stage, session, view.lessons)
+        if invites:
+            self._panels.append(InviteBox(client, session, self._controls.below_clock))
+        self._gizmos = Gizmos(client.scene, session, lambda: view.stage.yours, lambda: view.lessons.hands_off)
         self._hover = HandHover(client.gui, session)
         self._lesson_controls = LessonControls(
             client, session, view.lessons, view.lesson_panel, self._controls, self.notify, presenting
@@ -105,7 +114,7 @@ class Operation:
             case actions.Toggle(what):
                 self._toggle(what)
             case actions.Nudge():
-                self._gizmos.nudge(self._in_view(action))
+                self._gizmos.nudge(in_view(self._client.camera, action))
             case actions.SwingElbow(sign):
                 self._gizmos.swing(sign * SWING)
             case actions.ShowAll(whole):
@@ -136,16 +145,6 @@ class Operation:
                 session.change("ghost", "frozen" if page.ghost == "off" else "off")
             case "contact":
                 session.change("contact", not page.contact)
-
-    def _in_view(self, nudge: actions.Nudge) -> np.ndarray:
-        """Return a nudge (3,) in the world [m]: across the visitor's view, up, and away from them, along the floor."""
-        camera = self._client.camera
-        forward = np.asarray(camera.look_at, float) - np.asarray(camera.position, float)
-        forward[2] = 0.0
-        length = float(np.linalg.norm(forward))
-        forward = forward / length if length > 1e-9 else np.array([1.0, 0.0, 0.0])
-        across = np.array([forward[1], -forward[0], 0.0])
-        return NUDGE * (nudge.right * across + nudge.up * np.array([0.0, 0.0, 1.0]) + nudge.away * forward)
 
     def _send(self, name: str, content: bytes) -> None:
         self._client.send_file_download(name, content, save_immediately=True)

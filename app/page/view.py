@@ -4,6 +4,7 @@ The controls (`app.page.operation`) are built separately: a lecture shows this t
 """
 
 from collections.abc import Callable
+from functools import partial
 from html import escape
 from time import perf_counter
 from typing import Final
@@ -23,13 +24,14 @@ from app.page.lessons.lesson_panel import NARROW_WIDTH, WIDTH, LessonPanel
 from app.page.page_assets import style_sheet
 from app.page.panels.contact_card import CardWords, ContactCard, lever_words
 from app.page.panels.plots_panel import Plots
-from app.page.panels.readout import Readout
+from app.page.panels.readout import Readout, tip_text
 from app.page.panels.replay_bar import replay_style
 from app.page.panels.shown_moment import moment_html
 from app.page.panels.title_bar import titlebar
 from app.page.picture_size import LOW_CANVAS, FreePicture, PictureReport, canvas_size, free_picture
 from app.session.frame import Frame
 from app.session.session import Session
+from app.session.shown import Shown
 from app.settings import Look, PageSettings
 from app.stage.camera_view import AHEAD, view_of
 from app.stage.stage import Stage
@@ -55,6 +57,7 @@ class View:
         look: of the audience in a lecture; None for the look that the session's settings ask for.
         book: the lessons in the reader's language; None for that of `lessons`.
         folds: whether the controls make room for a lesson on a narrow window.
+        tip: returns what the reader can do and watch; None for the visitor's, or the class's.
 
     Attributes:
         bare: whether the page shows the scene without panels, as a projector does.
@@ -70,6 +73,7 @@ class View:
         look: Look | None = None,
         book: LessonBook | None = None,
         folds: bool = True,
+        tip: Callable[[Shown], str] | None = None,
     ) -> None:
         self._host, self._session, self._clients = host, session, clients
         self.lessons = lessons or LessonSession(session, NO_LESSONS)
@@ -81,7 +85,7 @@ class View:
         private = isinstance(host, viser.ClientHandle)
         self._style = gui.add_html(style_sheet(page.profile))
         self._moment = gui.add_html("")
-        self._readout = Readout(gui, private)
+        self._readout = Readout(gui, tip or partial(tip_text, operated=private))
         gui.set_panel_label(scene_label(session.settings.run))
         gui.main_panel.dock_right()
         gui.main_panel.set_width(DOCK_WIDTH * scale(page.profile))
@@ -180,7 +184,7 @@ class View:
         self._cameras = {number: follow for number, follow in self._cameras.items() if number in present}
         self._reports = {number: report for number, report in self._reports.items() if number in present}
         # A view that moves under the mouse would move what is dragged; those who only watch drag nothing.
-        if frame.shown.held is None or not isinstance(self._host, viser.ClientHandle):
+        if (frame.shown.held or self._session.guest_holds) is None or not isinstance(self._host, viser.ClientHandle):
             for number, follow in self._cameras.items():
                 if self._reports[number].take_change():
                     # The visitor has folded or opened the plots, or given the window another size.

@@ -8,7 +8,7 @@ import numpy as np
 
 from app.custom_law.law_limits import LawTimeShare
 from controllers.errors import BadInputFile, BadSetting
-from controllers.kinematics import Array
+from controllers.kinematics import Arm, Array
 from scenes.ball import BALL_ROOM
 from scenes.person.bvh import read_bvh
 from scenes.person.camera import CameraSource
@@ -166,11 +166,12 @@ class InputSource:
         return np.array([one.position for one in wanted if isinstance(one, (HandTarget, BallTarget))]).reshape(-1, 3)
 
 
-def nudged(simulation: Simulation, held: Target | None, way: Array) -> Target | None:
+def nudged(simulation: Simulation, arm: Arm, held: Target | None, way: Array) -> Target | None:
     """Return what the visitor holds after a nudge of the hand, or of the ball; None where there is neither.
 
     Args:
         simulation: the run.
+        arm: that they hold.
         held: what they hold now.
         way: (3,) by how much [m], world.
     """
@@ -181,7 +182,7 @@ def nudged(simulation: Simulation, held: Target | None, way: Array) -> Target | 
         ball = simulation.positions[simulation.room.ball].copy()
         place = ahead(held.position if isinstance(held, BallTarget) else ball, way, ball)
         return BallTarget(np.clip(place, -BALL_ROOM, BALL_ROOM))
-    pose = simulation.kinematics.hand_pose(simulation.guided)
+    pose = simulation.kinematics.hand_pose(arm)
     if not isinstance(held, HandTarget):
         held = HandTarget(pose.translation.copy(), pose.rotation.copy())
     return HandTarget(ahead(held.position, way, pose.translation), held.rotation)

@@ -18,14 +18,14 @@ from app.session.session_state import LASTING, RunState, SessionState, common_pi
 from app.session.student_law import LawStatus, StudentLaw
 from app.session.studies import Who
 from app.settings import Settings
-from controllers.kinematics import Array
+from controllers.kinematics import Arm, Array
 from controllers.laws.situation import Unanswered
 from scenes.inputs import KEEP, InputsLog, Recorded
 from scenes.roles import TargetSource
 from scenes.room import room_of
 from scenes.settings import RunSettings, changed, values
 from scenes.simulation import Simulation
-from scenes.targets import Target
+from scenes.targets import HandTarget, HeldTarget, LinkTarget, PairTarget, Target
 
 
 class Session:
@@ -83,6 +83,12 @@ class Session:
         self.ghost_hidden = False
         """Whether the ghost may not be seen yet: it plays against the visitor."""
         self._input = InputSource()
+        self.invitation = ""
+        """The word of the link to the place of a second person; "" where there is none."""
+        self.guest: object = None
+        """Who has that place now, None for nobody, and …"""
+        self.guest_holds: HeldTarget | None = None
+        """… what they hold, and where."""
         self.simulation.use(self.law.of_run)
         self._ghost.begin(settings, self.simulation)
         if settings.page.what_if:
@@ -202,6 +208,11 @@ class Session:
         return self._input.held
 
     @property
+    def arm(self) -> Arm:
+        """The arm that the visitor holds."""
+        return self.simulation.guided
+
+    @property
     def pace(self) -> Pace:
         """How the clock runs now; where it waits for a law of one's own, the machine is not slow."""
         pace, law = self._clock.pace(self.paused), self.student_law
@@ -247,7 +258,7 @@ class Session:
 
     def nudge(self, way: Array) -> None:
         """Move the place where the person holds the hand, or the ball, by (3,) [m], world. A person's own arms cannot be nudged."""
-        held = nudged(self.simulation, self.held, way)
+        held = nudged(self.simulation, self.arm, self.held, way)
         if held is not None:
             self.hold(held)
 
@@ -323,8 +334,11 @@ class Session:
         self._steps_asked += 1
 
     def target(self) -> Target | None:
-        """Return the active source's target, or None."""
-        return self._input.target(self.simulation, self.settings.page.autopilot)
+        """Return the active source's target, with what a second person holds; None for no change."""
+        target, theirs = self._input.target(self.simulation, self.settings.page.autopilot), self.guest_holds
+        if theirs is None or not self.settings.run.experiment.for_two:
+            return target
+        return PairTarget(target if isinstance(target, (HandTarget, LinkTarget)) else None, theirs)
 
     def way(self, seconds: float) -> Array:
         """Return where the hand, or the ball, will go in the next seconds (k, 3) [m], see `InputSource.way`; (0, 3) if unknown."""

@@ -93,6 +93,8 @@ class Stage:
         self.scene, self._page = scene, page
         self.yours: ArmView | BallView | FigureView | None = None
         """What the visitor can take hold of; another one with every experiment."""
+        self.guests: ArmView | None = None
+        """What a second person can take hold of; None in most experiments."""
         self._room: viser.GlbHandle | None = None
         self._arms: tuple[ArmView, ...] = ()
         self._parts: tuple[StagePart, ...] = ()
@@ -147,10 +149,15 @@ class Stage:
             ArmView(self.scene, f"/arms/{arm.name}", base, "orange" if arm is yours else "silver", fine, made.key)
             for arm, base, made in zip(room.arms, room.bases(), room.robots, strict=True)
         )
-        self.yours = next((view for arm, view in zip(room.arms, self._arms, strict=True) if arm is yours), None)
+        views = {arm.name: view for arm, view in zip(room.arms, self._arms, strict=True)}
+        for_two = simulation.settings.experiment.for_two
+        self.yours = None if yours is None else views[yours.name]
+        self.guests = views[simulation.avoiding.name] if for_two else None
         parts: list[StagePart] = [ContactSkin(self.scene, room, self._arms), ClosestLine(self.scene)]
         if self.yours is not None and moves != "person":
             parts.append(GripMark(self.scene))
+        if self.guests is not None:
+            parts.append(GripMark(self.scene, of_guest=True))
         if simulation.place is not None:
             parts.append(TargetPlace(self.scene))
         moving = len(simulation.way) > 0

@@ -12,7 +12,7 @@ from app.stage.poses import fresh
 from app.stage.stage_part import StagePart
 from app.theme import BRAND, PALETTES, rgb, scale
 from controllers.kinematics import Array
-from scenes.targets import LinkTarget
+from scenes.targets import LinkTarget, PairTarget
 
 AWAY: Final = 0.004
 """From this distance on the line to the hand is drawn [m]."""
@@ -82,15 +82,16 @@ WHITE: Final = (255, 255, 255)
 
 
 class GripMark(StagePart):
-    """Seen while a link is pulled, also in a replay."""
+    """Seen while a link is pulled, also in a replay. `of_guest`: of the arm that a second person holds."""
 
-    def __init__(self, scene: viser.SceneApi) -> None:
-        line = np.zeros((1, 2, 3), np.float32)
-        self._line = scene.add_line_segments("/grip/line", line, BRAND, thickness=2, thickness_units="screen", visible=False)
+    def __init__(self, scene: viser.SceneApi, of_guest: bool = False) -> None:
+        line, name = np.zeros((1, 2, 3), np.float32), "/guest_grip" if of_guest else "/grip"
+        self._of_guest = of_guest
+        self._line = scene.add_line_segments(f"{name}/line", line, BRAND, thickness=2, thickness_units="screen", visible=False)
         self._seen = False
         look = {"subdivisions": 2, "cast_shadow": False, "visible": False}
-        self._point = scene.add_icosphere("/grip/point", radius=0.018, color=WHITE, **look)
-        self._place = scene.add_icosphere("/grip/place", radius=0.009, color=BRAND, **look)
+        self._point = scene.add_icosphere(f"{name}/point", radius=0.018, color=WHITE, **look)
+        self._place = scene.add_icosphere(f"{name}/place", radius=0.009, color=BRAND, **look)
         self.nodes = (self._line, self._point, self._place)
 
     def dress(self, page: PageSettings) -> None:
@@ -99,13 +100,18 @@ class GripMark(StagePart):
     def show(self, frame: Frame) -> None:
         """Draw the pull."""
         target, simulation = frame.target, frame.simulation
+        if isinstance(target, PairTarget):
+            target = target.second if self._of_guest else target.first
+        elif self._of_guest:
+            target = None
         pulled = isinstance(target, LinkTarget)
         if pulled != self._seen:
             self._seen = pulled
             for node in self.nodes:
                 node.visible = pulled
         if isinstance(target, LinkTarget):
-            placement = simulation.kinematics.data.oMi[simulation.guided.joint(target.joint)]
+            arm = simulation.avoiding if self._of_guest else simulation.guided
+            placement = simulation.kinematics.data.oMi[arm.joint(target.joint)]
             point = placement.act(target.offset)
             self._point.position, self._place.position = point, target.position
             self._line.points = np.array([[point, target.position]], np.float32)

@@ -6,7 +6,7 @@ from scenes.guide import Guide
 from scenes.robots import Robot
 from scenes.room import World
 from scenes.settings import RunSettings
-from scenes.targets import HandTarget, JointTarget, LinkTarget, Target
+from scenes.targets import HandTarget, JointTarget, LinkTarget, PairTarget, Target
 
 
 class GuidedTask:
@@ -39,6 +39,7 @@ class GuidedTask:
     def nominal(self, target: Target | None, settings: RunSettings, time: float) -> Array:
         """Return q̇ (n,) of the person's hand on the arm [rad/s]; the array is reused."""
         del time
+        target = target.first if isinstance(target, PairTarget) else target
         wish = target if isinstance(target, (HandTarget, JointTarget, LinkTarget)) else None
         return self._guide.follow(wish, self._positions, settings.dt, settings.hand_speed)
 

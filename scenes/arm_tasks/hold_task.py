@@ -12,7 +12,7 @@ from scenes.arm_tasks.arm_task import Memory
 from scenes.guide import FOLLOW_GAIN, pull, shortened
 from scenes.room import World
 from scenes.settings import RunSettings
-from scenes.targets import HandTarget, JointTarget, LinkTarget, Target
+from scenes.targets import HandTarget, JointTarget, LinkTarget, PairTarget, Target
 
 Path = Callable[[float, Array], tuple[Array, Array]]
 """(time [s], place at the start (3,)) → place (3,) [m] and its velocity (3,) [m/s]."""
@@ -75,16 +75,18 @@ class HoldTask:
                 self._since = time
             self.place, speed = self._path(time - self._since, self._home)
         swing: Array | None = None
-        if self._movable and isinstance(target, LinkTarget):
+        # A second person holds this arm; the first one does only where it is the only arm.
+        target = target.second if isinstance(target, PairTarget) else target if self._movable else None
+        if isinstance(target, LinkTarget):
             swing = self._pulled(target, settings)
-        elif self._movable and isinstance(target, HandTarget):
+        elif isinstance(target, HandTarget):
             self._carry(target, settings)
             if target.elbow is not None:
                 elbow = kinematics.joint_point(arm.elbow)
                 J_elbow = kinematics.point_jacobian(arm, arm.elbow, elbow)
                 way = shortened((target.elbow - elbow) * FOLLOW_GAIN, settings.hand_speed)
                 swing = damped_solution(J_elbow, way, ELBOW_DAMPING)
-        elif self._movable and isinstance(target, JointTarget):
+        elif isinstance(target, JointTarget):
             swing = shortened((target.positions - self._joints) * FOLLOW_GAIN, SELF_MOTION_SPEED)
         pose = self._pose
         gain = settings.gain * settings.overdrive if self._overdriven else settings.gain

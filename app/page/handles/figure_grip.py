@@ -24,7 +24,7 @@ class FigureGrip(Grip):
             if view.parts
         }
         super().__init__((part for part in view.parts.values() if part.name in self._limbs), session)
-        self._view = view
+        self._session, self._view = session, view
         self._figure: Figure | None = None
         self._grasp: Grasp | None = None
 

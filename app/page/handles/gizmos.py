@@ -1,20 +1,21 @@
 """What can be taken hold of on the stage: what is the visitor's, anywhere, and, where they are asked for, arrows and arcs on it."""
 
+from collections.abc import Callable
 from typing import Final, Literal
 
+import numpy as np
 import viser
 
-from app.lessons.session.lesson_session import LessonSession
 from app.page.handles.figure_grip import FigureGrip
 from app.page.handles.grips import ArmGrip, BallGrip
 from app.page.handles.transform_handles import BallHandle, ElbowHandle, HandHandle, swing_elbow, swivel_frame
-from app.session.actions import Drag, Hover
+from app.session.actions import Drag, Hover, Nudge
 from app.session.frame import Frame
+from app.session.second_hand import Holder
 from app.session.session import Session
 from app.stage.arms import ArmView
 from app.stage.ball_view import BallView
 from app.stage.person_figure import FigureView
-from app.stage.stage import Stage
 from app.text.templates import element
 from app.web.control_events import on_entry
 from app.web.viser_internals import uuid_of
@@ -33,19 +34,26 @@ Handle = HandHandle | ElbowHandle | BallHandle
 """A handle that is being dragged is left alone; a free one sits on what it moves, so that it snaps back when it is let go."""
 
 
+Yours = ArmView | BallView | FigureView
+"""What a person can take hold of."""
+
+
 class Gizmos:
-    """Grip and handles of one session, on the scene of the client that has the controls.
+    """Grip and handles of one person, on the scene of their client.
 
     Args:
-        stage: drawn on the same scene.
-        lessons: an open one may move what the visitor would.
+        holder: the person: the visitor, who is the session itself, or a guest.
+        yours: returns what is drawn of it on the same scene; None for nothing.
+        hands_off: returns whether an open lesson moves what the visitor would.
 
     Attributes:
         hovered: whether the pointer rests on the hand or the ball, which then has its arrows.
     """
 
-    def __init__(self, scene: viser.SceneApi, stage: Stage, session: Session, lessons: LessonSession) -> None:
-        self._scene, self._stage, self._session, self._lessons = scene, stage, session, lessons
+    def __init__(
+        self, scene: viser.SceneApi, holder: Holder, yours: Callable[[], Yours | None], hands_off: Callable[[], bool]
+    ) -> None:
+        self._scene, self._holder, self._yours, self._hands_off = scene, holder, yours, hands_off
         self._grip: ArmGrip | BallGrip | FigureGrip | None = None
         self._gripped: object = None
         self._handles: tuple[Handle, ...] = ()
@@ -55,24 +63,24 @@ class Gizmos:
 
     def show(self, frame: Frame) -> None:
         """Put the handles that are not dragged where the arm or the ball is; replace them if the experiment has changed."""
-        session, run = self._session, self._session.settings.run
+        holder, run = self._holder, self._holder.settings.run
         # A replay cannot be taken hold of, and nothing moves a hand that draws a circle.
-        offered = not (frame.replayed or self._lessons.hands_off or run.draws_circle)
-        yours = self._stage.yours if offered else None
+        offered = not (frame.replayed or self._hands_off() or run.draws_circle)
+        yours = self._yours() if offered else None
         if not self._dragged:
             # Arrows that come or go by the pointer alone must not end a pull that has just begun.
-            self._arrows = "all" if session.settings.page.gizmo else "hand" if self.hovered else "none"
-        made = id(session.simulation.room), run.scene, run.guided, offered, self._arrows
+            self._arrows = "all" if holder.settings.page.gizmo else "hand" if self.hovered else "none"
+        made = id(holder.simulation.room), run.scene, run.guided, offered, self._arrows
         if yours is not self._gripped or made != self._made:
             if self._dragged:
                 # What is no longer there cannot be dragged.
-                session.hold(None)
+                holder.hold(None)
             if yours is not self._gripped:
                 self._take_up(yours)
             self._made = made
             for handle in self._handles:
                 handle.remove()
-            self._handles = self._make() if offered else ()
+            self._handles = self._make() if yours is not None else ()
         if self._grip is not None:
             self._grip.show()
         pulled = self._grip is not None and self._grip.dragged
@@ -96,22 +104,22 @@ class Gizmos:
     def _dragged(self) -> bool:
         return (self._grip is not None and self._grip.dragged) or any(handle.dragged for handle in self._handles)
 
-    def _take_up(self, yours: ArmView | BallView | FigureView | None) -> None:
+    def _take_up(self, yours: Yours | None) -> None:
         if self._grip is not None:
-            self._grip.remove(nodes_stay=self._gripped is self._stage.yours)
+            self._grip.remove(nodes_stay=self._gripped is self._yours())
         self._gripped = yours
         match yours:
             case ArmView():
-                self._grip = ArmGrip(yours, self._session)
+                self._grip = ArmGrip(yours, self._holder)
             case BallView():
-                self._grip = BallGrip(yours, self._session)
-            case FigureView():
-                self._grip = FigureGrip(yours, self._session)
-            case None:
+                self._grip = BallGrip(yours, self._holder)
+            case FigureView() if isinstance(self._holder, Session):
+                self._grip = FigureGrip(yours, self._holder)
+            case _:
                 self._grip = None
 
     def _make(self) -> tuple[Handle, ...]:
-        of = self._scene, self._session
+        of = self._scene, self._holder
         match self._gripped, self._arrows:
             case (_, "none") | (FigureView(), _):
                 return ()
@@ -132,12 +140,12 @@ class Gizmos:
     def nudge(self, way: Array) -> None:
         """Move what is yours, a hand or the ball, by (3,) [m]; nothing happens where nothing is."""
         if self._grip is not None:
-            self._session.nudge(way)
+            self._holder.nudge(way)
 
     def swing(self, angle: float) -> None:
         """Swing the elbow of your arm by an angle [rad]; nothing happens where there is none to be swung."""
         if isinstance(self._grip, ArmGrip):
-            swing_elbow(self._session, angle)
+            swing_elbow(self._holder, angle)
 
     def forget_drag(self) -> None:
         """Behave as if everything had been let go; for a reset in mid-drag."""
@@ -147,15 +155,25 @@ class Gizmos:
             handle.forget_drag()
 
 
-class HandHover:
-    """Names the node to the page's script, and posts to the session what the script says."""
+def in_view(camera: viser.CameraHandle, nudge: Nudge) -> Array:
+    """Return a nudge (3,) in the world [m]: across a person's view, up, and away from them, along the floor."""
+    forward = np.asarray(camera.look_at, float) - np.asarray(camera.position, float)
+    forward[2] = 0.0
+    length = float(np.linalg.norm(forward))
+    forward = forward / length if length > 1e-9 else np.array([1.0, 0.0, 0.0])
+    across = np.array([forward[1], -forward[0], 0.0])
+    return NUDGE * (nudge.right * across + nudge.up * np.array([0.0, 0.0, 1.0]) + nudge.away * forward)
 
-    def __init__(self, gui: viser.GuiApi, session: Session) -> None:
+
+class HandHover:
+    """Names the node to the page's script, and posts what the script says."""
+
+    def __init__(self, gui: viser.GuiApi, holder: Holder) -> None:
         box = gui.add_checkbox("", False, visible=False)
         self._id = uuid_of(box)
         self._mark = gui.add_html("", order=-1.0)
         self._node: str | None = None
-        on_entry(box, lambda on: session.post(Hover(on)))
+        on_entry(box, lambda on: holder.post(Hover(on)))
 
     def show(self, node: str) -> None:
         """Watch a node of the scene; "" for none."""

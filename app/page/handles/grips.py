@@ -7,7 +7,7 @@ import numpy as np
 import viser
 
 from app.session.actions import Drag
-from app.session.session import Session
+from app.session.second_hand import Holder
 from app.stage.arms import ArmView
 from app.stage.ball_view import BallView
 from app.stage.poses import checked_point
@@ -22,17 +22,17 @@ class Grip:
 
     Args:
         nodes: what can be taken hold of.
-        session: to which a pull is posted.
+        holder: who pulls, and to whom a pull is posted.
     """
 
-    def __init__(self, nodes: Iterable[GripNode], session: Session) -> None:
-        self._session = session
+    def __init__(self, nodes: Iterable[GripNode], holder: Holder) -> None:
+        self._holder = holder
         self._nodes = {node.name: node for node in nodes}
         self._taken: str | None = None
 
         async def pulled(event: viser.SceneNodeDragEvent[Any]) -> None:
             taken, to = checked_point(event.start_position), checked_point(event.end_position)
-            session.post(Drag(event.target.name, event.phase, to, taken=taken))
+            holder.post(Drag(event.target.name, event.phase, to, taken=taken))
 
         for node in self._nodes.values():
             node.on_drag(pulled)
@@ -88,29 +88,28 @@ class Grip:
 class ArmGrip(Grip):
     """A pull at a link is a pull at the point of it that was taken."""
 
-    def __init__(self, arm: ArmView, session: Session) -> None:
-        super().__init__(arm.links, session)
+    def __init__(self, arm: ArmView, holder: Holder) -> None:
+        super().__init__(arm.links, holder)
         self._joints = {link.name: joint for joint, link in enumerate(arm.links, 1)}
-        self._joint, self._offset = 0, session.simulation.positions[:0]
+        self._joint, self._offset = 0, holder.simulation.positions[:0]
 
     def _take(self, name: str, point: Array) -> None:
-        simulation = self._session.simulation
         self._joint = self._joints[name]
-        placement = simulation.kinematics.data.oMi[simulation.guided.joint(self._joint)]
+        placement = self._holder.simulation.kinematics.data.oMi[self._holder.arm.joint(self._joint)]
         self._offset = placement.actInv(point)
 
     def _pull(self, place: Array) -> None:
-        self._session.hold(LinkTarget(self._joint, self._offset, place))
+        self._holder.hold(LinkTarget(self._joint, self._offset, place))
 
     def _let_go(self) -> None:
-        self._session.hold(None)
+        self._holder.hold(None)
 
 
 class BallGrip(Grip):
     """Takes the ball out of the autopilot's hands, and leaves it where it is let go."""
 
-    def __init__(self, view: BallView, session: Session) -> None:
-        super().__init__((view.ball,), session)
+    def __init__(self, view: BallView, holder: Holder) -> None:
+        super().__init__((view.ball,), holder)
         self._ball, self._offset = view.ball, np.zeros(3)
 
     def _take(self, name: str, point: Array) -> None:
@@ -118,7 +117,7 @@ class BallGrip(Grip):
         self._offset = point - np.asarray(self._ball.position, float)
 
     def _pull(self, place: Array) -> None:
-        self._session.hold(BallTarget(place - self._offset))
+        self._holder.hold(BallTarget(place - self._offset))
 
     def _let_go(self) -> None:
-        self._session.hold(None)
+        self._holder.hold(None)

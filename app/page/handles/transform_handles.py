@@ -9,7 +9,7 @@ import pinocchio as pin
 import viser
 
 from app.session.actions import Drag
-from app.session.session import Session
+from app.session.second_hand import Holder
 from app.stage.poses import checked_pose, fresh, put
 from controllers.kinematics import Array
 from scenes.simulation import Simulation
@@ -28,8 +28,8 @@ class TransformHandle:
         look: further arguments of viser's `add_transform_controls`.
     """
 
-    def __init__(self, scene: viser.SceneApi, session: Session, name: str, size: float, **look: Any) -> None:
-        self._session, self._name, self._size = session, name, size
+    def __init__(self, scene: viser.SceneApi, holder: Holder, name: str, size: float, **look: Any) -> None:
+        self._holder, self._name, self._size = holder, name, size
         self.dragged = False
         """Whether the visitor is dragging it."""
         self._handle = fresh(
@@ -40,7 +40,7 @@ class TransformHandle:
 
         @self._handle.on_update
         async def _(event: viser.TransformControlsEvent) -> None:
-            session.post(Drag(name, event.phase, *checked_pose(event.target.position, event.target.wxyz)))
+            holder.post(Drag(name, event.phase, *checked_pose(event.target.position, event.target.wxyz)))
 
     def drag(self, action: Drag) -> None:
         """Follow a pull at it; nothing happens at a pull at another handle."""
@@ -50,15 +50,15 @@ class TransformHandle:
             target = self._target(action.place, action.turn)
             if target is not None:
                 self.dragged = True
-                self._session.hold(target)
+                self._holder.hold(target)
         elif self.dragged:
             self.dragged = False
-            self._session.hold(None)
+            self._holder.hold(None)
 
     def show(self) -> None:
         """Take the size that goes with who moves, unless it is being dragged: another size would end that."""
         if not self.dragged:
-            self._handle.scale = self._size * (AUTOPILOT_SIZE if self._session.settings.page.autopilot else 1.0)
+            self._handle.scale = self._size * (AUTOPILOT_SIZE if self._holder.settings.page.autopilot else 1.0)
 
     @property
     def visible(self) -> bool:
@@ -88,8 +88,8 @@ FARTHEST_SWING: Final = 0.35
 class HandHandle(TransformHandle):
     """Sits on the hand that one moves, or, where a hand is drawn to its place, on the place."""
 
-    def __init__(self, scene: viser.SceneApi, session: Session) -> None:
-        super().__init__(scene, session, "hand", 0.22)
+    def __init__(self, scene: viser.SceneApi, holder: Holder) -> None:
+        super().__init__(scene, holder, "hand", 0.22)
         self._turns = True
 
     def _target(self, place: Array | None, turn: Array | None) -> HandTarget | None:
@@ -98,20 +98,19 @@ class HandHandle(TransformHandle):
     def show(self) -> None:
         """Put it where it belongs, unless it is being dragged."""
         super().show()
-        simulation = self._session.simulation
-        self._turns = not keeps_place(simulation) or simulation.room.task(simulation.settings) == "pose"
+        self._turns = not keeps_place(self._holder) or _pose_counts(self._holder.simulation)
         self._handle.disable_rotations = not self._turns
         if not self.dragged:
-            place, rotation = wanted_pose(simulation)
+            place, rotation = wanted_pose(self._holder)
             put(self._handle, place, rotation if self._turns else np.eye(3))
 
 
 class ElbowHandle(TransformHandle):
     """An arc about the line from shoulder to wrist; the hand stays where it is."""
 
-    def __init__(self, scene: viser.SceneApi, session: Session) -> None:
+    def __init__(self, scene: viser.SceneApi, holder: Holder) -> None:
         arc = {"disable_axes": True, "active_axes": (False, True, True), "opacity": 0.9}
-        super().__init__(scene, session, "elbow", 0.26, **arc)
+        super().__init__(scene, holder, "elbow", 0.26, **arc)
         self._start: tuple[Array, Array, Array, HandTarget] | None = None
 
     def _target(self, place: Array | None, turn: Array | None) -> HandTarget | None:
@@ -119,10 +118,8 @@ class ElbowHandle(TransformHandle):
         if turn is None:
             return None
         if self._start is None or not self.dragged:
-            simulation = self._session.simulation
-            frame, centre = swivel_frame(simulation)
-            elbow = simulation.kinematics.joint_point(simulation.guided.elbow)
-            self._start = frame, centre, elbow - centre, _hand_kept(simulation)
+            frame, centre = swivel_frame(self._holder)
+            self._start = frame, centre, _elbow(self._holder) - centre, _hand_kept(self._holder)
         frame, centre, out, hand = self._start
         # The handle turns about its own first axis, which is the line from shoulder to wrist.
         angle = pin.log3(turn.dot(frame.T)).dot(frame[:, 0])
@@ -131,53 +128,58 @@ class ElbowHandle(TransformHandle):
     def show(self) -> None:
         """Put it where the elbow is, unless it is being dragged."""
         super().show()
-        simulation = self._session.simulation
         if not self.dragged:
-            frame, _ = swivel_frame(simulation)
-            put(self._handle, simulation.kinematics.joint_point(simulation.guided.elbow), frame)
+            frame, _ = swivel_frame(self._holder)
+            put(self._handle, _elbow(self._holder), frame)
 
 
-def swing_elbow(session: Session, angle: float) -> None:
+def swing_elbow(holder: Holder, angle: float) -> None:
     """Pull the elbow on by an angle [rad], or, where it is not pulled, away from where it is; the hand stays where it is."""
-    simulation = session.simulation
-    frame, centre = swivel_frame(simulation)
-    out = simulation.kinematics.joint_point(simulation.guided.elbow) - centre
-    held = session.held if isinstance(session.held, HandTarget) else None
+    frame, centre = swivel_frame(holder)
+    out = _elbow(holder) - centre
+    held = holder.held if isinstance(holder.held, HandTarget) else None
     ahead = 0.0
     if held is not None and held.elbow is not None:
         there = held.elbow - centre
         ahead = math.atan2(float(frame[:, 0].dot(np.cross(out, there))), float(out.dot(there)))
     turned = min(max(ahead + angle, -FARTHEST_SWING), FARTHEST_SWING)
-    session.hold((held or _hand_kept(simulation))._replace(elbow=centre + pin.exp3(frame[:, 0] * turned).dot(out)))
+    holder.hold((held or _hand_kept(holder))._replace(elbow=centre + pin.exp3(frame[:, 0] * turned).dot(out)))
 
 
-def keeps_place(simulation: Simulation) -> bool:
+def keeps_place(holder: Holder) -> bool:
     """Return whether your arm is drawn to its place, so that it is the place that you move."""
-    return simulation.guided is simulation.avoiding
+    return holder.arm is holder.simulation.avoiding
 
 
-def wanted_pose(simulation: Simulation) -> tuple[Array, Array]:
+def _pose_counts(simulation: Simulation) -> bool:
+    return simulation.room.task(simulation.settings) == "pose"
+
+
+def _elbow(holder: Holder) -> Array:
+    return holder.simulation.kinematics.joint_point(holder.arm.elbow)
+
+
+def wanted_pose(holder: Holder) -> tuple[Array, Array]:
     """Return where your hand is wanted while it is not moved (3,) [m], and how it is to be turned (3, 3); copies."""
-    pose = simulation.kinematics.hand_pose(simulation.guided)
+    simulation = holder.simulation
+    pose = simulation.kinematics.hand_pose(holder.arm)
     place, rotation = simulation.place, simulation.place_rotation
-    if keeps_place(simulation) and place is not None and rotation is not None:
-        return place.copy(), rotation.copy() if simulation.room.task(simulation.settings) == "pose" else pose.rotation.copy()
+    if keeps_place(holder) and place is not None and rotation is not None:
+        return place.copy(), rotation.copy() if _pose_counts(simulation) else pose.rotation.copy()
     return pose.translation.copy(), pose.rotation.copy()
 
 
-def _hand_kept(simulation: Simulation) -> HandTarget:
+def _hand_kept(holder: Holder) -> HandTarget:
     """Return the hand at its place, and turned as it is where the elbow can move all the same."""
-    joints, (place, rotation) = simulation.guided.joints, wanted_pose(simulation)
-    spare = joints.stop - joints.start > 6 and (
-        not keeps_place(simulation) or simulation.room.task(simulation.settings) == "pose"
-    )
+    joints, (place, rotation) = holder.arm.joints, wanted_pose(holder)
+    spare = joints.stop - joints.start > 6 and (not keeps_place(holder) or _pose_counts(holder.simulation))
     return HandTarget(place, rotation if spare else None)
 
 
-def swivel_frame(simulation: Simulation) -> tuple[Array, Array]:
+def swivel_frame(holder: Holder) -> tuple[Array, Array]:
     """Return a frame (3, 3) with the first axis from shoulder to wrist and the other two on either side of
-    the elbow, and the elbow's foot on that line (3,) [m]; guided arm."""
-    kinematics, arm = simulation.kinematics, simulation.guided
+    the elbow, and the elbow's foot on that line (3,) [m]; of their arm."""
+    kinematics, arm = holder.simulation.kinematics, holder.arm
     shoulder, elbow, wrist = (kinematics.joint_point(j) for j in (arm.shoulder, arm.elbow, arm.wrist))
     x = wrist - shoulder
     x /= np.linalg.norm(x)
@@ -199,8 +201,8 @@ def swivel_frame(simulation: Simulation) -> tuple[Array, Array]:
 class BallHandle(TransformHandle):
     """The arrows on the ball."""
 
-    def __init__(self, scene: viser.SceneApi, session: Session) -> None:
-        super().__init__(scene, session, "ball", 0.2, disable_rotations=True)
+    def __init__(self, scene: viser.SceneApi, holder: Holder) -> None:
+        super().__init__(scene, holder, "ball", 0.2, disable_rotations=True)
 
     def _target(self, place: Array | None, turn: Array | None) -> BallTarget | None:
         del turn
@@ -209,6 +211,6 @@ class BallHandle(TransformHandle):
     def show(self) -> None:
         """Put it where the ball is, unless it is being dragged."""
         super().show()
-        simulation = self._session.simulation
+        simulation = self._holder.simulation
         if not self.dragged:
             put(self._handle, simulation.positions[simulation.room.ball])

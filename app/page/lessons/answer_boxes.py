@@ -108,9 +108,9 @@ def guess_words(lessons: LessonSession, box: str) -> dict[str, object]:
     Args:
         box: id of the box on the reader's page, "" for one that operates nothing.
     """
-    walk = lessons.walk
-    if not box or not lessons.open or lessons.listing or not asks_for_distance(walk.step):
+    if not box or not lessons.open or lessons.listing or not asks_for_distance(lessons.walk.step):
         return {}
+    walk = lessons.walk
     mm = None if walk.done.guess is None else round(1000.0 * walk.done.guess)
     return {
         "guess": {

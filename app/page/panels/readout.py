@@ -1,6 +1,7 @@
 """What is said in numbers and words: the tip, the status, the promise, the error, and the law's equation."""
 
 import math
+from collections.abc import Callable
 from typing import Final, NamedTuple
 
 import viser
@@ -44,10 +45,10 @@ class Tile(NamedTuple):
 
 
 class Readout:
-    """Tip, status, promise, numbers and equation, one block each. `operated`: whether the reader can pull the arms."""
+    """Tip, status, promise, numbers and equation, one block each. `tip`: returns what the reader can do and watch."""
 
-    def __init__(self, gui: viser.GuiApi, operated: bool = True) -> None:
-        self._operated = operated
+    def __init__(self, gui: viser.GuiApi, tip: Callable[[Shown], str]) -> None:
+        self._tip_text = tip
         self._tip, self._status, self._numbers, self._equation = (gui.add_html("") for _ in range(4))
         self._next = 0.0
         self._shown: tuple[object, ...] = ()
@@ -62,7 +63,7 @@ class Readout:
             return
         self._shown, self._next = (frame.state, asking), frame.now + PERIOD
         shown, simulation, sample = frame.shown, frame.simulation, frame.sample
-        self._tip.content = element("div", tip_text(shown, self._operated), class_="duet duet-tip")
+        self._tip.content = element("div", self._tip_text(shown), class_="duet duet-tip")
         law = shown.student_law
         pills = replay_html(shown) + status_html(frame.pace, simulation, sample, asking)
         pills += Markup() if frame.replayed else custom_law_html(law)

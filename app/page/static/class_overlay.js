@@ -7,6 +7,8 @@ addEventListener("DOMContentLoaded", () => {
   overlay.setAttribute("aria-label", "From the teacher");
   document.body.append(overlay);
   const close = () => {
+    // What a guest waits for has no button.
+    if (!overlay.querySelector("button")) return;
     overlay.textContent = "";
     duet.pressKey("9");
   };
@@ -22,6 +24,7 @@ addEventListener("DOMContentLoaded", () => {
     const sent = document.querySelector(".duet-overlay");
     if (sent === shown) return;
     shown = sent;
+    overlay.setAttribute("aria-label", sent?.dataset.label ?? "From the teacher");
     overlay.innerHTML = sent?.innerHTML ?? "";
   }, 250);
 });

@@ -7,7 +7,6 @@ from typing import NoReturn
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.classroom.address import Address, find_address, own_address, qr_svg
 from app.classroom.ballots import Ballots
 from app.classroom.breakout_places import HOLD, BreakoutPlaces
 from app.classroom.classroom import Classroom
@@ -21,6 +20,7 @@ from app.lessons.tally import Ballot, Tally
 from app.lessons.walkthrough import Walkthrough
 from app.plots.curve_chart import COLUMNS
 from app.theme import PALETTES
+from app.web.address import Address, find_address, own_address, qr_svg
 from tests.app.html_reader import HtmlReader
 
 BOOK = load_lessons()

@@ -39,7 +39,7 @@ def test_the_hand_of_the_single_arm(one: Guest) -> None:
     # Released, the place stays there, and so do hand and handle.
     one.run_on(1.0)
     assert np.linalg.norm(one.ask(hand) - goal) < 5e-3
-    wanted = one.ask(lambda s: wanted_pose(s.simulation)[0])
+    wanted = one.ask(lambda s: wanted_pose(s)[0])
     visitor.wait_for(lambda _: np.allclose(place(one, "/place/ring"), wanted, atol=1e-4))
     assert np.linalg.norm(place(one, "/place/ring") - goal) < 1e-3
     change(one, task="pose")
@@ -56,7 +56,7 @@ def test_the_elbow_of_the_single_arm_moves_in_the_null_space(one: Guest, robot: 
     settle(one)
 
     def state(s: Session) -> tuple[Array, Array, Array, Array]:
-        frame, foot = swivel_frame(s.simulation)
+        frame, foot = swivel_frame(s)
         return s.simulation.kinematics.joint_point(s.simulation.guided.elbow).copy(), hand(s), frame, foot
 
     elbow, start, frame, foot = one.ask(state)
@@ -314,7 +314,7 @@ def test_a_link_is_pulled(guest: Guest, scene: str) -> None:
     assert not any(name.startswith("/gizmo") for name in drawn(guest.visitor))
     assert not visible(guest, "/grip/point")
     start = guest.ask(point)
-    frame, _ = guest.ask(lambda s: swivel_frame(s.simulation))
+    frame, _ = guest.ask(lambda s: swivel_frame(s))
     # The way on which the elbow swivels, so that every hand lets it.
     goal = start + 0.05 * (frame[:, 2] - frame[:, 1]) / np.sqrt(2.0)
     pull(guest, link, "start", start, start)

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 from jinja2 import UndefinedError
 
-from app.classroom.address import Address
 from app.classroom.classroom import Poll
 from app.classroom.classroom_html import join_html, mine_html, overlay_html, poll_html, tied_html
 from app.classroom.presenter import Station
@@ -53,6 +52,7 @@ from app.settings import Settings
 from app.text.documents import document_html, document_page
 from app.text.equations import equation_html
 from app.text.templates import element, lowered, macros, render, tr_html
+from app.web.address import Address
 from controllers.errors import LazyText
 from scenes.laws import DEFAULT_LAW
 from scenes.league_runs import QUICK, Outcome, events

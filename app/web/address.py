@@ -1,4 +1,4 @@
-"""The address that students open, as text and as a QR code."""
+"""The address that others open, as text and as a QR code."""
 
 import html
 import io
@@ -9,13 +9,16 @@ from typing import NamedTuple
 from urllib.parse import urlsplit
 
 import segno
+import viser
 from markupsafe import Markup
 
 from app.theme import PALETTES
+from app.web.request import request_address
+from app.web.viser_internals import server_of
 
 
 class Address(NamedTuple):
-    """The address of the lecture. `url`: what students open; `private`: whether only this computer can open it."""
+    """The address of the page. `url`: what others open; `private`: whether only this computer can open it."""
 
     url: str
     private: bool
@@ -41,6 +44,13 @@ def find_address(origin: str, listening: str, port: int, own: str | None = None)
         return Address(f"http://{'localhost' if listening == '::1' else listening}:{port}/", True)
     host = listening if listening not in ("", "0.0.0.0", "::") else own if own is not None else own_address()
     return Address(f"http://{f'[{host}]' if ':' in host else host}:{port}/", _is_loopback(host))
+
+
+def address_known_to(client: viser.ClientHandle) -> Address:
+    """Return the address for others, given a browser that has opened the page; if it is private, as that browser knows it."""
+    server, origin = server_of(client), request_address(client)
+    address = find_address(origin, server.get_host(), server.get_port())
+    return address._replace(url=f"{origin}/") if address.private else address
 
 
 def own_address() -> str:

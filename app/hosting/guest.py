@@ -1,0 +1,178 @@
+"""A guest: somebody else's session as they see it, with the handles of one arm, and nothing else."""
+
+import logging
+from contextlib import suppress
+from time import perf_counter
+from typing import Final
+
+import viser
+
+from app.hosting.admission import Pieces
+from app.hosting.app_context import AppContext
+from app.hosting.visitor_record import tab_id
+from app.i18n.reader_language import look_of, mark_html
+from app.i18n.speaking import N_, set_language, spoken, tr
+from app.lessons.session.lesson_session import LessonSession
+from app.page.handles.gizmos import SWING, Gizmos, HandHover, in_view
+from app.page.panels.hotkeys import hotkeys
+from app.page.panels.title_bar import titlebar
+from app.page.view import View
+from app.runtime.throttled_log import ThrottledLog
+from app.session.actions import Action, Drag, FirstView, Hover, Nudge, SwingElbow
+from app.session.frame import Frame, freeze
+from app.session.second_hand import SecondHand
+from app.session.session import Session
+from app.session.shown import Shown
+from app.settings import GUEST
+from app.text.templates import macros
+from app.theme import BRAND
+from app.web.audiences import send_elsewhere
+from app.web.request import browser_language, request_query
+from scenes.laws import NO_AVOIDANCE
+
+CLOSED: Final = N_("This invitation is not open: your host is away, or has ended it. As soon as it opens, this page goes on.")
+AWAY: Final = N_("Your host is away. As soon as they are back, this page goes on.")
+TAKEN: Final = N_("Somebody else holds this arm. As soon as they leave, it is yours.")
+ENDED: Final = N_("Your host has ended this invitation.")
+
+HostSession = tuple[Session, LessonSession]
+"""Session and lessons of the visitor by whom a guest was invited."""
+
+log = logging.getLogger("duet.hosts")
+
+
+class Guest:
+    """One guest. Belongs to the frame loop's thread. `word`: of the link."""
+
+    def __init__(self, context: AppContext, client: viser.ClientHandle) -> None:
+        query = request_query(client)
+        self.client, self.word, self._tab = client, query.get(GUEST, ""), tab_id(query)
+        self._server, self._errors = context.server, ThrottledLog(log)
+        self._look = look_of(query, browser_language(client), context.options.settings)
+        self._hand: SecondHand | None = None
+        self._host: HostSession | None = None
+        self._said, self._sent = "", False
+
+    def build(self, host: HostSession | None) -> Pieces:
+        """Build the page piece by piece: the host's session, or where there is no place a line that says why."""
+        client, look = self.client, self._look
+        set_language(look.language)
+        with client.atomic():
+            self._over = client.gui.add_html(mark_html(spoken()))
+            if host is None or not self._can_take(host[0]):
+                plain = {"show_logo": False, "show_share_button": False, "brand_color": BRAND}
+                client.gui.configure_theme(titlebar_content=titlebar(), dark_mode=look.theme == "dark", **plain)
+                return
+            session, self._host = host[0], host
+            session.guest = self
+            self._view = View(client, session, lambda: [client], look=look, folds=False, tip=guest_tip)
+            yield
+            set_language(look.language)
+            self._view.show(freeze(session, perf_counter()))
+            yield
+            set_language(look.language)
+            hand = self._hand = SecondHand(session, self._take)
+            hands_off = lambda: self._host is None or self._host[1].hands_off  # noqa: E731
+            self._gizmos = Gizmos(client.scene, hand, lambda: self._view.stage.guests, hands_off)
+            self._hover = HandHover(client.gui, hand)
+            for hotkey in hotkeys():
+                if isinstance(hotkey.action, (Nudge, SwingElbow, FirstView)):
+                    hotkey.add_to(client.gui, hand.post)
+            self._view.welcome(client)
+        session.wake()
+
+    def _can_take(self, session: Session) -> bool:
+        """Return whether the place is free; the same tab's earlier connection may not have been noticed to be gone."""
+        before = session.guest
+        return before is None or (isinstance(before, Guest) and before._tab == self._tab is not None)
+
+    def _take(self, action: Action) -> None:
+        """Do what concerns the guest's own arm and view; anything else is left out."""
+        match action:
+            case Drag():
+                self._gizmos.drag(action)
+            case Hover(on):
+                self._gizmos.hovered = on
+            case Nudge():
+                self._gizmos.nudge(in_view(self.client.camera, action))
+            case SwingElbow(sign):
+                self._gizmos.swing(sign * SWING)
+            case FirstView():
+                self._view.look(self.client)
+            case _:
+                return
+
+    def follow(self, host: HostSession | None) -> bool:
+        """Stay with a host, wait, or have the page built again; return whether the guest has the place.
+
+        Args:
+            host: who has invited; None while nobody is there who has.
+        """
+        mine = None if self._host is None else self._host[0]
+        if mine is not None and (mine.guest is not self or mine.invitation != self.word):
+            # The same tab has connected again, or the host has ended it.
+            self._say(TAKEN if mine.invitation == self.word else ENDED)
+            self.leave()
+            self._host = self._hand = mine = None
+        if self._said == ENDED:
+            return False
+        if host is None:
+            self._say(CLOSED if mine is None else AWAY)
+        elif host[0] is mine:
+            self._host = host
+            self._say("")
+        elif mine is None and host[0].guest is not None:
+            self._say(TAKEN)
+        else:
+            self.come_again()
+        return host is not None and host[0] is mine
+
+    def _say(self, text: str) -> None:
+        """Lay a sentence over the page; "" for none."""
+        if text != self._said:
+            self._said = text
+            set_language(self._look.language)
+            with suppress(Exception), self.client.atomic():
+                self._over.content = mark_html(spoken()) + (macros("hosting/guest.html").waiting(tr(text)) if text else "")
+
+    def come_again(self) -> None:
+        """Have the page connect again, to where the host is by then."""
+        self.leave()
+        if not self._sent:
+            self._sent = True
+            send_elsewhere(self._server, self.client)
+
+    def leave(self) -> None:
+        """Let go of the arm, and leave the place to another one."""
+        if self._host is not None and self._host[0].guest is self:
+            self._host[0].guest = self._host[0].guest_holds = None
+            self._host[0].wake()
+
+    def act(self) -> None:
+        """Do what the guest's browser has asked for."""
+        if self._hand is not None:
+            self._hand.posts.do()
+
+    def show(self, frame: Frame) -> None:
+        """Draw a frame of the host's; the host's page goes on whatever happens here."""
+        set_language(self._look.language)
+        try:
+            with self.client.atomic():
+                self._view.show(frame)
+                self._gizmos.show(frame)
+                self._hover.show(self._gizmos.hand)
+            self.client.flush()
+        except Exception as error:
+            self._errors.exception("a frame of a guest's page failed", error, self.client.client_id)
+
+
+def guest_tip(shown: Shown) -> str:
+    """Return what a guest can do."""
+    run = shown.settings.run
+    if shown.replay_time is not None:
+        return tr("What you see is over: your host looks at it again.")
+    if not run.experiment.for_two:
+        return tr("Here only your host holds something. In the experiment “Hold” the silver arm is yours.")
+    yours = tr("You hold the silver arm, and your host the orange one: pull yours by any link.")
+    both = run.both_avoid and run.law.law != NO_AVOIDANCE
+    return f"{yours} {tr('Both keep clear: try to touch each other.')}" if both else yours

@@ -1,0 +1,57 @@
+"""Who holds an arm of a session: the visitor, or the guest whom they have invited."""
+
+from collections.abc import Callable
+
+from app.session.actions import Action, ActionQueue
+from app.session.input_source import nudged
+from app.session.session import Session
+from app.settings import Settings
+from controllers.kinematics import Arm, Array
+from scenes.simulation import Simulation
+from scenes.targets import HandTarget, LinkTarget, Target
+
+
+class SecondHand:
+    """A guest, who holds the arm that keeps its place; to its handles the same as a session.
+
+    Args:
+        session: of the host.
+        take: does what the guest's browser asks for.
+
+    Attributes:
+        posts: what waits to be done. It never comes to the session's own queue, where it could mean more than a pull.
+    """
+
+    def __init__(self, session: Session, take: Callable[[Action], object]) -> None:
+        self.session, self.posts = session, ActionQueue(take)
+
+    @property
+    def settings(self) -> Settings:
+        return self.session.settings
+
+    @property
+    def simulation(self) -> Simulation:
+        return self.session.simulation
+
+    @property
+    def arm(self) -> Arm:
+        return self.simulation.avoiding
+
+    @property
+    def held(self) -> Target | None:
+        return self.session.guest_holds
+
+    def hold(self, target: Target | None) -> None:
+        """Take hold, or (None) let go; where the hand is to be stays where it was moved."""
+        self.session.guest_holds = target if isinstance(target, (HandTarget, LinkTarget)) else None
+
+    def nudge(self, way: Array) -> None:
+        self.hold(nudged(self.simulation, self.arm, self.held, way))
+
+    def post(self, action: Action) -> None:
+        self.posts.put(action)
+        self.session.wake()
+
+
+Holder = Session | SecondHand
+"""Someone who holds an arm, as its handles know them."""

@@ -1,0 +1,160 @@
+"""A guest holds the silver arm of somebody else's session, and can do nothing else there; both may leave and come back."""
+
+import os
+import re
+import signal
+from contextlib import ExitStack
+
+import numpy as np
+
+from app.hosting.dispatcher import tab_of
+from app.hosting.private_host import PrivateHost
+from app.settings import GUEST, Settings
+from app.start import App
+from scenes.settings import RunSettings
+from scenes.targets import LinkTarget
+from tests.app.conftest import Arrive, OpenHouse
+from tests.app.hosting.test_workers import come, wait_for_second_worker, worker_of
+from tests.app.page.helpers import click, hotkey_uuid, shown
+from tests.app.runtime.processes import until
+from tests.app.served import Serve
+from tests.blocking_client import BlockingClient
+
+HOLD = Settings(run=RunSettings(scene="hold", avoid="both"))
+HAND_LINK = "/arms/{}/base/j1/j2/j3/j4/j5/j6/j7"
+ON_STAGE = "You hold the silver arm"
+INVITE, END = "Invite a second person", "End the invitation"
+
+
+def word_on(visitor: BlockingClient) -> str:
+    """The word of the link that a host's page shows."""
+    visitor.wait_for(lambda v: re.search(rf"\?{GUEST}=[0-9a-f]{{16}}\"", shown(v)))
+    found = re.search(rf"\?{GUEST}=([0-9a-f]{{16}})\"", shown(visitor))
+    assert found is not None
+    return found[1]
+
+
+def see(visitor: BlockingClient, text: str) -> None:
+    visitor.wait_for(lambda v: text in shown(v))
+
+
+def enter(opened: ExitStack, url: str, word: str, number: int, more: str = "") -> BlockingClient:
+    return opened.enter_context(BlockingClient(url, query=f"{GUEST}={word}&resume={number:032d}{more}"))
+
+
+def came_again(opened: ExitStack, guest: BlockingClient, url: str, word: str, number: int) -> BlockingClient:
+    """The page of a guest whom the server sends elsewhere, connected again as its script does."""
+    guest.wait_for(lambda v: v.closed is not None)
+    return enter(opened, url, word, number)
+
+
+def test_a_guest_holds_the_silver_arm_and_nothing_else(house: OpenHouse, arrive: Arrive) -> None:
+    opened_house: App = house(HOLD)
+    host = arrive(opened_house, f"resume={1:032d}")
+    session, url = host.session, opened_house.url
+    click(host.visitor, INVITE)
+    word = word_on(host.visitor)
+    assert session.invitation == word
+    yours, other = (HAND_LINK.format(arm.name) for arm in (session.arm, session.simulation.avoiding))
+    with ExitStack() as opened:
+        guest = enter(opened, url, word, 2, "&lang=de&theme=dark")
+        see(guest, "Sie halten den silbernen Arm")
+        guest.wait_for(lambda v: other in v.mirror.grabbable)
+        see(host.visitor, "The second person is here")
+        assert not any(name.startswith(yours.partition("/base")[0]) for name in guest.mirror.grabbable)
+        before = host.ask(lambda s: s.simulation.place.copy())  # pyright: ignore[reportOptionalMemberAccess]
+        hand = host.ask(lambda s: s.simulation.kinematics.hand_pose(s.simulation.avoiding).translation.copy())
+        guest.pull(other, "start", hand.tolist(), hand.tolist())
+        guest.pull(other, "update", hand.tolist(), (hand + np.array([0.0, 0.0, 0.15])).tolist())
+        host.wait(lambda s: isinstance(s.guest_holds, LinkTarget))
+        host.run_on(0.3)
+        assert host.ask(lambda s: s.simulation.place[2]) > before[2] + 0.01  # pyright: ignore[reportOptionalSubscript]
+        assert session.held is None, "the host holds nothing"
+
+        # What a forged message asks for: the host's controls, keys, buttons and handles, by their own names.
+        settings, paused = session.settings, session.paused
+        own = host.visitor.mirror
+        for element in list(own.gui.values()):
+            guest.send({"type": "GuiUpdateMessage", "uuid": element["uuid"], "updates": {"value": True}})
+        for action in ("pause", "reset", "law", "gizmo"):
+            guest.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(host.visitor, action)})
+        owner = own.nodes[yours]["owner"]
+        for claimed in (owner, guest.mirror.nodes[other]["owner"]):
+            guest.mirror.nodes[yours]["owner"] = claimed
+            guest.pull(yours, "start", [0.0, 0.0, 0.0], [0.0, 0.0, 0.5])
+        guest.pull(other, "end", hand.tolist(), hand.tolist())
+        host.wait(lambda s: s.guest_holds is None)
+        assert host.ask(lambda s: (s.settings, s.paused, s.held, s.invitation)) == (settings, paused, None, word)
+        assert not host.lessons.open and not re.search("Lessons|Pause|Reset|Keep and replay", str(guest.mirror.gui.values()))
+
+        # Nobody else can take the arm, until it is free; what the guest held is let go of.
+        late = enter(opened, url, word, 3)
+        see(late, "Somebody else holds this arm")
+        guest.close()
+        late = came_again(opened, late, url, word, 3)
+        see(late, ON_STAGE)
+        # A page that is connected again by the same tab has the arm, though the line before is not known to be lost.
+        again = enter(opened, url, word, 3)
+        see(again, ON_STAGE)
+        see(late, "Somebody else holds this arm")
+        # In another experiment there is nothing for a guest.
+        host.ask(lambda s: s.change("scene", "ball"))
+        see(again, "Here only your host holds something")
+        again.wait_for(lambda v: not v.mirror.grabbable)
+        host.ask(lambda s: s.change("scene", "hold"))
+        again.wait_for(lambda v: other in v.mirror.grabbable)
+
+        # The host leaves and comes back, to the same session.
+        host.visitor.close()
+        see(again, "Your host is away")
+        assert isinstance(opened_house.host, PrivateHost)
+        newcomer = enter(opened, url, word, 4)
+        see(newcomer, "This invitation is not open")
+        back = opened.enter_context(BlockingClient(url, query=f"resume={1:032d}"))
+        see(back, "The second person is here")
+        again.wait_for(lambda v: "Your host is away" not in shown(v))
+        see(newcomer, "Somebody else holds this arm")
+        click(back, END)
+        see(again, "Your host has ended this invitation.")
+        see(newcomer, "This invitation is not open")
+        assert not any(name.startswith("/arms") for name in newcomer.mirror.nodes)
+        unknown = enter(opened, url, "0" * 16, 5, "&lang=sl")
+        see(unknown, "To povabilo ni odprto")
+        assert word_after_another_invitation(back) != word
+
+
+def word_after_another_invitation(host: BlockingClient) -> str:
+    click(host, INVITE)
+    return word_on(host)
+
+
+def test_the_word_is_found_in_the_first_line_of_a_request() -> None:
+    line = b"GET /?guest=0123456789abcdef&resume=fedcba9876543210 HTTP/1.1\r"
+    assert tab_of(line, GUEST) == "0123456789abcdef" and tab_of(line) == "fedcba9876543210"
+    assert tab_of(b"GET /?noguest=0123456789abcdef HTTP/1.1\r", GUEST) == ""
+
+
+def test_the_guest_comes_to_the_host_s_worker_also_when_that_was_killed(serve: Serve) -> None:
+    served = serve("--workers", "2", "--sessions", "8")
+    with ExitStack() as opened:
+        others = [opened.enter_context(come(served, number)) for number in range(3)]
+        wait_for_second_worker(served)
+        host = opened.enter_context(come(served, 10, "scene=hold&autopilot=0"))
+        others = [one for one in others if worker_of(served, one) == worker_of(served, host)]
+        click(host, INVITE)
+        word = word_on(host)
+        guest = enter(opened, served.url, word, 11)
+        see(guest, ON_STAGE)
+        place = worker_of(served, host)
+        assert worker_of(served, guest) == place
+        elsewhere = next(pid for pid in served.workers if pid != place)
+        os.kill(place, signal.SIGKILL)
+        until(lambda: place not in served.workers and len(served.workers) == 2)
+        # The guest is back first, and is let in as soon as the host is there, with the same word.
+        guest = enter(opened, served.url, word, 11)
+        see(guest, "This invitation is not open")
+        host = opened.enter_context(come(served, 10, "scene=hold&autopilot=0"))
+        guest = came_again(opened, guest, served.url, word, 11)
+        see(guest, ON_STAGE)
+        assert word_on(host) == word and worker_of(served, guest) == worker_of(served, host) != elsewhere
+        see(host, "The second person is here")
