@@ -11,9 +11,9 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from app.i18n.sides import side
 from app.i18n.speaking import N_, tr
 from app.plots.bins import HIGH, LOW
+from app.plots.pair_strips import arm_colour
 from app.plots.time_series import DRIVEN, JOINTS
 from app.theme import Palette
 from controllers.kinematics import Array
@@ -157,11 +157,11 @@ def _shadows(column: str, colour: str) -> tuple[PlotLine, ...]:
     return PlotLine(column, colour, 1.8, _GHOST, "ghost"), PlotLine(column, colour, 2.0, _WHAT_IF, "what_if")
 
 
-def _joints(title: str, unit: str, stem: str, count: int, span: tuple[float, float] | None) -> TimePlot:
+def _joints(title: str, unit: str, stem: str, count: int, span: tuple[float, float] | None, scale: float) -> TimePlot:
     numbers = range(1, JOINTS + 1)
     own = (PlotLine(f"{stem}{i}", f"joint {i}", 1.6, _STYLES[(i - 1) // 3], name=str(i) if i <= count else "") for i in numbers)
     ghost = (PlotLine(f"{stem}{i}", f"joint {i}", 1.0, (1.5, 3.0), "ghost") for i in numbers)
-    return TimePlot(title, unit, (*own, *ghost), span, DEGREES, False)
+    return TimePlot(title, unit, (*own, *ghost), span, scale, False)
 
 
 def _distance(rests: bool) -> TimePlot:
@@ -231,24 +231,24 @@ TIME_PLOTS: Final[dict[str, TimePlot]] = {
 def time_plot_of(name: str, simulation: Simulation) -> TimePlot:
     """Return the plot of a name ("distance", "error", …) for a run."""
     run, joints = simulation.settings, simulation.avoiding.joints
-    avoiding, other = simulation.avoiding.name, simulation.guided.name
+    avoiding, other = (arm_colour(arm.name, simulation.guided.name) for arm in (simulation.avoiding, simulation.guided))
     count = min(joints.stop - joints.start, JOINTS)
     match name:
         case "error":
             two = run.experiment.follows == "person" and run.both_avoid and not run.one_row
-            return _squared_error(simulation.error_unit, (side(avoiding), side(other)) if two else ("", ""))
+            return _squared_error(simulation.error_unit, (avoiding, other) if two else ("", ""))
         case "distance":
             return _distance(run.law.entry.rests and not isinstance(simulation.law, LawOfFile))
         case "joints":
-            return _joints(N_("joints q"), "°", "q", count, (-180.0, 180.0))
+            return _joints(N_("joints q"), "°", "q", count, (-180.0, 180.0), DEGREES)
         case "rates":
-            return _joints(N_("joint speeds q̇"), "°/s", "dq", count, None)
+            return _joints(N_("joint speeds q̇"), "rad/s", "dq", count, None, 1.0)
         case "follow" if run.experiment.follows == "person":
-            return _followed("", tr("q, {arm} arm", arm=side(avoiding)), N_("person"))
+            return _followed("", tr("q, {arm} arm", arm=avoiding), N_("person"))
         case "follow":
             return _followed("", N_("q, slave"), N_("master") if run.following == "identical" else N_("master, mirrored"))
         case "follow_other":
-            return _followed("other_", tr("q, {arm} arm", arm=side(other)), N_("person"))
+            return _followed("other_", tr("q, {arm} arm", arm=other), N_("person"))
         case _:
             return TIME_PLOTS[name]
 

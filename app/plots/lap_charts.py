@@ -1,0 +1,108 @@
+"""Lap over lap of a circle: the hand's way or that of two joints, and the place where the laps begin and end, magnified."""
+
+import numpy as np
+from markupsafe import Markup
+
+from app.i18n.speaking import tr
+from app.plots.chart import Chart, ChartAxes
+from app.plots.microscope_chart import ticks_of
+from app.text.templates import macros
+from controllers.errors import NumberText
+from controllers.kinematics import Array, Kinematics
+from scenes.history import COLUMN
+from scenes.simulation import Simulation
+from scenes.solo import LAP
+
+SHOWN = 2
+"""Whole laps that are drawn, the newest."""
+
+COARSE = 80
+"""Steps of a lap that are drawn; around the ends of the laps …"""
+
+NEAR = 0.15
+"""… all of them within this time [s]."""
+
+LEAST = {"mm": 0.2, "°": 0.5}
+"""The magnified part reaches so far to either side at least, in the unit that is shown."""
+
+
+def laps_html(simulation: Simulation, ghost: Simulation | None, joints: bool, height: int) -> Markup:
+    """Return the whole way and its magnified ends.
+
+    Args:
+        ghost: its ends are drawn dashed; None for no ghost.
+        joints: of the two joints that turn most; otherwise of the hand.
+        height: [CSS px].
+    """
+    if simulation.history.count < 2:
+        return Markup()
+    times, places, names = _way(simulation, joints)
+    unit = "°" if joints else "mm"
+    first, last = _laps(simulation)
+    ends = [int(np.abs(times - lap * LAP).argmin()) for lap in range(first, last + 1)]
+    gaps = places[ends] - places[0]
+    reach = np.ptp(places, axis=0)
+    # The gap need not lie in the plane of the circle.
+    most, open_most = (
+        sorted(np.argsort(sizes)[-2:].tolist()) for sizes in (reach, np.abs(gaps).max(axis=0) if last > first else reach)
+    )
+    whole, near = places[:, most], places[:, open_most]
+    edge = np.maximum(0.08 * np.ptp(whole, axis=0), LEAST[unit])
+    half = max(1.6 * float(np.abs(gaps[:, open_most]).max()), LEAST[unit])
+    left = _chart(whole.min(axis=0) - edge, whole.max(axis=0) + edge)
+    right = _chart(near[0] - half, near[0] + half)
+    left.line(*whole.T, "d", 1.6)
+    left.mark(*whole[0], "dot d")
+    if ghost is not None and ghost.history.count > 1:
+        before, others, _ = _way(ghost, joints)
+        for piece in _pieces(before, others[:, open_most]):
+            right.line(*piece.T, "d", 1.2, "5 4")
+    for piece in _pieces(times, near):
+        right.line(*piece.T, "d", 1.6)
+    for lap, end in enumerate(ends, first):
+        right.mark(*near[end], "digit d", str(lap))
+    said = [
+        tr("lap {lap}: {gap}", lap=lap, gap=NumberText(f"{float(np.linalg.norm(gap)):.2f} {unit}"))
+        for lap, gap in enumerate(gaps[1:], first + 1)
+    ]
+    x, y = (names[axis] for axis in open_most)
+    words = tr("At the right the ends of the laps, magnified: {x} and {y} [{unit}].", x=x, y=y, unit=unit)
+    size = height - 30
+    return macros("plots/charts.html").laps(left.html(size), right.html(size), size + 20, words, said)
+
+
+def _way(simulation: Simulation, joints: bool) -> tuple[Array, Array, tuple[str, ...]]:
+    """Return times (k,) [s], places (k, axes) [mm or °] and the names of the axes, at the steps that are drawn."""
+    arm, dt = simulation.avoiding, simulation.settings.dt
+    table = simulation.history.table(round((simulation.time - _laps(simulation)[0] * LAP) / dt))
+    times = table[:, COLUMN["t"]]
+    every = max(round(LAP / dt / COARSE), 1)
+    from_end = np.abs((times + LAP / 2.0) % LAP - LAP / 2.0)
+    rows = np.flatnonzero((np.arange(len(times)) % every == 0) | (from_end < NEAR))
+    positions = simulation.history.positions(table[rows])
+    if joints:
+        angles = np.degrees(positions[:, arm.joints])
+        return times[rows], angles, tuple(f"q{i + 1}" for i in range(angles.shape[1]))
+    kinematics, hands = Kinematics(simulation.room.model, simulation.room.arms), list[Array]()
+    for q in positions:
+        kinematics.update(np.ascontiguousarray(q))
+        hands.append(1000.0 * kinematics.hand_pose(arm).translation)
+    return times[rows], np.array(hands) - hands[0], ("x", "y", "z")
+
+
+def _laps(simulation: Simulation) -> tuple[int, int]:
+    """Return which ends of laps the drawn way begins at and has come to last."""
+    last = int((simulation.time - 0.75 * simulation.settings.dt) / LAP)
+    return max(last - SHOWN, 0), last
+
+
+def _pieces(times: Array, places: Array) -> list[Array]:
+    """Return the pieces (k, 2) of a way that lie about the ends of the laps."""
+    near = np.abs((times + LAP / 2.0) % LAP - LAP / 2.0) < NEAR
+    cuts = np.flatnonzero(np.diff(near.astype(int))) + 1
+    return [piece for piece, shown in zip(np.split(places, cuts), np.split(near, cuts), strict=True) if shown.any()]
+
+
+def _chart(low: Array, high: Array) -> Chart:
+    (x0, y0), (x1, y1) = low.tolist(), high.tolist()
+    return Chart(ChartAxes((x0, x1), (y0, y1), ticks_of(x0, x1), ticks_of(y0, y1)))
