@@ -42,8 +42,12 @@
   };
   // What scrolls and holds nothing that takes the focus takes it itself, so that keys can scroll it.
   const reach = () => {
-    for (const part of document.querySelectorAll("#root .mantine-ScrollArea-viewport")) {
-      const alone = !part.querySelector("button, input, textarea, a, [tabindex]") && part.scrollHeight > part.clientHeight;
+    const takes = (one) => one.tabIndex >= 0 && !one.disabled && one.checkVisibility({ visibilityProperty: true });
+    for (const part of document.querySelectorAll(".mantine-ScrollArea-viewport")) {
+      if (!part.checkVisibility()) continue;
+      const within = [...part.querySelectorAll("button, input, textarea, a, [tabindex]")];
+      const scrolls = part.scrollHeight > part.clientHeight || part.scrollWidth > part.clientWidth;
+      const alone = scrolls && !within.some(takes);
       if (alone) part.tabIndex = 0;
       else part.removeAttribute("tabindex");
     }
