@@ -40,21 +40,10 @@
       }
     }
   };
-  // What scrolls and holds nothing that takes the focus takes it itself, so that keys can scroll it.
-  const reach = () => {
-    const takes = (one) => one.tabIndex >= 0 && !one.disabled && one.checkVisibility({ visibilityProperty: true });
-    for (const part of document.querySelectorAll(".mantine-ScrollArea-viewport")) {
-      if (!part.checkVisibility()) continue;
-      const within = [...part.querySelectorAll("button, input, textarea, a, [tabindex]")];
-      const scrolls = part.scrollHeight > part.clientHeight || part.scrollWidth > part.clientWidth;
-      const alone = scrolls && !within.some(takes);
-      if (alone) part.tabIndex = 0;
-      else part.removeAttribute("tabindex");
-    }
-  };
   const nameAll = () => {
     nameParts();
-    reach();
+    // The plots may scroll, and often hold nothing that takes the focus: keys can scroll them all the same.
+    for (const part of document.querySelectorAll("[data-floating-window] .mantine-ScrollArea-viewport")) part.tabIndex = 0;
     for (const element of document.querySelectorAll("input:not([type=hidden]), textarea, [role=slider]")) {
       if (!isNamed(element)) name(element, rowLabel(element));
     }
