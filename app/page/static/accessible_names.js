@@ -40,17 +40,10 @@
       }
     }
   };
-  // What scrolls and holds nothing that takes the focus takes it itself, so that keys can scroll it.
-  const reach = () => {
-    for (const part of document.querySelectorAll("#root .mantine-ScrollArea-viewport")) {
-      const alone = !part.querySelector("button, input, textarea, a, [tabindex]") && part.scrollHeight > part.clientHeight;
-      if (alone) part.tabIndex = 0;
-      else part.removeAttribute("tabindex");
-    }
-  };
   const nameAll = () => {
     nameParts();
-    reach();
+    // The plots may scroll, and often hold nothing that takes the focus: keys can scroll them all the same.
+    for (const part of document.querySelectorAll("[data-floating-window] .mantine-ScrollArea-viewport")) part.tabIndex = 0;
     for (const element of document.querySelectorAll("input:not([type=hidden]), textarea, [role=slider]")) {
       if (!isNamed(element)) name(element, rowLabel(element));
     }
