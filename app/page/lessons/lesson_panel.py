@@ -134,11 +134,12 @@ class LessonPanel:
 
     def _both_tracks(self, frame: Frame) -> Markup:
         """Return both runs in one chart; nothing where a reload has left their beginning out."""
-        own, rival = frame.live.traced
-        state = self._run.walk.run_id, own.history.count, rival is None
+        (own, rival), names = frame.live.traced, self.run_names
+        if rival is None or names is None or not own.history.count == rival.history.count == own.steps:
+            return Markup()
+        state = self._run.walk.run_id, own.steps
         if state != self._tracks[0]:
-            known = rival is not None and own.history.count == rival.history.count == own.steps and self.run_names is not None
-            self._tracks = state, tracks_html(own, rival, self.run_names) if known else Markup()
+            self._tracks = state, tracks_html(own, rival, names)
         return self._tracks[1]
 
     def _fold(self, folded: bool) -> None:
