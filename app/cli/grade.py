@@ -148,14 +148,10 @@ def grade(command: Grade) -> int:
             rows = _graded(replace(command, folder=folder), paths, limits, weights)
             mark_tables.write_marks(new, rows)
     students = mark_tables.by_student(rows)
-    for option, path, write, content in (
-        ("moodle", command.moodle, mark_tables.write_moodle, students),
-        ("canvas", command.canvas, mark_tables.write_canvas, students),
-        ("gradescope", command.gradescope, mark_tables.write_gradescope, rows),
-    ):
-        if path is not None:
+    for option, write in mark_tables.WRITERS.items():
+        if (path := getattr(command, option)) is not None:
             with written(path, option) as new:
-                write(new, content)
+                write(new, students)
     if command.feedback is not None:
         with writable(command.feedback, "feedback"):
             write_feedback(command.feedback, students, command.lang)

@@ -5,7 +5,7 @@ import json
 from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from app.custom_law.trials import TRIALS
 from app.marks.graded_file import REPORT, GradedFile, Student
@@ -76,8 +76,9 @@ def write_canvas(path: Path, students: Sequence[StudentMarks]) -> None:
     _write(path, [("Student", "ID", "Section", "Duet"), ("Points Possible", "", "", _number(most)), *rows])
 
 
-def write_gradescope(path: Path, rows: Sequence[GradedFile]) -> None:
-    """Write the `results.json` of one submission: a test for each of a law's, and one for each other file."""
+def write_gradescope(path: Path, students: Sequence[StudentMarks]) -> None:
+    """Write the `results.json` of one submission, all files together: a test for each of a law's, and one for each other file."""
+    rows = [row for one in students for row in one.files]
     tests: list[dict[str, object]] = []
     for row in rows:
         tested = [one for one in row.remarks if one.passed is not None] if row.kind == "law" else []
@@ -90,6 +91,10 @@ def write_gradescope(path: Path, rows: Sequence[GradedFile]) -> None:
             tests.append({"name": row.name, "output": words if tested else row.feedback, **of_file})
     total = {"score": StudentMarks(Student("", ""), tuple(rows)).points, "output_format": "text", "tests": tests}
     path.write_text(json.dumps(total, indent=1, ensure_ascii=False) + "\n", encoding="utf-8", newline="\n")
+
+
+WRITERS: Final = {"moodle": write_moodle, "canvas": write_canvas, "gradescope": write_gradescope}
+"""Option → what writes its file, from all that was handed in."""
 
 
 def _number(value: float) -> str:
