@@ -27,7 +27,9 @@ def law_text(function: Callable[..., Any]) -> str:
     helpers: dict[str, str] = {}
     _collect(function, head, helpers)
     own = helpers.pop(function.__name__)
-    lines = ["; ".join(head.values())] if head else []
+    # An annotation is no part of what it uses, and need not be there.
+    first = [*(["from __future__ import annotations"] if function.__annotations__ else []), *head.values()]
+    lines = ["; ".join(first)] if first else []
     lines += [""] * (function.__code__.co_firstlineno - 1 - len(lines))
     lines += [own, *helpers.values()]
     if function.__name__ != "law":

@@ -190,10 +190,10 @@ class NotebookRun:
         lessons = host.lessons
 
         def enter(_session: Session) -> None:
-            number = lesson - 1 if isinstance(lesson, int) else lessons.book.index(lesson)
-            if not (0 <= number < len(lessons.book.lessons) and 1 <= step <= len(lessons.book.lessons[number].steps)):
+            found = [one for one in lessons.book.lessons if lesson in (one.number, one.id)]
+            if not found or not 1 <= step <= len(found[0].steps):
                 raise BadSetting(f"There is no step {step} of lesson {lesson}.")
-            lessons.enter(number, step - 1)
+            lessons.enter(found[0].id, step - 1)
 
         self._ask(enter)
 

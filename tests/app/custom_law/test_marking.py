@@ -26,7 +26,7 @@ from app.export.report_record import StepRecord, read_records, records_html
 from app.i18n.speaking import set_language
 from app.lessons.loading import load_lessons
 from app.lessons.progress import StepProgress
-from app.marks.graded_file import REPORT, Student, is_template, returned_line, student_of
+from app.marks.graded_file import REPORT
 from app.plots.curve_chart import COLUMNS
 from scenes.files import csv_cell
 from tests.app.custom_law.helpers import PAPER, write
@@ -214,14 +214,6 @@ def test_a_law_reaches_nothing_of_ours(tmp_path: Path) -> None:
     errors = [nothing, "OSError", nothing, nothing, nothing, "OSError", refused, refused, gone, "OSError"]
     assert f"({errors}, True)" in marks.reasons["smooth"]
     assert not mine.exists()
-
-
-def test_what_a_file_is_and_whose() -> None:
-    names = {"Jo/law.py": ("Jo", ""), "law.py": ("law", ""), "doejo_LATE_5_6_a-1.py": ("doejo", "5"), "a_b.py": ("a_b", "")}
-    assert {name: student_of(Path(name)) for name in names} == {name: Student(*known) for name, known in names.items()}
-    template = Path(app.__file__).with_name("custom_law").joinpath("template.py").read_bytes()
-    assert is_template(template + b"\n# more") and not is_template(template.replace(b"0.30", b"0.31"))
-    assert not is_template(b"def law(") and returned_line(b"def law(") == returned_line(b"law = 3") == ()
 
 
 def test_a_curve_that_a_file_has_made_up_is_left_out() -> None:

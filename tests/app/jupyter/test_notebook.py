@@ -140,8 +140,8 @@ def test_the_six_cells_of_the_document(cell: Execute, page_html: str) -> None:
     assert cell(state)[0] == "law.py  smooth_priority\n"
     before = float(cell("print(run.history(0.005)['t'][-1])")[0])
     t, *speeds = map(float, cell(step)[0].split())
-    # Bounds of acceleration and of the distance to stops may hold: the joint of the arm that keeps clear moves as it is told.
-    assert t == pytest.approx(before + 0.1, abs=0.01) and 0.2 in [round(speed, 6) for speed in speeds]
+    # The run goes on until the first step pauses it. The arm that keeps clear moves as it is told.
+    assert t >= before + 0.1 - 1e-6 and 0.2 in [round(speed, 6) for speed in speeds]
     for wrong in ("[0.1]", "[float('nan')] * 7"):
         with pytest.raises(AssertionError, match="step needs 7 finite joint velocities"):
             cell(f"run.step({wrong})")
