@@ -22,6 +22,7 @@ ROOMS = (
         "hosting",
         "page",
         "league",
+        "marks",
         "export",
         "recording",
     ),

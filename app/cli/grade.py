@@ -1,31 +1,29 @@
 """`lwr-duet new-law`, `law-test` and `grade`: a law file to begin with, its test, and marks for a folder of laws and lab reports."""
 
-import csv
 import os
 import sys
 import tempfile
 import threading
 import zipfile
 import zlib
-from collections import defaultdict
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal
 
 import tyro
 
 from app.cli.sweep import cores
 from app.runtime.terminal import ending_at_once
+from app.settings import LANGUAGES
 from controllers.errors import BadSetting
-from scenes.files import csv_cell, read_file, readable, replacing, written
+from scenes.files import csv_cell, readable, replacing, writable, written
 
 if TYPE_CHECKING:
     from app.custom_law.fence import FenceLimits
-    from app.custom_law.marked import LawMarks
-    from app.export.report_record import StepRecord
+    from app.marks.graded_file import GradedFile
 
 
 @dataclass(frozen=True)
@@ -78,8 +76,8 @@ def law_test(command: LawTest) -> int:
     return 0 if all(verdict.passed for verdict in verdicts) else 1
 
 
-KINDS: Final = {".py": "law", ".html": "report", ".htm": "report"}
-"""Ending of a file → what it holds."""
+ENDINGS: Final = (".py", ".html", ".htm")
+"""Of what is graded."""
 
 MOST_PARTS: Final = 2000
 MOST_BYTES: Final = 2**29
@@ -98,32 +96,29 @@ ISOLATION: Final = {
 class Grade:
     """Put every law (*.py) in a folder or a ZIP file through the six tests, read every lab report (*.html), and write a table of marks.
 
-    A law is worth a point a test; a report one for each right prediction and each challenge that is passed. A report can be forged."""
+    A law is worth a point a test, but only for what it passes beside "keeps its distance" and "gets out"; a report one for each right
+    prediction and each challenge that is passed. A report can be forged."""
 
     folder: tyro.conf.Positional[Path]
     """With what was handed in, and folders in it; or a ZIP file of that, such as the teacher's page saves."""
     csv: Path = Path("marks.csv")
     """The table: one row a file, with the reason for every failure."""
+    points: tuple[float, ...] = ()
+    """What the six tests are worth, in their order; without it a point each."""
+    feedback: Path | None = None
+    """Folder for a page of feedback for every student; made if there is none."""
+    moodle: Path | None = None
+    """Also write a grading worksheet for Moodle, one row a student."""
+    canvas: Path | None = None
+    """Also write a table for Canvas' gradebook, one row a student."""
+    gradescope: Path | None = None
+    """Also write a results.json: all files are one submission."""
+    lang: Literal[tuple(LANGUAGES)] = "en"  # type: ignore[valid-type]
+    """In which reasons and feedback speak."""
     jobs: int = 0
     """Files at a time; 0 takes half of the cores, so that no law is slow for another's sake."""
     seconds: float = 120.0
     """Longest time for one file [s]."""
-
-
-@dataclass
-class GradedFile:
-    """One row of the table; a column that does not apply stays empty.
-
-    Attributes:
-        isolation: see `app.custom_law.marked.LawMarks`.
-    """
-
-    name: str
-    kind: str
-    cells: dict[str, object] = field(default_factory=dict)
-    points: int = 0
-    reason: str = ""
-    isolation: str = ""
 
 
 def grade(command: Grade) -> int:
@@ -134,19 +129,32 @@ def grade(command: Grade) -> int:
     """
     with ending_at_once():
         from app.custom_law.fence import FenceLimits
-        from app.custom_law.trials import TRIALS
+        from app.marks import mark_tables
+        from app.marks.feedback import write_feedback
+        from app.marks.graded_file import weights_of
     if command.jobs < 0 or not 1.0 <= command.seconds <= 3600.0:
         raise BadSetting("grade needs jobs from 1, or 0 for half of the cores, and seconds from 1 to 3600.")
-    if not command.csv.absolute().parent.is_dir():
-        raise BadSetting(f"csv = {command.csv}: there is no folder {command.csv.absolute().parent}; make it first.")
+    for option in ("csv", "moodle", "canvas", "gradescope"):
+        path: Path | None = getattr(command, option)
+        if path is not None and not path.absolute().parent.is_dir():
+            raise BadSetting(f"{option} = {path}: there is no folder {path.absolute().parent}; make it first.")
+    weights = weights_of(command.points)
     limits = FenceLimits(seconds=command.seconds)
     with unpacked(command.folder) as folder:
         paths = handed_in(folder)
         if not paths:
             raise BadSetting(f"{command.folder}: holds no law (*.py) and no lab report (*.html).")
         with written(command.csv, "csv") as new:
-            rows = _graded(replace(command, folder=folder), paths, limits)
-            write_marks(new, rows, tuple(TRIALS))
+            rows = _graded(replace(command, folder=folder), paths, limits, weights)
+            mark_tables.write_marks(new, rows)
+    students = mark_tables.by_student(rows)
+    for option, write in mark_tables.WRITERS.items():
+        if (path := getattr(command, option)) is not None:
+            with written(path, option) as new:
+                write(new, students)
+    if command.feedback is not None:
+        with writable(command.feedback, "feedback"):
+            write_feedback(command.feedback, students, command.lang)
     print(f"{command.csv}: {len(rows)} files.")
     return 0
 
@@ -164,7 +172,7 @@ def unpacked(given: Path) -> Iterator[Path]:
     with tempfile.TemporaryDirectory(prefix="duet-grade-") as folder:
         try:
             with zipfile.ZipFile(given) as archive:
-                parts = [part for part in archive.infolist() if Path(part.filename).suffix.lower() in KINDS]
+                parts = [part for part in archive.infolist() if Path(part.filename).suffix.lower() in ENDINGS]
                 if len(parts) > MOST_PARTS or sum(part.file_size for part in parts) > MOST_BYTES:
                     raise BadSetting(
                         f"{given}: holds more than {MOST_PARTS} files or {MOST_BYTES >> 20} MiB; grade a part of it."
@@ -181,20 +189,22 @@ def handed_in(folder: Path) -> list[Path]:
     for where, folders, files in os.walk(folder):
         folders[:] = [name for name in folders if name != "__pycache__"]
         links = [name for name in folders if os.path.islink(os.path.join(where, name))]
-        found += [Path(where, name) for name in (*files, *links) if Path(name).suffix.lower() in KINDS]
+        found += [Path(where, name) for name in (*files, *links) if Path(name).suffix.lower() in ENDINGS]
     return sorted(found, key=lambda path: os.fsencode(path))
 
 
-def _graded(command: Grade, paths: list[Path], limits: "FenceLimits") -> list[GradedFile]:
+def _graded(command: Grade, paths: list[Path], limits: "FenceLimits", weights: dict[str, float]) -> "list[GradedFile]":
     """Return the rows in the order of the files, and say on stderr how far it is."""
+    from app.marks.graded_file import graded
+
     stopped, said = threading.Event(), set[str]()
     jobs = command.jobs or max(1, cores() // 2)
     with ThreadPoolExecutor(jobs) as pool:
-        work = {pool.submit(graded, path, command.folder, limits, stopped): path for path in paths}
+        work = {pool.submit(graded, path, command.folder, limits, stopped, weights, command.lang): path for path in paths}
         try:
             for number, done in enumerate(as_completed(work), 1):
                 row = done.result()
-                print(f"{number}/{len(paths)} {csv_cell(row.name)}: {row.points}", file=sys.stderr)
+                print(f"{number}/{len(paths)} {csv_cell(row.name)}: {row.points:g}", file=sys.stderr)
                 if row.isolation in ISOLATION and row.isolation not in said:
                     said.add(row.isolation)
                     print(f"lwr-duet: {ISOLATION[row.isolation]}", file=sys.stderr)
@@ -203,74 +213,3 @@ def _graded(command: Grade, paths: list[Path], limits: "FenceLimits") -> list[Gr
             pool.shutdown(cancel_futures=True)
             raise
         return [done.result() for done in work]
-
-
-def graded(path: Path, folder: Path, limits: "FenceLimits", stopped: threading.Event) -> GradedFile:
-    """Return the row of a file, whatever that holds."""
-    from app.custom_law.custom_law import LARGEST
-    from app.custom_law.marked import marked
-    from app.export import report_record
-
-    kind = KINDS[path.suffix.lower()]
-    row = GradedFile(readable(str(path.relative_to(folder))), kind)
-    if path.is_symlink():
-        row.reason = "a link, not a file"
-        return row
-    try:
-        if kind == "law":
-            marks = marked(readable(path.name), read_file(path, LARGEST), limits, stopped.is_set)
-            _take_marks(row, marks)
-        else:
-            _take_records(row, report_record.read_records(read_file(path, report_record.LARGEST)))
-    except OSError as error:
-        row.reason = f"cannot be read ({error.strerror or error})"
-    except Exception as error:
-        # It costs its own row, and not the others'.
-        row.reason = str(error) or type(error).__name__
-    return row
-
-
-def _take_marks(row: GradedFile, marks: "LawMarks") -> None:
-    row.isolation = marks.isolation
-    row.cells |= {name: "pass" if passed else "fail" for name, passed in marks.passed.items()}
-    row.points = sum(marks.passed.values())
-    same: defaultdict[str, list[str]] = defaultdict(list)
-    for name, reason in marks.reasons.items():
-        same[reason].append(name)
-    row.reason = "; ".join((*(f"{', '.join(names)}: {reason}" for reason, names in same.items()), *filter(None, [marks.ended])))
-
-
-def _take_records(row: GradedFile, records: "tuple[StepRecord, ...]") -> None:
-    predicted = [record for record in records if record.prediction is not None]
-    challenges = [record for record in records if record.passed is not None]
-    right, passed = sum(record.right is True for record in predicted), sum(record.passed is True for record in challenges)
-    row.cells |= {
-        "steps": len(records),
-        "predictions": len(predicted),
-        "right": right,
-        "challenges": len(challenges),
-        "passed": passed,
-        "attempts": sum(record.attempts for record in records),
-    }
-    row.points = right + passed
-    wrong = [
-        f"{r.lesson}/{r.step}: answer {r.prediction} is {'not right' if r.right is False else 'open'}"
-        for r in predicted
-        if not r.right
-    ]
-    failed = [f"{r.lesson}/{r.step}: challenge not passed in {r.attempts} attempts" for r in challenges if not r.passed]
-    row.reason = "; ".join((*wrong, *failed))
-
-
-REPORT: Final = ("steps", "predictions", "right", "challenges", "passed", "attempts")
-"""Columns of a report."""
-
-
-def write_marks(path: Path, rows: list[GradedFile], tests: tuple[str, ...]) -> None:
-    """Write the table."""
-    with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(("name", "kind", *tests, *REPORT, "points", "reason"))
-        for row in rows:
-            values = (row.name, row.kind, *(row.cells.get(key, "") for key in (*tests, *REPORT)), row.points, row.reason)
-            writer.writerow([csv_cell(value) for value in values])

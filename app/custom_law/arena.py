@@ -1,5 +1,6 @@
 """The runs and situations in which laws are tested: the product's own rooms, bounds and integration, with the law put in."""
 
+import itertools
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -19,6 +20,26 @@ from scenes.settings import LawSettings, RunSettings
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget, Target
 
+PIECES: Final = 48
+"""Of a run, in each of which a curve has its worst value."""
+
+
+@dataclass(frozen=True)
+class TrialCurve:
+    """What a run showed, for a plot: the worst value in each of `PIECES` parts of its time.
+
+    Attributes:
+        quantity: "d" [m], "e" [m] or "dq_step" [rad/s].
+        seconds: length of the run.
+        limit: what is asked for; None where it is no value of the quantity.
+        lines: name ("" for none) → values, SI; None where there is none.
+    """
+
+    quantity: str
+    seconds: float
+    limit: float | None
+    lines: dict[str, list[float | None]]
+
 
 @dataclass(frozen=True)
 class TrialResult:
@@ -27,12 +48,34 @@ class TrialResult:
     Attributes:
         reason: which one, and by how much it holds or fails; a `Message`.
         numbers: behind it, SI units.
+        curve: of the run that failed; None where the test has no run, or is passed.
     """
 
     name: str
     passed: bool
     reason: str
     numbers: dict[str, float]
+    curve: TrialCurve | None = None
+
+
+def worst_values(values: Array, least: bool = False) -> list[float | None]:
+    """Return the largest (or least) value in each of `PIECES` parts of values (steps,); None where it is infinite."""
+    edges = np.linspace(0, len(values), PIECES + 1)
+    parts = [values[int(a) : max(int(b), int(a) + 1)] for a, b in itertools.pairwise(edges)]
+    found = [float((part.min() if least else part.max()) if len(part) else math.inf) for part in parts]
+    return [value if math.isfinite(value) else None for value in found]
+
+
+def distance_curve(table: Array) -> TrialCurve:
+    """Return d over a run. `table`: its steps (steps, columns of `scenes.history`)."""
+    d, seconds = table[:, COLUMN["d"]], float(table[-1, COLUMN["t"]])
+    return TrialCurve("d", seconds, CRITICAL_DISTANCE, {"": worst_values(d, least=True)})
+
+
+def error_curve(table: Array, limit: float) -> TrialCurve:
+    """Return |e| over a run; see `distance_curve`."""
+    e, seconds = np.sqrt(table[:, COLUMN["e2"]]), float(table[-1, COLUMN["t"]])
+    return TrialCurve("e", seconds, limit, {"": worst_values(e)})
 
 
 class Candidate(Law, Protocol):
@@ -73,7 +116,13 @@ PATIENCE: Final = 10.0
 
 
 class TrialStopped(Exception):
-    """The law failed, or takes so long that the test would not end; the message says why."""
+    """The law failed, or takes so long that the test would not end; the message says why.
+
+    Attributes:
+        curve: of the run so far, if there is one.
+    """
+
+    curve: TrialCurve | None = None
 
 
 def enter(scene: str, law: Candidate | None, dt: float = DT, path: str = "stay") -> Simulation:
@@ -92,18 +141,22 @@ def play(simulation: Simulation, law: Candidate, targets: Iterable[Target | None
         TrialStopped: the law has failed, or is too slow.
     """
     taken = 0.0
-    for target in targets:
-        simulation.step(target)
-        stop_if_failed(law)
-        taken += law.seconds
-        if taken > PATIENCE:
-            raise TrialStopped(
-                LazyText(
-                    "stopped after {time:.2f} s of the run: a call takes {taken:.3g} ms.",
-                    time=simulation.time,
-                    taken=taken / simulation.steps * 1e3,
+    try:
+        for target in targets:
+            simulation.step(target)
+            stop_if_failed(law)
+            taken += law.seconds
+            if taken > PATIENCE:
+                raise TrialStopped(
+                    LazyText(
+                        "stopped after {time:.2f} s of the run: a call takes {taken:.3g} ms.",
+                        time=simulation.time,
+                        taken=taken / simulation.steps * 1e3,
+                    )
                 )
-            )
+    except TrialStopped as stopped:
+        stopped.curve = distance_curve(simulation.history.table())
+        raise
     return simulation.history.table()
 
 

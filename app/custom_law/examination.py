@@ -10,7 +10,7 @@ from app.custom_law import trials
 from app.custom_law.arena import TrialResult
 from app.custom_law.custom_law import CustomLaw, read_law
 from app.custom_law.law_limits import LawLimits, without_core
-from app.custom_law.trials import TRIALS, examine_law
+from app.custom_law.trials import TRIALS, advice, examine_law
 from app.runtime.job_pool import Job, Jobs
 from controllers.errors import DuetError, LazyText
 from controllers.kinematics import Array
@@ -91,7 +91,10 @@ class _Examined(CustomLaw):
 def verdict_table(path: Path, verdicts: list[TrialResult]) -> str:
     """Return the verdicts as text: one line a test, and how many passed."""
     width = max(len(verdict.name) for verdict in verdicts)
-    lines = [f"{'pass' if v.passed else 'FAIL'}  {v.name:{width}}  {v.reason}" for v in verdicts]
+    lines = [
+        f"{'pass' if v.passed else 'FAIL'}  {v.name:{width}}  {v.reason}{'' if v.passed else f' {advice(v.name)}'}"
+        for v in verdicts
+    ]
     passed = sum(v.passed for v in verdicts)
     return "\n".join([*lines, f"{readable(path.name)}: {passed} of {len(verdicts)} tests passed."])
 

@@ -1,14 +1,20 @@
 """A file of which nothing is trusted, put through the six tests."""
 
+import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
+from app.custom_law.arena import PIECES, TrialCurve
 from app.custom_law.examination import examine
 from app.custom_law.fence import FenceLimits, fenced, fenced_input, say
-from app.custom_law.trials import TRIALS
+from app.custom_law.trials import QUANTITIES, TRIALS
+from app.i18n.speaking import set_language, tr
+from app.settings import Language
 
 
 @dataclass
@@ -18,12 +24,14 @@ class LawMarks:
     Attributes:
         passed: whether each test was passed, by name; a test that was not made is missing.
         reasons: why a test failed, by name.
+        curves: of the runs that failed, by the test's name; written by the file's process, like everything here.
         ended: why the tests were not all made; "" if they were.
         isolation: "full", "network" or "none"; "" if nothing was run.
     """
 
     passed: dict[str, bool] = field(default_factory=dict)
     reasons: dict[str, str] = field(default_factory=dict)
+    curves: dict[str, TrialCurve] = field(default_factory=dict)
     ended: str = ""
     isolation: str = ""
 
@@ -33,6 +41,7 @@ def marked(
     text: bytes,
     limits: FenceLimits = FenceLimits(),  # noqa: B008 (frozen)
     stopped: Callable[[], bool] = lambda: False,
+    language: Language = "en",
 ) -> LawMarks:
     """Return the marks of a file.
 
@@ -40,9 +49,10 @@ def marked(
         name: of the file, for its messages.
         text: what it holds.
         stopped: asked now and then whether to give up.
+        language: of the reasons.
     """
     marks = LawMarks()
-    why = fenced("app.custom_law.marked", [name], text, partial(_take, marks), limits, stopped)
+    why = fenced("app.custom_law.marked", [name, language], text, partial(_take, marks), limits, stopped)
     if len(marks.passed) < len(TRIALS):
         marks.ended = why
     return marks
@@ -55,13 +65,34 @@ def _take(marks: LawMarks, said: dict[str, Any]) -> None:
         marks.passed[said["name"]] = said["passed"] is True
         if said["passed"] is not True:
             marks.reasons[said["name"]] = str(said["reason"])
+            if said["curve"] is not None:
+                marks.curves[said["name"]] = _read_curve(said["curve"])
+
+
+def _read_curve(said: object) -> TrialCurve:
+    """Return a curve as it was said.
+
+    Raises:
+        ValueError: it is none.
+    """
+    curve = msgspec.convert(said, TrialCurve)
+    numbers = [value for line in curve.lines.values() for value in line if value is not None]
+    small = len(curve.lines) <= 2 and all(len(line) == PIECES and len(name) <= 40 for name, line in curve.lines.items())
+    if (
+        curve.quantity not in QUANTITIES
+        or not small
+        or not all(map(math.isfinite, (curve.seconds, curve.limit or 0.0, *numbers)))
+    ):
+        raise ValueError("no curve")
+    return curve
 
 
 def main() -> None:
     """Make the tests."""
-    limits, (name,), text = fenced_input()
+    limits, (name, language), text = fenced_input()
+    set_language(language)  # pyright: ignore[reportArgumentType]
     for verdict in examine(Path(name), limits, text=text):
-        say(asdict(verdict) | {"reason": str(verdict.reason)})
+        say(asdict(verdict) | {"reason": tr(verdict.reason)})
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from app.custom_law import arena
-from app.custom_law.arena import Candidate, TrialResult
+from app.custom_law.arena import Candidate, TrialCurve, TrialResult
 from app.i18n.speaking import N_
 from controllers.errors import LazyText
 from scenes.experiments import BALL, HOLD, SOLO
@@ -52,20 +52,22 @@ def examine_law(law: Candidate, again: Callable[[], None] = lambda: None, only: 
     for name in TRIALS if only is None else only:
         again()
         try:
-            passed, reason, numbers = TRIALS[name](law)
+            passed, reason, numbers, curve = TRIALS[name](law)
         except arena.TrialStopped as stopped:
-            passed, reason, numbers = False, str(stopped), {}
-        verdicts.append(TrialResult(name, passed, reason, numbers))
+            passed, reason, numbers, curve = False, str(stopped), {}, stopped.curve
+        verdicts.append(TrialResult(name, passed, reason, numbers, None if passed else curve))
     return verdicts
 
 
-Outcome = tuple[bool, str, dict[str, float]]
-"""Passed, reason, numbers."""
+Outcome = tuple[bool, str, dict[str, float], TrialCurve | None]
+"""Passed, reason, numbers, curve."""
 
 
-def _outcome(passed: bool, held: str, failed: str, numbers: dict[str, float], **parts: object) -> Outcome:
+def _outcome(
+    passed: bool, held: str, failed: str, numbers: dict[str, float], curve: TrialCurve | None = None, **parts: object
+) -> Outcome:
     """Return the outcome with one of two reasons. `parts`: of both templates."""
-    return passed, LazyText(held if passed else failed, **parts), numbers
+    return passed, LazyText(held if passed else failed, **parts), numbers, curve
 
 
 def keeps_its_distance(law: Candidate) -> Outcome:
@@ -85,19 +87,25 @@ def keeps_its_distance(law: Candidate) -> Outcome:
     missing = arena.CRITICAL_DISTANCE - float(d[i])
     held = N_("d ≥ {limit} holds: the smallest d is {d}, at t = {time:.2f} s between {pair}.")
     failed = N_("d ≥ {limit} fails by {by}: d = {d} at t = {time:.2f} s between {pair}.")
-    return _outcome(missing <= SLACK, held, failed, numbers, by=_mm(missing), **parts)
+    return _outcome(missing <= SLACK, held, failed, numbers, arena.distance_curve(table), by=_mm(missing), **parts)
 
 
 def leaves_the_task_alone(law: Candidate) -> Outcome:
     """|e| stays small where nothing is near: in an empty room (d = ∞), and beside a ball that is 2.5 d_m away."""
     empty = arena.enter(SOLO, law, path="circle")
-    error = arena.largest_error(arena.play(empty, law, [None] * round(2.0 / arena.DT)))
+    table = arena.play(empty, law, [None] * round(2.0 / arena.DT))
+    error = arena.largest_error(table)
     task_alone = arena.error_of_the_task_alone()
     numbers = {"empty_room": error, "task_alone": task_alone}
     if error > task_alone + UNTOUCHED:
         limit = task_alone + UNTOUCHED
         parts = {"limit": _mm(limit), "by": _mm(error - limit)}
-        return False, LazyText("|e| ≤ {limit} in an empty room (d = ∞) fails by {by}.", **parts), numbers
+        return (
+            False,
+            LazyText("|e| ≤ {limit} in an empty room (d = ∞) fails by {by}.", **parts),
+            numbers,
+            arena.error_curve(table, limit),
+        )
     beside = arena.enter(BALL, law)
     arena.put_the_ball_away(beside)
     table = arena.play(beside, law, [None] * round(REST / arena.DT))
@@ -106,14 +114,15 @@ def leaves_the_task_alone(law: Candidate) -> Outcome:
     parts = {"limit": _mm(UNHARMED), "by": _mm(error - UNHARMED), "d": _mm(d), "error": _mm(error)}
     held = N_("|e| ≤ {limit} beside a ball that is {d} away holds: {error}.")
     failed = N_("|e| ≤ {limit} beside a ball that is {d} away fails by {by}: the hand leaves its place by {error}.")
-    return _outcome(error <= UNHARMED, held, failed, numbers, **parts)
+    return _outcome(error <= UNHARMED, held, failed, numbers, arena.error_curve(table, UNHARMED), **parts)
 
 
 def gets_out(law: Candidate) -> Outcome:
     """From 50 mm of overlap to d_m within 2 s, and out of it for good."""
     simulation = arena.enter(HOLD, law)
     simulation.reset(np.array(arena.overlapping()))
-    d = arena.play(simulation, law, [None] * round(STAY / arena.DT))[:, COLUMN["d"]]
+    table = arena.play(simulation, law, [None] * round(STAY / arena.DT))
+    d = table[:, COLUMN["d"]]
     late = d[round(ESCAPE / arena.DT) :]
     inside = np.flatnonzero(d < arena.CRITICAL_DISTANCE - SLACK)
     numbers = {
@@ -131,24 +140,29 @@ def gets_out(law: Candidate) -> Outcome:
     }
     held = N_("from d = {start}, d ≥ {limit} after {after:g} s holds: it takes {time:.2f} s.")
     failed = N_("from d = {start}, d ≥ {limit} after {after:g} s fails by {by}: d = {d}.")
-    return _outcome(missing <= SLACK, held, failed, numbers, d=_mm(numbers["d_min_after"]), **parts)
+    curve = arena.distance_curve(table)
+    return _outcome(missing <= SLACK, held, failed, numbers, curve, d=_mm(numbers["d_min_after"]), **parts)
 
 
 def is_smooth(law: Candidate) -> Outcome:
     """Half the time step, half the largest step of q̇, past a ball with one control point (Fig. 1)."""
     largest: list[float] = []
+    lines: dict[str, list[float | None]] = {}
     for dt in (2.0 * arena.DT, arena.DT):
         simulation = arena.enter(BALL, law, dt=dt)
         table = arena.play(simulation, law, [None] * round(PASSAGE / dt))
         velocities = simulation.history.velocities(table)[:, simulation.avoiding.joints]
-        largest.append(float(np.abs(np.diff(velocities, axis=0)).max()))
+        steps = np.abs(np.diff(velocities, axis=0)).max(axis=1)
+        largest.append(float(steps.max()))
+        lines[f"dt = {dt * 1e3:g} ms"] = arena.worst_values(steps)
     share = largest[1] / largest[0] if largest[0] > 0.0 else 0.0
     numbers = {"dq_step_10ms": largest[0], "dq_step_5ms": largest[1], "share": share}
     steps = LazyText("{before:.3g} rad/s at dt = 10 ms, {after:.3g} at 5 ms", before=largest[0], after=largest[1])
     word = LazyText("a jump stays, however small dt") if share > 0.85 else LazyText("a smooth q̇ leaves 50 %")
     held = N_("largest step of q̇ ≤ {limit:.0%} at half the dt holds: {share:.0%} is left ({steps}).")
     failed = N_("largest step of q̇ ≤ {limit:.0%} at half the dt fails: {share:.0%} is left ({steps}); {word}.")
-    return _outcome(share <= HALVED, held, failed, numbers, limit=HALVED, share=share, steps=steps, word=word)
+    curve = TrialCurve("dq_step", PASSAGE, None, lines)
+    return _outcome(share <= HALVED, held, failed, numbers, curve, limit=HALVED, share=share, steps=steps, word=word)
 
 
 def is_bounded(law: Candidate) -> Outcome:
@@ -180,8 +194,9 @@ def is_quick(law: Candidate) -> Outcome:
     numbers = {"median": median, "largest": max(taken)}
     if median > QUICK:
         failed = LazyText("a call ≤ 1 ms fails: the median of 300 calls is {median:.3g} ms.", median=median * 1e3)
-        return False, failed, numbers
-    return True, LazyText("a call ≤ 1 ms holds: the median of 300 calls is {median:.3g} µs.", median=median * 1e6), numbers
+        return False, failed, numbers, None
+    held = LazyText("a call ≤ 1 ms holds: the median of 300 calls is {median:.3g} µs.", median=median * 1e6)
+    return True, held, numbers, None
 
 
 TRIALS: Final[dict[str, Callable[[Candidate], Outcome]]] = {
@@ -203,6 +218,37 @@ WHY: Final[dict[str, str]] = {
     "quick": "A tick lasts 5 ms, and there is more to be done in it.",
 }
 """Why each of them is asked for."""
+
+QUANTITIES: Final = ("d", "e", "dq_step")
+"""Of a `TrialCurve`."""
+
+GATES: Final = ("keeps its distance", "gets out")
+"""The others count only for a law that passes these: an arm that stands still is smooth, bounded and quick as well."""
+
+TRY: Final[dict[str, tuple[str, int]]] = {
+    "keeps its distance": (
+        N_("Let λ be 1 at d_m and below, add λ (v + u) and not less, and look at the sign: J_d @ q̇ > 0 leads away."),
+        6,
+    ),
+    "leaves the task alone": (N_("Let λ fall to 0 as d grows, and return situation.nominal where d is inf."), 4),
+    "gets out": (
+        N_("Keep λ = 1 wherever d is below d_m, also where d is negative: a quotient or a power of d turns round there."),
+        4,
+    ),
+    "smooth": (N_("Replace the `if` at a distance by a λ that changes with d without a jump."), 5),
+    "bounded where J_d is singular": (
+        N_("Damp more, with a larger μ² beside J_d @ J_d, or clip q̇ to situation.lower and .upper."),
+        10,
+    ),
+    "quick": (N_("Leave imports and loops outside of law(), and compute with whole arrays."), 10),
+}
+"""What to try after a failure, and the lesson in which it is seen."""
+
+
+def advice(name: str) -> LazyText:
+    """Return what to try after a failure of a test, and the lesson to read."""
+    what, lesson = TRY[name]
+    return LazyText("{what} Lesson {lesson} shows it.", what=LazyText(what), lesson=lesson)
 
 
 def _mm(metres: float) -> str:

@@ -6,16 +6,17 @@ One run a kernel: every cell that shows it shows the same one. It ends with the 
 import atexit
 import html
 import secrets
+from collections.abc import Callable
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 from urllib.parse import urlencode
 
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_
-from app.jupyter.notebook_run import NotebookRun
+from app.jupyter.cell_law import law_text
+from app.jupyter.notebook_run import NotebookRun, all_changed
 from app.settings import ALONE, LANGUAGES, Settings
 from app.web.pages import PageAssets
-from scenes.settings import changed
 
 SCRIPT: Final = Path(__file__).parent / "static" / "inline_page.js"
 
@@ -43,7 +44,7 @@ def inline_html(server: NotebookRun, height: int) -> str:
     return f'<div id="{place}">{html.escape(RUN_AGAIN)}</div>{PageAssets((SCRIPT,), constants={"inline": inline}).script_html()}'
 
 
-__all__ = ["close", "show"]
+__all__ = ["close", "law", "show"]
 
 HEIGHT: Final = 720
 """Of the page in a cell [px]."""
@@ -51,32 +52,51 @@ HEIGHT: Final = 720
 _running: NotebookRun | None = None
 
 
-def show(height: int = HEIGHT, **settings: object) -> NotebookRun:
+def show(height: int = HEIGHT, lesson: int | str | None = None, step: int = 1, **settings: object) -> NotebookRun:
     """Show the page below this cell and return its run; it is the same in every cell.
 
     Args:
         height: of the page [px].
-        settings: as in a link, in SI units: `show(scene="ball", dm=0.1)`; `lwr-duet run --help` lists them. They change a run that is
-            there already.
+        lesson: number or name of a lesson that is opened.
+        step: of that lesson, from 1.
+        settings: as in a link, in SI units, or by their long names: `show(scene="ball", dm=0.1)`, `show(critical_distance=0.1)`;
+            `lwr-duet run --help` lists them. They change a run that is there already.
 
     Raises:
-        BadSetting: a setting is not possible; nothing is changed, nor shown.
+        BadSetting: a setting, a lesson or a step is not possible; nothing is changed, nor shown.
     """
     global _running
     from IPython.display import HTML, display
     from IPython.utils.capture import capture_output
 
     if _running is None:
-        start = Settings()
-        for key, value in settings.items():
-            start = changed(start, key, value)
+        start = all_changed(Settings(), settings)
         # viser shows a box with its addresses, which are not those of the hub.
         with capture_output(stdout=False, stderr=False):
             _running = NotebookRun(start)
     elif settings:
         _running.change(**settings)
+    if lesson is not None:
+        _running.open_lesson(lesson, step)
     display(HTML(inline_html(_running, height)))
     return _running
+
+
+def law(function: Callable[[Any], Any], height: int = HEIGHT) -> NotebookRun:
+    """Run a function of the notebook as the law, beside the paper's as the ghost, and show the page below this cell; return the run.
+
+    Args:
+        function: `law(situation)`, which returns joint velocities; `lwr-duet new-law` writes one with every part of a situation. It runs in
+            a process of its own, and takes what it needs of the notebook's modules, numbers and functions with it.
+        height: of the page [px].
+
+    Raises:
+        BadSetting: it is no function that is written with def.
+    """
+    text = law_text(function)
+    run = show(height)
+    run.take_law(text)
+    return run
 
 
 def close() -> None:

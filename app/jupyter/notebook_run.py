@@ -1,10 +1,16 @@
 """The run of a notebook: an app inside the kernel, and what the kernel may ask of it."""
 
 import secrets
-from collections.abc import Callable
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future
+from dataclasses import fields
+from pathlib import Path
 from time import perf_counter
-from typing import Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 from app.classroom.lecture import LectureHost
 from app.hosting.serve_options import ServeOptions
@@ -16,7 +22,15 @@ from app.settings import Settings
 from app.start import start_app
 from controllers.errors import BadSetting, DuetError
 from controllers.kinematics import Array
-from scenes.settings import LawSettings, changed
+from controllers.laws.situation import Situation
+from scenes.history import unit_of
+from scenes.law_answers import LawOfFile
+from scenes.laws import DEFAULT_LAW
+from scenes.person.source import MissingPackage
+from scenes.settings import SPEC, LawSettings, changed, specs, values
+
+if TYPE_CHECKING:
+    import pandas
 
 T = TypeVar("T")
 
@@ -32,6 +46,47 @@ class Ask(Action, newest_by=("answer",)):
 
     question: Callable[[Session], Any]
     answer: Future[Any]
+
+
+def all_changed(settings: Settings, wanted: Mapping[str, object]) -> Settings:
+    """Return the settings with some of them changed, each by its key in a link or by its long name.
+
+    Raises:
+        BadSetting: one is not possible.
+    """
+    for name, value in wanted.items():
+        settings = changed(settings, key_of(name), value)
+    return settings
+
+
+def key_of(name: str) -> str:
+    """Return the key of a setting in a link: `dm` for dm and for critical_distance; the name itself where there is none."""
+    return name if name in specs(Settings) else dict(_long_names(Settings())).get(name, name)
+
+
+def _long_names(settings: Any) -> Iterator[tuple[str, str]]:
+    for f in fields(settings):
+        if SPEC in f.metadata:
+            yield f.name, f.metadata[SPEC].key
+        else:
+            yield from _long_names(getattr(settings, f.name))
+
+
+class GivenVelocities(LawOfFile):
+    """A law that gives the joint velocities of a cell, whatever it is asked. `velocities`: (n,) [rad/s]."""
+
+    file, sha256 = "notebook", ""
+
+    def __init__(self, velocities: Array) -> None:
+        self.velocities = velocities
+
+    def __call__(self, situation: Situation) -> Array:
+        del situation
+        return self.velocities.copy()
+
+    def activation(self, distance: float) -> float:
+        del distance
+        return 0.0
 
 
 class NotebookRun:
@@ -55,6 +110,8 @@ class NotebookRun:
         self._session = self._app.host.session
         self._session.takers["notebook"] = self._take
         self._closed = False
+        self._given = GivenVelocities(np.zeros(0))
+        self._folder = tempfile.TemporaryDirectory(prefix="duet-notebook-", ignore_cleanup_errors=True)
 
     @property
     def port(self) -> int:
@@ -100,19 +157,91 @@ class NotebookRun:
         names, table = self._ask(read)
         return dict(zip(names, table.T, strict=True))
 
+    def __getitem__(self, name: str) -> Any:
+        """Return a setting in force by its key in a link or its long name: `run["dm"]` is `run["critical_distance"]` [m].
+
+        Raises:
+            KeyError: there is no such setting.
+        """
+        return values(self.settings)[key_of(name)]
+
+    def table(self, seconds: float | None = None) -> "pandas.DataFrame":
+        """Return the newest steps as a table of pandas', with the unit in the head of each column: "t [s]", "d [m]", …; see `history`.
+
+        Raises:
+            MissingPackage: pandas is not installed.
+        """
+        try:
+            import pandas
+        except ImportError:
+            raise MissingPackage("A table needs pandas: pip install 'lwr-duet[notebook]'.") from None
+        error_unit, history = self.settings.run.experiment.error_unit, self.history(seconds)
+        heads = [f"{name} [{unit}]" if (unit := unit_of(name, error_unit)) else name for name in history]
+        return pandas.DataFrame(dict(zip(heads, history.values(), strict=True)))
+
+    def open_lesson(self, lesson: int | str, step: int = 1) -> None:
+        """Open a step of a lesson on the page. `lesson`: its number or its name; `step`: from 1.
+
+        Raises:
+            BadSetting: it is not there; nothing is opened.
+        """
+        host = self._app.host
+        assert isinstance(host, LectureHost)
+        lessons = host.lessons
+
+        def enter(_session: Session) -> None:
+            found = [one for one in lessons.book.lessons if lesson in (one.number, one.id)]
+            if not found or not 1 <= step <= len(found[0].steps):
+                raise BadSetting(f"There is no step {step} of lesson {lesson}.")
+            lessons.enter(found[0].id, step - 1)
+
+        self._ask(enter)
+
+    def take_law(self, text: str) -> None:
+        """Run this law, the text of a file, from the beginning of the run, beside the paper's as the ghost."""
+        path = Path(self._folder.name) / "law.py"
+        path.write_text(text, encoding="utf-8")
+
+        def begin(session: Session) -> None:
+            session.change("ghost", DEFAULT_LAW)
+            session.take_law_file(path)
+
+        self._ask(begin)
+
+    def step(self, dq: ArrayLike) -> dict[str, float]:
+        """Make one step with these joint velocities instead of the law's, and return it as in `history`; the run pauses.
+
+        Bounds of joints hold as for every law. Where both arms keep clear, both get these velocities.
+
+        Args:
+            dq: q̇ (n,) of an arm that keeps clear [rad/s].
+
+        Raises:
+            BadSetting: these are no n finite numbers; no step is made.
+        """
+        given = np.asarray(dq, float)
+
+        def make(session: Session) -> None:
+            joints = session.simulation.avoiding.joints
+            if given.shape != (joints.stop - joints.start,) or not np.isfinite(given).all():
+                raise BadSetting(f"step needs {joints.stop - joints.start} finite joint velocities [rad/s].")
+            self._given.velocities = given
+            session.step_with(self._given)
+
+        self._ask(make)
+        return {name: float(column[-1]) for name, column in self.history(self.settings.run.dt).items()}
+
     def change(self, **settings: object) -> None:
-        """Change settings from the next step on; keys and values as in a link.
+        """Change settings from the next step on; keys and values as in a link, or by their long names.
 
         Raises:
             BadSetting: one is not possible; nothing is changed.
         """
 
         def apply(session: Session) -> None:
-            wanted = session.settings
-            for key, value in settings.items():
-                wanted = changed(wanted, key, value)
-            for key, value in settings.items():
-                session.change(key, value)
+            all_changed(session.settings, settings)
+            for name, value in settings.items():
+                session.change(key_of(name), value)
 
         self._ask(apply)
 
@@ -144,6 +273,7 @@ class NotebookRun:
         if not self._closed:
             self._closed = True
             self._app.close()
+            self._folder.cleanup()
 
     def _take(self, action: Action) -> bool:
         if isinstance(action, Ask) and not action.answer.done():

@@ -20,6 +20,7 @@ from app.league.league_table import COLUMNS, LeagueRow
 from app.text.templates import render
 from app.theme import css_variables
 from scenes.experiments import EXPERIMENTS
+from scenes.laws import DEFAULT_LAW
 from scenes.league_runs import CRITICAL_DISTANCE, EDITION, LEVELS, ROBOTS, SCENES, Event, Level, Schedule
 
 CITE: Final = (
@@ -51,12 +52,17 @@ def league_page(
         persons=len(schedule.persons()),
         scenes=[EXPERIMENTS[scene].short for scene in SCENES],
         columns=COLUMNS,
-        tables=[(title, [row.cells() for row in rows]) for title, rows in tables],
+        tables=[(title, [(row.cells(), _kind(row.entrant)) for row in rows]) for title, rows in tables],
         pictures=pictures,
         files=[entrant for entrant in entrants if entrant.text is not None],
         versions=versions,
         cite=CITE.format(version=versions["Duet"], edition=EDITION).replace("`", ""),
     )
+
+
+def _kind(entrant: Entrant) -> str:
+    """Return the class of an entrant's rows: on the projector, a class sees its own laws and the paper's."""
+    return "own" if entrant.text is not None else "paper" if entrant.name == DEFAULT_LAW else "other"
 
 
 def _picture(entrants: Sequence[Entrant], outcomes: Sequence[Played], level: Level) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Hashable, Iterator
 from dataclasses import replace
+from pathlib import Path
 from time import perf_counter
 
 from app.runtime.job_pool import Jobs
@@ -19,7 +20,7 @@ from app.session.student_law import LawStatus, StudentLaw
 from app.session.studies import Who
 from app.settings import Settings
 from controllers.kinematics import Arm, Array
-from controllers.laws.situation import Unanswered
+from controllers.laws.situation import Law, Unanswered
 from scenes.inputs import KEEP, InputsLog, Recorded
 from scenes.roles import TargetSource
 from scenes.room import room_of
@@ -65,12 +66,9 @@ class Session:
         self._ghost = GhostRun(settings.run, self.law)
         self._wish: tuple[Target | None] | None = None
         """The target of a step that its law has not answered yet."""
-        # Background studies know the settings' laws only, and would answer for another one.
-        studied = background if sources.law_file is None else None
         self.player = None if background is None else ReplayPlayer(self, background, wake)
         """Replays in the place of the live run; None where nothing is computed in the background."""
-        watch = None if self.player is None else self.player.watch_file
-        self.studies = BackgroundStudies(studied, wake, self.inputs, lambda: self.settings, self.change, watch)
+        self.studies = self._new_studies()
         self.posts = ActionQueue(self.handle)
         self.takers: dict[Hashable, Callable[[actions.Action], bool]] = {}
         """Those who operate this session, such as a page, each by a name of its own: do an action, or return that it is not theirs."""
@@ -93,6 +91,12 @@ class Session:
         self._ghost.begin(settings, self.simulation)
         if settings.page.what_if:
             self.studies.questions.prepare(settings)
+
+    def _new_studies(self) -> BackgroundStudies:
+        # They know the settings' laws only, and would answer for another one.
+        studied = self.background if self.sources.law_file is None else None
+        watch = None if self.player is None else self.player.watch_file
+        return BackgroundStudies(studied, self.wake, self.inputs, lambda: self.settings, self.change, watch)
 
     def wake(self) -> None:
         """Ask for a frame at once; from any thread."""
@@ -149,6 +153,30 @@ class Session:
         if runs != self.law.enabled:
             self.law.enabled = runs
             self._assign_laws(self.sources.law_file is not None)
+
+    def take_law_file(self, path: Path) -> None:
+        """Run the law of a file from now on, as if the server had been started with it; the run is reset.
+
+        Raises:
+            BadInputFile: it cannot be read; nothing is changed.
+        """
+        sources = replace(self.sources, law_file=path)
+        self.law.open(sources)
+        if self.sources != sources:
+            self.studies.close()
+            self.sources = sources
+            self.studies = self._new_studies()
+        self._assign_laws(True)
+
+    def step_with(self, law: Law) -> None:
+        """Pause, and make one step of the run with another law. The law answers at once."""
+        if not self.halt:
+            self.halt.set("visitor")
+        self.simulation.use(law)
+        try:
+            self._step_both()
+        finally:
+            self.simulation.use(self.law.of_run)
 
     def _assign_laws(self, reset: bool) -> None:
         """Assign laws to the run and its ghost. `reset`: also reset them, because recorded inputs belong to one law only."""

@@ -54,15 +54,26 @@ class StudentLaw:
         self.in_ghost, self.enabled = in_ghost, True
         self.examination: Examination | None = None
         self._law: CustomLaw | None = None
-        if sources.law_file is not None:
-            self._law = CustomLaw(sources.law_file)
-            if background is not None:
-                self.examination = Examination(sources.law_file, background, wake)
+        self._background, self._wake = background, wake
+        self.open(sources)
         self._share = sources.law_share
         self._part = SHARE
         """Part of the wall time that its calls may be waited for."""
         self._allowed = math.inf
         """Time that a call of it may take in real time [s]."""
+
+    def open(self, sources: InputSources) -> None:
+        """Take the file of the sources, as it is now, in the place of the one that there was.
+
+        Raises:
+            BadInputFile: it cannot be read; nothing is changed.
+        """
+        if sources.law_file is not None:
+            law = CustomLaw(sources.law_file)
+            self.close()
+            self._law = law
+            if self._background is not None:
+                self.examination = Examination(sources.law_file, self._background, self._wake)
 
     @property
     def of_run(self) -> CustomLaw | None:

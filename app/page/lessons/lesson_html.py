@@ -6,7 +6,7 @@ from typing import Final
 from markupsafe import Markup
 
 from app.custom_law.examination import ExaminationProgress
-from app.custom_law.trials import TRIALS, WHY
+from app.custom_law.trials import TRIALS, WHY, advice
 from app.i18n.speaking import tr
 from app.lessons.bookmark import Phase
 from app.lessons.curve_drawing import DrawingVerdict, drawing_svg
@@ -149,7 +149,7 @@ def law_html(progress: ExaminationProgress, problem: str, away: bool, passed: bo
         away: whether the file is gone.
         passed: whether the challenge was ever passed.
     """
-    return macros("page/lessons/custom_law.html").law(progress, problem, away, passed, TRIALS, WHY, COMMANDS)
+    return macros("page/lessons/custom_law.html").law(progress, problem, away, passed, TRIALS, WHY, advice, COMMANDS)
 
 
 def rules_html(css: str) -> Markup:

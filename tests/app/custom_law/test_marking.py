@@ -6,6 +6,7 @@ import os
 import re
 import socket
 from collections.abc import Iterator
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from textwrap import dedent
@@ -13,18 +14,20 @@ from textwrap import dedent
 import pytest
 
 import app
-from app.cli.grade import REPORT
 from app.cli.main import main
+from app.custom_law.arena import PIECES
 from app.custom_law.examination import examine
 from app.custom_law.fence import FenceLimits
 from app.custom_law.law_limits import LawLimits
-from app.custom_law.marked import LawMarks, marked
-from app.custom_law.trials import TRIALS
+from app.custom_law.marked import LawMarks, _take, marked
+from app.custom_law.trials import GATES, TRIALS, TRY
 from app.export.lab_report import Done, lab_bytes
 from app.export.report_record import StepRecord, read_records, records_html
 from app.i18n.speaking import set_language
 from app.lessons.loading import load_lessons
 from app.lessons.progress import StepProgress
+from app.marks.graded_file import REPORT
+from app.plots.curve_chart import COLUMNS
 from scenes.files import csv_cell
 from tests.app.custom_law.helpers import PAPER, write
 from tests.app.runtime.processes import until
@@ -101,15 +104,39 @@ def test_every_file_costs_one_row(tmp_path: Path, capfd: pytest.CaptureFixture[s
     report = lab_bytes([Done(lesson, 0, StepProgress(choice=1)), Done(lesson, 2, StepProgress(attempts=2, passed=True))], "de")
     (folder / "report.html").write_bytes(report)
 
-    table = tmp_path / "marks.csv"
-    assert main(["grade", str(folder), "--csv", str(table), "--jobs", "2", "--seconds", "40"]) == 0
+    zero, template = "Ann Lee_12_assignsubmission_file_/my_law.py", "doe_7_8_my_law.py"
+    (folder / zero).parent.mkdir()
+    write(folder / zero, "def law(s):\n    # It stands still.\n    return 0.0 * s.nominal")
+    text = Path(app.__file__).with_name("custom_law").joinpath("template.py").read_text(encoding="utf-8")
+    (folder / template).write_text(text.replace("my_law", "doe") + "\n# Doe\n", encoding="utf-8")
+
+    table, pages = tmp_path / "marks.csv", tmp_path / "pages"
+    files = {name: tmp_path / name for name in ("moodle", "canvas", "gradescope")}
+    more = [word for name, path in files.items() for word in (f"--{name}", str(path))]
+    weights = ["--points", "3", "1", "3", "2", "1", "1"]
+    command = ["grade", str(folder), "--csv", str(table), "--jobs", "2", "--seconds", "40", "--feedback", str(pages)]
+    assert main([*command, *more, *weights]) == 0
     with table.open(encoding="utf-8", newline="") as file:
         header, *rows = csv.reader(file)
-    assert header == ["name", "kind", *TRIALS, *REPORT, "points", "reason"]
+    assert header == ["name", "kind", *TRIALS, *REPORT, "points", "reason", "student", "id", "maximum", "feedback"]
     others = "=1+1.py bytes.py deep/good.py empty.html huge.html huge.py loop.py pipe.py report.html"
-    assert [row[0].removeprefix("'") for row in rows] == sorted([*others.split(), *NASTY])
+    assert [row[0].removeprefix("'") for row in rows] == sorted([*others.split(), zero, template, *NASTY])
     by_name = {row[0]: dict(zip(header, row, strict=True)) for row in rows}
-    assert [by_name["deep/good.py"][name] for name in TRIALS] == ["pass"] * 6 and by_name["deep/good.py"]["points"] == "6"
+    assert [by_name["deep/good.py"][name] for name in TRIALS] == ["pass"] * 6 and by_name["deep/good.py"]["points"] == "11"
+    assert [by_name[zero][name] for name in TRIALS] == ["fail", "fail", "fail", "pass", "pass", "pass"]
+    assert [by_name[zero][key] for key in ("points", "maximum", "student", "id")] == ["0", "11", "Ann Lee", "12"]
+    assert "on line 3, in “return 0.0 * s.nominal”" in by_name[zero]["feedback"]
+    assert all(TRY[name][0] in by_name[zero]["feedback"] for name in GATES) and "Lesson 6 shows it." in by_name[zero]["feedback"]
+    assert by_name[template]["points"] == "0" and "nothing in it was changed" in by_name[template]["reason"]
+    page = (pages / "Ann Lee-12.html").read_text(encoding="utf-8")
+    assert page.count("<svg xmlns") == 3 and "0 of 11 points" in page and "<script" not in page
+    assert "nothing in it was changed" in (pages / "doe-7.html").read_text(encoding="utf-8")
+    assert "Participant 12,Ann Lee,0,11,," in files["moodle"].read_text(encoding="utf-8")
+    canvas = files["canvas"].read_text(encoding="utf-8").splitlines()
+    assert canvas[:2] == ["Student,ID,Section,Duet", "Points Possible,,,11"] and "doe,7,,0" in canvas
+    result = json.loads(files["gradescope"].read_text(encoding="utf-8"))
+    good = [one for one in result["tests"] if one["name"].startswith("deep/good.py")]
+    assert sum(one["score"] for one in good) == 11 and {one["status"] for one in good} == {"passed"}
     said = {name: text for name, (_, text) in NASTY.items()}
     said |= {"'=1+1.py": "division by zero", "bytes.py": "SyntaxError", "loop.py": "a link", "pipe.py": "a pipe"}
     said |= {"huge.py": "larger than 1", "huge.html": "larger than 33", "empty.html": "is no lab report"}
@@ -189,6 +216,24 @@ def test_a_law_reaches_nothing_of_ours(tmp_path: Path) -> None:
     assert not mine.exists()
 
 
+def test_a_curve_that_a_file_has_made_up_is_left_out() -> None:
+    assert PIECES == COLUMNS
+    good = {"quantity": "d", "seconds": 8.0, "limit": 0.15, "lines": {"": [0.1] * PIECES}}
+    wrong = (
+        {"quantity": "x"},
+        {"seconds": float("nan")},
+        {"lines": {"": [1.0]}},
+        {"lines": {"": ["<b>"] * PIECES}},
+        {"limit": "a"},
+    )
+    for change in ({}, *wrong):
+        marks = LawMarks()
+        said = {"name": "smooth", "passed": False, "reason": "no", "curve": good | change}
+        with suppress(ValueError):
+            _take(marks, said)
+        assert marks.reasons == {"smooth": "no"} and ("smooth" in marks.curves) is (change == {})
+
+
 def test_a_cell_is_no_formula() -> None:
     starts = ("=1", "+1", "-1", "@a", "\t=1", " =1", "\n@")
     assert all(csv_cell(text).startswith("'") for text in starts)
@@ -221,8 +266,13 @@ def test_a_damaged_record_is_refused(steps: object) -> None:
 
 
 def test_nothing_to_grade(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for arguments in ([str(tmp_path)], [str(tmp_path / "no")], [str(tmp_path), "--jobs", "-1"]):
+    for arguments in (
+        [str(tmp_path)],
+        [str(tmp_path / "no")],
+        [str(tmp_path), "--jobs", "-1"],
+        [str(tmp_path), "--points", "1", "2"],
+    ):
         assert main(["grade", *arguments]) == 2
     (tmp_path / "a.py").touch()
     assert main(["grade", str(tmp_path), "--csv", str(tmp_path / "no" / "a.csv")]) == 2
-    assert capsys.readouterr().err.count("lwr-duet: ") == 4
+    assert capsys.readouterr().err.count("lwr-duet: ") == 5

@@ -21,7 +21,7 @@ from tests.test_imports import ROOT
 pytestmark = pytest.mark.slow
 
 DOCUMENT = (ROOT / "app" / "documents" / "jupyter.md").read_text(encoding="utf-8")
-(EXAMPLE,) = re.findall(r"^```ipython\n(.*?)^```", DOCUMENT, flags=re.MULTILINE | re.DOTALL)
+EXAMPLE, *CELLS = re.findall(r"^```ipython\n(.*?)^```", DOCUMENT, flags=re.MULTILINE | re.DOTALL)
 
 Execute = Callable[[str], tuple[str, list[str]]]
 
@@ -129,6 +129,36 @@ def test_the_cell_finds_the_page_through_jupyter(
     frame.get_by_text("Pause", exact=True).first.click()
     until(page, lambda: cell("print(run._session.paused)")[0] == "True\n", "the pause in the kernel")
     screenshot(page, "notebook")
+
+
+def test_the_six_cells_of_the_document(cell: Execute, page_html: str) -> None:
+    long_names, table, law, step, lesson = CELLS
+    assert cell(long_names)[0] == "0.12 0.12 8.0\n"
+    assert re.search(r"count +400\.0", cell(table)[0])
+    assert 0.0 < float(cell(law)[0]) < 0.3
+    state = "print(run._session.student_law.file, run._session.student_law.problem, run['ghost'])"
+    assert cell(state)[0] == "law.py  smooth_priority\n"
+    before = float(cell("print(run.history(0.005)['t'][-1])")[0])
+    t, *speeds = map(float, cell(step)[0].split())
+    # The run goes on until the first step pauses it. The arm that keeps clear moves as it is told.
+    assert t >= before + 0.1 - 1e-6 and 0.2 in [round(speed, 6) for speed in speeds]
+    for wrong in ("[0.1]", "[float('nan')] * 7"):
+        with pytest.raises(AssertionError, match="step needs 7 finite joint velocities"):
+            cell(f"run.step({wrong})")
+    _, (html,) = cell(lesson)
+    assert port_of(html) == port_of(page_html) and cell("print(run._app.host.lessons.walk.lesson.number)")[0] == "4\n"
+    for wrong in ("99", "'none'", "4, step=99"):
+        with pytest.raises(AssertionError, match="BadSetting"):
+            cell(f"duet.show(lesson={wrong})")
+
+
+def test_a_law_of_a_cell_that_fails_names_the_line_of_the_cell(cell: Execute, page_html: str) -> None:
+    cell("run._ask(lambda session: run._app.host.lessons.leave())")
+    cell("k = 3\n\ndef broken(situation):\n    return k * situation.nominal / nothing\nduet.law(broken)\nrun.advance(0.1)")
+    assert "line 4: NameError: name 'nothing'" in cell("print(run._session.student_law.problem)")[0]
+    for wrong in ("lambda s: s.nominal", "3", "print"):
+        with pytest.raises(AssertionError, match="BadSetting"):
+            cell(f"duet.law({wrong})")
 
 
 def test_it_ends_with_close_and_without_the_run_the_cell_says_so(

@@ -110,7 +110,7 @@ def test_a_broken_file_costs_its_row_and_a_further_file_only_its_own_runs(
     page = (out / "league.html").read_text(encoding="utf-8")
     read = HtmlReader(page)
     assert "<b>paper.py" in read.text and "<b>" not in page and "<script" not in page
-    assert not read.links and page.count("<svg") == 2 and 'content="default-src' in page
+    assert set(read.links) == {"#projector", "#"} and page.count("<svg") == 2 and 'content="default-src' in page
     capsys.readouterr()
     assert play(out, *word) == 2
     assert "holds a league of other persons (--quick or --seed-word); give another --out" in capsys.readouterr().err
