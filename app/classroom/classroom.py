@@ -78,8 +78,7 @@ class Classroom:
         work: what students have done in their own sessions, and have handed in.
         voters: where the answers come from.
         board: how far those are who explore.
-        pace: the steps that are open to them; None for all.
-        wanted: the student with the run that is to be shown; "" for none.
+        pace, wanted: the steps that are open to them, None for all; the student with the run to be shown, "" for none.
     """
 
     def __init__(self, most: int) -> None:
