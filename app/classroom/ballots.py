@@ -9,8 +9,8 @@ from app.plots.curve_chart import Curve
 
 T = TypeVar("T")
 
-Round = Mapping[str, tuple[int | None, Curve]]
-"""Choice and curve by the id of a student's tab."""
+Round = Mapping[str, Ballot]
+"""By the id of a student's tab."""
 
 
 class Ballots:
@@ -77,12 +77,25 @@ class Ballots:
         """Take a curve instead of an earlier one, () for none; return whether it was taken: not after the reveal."""
         return self._put(question, student, self.ballot_of(question, student)._replace(curve=curve))
 
+    def give_reason(self, question: QuestionId, student: str, reason: str) -> None:
+        """Take the reason of an answer or a curve that was handed in, instead of an earlier one; not after the reveal."""
+        ballot = self.ballot_of(question, student)
+        if ballot._replace(reason="") != Ballot():
+            self._put(question, student, ballot._replace(reason=reason))
+
+    def reasons(self, question: QuestionId) -> dict[int, tuple[int | None, str]]:
+        """Return answer and reason of all who have given one in the newest round, by the number of the ballot, from 1."""
+        counted = enumerate(self.counted_rounds_of(question)[-1].values(), 1)
+        return {number: (ballot.choice, ballot.reason) for number, ballot in counted if ballot.reason}
+
     def _put(self, question: QuestionId, student: str, ballot: Ballot) -> bool:
         if question in self._revealed:
             return False
         ballots = self._ballots.setdefault(question, {})
-        ballots.pop(student, None)
-        if ballot != Ballot():
+        if ballot._replace(reason="") == Ballot():
+            ballots.pop(student, None)
+        else:
+            # In the order of arrival, also after a change.
             ballots[student] = ballot
         self._counts.clear()
         return True

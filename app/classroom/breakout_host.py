@@ -5,7 +5,7 @@ from time import monotonic
 
 import viser
 
-from app.classroom.breakout_sessions import BreakoutSessions
+from app.classroom.breakout_sessions import BreakoutSessions, run_of
 from app.classroom.class_messages import ClassState, Exploring, PostsToPlenary, Present
 from app.classroom.classroom import Classroom
 from app.classroom.participant import Participant
@@ -61,6 +61,9 @@ class BreakoutHost:
                 set_language(one.visitor.language)
                 one.show(self.room, None, None, one.visitor.view, one.visitor.lessons)
                 self._breakouts.frame(client_id, one.visitor, now, elapsed)
+        if (run := run_of(self.participants.values(), self.room.wanted)) is not None:
+            self.room.wanted = ""
+            self._link.to_plenary(run)
         present = tuple(sorted(one.id for one in self.participants.values()))
         self.room.places.give(present, monotonic())
         said = Present(self._link.index, present, self._context.workload.report)
@@ -71,14 +74,14 @@ class BreakoutHost:
     def _listen(self) -> None:
         for message in self._link.received():
             match message:
-                case Exploring(student, _, _, report):
+                case Exploring(student=student, report=report):
                     self._expected[student] = message
                     if report is None:
                         self.room.work.take_back(student)
                     else:
                         self.room.work.hand_in(student, report)
-                case ClassState(free, paused):
-                    self.room.free, self.room.paused = free, paused
+                case ClassState(free, paused, pace, wanted):
+                    self.room.free, self.room.paused, self.room.pace, self.room.wanted = free, paused, pace, wanted
                     if not free:
                         self._expected.clear()
                         self.room.places.take_all()
@@ -86,6 +89,9 @@ class BreakoutHost:
                             send_elsewhere(self._context.server, one.client)
                 case Replaced():
                     self._said = None
+                    for one in self.participants.values():
+                        if one.hand_in is not None:
+                            one.hand_in.post_again()
                 case _:
                     raise TypeError(f"a breakout process does not understand {message!r}")
 
@@ -118,7 +124,7 @@ class BreakoutHost:
             # The teacher has called all back meanwhile.
             send_elsewhere(self._context.server, client)
             return
-        participant.worked = expected.worked
+        participant.worked, participant.name = expected.worked, expected.name
         yield from self._breakouts.admit(participant, self.participants.values(), expected.begin)
         self.participants[client.client_id] = participant
         if participant.id not in self._expected:

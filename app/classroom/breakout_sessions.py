@@ -1,13 +1,13 @@
 """Breakout sessions: a student explores alone beside the plenary, in this process or in another one."""
 
 import logging
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
 from itertools import count
 from time import monotonic
 from typing import Final
 
-from app.classroom.class_messages import ClassState, Exploring, Present, Progressed, Reported, StudentPosts, TakenBack
+from app.classroom.class_messages import ClassState, Exploring, Present, Progressed, Ran, Reported, StudentPosts, TakenBack
 from app.classroom.classroom import Classroom
 from app.classroom.participant import Participant
 from app.hosting.admission import Pieces
@@ -50,8 +50,9 @@ class BreakoutWorkers:
 
     def send(self, student: str, begin: VisitorRecord) -> None:
         """Send a student's next connection to a session in another process; see `Exploring`."""
-        work = self._room.work
-        self._link.to_tab(student, Exploring(student, begin, self._room.has_work(student), work.handed_in(student)))
+        room = self._room
+        handed_in, name = room.work.handed_in(student), room.board.name_of(student)
+        self._link.to_tab(student, Exploring(student, begin, room.has_work(student), handed_in, name))
 
     def exchange(self) -> None:
         """Take what the other processes say, and let them know what the teacher has decided."""
@@ -63,11 +64,11 @@ class BreakoutWorkers:
                 case Replaced(worker):
                     self._present.pop(worker, None)
                     self._update()
-                case Progressed() | Reported() | TakenBack():
+                case Progressed() | Reported() | TakenBack() | Ran():
                     self._posts.post_work(message)
                 case _:
                     raise TypeError(f"the plenary does not understand {message!r}")
-        state = ClassState(self._room.free, self._room.paused)
+        state = ClassState(self._room.free, self._room.paused, self._room.pace, self._room.wanted)
         if state != self._said:
             self._said = state
             if not state.free:
@@ -91,8 +92,18 @@ SETTLE: Final = 0.25
 """Time between two assignments of places [s]."""
 
 
+SHOWN: Final = 60.0
+"""How much of a student's run is shown at most [s]."""
+
+
 Plenary = tuple[Session, LessonSession]
 """The plenary's session and lessons."""
+
+
+def run_of(participants: Iterable[Participant], student: str) -> Ran | None:
+    """Return the newest part of a student's run; None for a student who has no session here."""
+    players = (one.visitor.session.player for one in participants if one.id == student and one.visitor is not None)
+    return next((Ran(student, player.recorded(SHOWN)) for player in players if player is not None), None)
 
 
 class BreakoutSessions:
@@ -168,6 +179,7 @@ class BreakoutSessions:
         """Advance and draw one student's session. `now`: wall time; `elapsed`: since the last frame [s]."""
         try:
             visitor.session.halt.set("teacher", self._room.paused)
+            visitor.lessons.pace = self._room.pace
             visitor.frame(now, elapsed)
         except Exception as error:
             # One broken page must not stop the others; a tab that is just closing ends up here too.

@@ -8,8 +8,10 @@ from app.classroom.student_work import clean_name
 from app.export.class_summary import HandIn
 from app.hosting.visitor_record import VisitorRecord
 from app.hosting.worker_messages import WorkerLink
+from app.lessons.open_steps import OpenSteps
 from app.page.panels.server_load import ServerLoad
 from app.session.actions import Action, ActionQueue
+from scenes.inputs import Recorded
 
 
 class Exploring(NamedTuple):
@@ -19,12 +21,14 @@ class Exploring(NamedTuple):
         begin: where a student begins who has left nothing in the store.
         worked: whether the student has done something that can be handed in.
         report: that is handed in; None for none.
+        name: the invented one.
     """
 
     student: str
     begin: VisitorRecord
     worked: bool
     report: HandIn | None
+    name: str
 
 
 class ClassState(NamedTuple):
@@ -32,6 +36,8 @@ class ClassState(NamedTuple):
 
     free: bool
     paused: bool
+    pace: OpenSteps | None
+    wanted: str
 
 
 class Present(NamedTuple):
@@ -67,12 +73,19 @@ class TakenBack(Action):
         return Reported(self.student, "").control
 
 
-WorkAction = Progressed | Reported | TakenBack
-"""What a student does with the work that can be handed in; `student`: id of the tab."""
+class Ran(Action, newest_by=("student",), eq=False):
+    """The newest part of the run that the teacher wants to show. `recorded`: None where it has not begun."""
+
+    student: str
+    recorded: Recorded | None
+
+
+WorkAction = Progressed | Reported | TakenBack | Ran
+"""What comes from a student's own session; `student`: id of the tab."""
 
 
 class StudentPosts(Protocol):
-    """Takes what students hand in."""
+    """Takes what students hand in, or show."""
 
     def post_work(self, work: WorkAction) -> None:
         """Queue it for the next frame; from any thread."""

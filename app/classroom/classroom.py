@@ -5,13 +5,15 @@ from dataclasses import dataclass, replace
 from app.classroom.ballots import Ballots, Origin, VoterCount, Voters
 from app.classroom.breakout_places import BreakoutPlaces
 from app.classroom.paired_answers import paired_answers
+from app.classroom.progress_board import ProgressBoard
 from app.classroom.student_work import StudentWork, clean_name
 from app.export.class_summary import AskedQuestion, ClassSummary, HandIn
 from app.lessons.bookmark import Phase
 from app.lessons.curve_drawing import Drawing, checked_curve
 from app.lessons.lesson import Lesson, LessonBook, Question, Step
+from app.lessons.open_steps import OpenSteps
 from app.lessons.outcomes import AnswerVerdict, StepOutcome
-from app.lessons.progress import Progress, StepProgress, from_json, to_json
+from app.lessons.progress import LONGEST_REASON, Progress, StepProgress, from_json, to_json
 from app.lessons.step_view import StepPosition, fill, verdict
 from app.lessons.tally import Ballot, QuestionId, Switch, Tally, switches_between, tally_of
 from app.lessons.walkthrough import Walkthrough
@@ -37,6 +39,7 @@ class Poll:
         switches: from the first round to this one.
         round: from 1.
         staged: indices of the answers with which the run is compared: the one chosen in the plenary, or all of a tie.
+        unseen: whether it stands on a projector before the reveal: without answers, with empty axes.
     """
 
     question: QuestionId
@@ -53,6 +56,7 @@ class Poll:
     switches: tuple[Switch, ...] = ()
     round: int = 1
     staged: tuple[int, ...] = ()
+    unseen: bool = False
 
 
 _Texts = tuple[tuple[str, ...], tuple[str, ...], tuple[AnswerVerdict | None, ...]]
@@ -73,6 +77,8 @@ class Classroom:
         ballots, places: the answers, and the breakout sessions' places.
         work: what students have done in their own sessions, and have handed in.
         voters: where the answers come from.
+        board: how far those are who explore.
+        pace, wanted: the steps that are open to them, None for all; the student with the run to be shown, "" for none.
     """
 
     def __init__(self, most: int) -> None:
@@ -83,6 +89,8 @@ class Classroom:
         self.work = StudentWork()
         self.places = BreakoutPlaces(most)
         self.voters = Voters()
+        self.board, self.wanted = ProgressBoard(), ""
+        self.pace: OpenSteps | None = None
         self._here: dict[int, str] = {}
         self._origins: dict[int, Origin] = {}
         self._texts: dict[str, tuple[Step, StepOutcome | None, _Texts]] = {}
@@ -125,7 +133,12 @@ class Classroom:
     @property
     def heads(self) -> tuple[int, int]:
         """How many students there are in all, and in breakout sessions."""
-        return len(self.here), sum(map(self.places.holds, self.here))
+        return len(self.here), len(self.alone)
+
+    @property
+    def alone(self) -> tuple[str, ...]:
+        """All students who have a breakout session."""
+        return tuple(student for student in self.here if self.places.holds(student))
 
     # ---- follow me, or explore ---------------------------------------------------------------------------------------------
 
@@ -202,6 +215,12 @@ class Classroom:
         self._look_at_voters(student)
         return checked is not None and self.ballots.draw(question, student, checked)
 
+    def give_reason(self, walk: Walkthrough | None, student: str, question: QuestionId, reason: str) -> None:
+        """Take the reason of an answer to the question in the plenary."""
+        poll = self.poll(walk)
+        if poll is not None and poll.open and poll.question == question:
+            self.ballots.give_reason(question, student, clean_name(reason, LONGEST_REASON))
+
     def progress_of(self, student: str, walk: Walkthrough) -> str:
         """Return the progress of a walkthrough, as JSON, at the plenary's step and with a student's own answers."""
         progress = Progress(walk.lesson.id, walk.step.id)
@@ -233,7 +252,8 @@ class Classroom:
             if own.outcome is None:
                 outcome = None if walk is None else walk.done_in(*question).outcome
                 choice = own.choice if ballot.choice is None else ballot.choice
-                steps[question] = replace(own, choice=choice, drawing=ballot.curve or own.drawing, outcome=outcome)
+                mine = {"drawing": ballot.curve or own.drawing, "because": ballot.reason or own.because}
+                steps[question] = replace(own, choice=choice, outcome=outcome, **mine)
         answers = {q: tuple(one.get(student, Ballot()).choice for one in self.ballots.rounds_of(q)) for q in ballots}
         self.work.hand_in(student, HandIn(clean_name(name), to_json(Progress(steps=steps)), answers))
         return True

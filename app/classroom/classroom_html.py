@@ -19,6 +19,7 @@ from app.web.address import Address, qr_svg
 FOLLOWING: Final = N_("You follow the teacher: everybody sees this stage.")
 EXPLORING: Final = N_("Explore freely: this is your own session, and its settings are kept for the next time.")
 WATCHING: Final = N_("All {most} places for exploring are taken, so you go on watching. As soon as one is free, it is yours.")
+NAMED: Final = N_("For the teacher you are {name}.")
 NAMELESS: Final = N_("Your browser blocks storage for this page, so you can only watch.")
 HALTED: Final = N_("The teacher has paused everybody.")
 """Banner of a student's page."""
@@ -38,7 +39,8 @@ def poll_html(poll: Poll, mine: int | None = None, live: bool = False) -> Markup
     if live:
         count += " · " + tr("{count} not yet", count=tally.waiting)
     rounds = ([] if poll.first is None else [(1, poll.first)]) + [(poll.round, tally)]
-    words, cloud = (_tie(poll), switches_text(poll.switches, poll.right)), cloud_html(poll.drawing, rounds, poll.truth)
+    words = _tie(poll), switches_text(poll.switches, poll.right)
+    cloud = cloud_html(poll.drawing, rounds, poll.truth, poll.unseen)
     return macros("classroom/poll.html").poll(poll, count, rounds, words, cloud, mine, live)
 
 
@@ -113,9 +115,15 @@ def join_html(address: Address) -> Markup:
     return macros("classroom/invitation.html").join(address, hint, _qr_code(address))
 
 
-def overlay_html(address: Address) -> Markup:
-    """Return the address for every screen."""
-    return macros("classroom/invitation.html").overlay(address, _qr_code(address))
+def overlay_html(address: Address, joined: tuple[int, int] | None = None) -> Markup:
+    """Return the address for every screen. `joined`: see `joined_text`; None where that is not said."""
+    said = "" if joined is None else joined_text(*joined)
+    return macros("classroom/invitation.html").overlay(address, _qr_code(address), said)
+
+
+def joined_text(here: int, expected: int) -> str:
+    """Return how many students are here, of how many; `expected`: 0 where the teacher has not said."""
+    return tr("{count} of {expected} are in", count=here, expected=expected) if expected else tr("{count} are in", count=here)
 
 
 def _qr_code(address: Address) -> Markup:

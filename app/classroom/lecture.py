@@ -7,7 +7,7 @@ from time import time
 
 import viser
 
-from app.classroom.breakout_sessions import BreakoutSessions, BreakoutWorkers
+from app.classroom.breakout_sessions import BreakoutSessions, BreakoutWorkers, run_of
 from app.classroom.classroom import Classroom
 from app.classroom.leader import Leader
 from app.classroom.lecture_pages import PlenaryAudiences, PlenaryControls
@@ -29,7 +29,7 @@ from app.session.frame import Frame, make_frame
 from app.session.session import Session
 from app.settings import Look
 from app.web.address import Address
-from app.web.audiences import SCREEN, Audiences
+from app.web.audiences import SCREEN, SMALL, Audiences
 
 log = logging.getLogger("duet.lecture")
 
@@ -121,13 +121,15 @@ class LectureHost:
             # The teacher has pressed Run in the plenary.
             self.room.paused = False
         self._breakouts.settle(self.participants.values(), self.audiences, (self.session, self.lessons), now)
-        self.control.presenter.screens = sum(one.screen for one in self.participants.values())
+        self.control.presenter.screens = sum(one.screen and one.query[SCREEN] != SMALL for one in self.participants.values())
         self.control.present()
         if due:
             self._show_plenary(frame)
             self._attention.note(now, frame.state)
         self._recorder.save(now)
         self._tell_trouble()
+        if (run := run_of(self.participants.values(), self.room.wanted)) is not None:
+            self.control.post_work(run)
         for client_id, one in list(self.participants.items()):
             if one.visitor is not None:
                 set_language(one.visitor.language)
@@ -161,7 +163,7 @@ class LectureHost:
                 if client_id in self._context.server.get_clients():
                     self._errors.exception("a frame of a teacher's page failed", error, client_id)
         for audience, page in self.shared.pages.items():
-            page.cover(self._address("screens"))
+            page.cover(self._address("screens"), (self.room.heads[0], self.control.presenter.expected))
             if audience.screen and self.control.presenter.frozen and page.shown:
                 page.flush()
                 continue
@@ -224,6 +226,7 @@ class LectureHost:
         participant = Participant(client, self._leader.holds(client_id), audience, self.control)
         if not participant.teacher and participant.audience is None and self._breakouts.expects(participant.query):
             begin = self._breakouts.begin(participant.id, self.session, self.lessons)
+            participant.name = self.room.board.name_of(participant.id)
             yield from self._breakouts.admit(participant, self.participants.values(), begin)
             self.participants[client_id] = participant
             self.room.enter(client_id, participant.id)

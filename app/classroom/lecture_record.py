@@ -75,6 +75,8 @@ class LectureRecorder:
             work.hand_ins,
             voters.pages_only,
             tuple(sorted(voters.pageless)),
+            dict(self._room.board.names),
+            self._room.pace,
         )
         session = self._session
         self._store.save_lecture(
@@ -90,6 +92,7 @@ def _take_up(room: Classroom, record: ClassRecord) -> None:
     room.ballots.restore(record.ballots, record.revealed, record.earlier)
     room.work.restore(record.passed, record.hand_ins)
     room.voters.restore(record.pages_only, record.pageless)
+    room.board.names, room.pace = dict(record.names), record.pace
     room.count_pages_only(record.pages_only)
 
 

@@ -7,7 +7,7 @@ import viser
 from app.classroom.classroom import Poll
 from app.classroom.classroom_html import overlay_html
 from app.classroom.presenter import Presenter
-from app.classroom.screen_html import screen_html
+from app.classroom.screen_html import screen_html, work_html
 from app.lessons.lesson import LessonBook
 from app.lessons.session.lesson_session import LessonSession
 from app.page.view import View
@@ -53,25 +53,28 @@ class ScreenView:
         self._presenter, self._lessons, self._book = presenter, lessons, book
         self._over, self._cover = gui.add_html(""), gui.add_html("")
         self._shown: object = None
-        self._covered: tuple[bool, Address | None] = False, None
+        self._covered: tuple[bool, Address | None, tuple[int, int]] = False, None, (0, 0)
 
     def show(self, poll: Poll | None) -> None:
         """Update what lies over the scene. `poll`: the question in the plenary, in the projector's language."""
         presenter, lessons = self._presenter, self._lessons
         left = presenter.left
         # The curves of a whole class are not drawn in every frame.
-        shown = presenter.station, presenter.panels, lessons.open, lessons.version, poll, left
+        shown = presenter.station, presenter.panels, lessons.open, lessons.version, poll, left, presenter.work, presenter.quotes
         if shown == self._shown:
             return
         self._shown = shown
         view = lessons.view(self._book) if lessons.open else None
         cues = ("panels",) if presenter.panels else ()
-        self._over.content = screen_html(presenter.station, view, poll, left, cues)
+        if presenter.work is not None:
+            self._over.content = work_html(presenter.work, self._book)
+        else:
+            self._over.content = screen_html(presenter.station, view, poll, left, cues, presenter.quotes)
 
-    def cover(self, address: Address | None) -> None:
-        """Make the projector black, or show the address, or its picture again."""
-        covered = self._presenter.blank, address
+    def cover(self, address: Address | None, joined: tuple[int, int]) -> None:
+        """Make the projector black, or show the address, or its picture again. `joined`: see `joined_text`."""
+        covered = self._presenter.blank, address, joined if address is not None else (0, 0)
         if covered != self._covered:
             self._covered = covered
             black = element("i", class_="duet-blank", hidden="") if self._presenter.blank else ""
-            self._cover.content = black + ("" if address is None else overlay_html(address))
+            self._cover.content = black + ("" if address is None else overlay_html(address, joined))

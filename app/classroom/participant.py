@@ -6,7 +6,7 @@ import viser
 
 from app.classroom.class_messages import Progressed, StudentPosts
 from app.classroom.classroom import Classroom, Poll
-from app.classroom.classroom_html import EXPLORING, FOLLOWING, HALTED, NAMELESS, WATCHING
+from app.classroom.classroom_html import EXPLORING, FOLLOWING, HALTED, NAMED, NAMELESS, WATCHING
 from app.classroom.overlays import Invitation
 from app.classroom.presenter import Presenter
 from app.classroom.stage_page import StagePage
@@ -41,6 +41,7 @@ class Participant:
         visitor: the student's breakout session; None while the student sees the plenary.
         moved: whether it was asked to connect again.
         worked: whether its student has done something that can be handed in.
+        name: the invented one, in a breakout session.
     """
 
     def __init__(self, client: viser.ClientHandle, teacher: bool, audience: Audience | None, control: StudentPosts) -> None:
@@ -59,7 +60,7 @@ class Participant:
         # In another language the view is a new one, and has no banner yet.
         self._view: View | None = None
         self._shown: object = None
-        self.worked = False
+        self.worked, self.name = False, ""
 
     def add_banner(self) -> None:
         """Add what a student's page has at the top."""
@@ -119,9 +120,10 @@ class Participant:
     def _line(self, room: Classroom) -> tuple[str, str]:
         """Return kind and text of the banner."""
         if room.paused:
-            return "halt", tr(HALTED)
+            return "halt" if self.visitor is None else "own halt", tr(HALTED)
         if self.visitor is not None:
-            return "own", tr(EXPLORING)
+            pace = () if room.pace is None else (tr(room.pace.words),)
+            return "own", " ".join((tr(EXPLORING), *pace, tr(NAMED, name=self.name)))
         if room.free:
             return "wait", tr(WATCHING, most=room.places.most) if self.lasting else tr(NAMELESS)
         return "follow", tr(FOLLOWING)

@@ -8,10 +8,15 @@ from typing import Final, Literal, NamedTuple, get_args
 
 from app.i18n.speaking import N_
 from app.lessons.bookmark import Phase, phases_of
+from app.lessons.outcomes import StepOutcome
 from app.lessons.walkthrough import Walkthrough
+from app.plots.curve_chart import Curve
 
 SECONDS: Final = (30, 60, 90)
 """Times that a class can be given to answer [s]."""
+
+MOST_QUOTES: Final = 4
+"""Reasons of students that are shown at once."""
 
 InvitedPages = Literal["", "screens", "teachers", "all"]
 """Which pages show the address: none, the projectors, besides them the teachers' pages, or besides those the students'."""
@@ -71,6 +76,21 @@ class _StagePlace(NamedTuple):
     revealed: bool = False
 
 
+class ShownWork(NamedTuple):
+    """What one student has done alone, without a name.
+
+    Attributes:
+        step: where, by the names of lesson and step; ("", "") outside the lessons.
+        run: whether the student's run is replayed on the stage.
+    """
+
+    step: tuple[str, str]
+    choice: int | None = None
+    curve: Curve = ()
+    outcome: StepOutcome | None = None
+    run: bool = False
+
+
 class Presenter:
     """What every projector of a lecture shows. Belongs to the plenary's thread.
 
@@ -84,14 +104,19 @@ class Presenter:
         panels: whether they show the panels beside the scene, as students see them.
         screens: how many there are.
         inviting: which pages show the address.
+        expected: how many students are expected; 0 for no number.
+        quotes: reasons that students give, as the teacher has picked them.
+        work: what one student has done, in place of the station; None for none.
     """
 
     def __init__(self, clock: Callable[[], float] = monotonic) -> None:
         self._clock = clock
         self.station = Station.SCENE
         self.blank = self.frozen = self.panels = False
-        self.screens = 0
+        self.screens = self.expected = 0
         self.inviting: InvitedPages = ""
+        self.work: ShownWork | None = None
+        self.quotes: tuple[str, ...] = ()
         self._place = _StagePlace()
         self._asked_at: float | None = None
         self._ends_at: float | None = None
@@ -108,8 +133,10 @@ class Presenter:
         """
         place = _StagePlace() if walk is None else _StagePlace((walk.lesson.id, walk.step.id), walk.phase, walk.showing, revealed)
         if place != self._place:
-            before, self._place = self._place, place
+            before, self._place, self.work = self._place, place, None
             self.show(self._station_at(place, before))
+            if place.step != before.step:
+                self.quotes = ()
             if place.step != before.step or revealed != before.revealed:
                 # Another question, or this one is answered, or asked again.
                 self._ends_at = None
@@ -137,13 +164,13 @@ class Presenter:
 
     @property
     def covered(self) -> bool:
-        """Whether the projectors are blank, frozen or show the address."""
-        return self.blank or self.frozen or self.inviting != ""
+        """Whether the projectors are blank, frozen or show the address or what one student has done."""
+        return self.blank or self.frozen or self.inviting != "" or self.work is not None
 
     def uncover(self) -> bool:
         """Show the present picture again, and the address nowhere; return whether the projectors were covered."""
         covered = self.covered
-        self.blank, self.frozen, self.inviting = False, False, ""
+        self.blank, self.frozen, self.inviting, self.work = False, False, "", None
         return covered
 
     def invite(self) -> None:

@@ -7,12 +7,24 @@ from markupsafe import Markup
 from app.classroom.ballots import Tally
 from app.classroom.classroom import Poll
 from app.classroom.classroom_html import poll_html
-from app.classroom.presenter import Station, clock_text
-from app.lessons.step_view import StepView
+from app.classroom.presenter import ShownWork, Station, clock_text
+from app.i18n.speaking import tr
+from app.lessons.bookmark import Bookmark
+from app.lessons.curve_drawing import drawing_svg
+from app.lessons.lesson import LessonBook
+from app.lessons.step_view import StepView, fill
+from app.text.lesson_text import lesson_html
 from app.text.templates import macros
 
 
-def screen_html(station: Station, view: StepView | None, poll: Poll | None, left: int | None, cues: Collection[str]) -> Markup:
+def screen_html(
+    station: Station,
+    view: StepView | None,
+    poll: Poll | None,
+    left: int | None,
+    cues: Collection[str],
+    quotes: Collection[str] = (),
+) -> Markup:
     """Return what lies over the scene on a projector; the script `presenter.js` shows it.
 
     Args:
@@ -20,12 +32,13 @@ def screen_html(station: Station, view: StepView | None, poll: Poll | None, left
         poll: the question on the stage.
         left: seconds of the timer; None without one.
         cues: of the projector: `panels` beside the scene.
+        quotes: reasons of students for their answers.
     """
     made, kinds = macros("classroom/screen.html"), " ".join((f"at-{station}", *cues))
     if view is None:
         return made.screen(f"scene {kinds}", "")
     if not station.is_scene:
-        return made.screen(f"slide {kinds}", made.head(view) + _slide(station, view, poll) + _meter(poll, left))
+        return made.screen(f"slide {kinds}", made.head(view) + _slide(station, view, poll, quotes) + _meter(poll, left))
     if "panels" in cues:
         return made.screen(f"scene {kinds}", "")
     texts = dict(view.texts)
@@ -35,7 +48,23 @@ def screen_html(station: Station, view: StepView | None, poll: Poll | None, left
     return made.screen(f"scene {kinds}", caption + _meter(poll, left) if counts else caption)
 
 
-def _slide(station: Station, view: StepView, poll: Poll | None) -> Markup:
+def work_html(work: ShownWork, book: LessonBook) -> Markup:
+    """Return what one student has done, over the scene; of a run what step it belongs to, below the scene. `book`: of the projector."""
+    at = Bookmark(book).of(*work.step)
+    lesson, step, known = at.lesson, at.step, (at.lesson.id, at.step.id) == work.step
+    place = tr("Lesson {lesson} · step {step}", lesson=lesson.number, step=at.step_index + 1)
+    made, screen = macros("classroom/board.html"), macros("classroom/screen.html").screen
+    if work.run or not known:
+        return screen("scene at-run", made.run(place if known else "", step.title if known else ""))
+    asked, language = step.question, lesson.language
+    question = "" if asked is None else lesson_html(fill(step, asked.text, None, language), step.setup.folder)
+    choices = () if asked is None else tuple(fill(step, choice.text, None, language) for choice in asked.choices)
+    svg = drawing_svg(step.drawing, work.curve, ()) if step.drawing is not None and work.curve else ""
+    outcome = () if work.outcome is None else work.outcome.lines(step, language)
+    return screen("slide at-work", made.work(place, step.title, question, choices, work.choice, svg, outcome))
+
+
+def _slide(station: Station, view: StepView, poll: Poll | None, quotes: Collection[str]) -> Markup:
     made, texts = macros("classroom/screen.html"), dict(view.texts)
     if station is Station.EXPLANATION:
         return made.slide(view, "", "", texts.get("explain", ""), "text")
@@ -45,14 +74,15 @@ def _slide(station: Station, view: StepView, poll: Poll | None) -> Markup:
         answers = made.outcome(view)
     else:
         seen = station is not Station.QUESTION and (poll.revealed or poll.outcome)
-        answers = poll_html(poll if seen else _unseen(poll))
+        answers = poll_html(poll if seen else _unseen(poll)) + made.quotes(quotes)
     after = texts.get("observe", "") if station is Station.OUTCOME else ""
     return made.slide(view, texts.get("predict", ""), answers, after, "text")
 
 
 def _unseen(poll: Poll) -> Poll:
-    """Return a poll without its answers: rows with empty bars, which grow at the reveal."""
-    return Poll(poll.question, poll.choices, Tally((0,) * len(poll.choices), 0, 0), open=True, revealed=False)
+    """Return a poll without its answers: rows with empty bars, which grow at the reveal, and empty axes."""
+    tally = Tally((0,) * len(poll.choices), 0, 0)
+    return Poll(poll.question, poll.choices, tally, open=True, revealed=False, drawing=poll.drawing, unseen=True)
 
 
 def _meter(poll: Poll | None, left: int | None) -> Markup:

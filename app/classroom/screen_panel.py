@@ -71,7 +71,7 @@ class ScreenPanel:
     def show(self, presenter: Presenter, lessons: LessonSession) -> None:
         """Update the controls."""
         following = presenter.following(lessons.walk) if lessons.open else None
-        cover = presenter.blank, presenter.frozen, presenter.inviting, presenter.panels
+        cover = presenter.covered, presenter.blank, presenter.frozen, presenter.inviting, presenter.panels
         shown = lessons.open, presenter.station, following, cover, presenter.screens
         if shown == self._shown:
             return

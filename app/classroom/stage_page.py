@@ -65,11 +65,11 @@ class StagePage:
                 self.view.welcome(client)
         screen.show(poll)
 
-    def cover(self, address: Address | None) -> None:
-        """Make a projector black, or show the address on it, or its picture again, which may be frozen."""
+    def cover(self, address: Address | None, joined: tuple[int, int]) -> None:
+        """Make a projector black, or show the address on it, or its picture again, which may be frozen. `joined`: see `joined_text`."""
         if self._screen is not None:
             set_language(self.language)
-            self._screen.cover(address)
+            self._screen.cover(address, joined)
 
     def show(self, frame: Frame, poll: Poll | None) -> None:
         """Draw a frame. `poll`: the question on the stage, in this language; its tally is shown after the reveal."""

@@ -14,15 +14,16 @@ from app.classroom.student_work import LONGEST_NAME, clean_name
 from app.classroom.teacher_control import TeacherControl
 from app.export.class_summary import HandIn
 from app.i18n.speaking import N_, tr
+from app.lessons.progress import LONGEST_REASON
 from app.lessons.session.lesson_session import LessonSession
-from app.lessons.tally import Ballot
+from app.lessons.tally import Ballot, QuestionId
 from app.page.lessons.drawing_board import DrawingBoard
 from app.page.lessons.lesson_html import choice_label
 from app.page.lessons.lesson_panel import ORDER, LessonPanel
 from app.page.picture_size import PHONE, canvas_size
 from app.text.templates import macros
 from app.theme import NARROW
-from app.web.control_events import on_command, on_press
+from app.web.control_events import on_command, on_entry, on_press
 from app.web.viser_internals import HotkeyKey, expand_for
 
 KEYS: Final[tuple[HotkeyKey, ...]] = ("1", "2", "3", "4", "5", "6")
@@ -36,6 +37,11 @@ _OWN: Final = (
 def is_narrow(client: viser.ClientHandle) -> bool:
     """Return whether a window has no room for lesson, stage and controls beside each other."""
     return canvas_size(client)[0] < NARROW
+
+
+ONE_LINE: Final = N_(
+    "Optional: one line of at most {count} characters. The teacher reads it, and may show it to all without your name."
+)
 
 
 class Banner:
@@ -71,6 +77,7 @@ class Answers:
         self._buttons: list[viser.GuiButtonHandle] = []
         self._commands: list[viser.CommandHandle] = []
         self._texts: list[viser.GuiHtmlHandle] = []
+        self._reasons: dict[tuple[QuestionId, int], viser.GuiTextHandle] = {}
         self._shown: tuple[Any, ...] = ()
         self._narrow, self._phone, self._folded = is_narrow(client), canvas_size(client)[0] <= PHONE, False
 
@@ -114,6 +121,18 @@ class Answers:
         )
         return on_command(command, lambda: self._answer(index))
 
+    def _offer_reason(self, poll: Poll | None, mine: Ballot) -> None:
+        """Offer the line for a reason from the vote until the reveal. As for who works alone, no two questions share one."""
+        asked = (poll.question, poll.round) if poll is not None and poll.open and mine != Ballot() else None
+        if asked is not None and asked not in self._reasons and self._panel.tab is not None:
+            hint, order = tr(ONE_LINE, count=LONGEST_REASON), ORDER["choices"] + 8.7
+            with self._panel.tab:
+                box = self._client.gui.add_text(tr("Because …"), mine.reason, hint=hint, order=order)
+            post, student, question = self._control.post_reason, self._student, asked[0]
+            self._reasons[asked] = on_entry(box, lambda text: post(student, question, text[:LONGEST_REASON]))
+        for place, box in self._reasons.items():
+            box.visible = place == asked
+
     def _answer(self, choice: int) -> None:
         self._control.post_answer(self._student, choice)
 
@@ -138,6 +157,7 @@ class Answers:
             self._commands.append(self._command(len(self._commands)))
         drawing = poll.drawing if poll is not None and poll.open else None
         self._board.show(poll.question if poll is not None else ("", ""), drawing, mine.curve)
+        self._offer_reason(poll, mine)
         line = "" if poll is None else mine_html(poll, mine, first, not self._phone)
         over = poll is not None and bool(poll.verdicts)
         self._texts[1].content, self._texts[2].content = ("", line) if over else (line, "")
@@ -220,6 +240,10 @@ class HandInBox:
             self._control.post_work(Reported(self._student, name, progress))
         elif progress:
             self._control.post_work(Progressed(self._student, progress))
+
+    def post_again(self) -> None:
+        """Post the progress with the next frame, also if it has not changed."""
+        self._version = -1
 
     def show(self, offered: bool, report: HandIn | None, tab: viser.GuiTabHandle | None) -> None:
         """Offer the form.

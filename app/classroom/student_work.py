@@ -75,10 +75,10 @@ class StudentWork:
         self._progress = {student: report.progress for student, report in hand_ins.items()}
 
 
-def clean_name(text: str) -> str:
-    """Return a name on one line, without characters that are not seen."""
+def clean_name(text: str, longest: int = LONGEST_NAME) -> str:
+    """Return a name, or another text of at most so many characters, on one line, without characters that are not seen."""
     line = " ".join(text.split())
-    return "".join(character for character in line if character.isprintable())[:LONGEST_NAME].strip()
+    return "".join(character for character in line if character.isprintable())[:longest].strip()
 
 
 def _put(kept: dict[str, T], student: str, value: T) -> None:

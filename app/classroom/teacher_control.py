@@ -1,14 +1,19 @@
 """Carries out the teacher's actions and takes the students' answers, in the plenary."""
 
+import re
 from collections.abc import Callable
+from time import monotonic
+from typing import Final
 
-from app.classroom.class_messages import Progressed, Reported, TakenBack, WorkAction
+from app.classroom.class_messages import Progressed, Ran, Reported, TakenBack, WorkAction
 from app.classroom.classroom import Classroom, Poll
-from app.classroom.presenter import Presenter, Station
+from app.classroom.presenter import MOST_QUOTES, Presenter, ShownWork, Station
 from app.classroom.screen_panel import TIMERS
 from app.classroom.teacher_panel import TeacherAction
+from app.i18n.speaking import N_, tr
 from app.lessons.curve_drawing import median_curve
 from app.lessons.lesson import LessonBook
+from app.lessons.open_steps import open_steps_from_text
 from app.lessons.session.lesson_actions import Choose, Draw, GoBack, GoOn, ResetStep, StartOrPause
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.tally import QuestionId
@@ -17,12 +22,18 @@ from app.page.lessons.drawing_board import TakeDrawing
 from app.plots.curve_chart import Curve
 from app.session.actions import Action, ActionQueue
 from app.session.session import Session
+from controllers.errors import BadSetting
+from scenes.inputs import Recorded
+
+RUN: Final = N_("a student's run")
+"""Name of the replay of what a student has done."""
 
 
 class Teach(Action, newest_by=("what",)):
-    """Do what a teacher asks for."""
+    """Do what a teacher asks for. `value`: the name or the text that belongs to it."""
 
     what: TeacherAction
+    value: str = ""
 
 
 class Answer(Action, newest_by=("student",)):
@@ -30,6 +41,14 @@ class Answer(Action, newest_by=("student",)):
 
     student: str
     choice: int
+
+
+class Because(Action, newest_by=("student", "question")):
+    """Take the reason of a student's answer to a question."""
+
+    student: str
+    question: QuestionId
+    reason: str
 
 
 class TeacherControl:
@@ -47,6 +66,7 @@ class TeacherControl:
         self._room, self._session, self._lessons, self._decided = room, session, lessons, decided
         self.answers = ActionQueue(self._take_answer)
         self.presenter = Presenter()
+        self._replayed = ""
         session.takers["class"] = self._take
 
     @property
@@ -57,13 +77,17 @@ class TeacherControl:
         """Return the question in the plenary; None if there is none. `book`: the lessons in the reader's language; None for its own."""
         return self._room.poll(self._walk, book)
 
-    def post(self, action: TeacherAction) -> None:
-        """Queue an action of the teacher's for the next frame; from any thread."""
-        self._session.post(Teach(action))
+    def post(self, action: TeacherAction, value: str = "") -> None:
+        """Queue an action of the teacher's for the next frame; from any thread. `value`: see `Teach`."""
+        self._session.post(Teach(action, value))
 
     def post_answer(self, student: str, choice: int) -> None:
         """Queue a student's answer for the next frame; from any thread. `student`: id of the tab."""
         self.answers.put(Answer(student, choice))
+
+    def post_reason(self, student: str, question: QuestionId, reason: str) -> None:
+        """Queue the reason of a student's answer for the next frame; from any thread."""
+        self.answers.put(Because(student, question, reason))
 
     def post_work(self, work: WorkAction) -> None:
         """Queue what a student hands in for the next frame; from any thread."""
@@ -74,10 +98,15 @@ class TeacherControl:
         match action:
             case Answer(student, choice):
                 room.answer(self._walk, student, choice)
+            case Because(student, question, reason):
+                room.give_reason(self._walk, student, question, reason)
             case TakeDrawing(board, text):
                 board.take(text)
             case Progressed(student, progress):
                 room.work.note(student, progress)
+                room.board.note(student, progress, monotonic())
+            case Ran(student, recorded):
+                self._show_run(student, recorded)
             case Reported(student, name, progress):
                 room.hand_in(self._lessons.walk if self._lessons.begun else None, student, name, progress)
             case TakenBack(student):
@@ -87,10 +116,10 @@ class TeacherControl:
 
     def _take(self, action: Action) -> bool:
         if isinstance(action, Teach):
-            self._act(action.what)
+            self._act(action.what, action.value)
         return isinstance(action, Teach)
 
-    def _act(self, action: TeacherAction) -> None:
+    def _act(self, action: TeacherAction, value: str) -> None:
         room, presenter = self._room, self.presenter
         match action:
             case "follow":
@@ -106,6 +135,19 @@ class TeacherControl:
                 self._ask_again()
             case "pages":
                 room.count_pages_only(not room.voters.pages_only)
+            case "show":
+                self._show_work(room.board.student_of(value))
+            case "show run":
+                student = room.board.student_of(value)
+                room.wanted = student if student in room.alone else ""
+            case "pace":
+                self._open_steps(value)
+            case "quote":
+                poll, numbers = self.poll(), map(int, re.findall(r"\d{1,4}", value))
+                reasons = {} if poll is None else room.ballots.reasons(poll.question)
+                presenter.quotes = tuple(reasons[number][1] for number in numbers if number in reasons)[:MOST_QUOTES]
+            case "expect":
+                presenter.expected = int(value)
             case "invite":
                 presenter.invite()
             case "invite all":
@@ -132,8 +174,38 @@ class TeacherControl:
 
     def present(self) -> None:
         """Make the projectors follow the plenary; once a frame."""
-        poll = self.poll()
-        self.presenter.follow(self._walk, poll is not None and poll.revealed, not self._session.paused)
+        poll, presenter, player = self.poll(), self.presenter, self._session.player
+        presenter.follow(self._walk, poll is not None and poll.revealed, not self._session.paused)
+        runs = presenter.work is not None and presenter.work.run
+        if player is not None and self._replayed and not (runs and player.loaded == self._replayed):
+            # Page ↓ ends the student's run, and so does the teacher's own button of the replay.
+            if player.loaded == self._replayed:
+                player.leave()
+            presenter.work = None if runs else presenter.work
+            self._replayed = ""
+
+    # ---- what one student has done -----------------------------------------------------------------------------------------
+
+    def _show_work(self, student: str | None, run: bool = False) -> None:
+        """Show what a student has done in the present step, or that it is the step of the run; None takes it away."""
+        self.presenter.uncover()
+        if student is not None:
+            progress = self._room.board.progress_of(student)
+            done = progress.at(progress.lesson, progress.step)
+            self.presenter.work = ShownWork((progress.lesson, progress.step), done.choice, done.drawing, done.outcome, run)
+
+    def _show_run(self, student: str, recorded: Recorded | None) -> None:
+        """Replay a student's run on the stage, if the teacher still wants it."""
+        player, wanted = self._session.player, self._room.wanted
+        if student != wanted or player is None:
+            return
+        self._room.wanted = ""
+        if recorded is None:
+            player.news.append((N_("There is nothing to replay yet"), N_("Let it run for a moment.")))
+            return
+        self._show_work(student, run=True)
+        self._replayed = tr(RUN)
+        player.watch_file(recorded, self._replayed)
 
     def _go_on(self) -> None:
         """Show the next station of the step. A projector that is black or frozen, or shows the address, only comes back."""
@@ -181,6 +253,13 @@ class TeacherControl:
                 presenter.show(Station.CHALLENGE)
             case _:
                 lessons.act(GoBack())
+
+    def _open_steps(self, text: str) -> None:
+        """Open the steps that the teacher has typed; a text that says none changes nothing, and is answered."""
+        try:
+            self._room.pace = open_steps_from_text(text, self._lessons.walk.lesson)
+        except BadSetting as error:
+            self._lessons.notes.append(("This is not possible here", str(error)))
 
     def _start_timer(self, seconds: int) -> None:
         """Give the class time to answer the question, which everybody sees then."""

@@ -5,9 +5,10 @@ from typing import Final, Literal
 
 import viser
 
+from app.classroom.board_panel import BoardAction, BoardPanel
 from app.classroom.class_downloads import ClassDownloads
 from app.classroom.classroom import Classroom, Poll
-from app.classroom.classroom_html import heads_html, join_html, poll_html, voters_html
+from app.classroom.classroom_html import heads_html, join_html, joined_text, poll_html, voters_html
 from app.classroom.presenter import Presenter
 from app.classroom.screen_panel import ScreenAction, ScreenPanel, covers_html
 from app.i18n.speaking import N_, tr
@@ -16,15 +17,17 @@ from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.hotkeys import PRESENTER_KEYS
 from app.page.panels.teachers_tab import ORDER, NotesView
 from app.settings import PageSettings
+from app.text.templates import macros
 from app.web.address import Address
-from app.web.control_events import on_command, on_press
+from app.web.control_events import on_command, on_entry, on_press
 from app.web.viser_internals import HotkeyKey
 
-ClassAction = Literal["follow", "free", "pause", "reveal", "again", "pages", "invite", "invite all", "hide"]
+ClassAction = Literal["follow", "free", "pause", "reveal", "again", "pages", "quote", "expect", "invite", "invite all", "hide"]
 """The teacher's actions for the class: all students to the plenary or to breakout sessions, pause or resume, reveal the answers, ask again,
-leave out or count votes without a page, show the address on the screen or on all pages, or nowhere."""
+leave out or count votes without a page, put reasons on the screen, say how many are expected, show the address on the screen or on all
+pages, or nowhere."""
 
-TeacherAction = ClassAction | ScreenAction
+TeacherAction = ClassAction | ScreenAction | BoardAction
 """All actions of a teacher."""
 
 COMMANDS: Final[tuple[tuple[str, HotkeyKey, ClassAction], ...]] = (
@@ -36,6 +39,12 @@ COMMANDS: Final[tuple[tuple[str, HotkeyKey, ClassAction], ...]] = (
 )
 """Label, key with Alt and Shift, action."""
 
+MOST_EXPECTED: Final = 2000
+"""Students that can be expected."""
+
+LONGEST_QUOTE: Final = 40
+"""Characters of a list of reasons for the screen."""
+
 INVITING: Final[tuple[ClassAction, ...]] = ("hide", "invite", "invite all")
 
 
@@ -43,7 +52,7 @@ class TeacherPanel:
     """A teacher's tabs.
 
     Args:
-        act: called with the teacher's actions, on the network's thread.
+        act: called with the teacher's actions, and what name or text belongs to one, on the network's thread.
         notes: Markdown by lesson id; None for a teacher without a key.
         page: of the teacher; a projector that is opened from here looks the same.
         downloads: of the class's reports.
@@ -52,7 +61,7 @@ class TeacherPanel:
     def __init__(
         self,
         client: viser.ClientHandle,
-        act: Callable[[TeacherAction], None],
+        act: Callable[..., None],
         address: Address,
         notes: Mapping[str, str] | None,
         page: PageSettings,
@@ -72,7 +81,13 @@ class TeacherPanel:
                 tr("Follow me: everybody sees this stage. Explore freely: everybody has a session of their own."),
                 lambda i: act(("follow", "free")[i]),
             )
+            self._board = BoardPanel(gui, act)
             self._poll, self._voters = gui.add_html(""), gui.add_html("")
+            self._reasons = gui.add_html("")
+            self._quoted = gui.add_text(
+                tr("show reasons"), "", visible=False, hint=tr("Numbers of reasons for the screen: 1, 4. Empty: none.")
+            )
+            on_entry(self._quoted, lambda text: act("quote", text[:LONGEST_QUOTE]))
             self._pages = self._button(tr("Leave out votes without a page"), "pages", "gray", viser.Icon.FILTER)
             self._reveal = self._button(tr("Reveal to everybody"), "reveal", None, viser.Icon.EYE)
             self._again = self._button(tr("Ask again"), "again", "gray", viser.Icon.REFRESH)
@@ -86,6 +101,9 @@ class TeacherPanel:
                 self._notes = NotesView(gui, notes)
         with tabs.add_tab(tr("Join"), viser.Icon.QRCODE):
             gui.add_html(join_html(address))
+            self._joined = gui.add_html("")
+            expected = gui.add_number(tr("students expected"), 0, min=0, max=MOST_EXPECTED, step=1)
+            on_entry(expected, lambda count: act("expect", str(int(count))))
             self._invite = ChoiceButtons(
                 gui,
                 "shown",
@@ -98,6 +116,7 @@ class TeacherPanel:
         for hotkey in PRESENTER_KEYS:
             hotkey.add_to(gui, act)
         self._free = self._inviting = False
+        self._asked: tuple[str, str] | None = None
         self._shown: object = None
 
     def _button(
@@ -124,14 +143,17 @@ class TeacherPanel:
     def show(self, presenter: Presenter, room: Classroom, poll: Poll | None, lessons: LessonSession) -> None:
         """Update all tabs. `poll`: the question in the plenary; `lessons`: the plenary's."""
         self._screen.show(presenter, lessons)
+        self._board.show(room, lessons)
         self._inviting = presenter.inviting != ""
         self._invite.show(2 if presenter.inviting == "all" else int(self._inviting))
         self._covers.content = covers_html(presenter)
+        self._joined.content = macros("page/panels/pills.html").note(joined_text(room.heads[0], presenter.expected))
         if self._notes is not None:
             self._notes.show(lessons)
         self._downloads.show()
+        reasons = {} if poll is None else room.ballots.reasons(poll.question)
         voters, pages_only, reports = room.voters_of(poll), room.voters.pages_only, len(room.work.hand_ins)
-        shown = room.heads, room.free, room.paused, room.waiting, reports, poll, room.load, voters, pages_only
+        shown = room.heads, room.free, room.paused, room.waiting, reports, poll, room.load, voters, pages_only, reasons
         if shown == self._shown:
             return
         self._shown, self._free = shown, room.free
@@ -140,6 +162,10 @@ class TeacherPanel:
         # Before the reveal only the teacher sees the tally; afterwards it is in the plenary, and here too.
         self._poll.content = poll_html(poll, live=not poll.revealed) if poll is not None else ""
         self._voters.content = voters_html(voters)
+        self._reasons.content = macros("classroom/poll.html").reasons(reasons) if reasons else ""
+        self._quoted.visible = bool(reasons)
+        if not presenter.quotes and poll is not None and poll.question != self._asked:
+            self._asked, self._quoted.value = poll.question, ""
         self._pages.visible = voters.pageless > 0
         self._pages.label = tr("Count votes without a page") if pages_only else tr("Leave out votes without a page")
         self._reveal.visible = poll is not None and not poll.revealed

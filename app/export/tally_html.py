@@ -11,13 +11,14 @@ from app.plots.curve_chart import Curve
 from app.text.templates import macros
 
 
-def cloud_html(drawing: Drawing | None, rounds: Sequence[tuple[int, Tally]], truth: Curve = ()) -> Markup:
-    """Return the class's curves over one another, their medians, and the truth once it is known; "" without a curve."""
+def cloud_html(drawing: Drawing | None, rounds: Sequence[tuple[int, Tally]], truth: Curve = (), asked: bool = False) -> Markup:
+    """Return the class's curves over one another, their medians, and the truth once it is known; "" without a curve, unless `asked` shows
+    the empty axes."""
     number, newest = rounds[-1]
     earlier, curves = rounds[0][1].curves if len(rounds) > 1 else (), newest.curves
-    if drawing is None or not (curves or earlier):
+    if drawing is None or not (curves or earlier or asked):
         return Markup()
-    said = tr("{count} drawn", count=len(curves))
+    said = "" if asked else tr("{count} drawn", count=len(curves))
     if earlier:
         first = tr("pale: round {number} ({count})", number=rounds[0][0], count=len(earlier))
         said = f"{first} · {tr('strong: round {number} ({count})', number=number, count=len(curves))}"

@@ -12,9 +12,9 @@ import numpy as np
 
 from app.export.class_summary import ClassSummary, HandIn
 from app.hosting.sqlite_pages import is_whole
+from app.lessons.open_steps import OpenSteps
 from app.lessons.progress import SavedLesson
-from app.lessons.tally import QuestionId
-from app.plots.curve_chart import Curve
+from app.lessons.tally import Ballot, QuestionId
 from app.session.session_state import RunState, SessionState
 from app.settings import MOTION, PANEL, Settings
 from controllers.errors import BadSetting
@@ -54,7 +54,7 @@ class ClassRecord:
 
     Attributes:
         saved: when it was so [s since 1970].
-        ballots: question → id of a student's tab → choice and drawn curve.
+        ballots: question → id of a student's tab → what was handed in.
         revealed: the questions with a tally that everybody sees.
         free: whether the students explore.
         leader: id of the tab that leads; None for none.
@@ -63,20 +63,23 @@ class ClassRecord:
         passed: lesson and step → ids of the tabs that have passed the challenge.
         hand_ins: the reports that were handed in, by the id of a student's tab.
         pages_only, pageless: see `app.classroom.ballots.Voters`.
+        names, pace: the invented names by the id of a student's tab, and the steps that are open to those who explore.
     """
 
     saved: float
-    ballots: Mapping[QuestionId, Mapping[str, tuple[int | None, Curve]]]
+    ballots: Mapping[QuestionId, Mapping[str, Ballot]]
     revealed: tuple[QuestionId, ...]
     free: bool
     leader: str | None
     students: tuple[str, ...]
     # Absent from the records of earlier versions.
-    earlier: Mapping[QuestionId, tuple[Mapping[str, tuple[int | None, Curve]], ...]] = field(default_factory=dict)
+    earlier: Mapping[QuestionId, tuple[Mapping[str, Ballot], ...]] = field(default_factory=dict)
     passed: Mapping[QuestionId, tuple[str, ...]] = field(default_factory=dict)
     hand_ins: Mapping[str, HandIn] = field(default_factory=dict)
     pages_only: bool = False
     pageless: tuple[str, ...] = ()
+    names: Mapping[str, str] = field(default_factory=dict)
+    pace: OpenSteps | None = None
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,11 @@ QuestionId = tuple[str, str]
 
 
 class Ballot(NamedTuple):
-    """What a student has handed in: an answer, a curve that was drawn, or both."""
+    """What a student has handed in: an answer, a curve that was drawn, or both; and the student's reason."""
 
     choice: int | None = None
     curve: Curve = ()
+    reason: str = ""
 
 
 class Tally(NamedTuple):
@@ -66,7 +67,7 @@ def tally_of(ballots: Mapping[str, Ballot], choices: int, here: Collection[str] 
         here: the students who are present.
     """
     counts = [0] * choices
-    for choice, _ in ballots.values():
+    for choice, *_ in ballots.values():
         if choice is not None and choice < choices:
             counts[choice] += 1
     curves = tuple(ballot.curve for ballot in ballots.values() if ballot.curve)

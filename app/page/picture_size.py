@@ -170,7 +170,8 @@ def free_picture(
         width: of the picture, which is what docked panels leave of the window's [CSS px].
         profile: of the page.
         bare: whether the page shows no panels, but a line below the scene.
-        plots_cover: how high the plots are over the picture; None where only the page's usual layout is known [CSS px].
+        plots_cover: how high the plots are over the picture, in a lecture also a phone's sheet; None where only the page's usual layout is
+            known [CSS px].
         card: right and lower end of the card; None likewise [CSS px].
     """
     height, k = window[1], scale(profile)
@@ -178,7 +179,7 @@ def free_picture(
     if bare:
         covered = CAPTION * height
     elif phone:
-        covered = PHONE_SHEET * height
+        covered = min(plots_cover or PHONE_SHEET * height, 0.75 * height)
     elif plots_cover is not None:
         covered = min(plots_cover, 0.6 * height)
     else:

@@ -59,7 +59,7 @@ _ALONE: Final = {"error": "hand", "distance": "elbow"}
 
 
 def cells(run: RunSettings, details: str, only: tuple[str, ...] = ()) -> tuple[str, ...]:
-    """Return the names of what is shown, in order; `only`: instead of the first two."""
+    """Return the names of what is shown, that which a projector shows alone first; `only`: instead of the first two."""
     first: tuple[str, ...] = first_plots(run)
     shown = first
     if only:
@@ -77,10 +77,18 @@ def makes_room(shown: tuple[str, ...]) -> bool:
     return "error" in shown and (len(shown) > 3 or any(name in CHARTS for name in shown))
 
 
+def place_of(name: str) -> float:
+    """Return where a plot stands among its neighbours, whatever the order in which a lesson names them."""
+    if name in PLACES:
+        return PLACES[name]
+    order = specs(PageSettings)["plot"].choices
+    return 2.0 + order.index(name.removesuffix("_other")) + (0.5 if name == "follow_other" else 0.0)
+
+
 def layout_html(shown: tuple[str, ...]) -> str:
     """Return the style that gives every plot a column; a chart with a legend of its own takes a wider one."""
     wide = {"laws": "1.45fr", "safety": "1.9fr", "stability": "1.2fr", "pairs": "1.2fr"}
-    columns = [f"minmax(0,{wide.get(name, '1fr')})" for name in shown]
+    columns = [f"minmax(0,{wide.get(name, '1fr')})" for name in sorted(shown, key=place_of)]
     narrow = columns[:1] + columns[2:] if makes_room(shown) else columns
     style = f":root{{--duet-columns:{' '.join(columns)};--duet-narrow:{' '.join(narrow)}}}"
     return element("div", "", f"<style>{style}</style>", class_="duet-plots")

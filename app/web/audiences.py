@@ -27,7 +27,10 @@ MOST_SCREENS: Final = 4
 """Audiences of projectors besides."""
 
 SCREEN: Final = "screen"
-"""Key of a projector's link."""
+"""Key of a projector's link …"""
+
+SMALL: Final = "small"
+"""… and its value for the picture of it on a teacher's page, which is no projector that counts."""
 
 
 class Audience(ServerView):

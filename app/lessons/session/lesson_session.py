@@ -13,6 +13,7 @@ from app.lessons.bookmark import Phase
 from app.lessons.labels import label_of
 from app.lessons.lesson import LessonBook
 from app.lessons.lesson_list import LessonEntry, lesson_entries
+from app.lessons.open_steps import OpenSteps
 from app.lessons.progress import SavedLesson
 from app.lessons.session import lesson_actions
 from app.lessons.session.step_runner import FurtherRuns, StepRunner, asks_for_custom_law, deviation_from_lesson, with_look
@@ -36,11 +37,13 @@ class LessonSession:
         listing: whether the list of lessons stands in the lesson's place.
         version: goes up with every change that the page has to show.
         notes: (title, text) of notices for the visitor; the page that shows them removes them.
+        pace: the steps that a teacher has opened; None for all.
     """
 
     def __init__(self, session: Session, book: LessonBook) -> None:
         self.book, self.open, self.listing, self.version = book, False, False, 0
         self.notes: deque[tuple[str, str]] = deque(maxlen=8)
+        self.pace: OpenSteps | None = None
         self._said: dict[tuple[str, str], list[float | None]] = {}
         self._session = session
         self._walk: Walkthrough | None = None
@@ -320,6 +323,8 @@ class LessonSession:
 
     def _decide(self) -> None:
         walk, session = self.walk, self._session
+        if self._left_pace():
+            self._follow()
         note = deviation_from_lesson(session, walk)
         if note is not None:
             self.notes.append(note)
@@ -357,6 +362,15 @@ class LessonSession:
         self._follow()
         self._show_moment()
 
+    def _left_pace(self) -> bool:
+        """Go back to an open step, before another one is seen, answered or run; return whether that was necessary."""
+        walk, pace = self.walk, self.pace
+        if pace is None or pace.allows(walk.lesson.id, walk.step_index):
+            return False
+        walk.go(pace.lesson, pace.nearest(walk.lesson.id, walk.step_index))
+        self.notes.append(("Your teacher has not opened this step", pace.words))
+        return True
+
     def _show_moment(self) -> None:
         """Have the picture of a run that is measured stand at the moment that its step is about."""
         player, walk = self._session.player, self.walk
@@ -372,6 +386,8 @@ class LessonSession:
 
     def _follow(self) -> None:
         """Begin the run that the step asks for, if it is another than before."""
+        if self.open:
+            self._left_pace()
         self.version += 1
         if self.open and self.walk.run_id != self._run_id:
             self._begin()

@@ -14,7 +14,7 @@ from app.plots.lap_charts import laps_html
 from app.plots.law_charts import curve_html, laws_html
 from app.plots.microscope_chart import microscope_html
 from app.plots.pair_strips import pairs_html
-from app.plots.plot_choice import CHARTS, PLACES, cells, layout_html, makes_room
+from app.plots.plot_choice import CHARTS, cells, layout_html, makes_room, place_of
 from app.plots.stability_text import section_html
 from app.plots.time_plots import PlotLine, TimePlot, colour_of, time_plot_of
 from app.plots.time_series import COLUMNS, RollingSeries, drawable
@@ -26,7 +26,7 @@ from app.theme import PALETTES, scale
 from controllers.kinematics import Array
 from controllers.laws.situation import Law
 from scenes.rerun import WhatIf
-from scenes.settings import RunSettings, specs
+from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
 WHAT_IF: Final = ("d", "e2")
@@ -174,10 +174,7 @@ class Plots:
 
     def _make(self, name: str, simulation: Simulation) -> None:
         # Captions and plots alternate: side by side in columns on a desk, one below the other on a phone.
-        order = 2.0 + 2.0 * (
-            PLACES[name] if name in PLACES else 2 + list(specs(PageSettings)["plot"].choices).index(name.removesuffix("_other"))
-        )
-        order += 1.0 if name == "follow_other" else 0.0
+        order = 2.0 + 2.0 * place_of(name)
         with self._tab:
             self._captions[name] = self._gui.add_html("", order=order)
             if name in CHARTS:
@@ -304,11 +301,12 @@ class Plots:
         """Return title and legend of one plot."""
         # On a narrow screen the squared error makes room for what was chosen.
         caption, spare = macros("plots/charts.html").caption, name == "error" and makes_room(self._cells)
+        first = name == self._cells[0]
         if name in CHARTS:
-            return caption(tr_html(CHARTS[name]), "", (), spare)
+            return caption(tr_html(CHARTS[name]), "", (), spare, first)
         plot, _ = self._time_plots[name]
         others = ["ghost"] if with_ghost else []
         if self._what_if is not None:
             others.append("what_if")
         lines = [(symbol, kind, tr_html(label)) for symbol, kind, label in plot.legend(others, self._names)]
-        return caption(tr_html(plot.title), plot.unit, lines, spare)
+        return caption(tr_html(plot.title), plot.unit, lines, spare, first)

@@ -6,6 +6,7 @@ addEventListener("DOMContentLoaded", () => {
   // A card that has less to say for a moment gives no room back, and one line more or less is not worth a message.
   const CARD_LOOKS = 24;
   const CARD_STEP = 12;
+  const SHEET = '.mantine-Paper-root[style*="max-height: 60%"]';
   let box = "";
   let plots = null;
   let said = "";
@@ -32,6 +33,8 @@ addEventListener("DOMContentLoaded", () => {
     if (!box || !scene?.canvas?.isConnected || document.hidden) return;
     plots = document.querySelector("[data-duet-holds~=plots]") ?? (plots?.isConnected ? plots : null);
     plots ??= document.querySelector("[data-floating-window]");
+    // On a phone in a lecture the sheet is higher than on others.
+    if (document.documentElement.dataset.duetHolds?.includes("follows")) plots = document.querySelector(SHEET) ?? plots;
     const picture = scene.canvas.getBoundingClientRect();
     const { top, height } = plots?.getBoundingClientRect() ?? picture;
     const covered = plots && height > 0 ? Math.max(picture.bottom - top, 0) : 0;

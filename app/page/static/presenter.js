@@ -54,6 +54,25 @@ addEventListener("DOMContentLoaded", () => {
     }
   };
 
+  // On the teacher's page a small projector shows what the large ones show, black and frozen too; it is no projector that counts.
+  const openOf = (source) => {
+    const query = new URLSearchParams(source.dataset.query);
+    query.set("theme", document.documentElement.dataset.mantineColorScheme);
+    return query;
+  };
+  const addThumbnail = () => {
+    const place = document.querySelector(".duet-thumbnail:empty");
+    if (!place?.clientWidth) return;
+    const query = openOf(place);
+    query.set("screen", "small");
+    query.set("picture", "fast");
+    const frame = document.createElement("iframe");
+    frame.src = `${location.pathname}?${query}`;
+    frame.inert = true;
+    frame.style.scale = place.clientWidth / 1280;
+    place.append(frame);
+  };
+
   let [sent, slide] = ["", ""];
   const look = () => {
     const source = document.querySelector(".duet-screen");
@@ -62,7 +81,9 @@ addEventListener("DOMContentLoaded", () => {
     sent = source?.innerHTML ?? "";
     screen.hidden = !source;
     const fresh = source?.firstElementChild?.cloneNode(true);
-    document.documentElement.classList.toggle("duet-bare", Boolean(fresh) && !fresh.classList.contains("panels"));
+    const bare = Boolean(fresh) && !fresh.classList.contains("panels");
+    document.documentElement.classList.toggle("duet-bare", bare);
+    document.documentElement.classList.toggle("duet-strip", bare && fresh.matches(".at-run, .at-outcome, .at-try"));
     const title = fresh?.querySelector("header, .caption b")?.textContent ?? "";
     if (!fresh) screen.replaceChildren();
     // Another step is another picture: nothing of the one before grows into it.
@@ -72,13 +93,13 @@ addEventListener("DOMContentLoaded", () => {
     fit();
   };
   setInterval(look, 150);
+  setInterval(addThumbnail, 1000);
   addEventListener("resize", fit);
 
   document.addEventListener("click", (event) => {
     const button = event.target instanceof Element && event.target.closest(".duet-open-screen");
     if (!button) return;
-    const query = new URLSearchParams(button.dataset.query);
-    query.set("theme", document.documentElement.dataset.mantineColorScheme);
+    const query = openOf(button);
     if (duet.query.key) query.set("key", duet.query.key);
     // Without an opener: a window with one would share this tab's memory, and pass for this tab.
     open(`${location.pathname}?${query}`, "_blank", "popup,noopener,width=1280,height=720");

@@ -32,6 +32,16 @@ def on_stage(page: Page, key: str) -> None:
     page.keyboard.press(key)
 
 
+def edge(page: Page, selector: str, side: str) -> float:
+    """Where an element ends [CSS px]."""
+    return float(page.locator(selector).last.evaluate(f"element => element.getBoundingClientRect().{side}"))
+
+
+def in_view(page: Page, selector: str) -> bool:
+    """Whether an element is in the window, as a whole."""
+    return edge(page, selector, "top") >= 0.0 and edge(page, selector, "bottom") <= page.evaluate("innerHeight")
+
+
 def taken(page: Page, kind: str) -> bytes:
     """Download one of the teacher's files."""
     with page.expect_download() as download:
@@ -194,11 +204,14 @@ def test_a_teachers_plots_stand_side_by_side(house: OpenHouse, page_at: PageAt) 
 def test_one_student_is_one_voter_in_one_tab_at_a_time(house: OpenHouse, page_at: PageAt) -> None:
     opened = house(changed(Settings(), "picture", "fast"), lecture=True, key="chalk")
     host = lecture_of(opened)
-    teacher, ann, bo = page_at(1000, 560), page_at(640, 420), page_at(640, 420)
+    # Ann has a desk, Bo a phone.
+    teacher, ann, bo = page_at(1000, 560), page_at(640, 420), page_at(390, 844)
     come(teacher, f"{opened.url}/?key=chalk&lesson=1")
     come(ann, opened.url)
     come(bo, opened.url)
     teacher.get_by_text("0 answered · 2 not yet").wait_for()
+    until(bo, lambda: in_view(bo, ".duet-l-text") and in_view(bo, "button:has-text('4 In 7')"), "question and answers", WAIT)
+    assert edge(bo, ".duet-banner", "top") > 150.0
     ann.get_by_role("button", name="3 In 4.").click()
     teacher.get_by_text("1 answered · 1 not yet").wait_for()
 
@@ -211,14 +224,28 @@ def test_one_student_is_one_voter_in_one_tab_at_a_time(house: OpenHouse, page_at
     ann.get_by_text("Your prediction: In 4.").first.wait_for()
     ann.get_by_role("button", name="1 In none").click()
     teacher.get_by_text("1 answered · 1 not yet").wait_for()
-    ask(host.session, lambda _: host.lessons.act(GoTo(3, 0)))
+    drawn = next(i for i, step in enumerate(host.lessons.book.lessons[3].steps) if step.drawing is not None)
+    ask(host.session, lambda _: host.lessons.act(GoTo(3, drawn)))
     on_stage(ann, "2")
     until(teacher, lambda: len(host.room.ballots.questions) == 2, "the second answer", WAIT)
     (voters,) = {tuple(host.room.ballots.rounds_of(question)[0]) for question in host.room.ballots.questions}
     assert len(voters) == 1 and len(host.room.ballots.ballots_of(voters[0])) == 2
     # Another browser is another student.
-    on_stage(bo, "1")
+    # On a long page of the phone the scene stays a strip, and the banner in view.
+    bo.locator(".duet-draw").scroll_into_view_if_needed()
+    until(
+        bo, lambda: in_view(bo, ".duet-draw") and 150.0 < edge(bo, ".duet-banner", "top") < 400.0, "a strip and the banner", WAIT
+    )
+    bo.get_by_role("button", name="1 ").first.click()
     teacher.get_by_text("2 answered · 0 not yet").wait_for()
+    # A reason, in one line that harms nothing; only the teacher reads it.
+    bo.get_by_label("Because …").fill("<img src=x onerror=alert(1)>  it is\u202e half " + "x" * 300)
+    reason = teacher.locator(".duet-reasons li")
+    until(teacher, lambda: len(reason.inner_text()) > 190, "the reason", WAIT)
+    assert reason.inner_text().startswith("<img src=x onerror=alert(1)> it is half x") and reason.inner_text().endswith(
+        "x answer 1"
+    )
+    assert teacher.locator(".duet-reasons img").count() == ann.get_by_text("it is half").count() == 0
 
     # A second tab goes on in place of the first one, and the first one again when it is used.
     second = context.new_page()

@@ -10,6 +10,7 @@ from app.hosting.record_writer import RecordWriter
 from app.hosting.session_store import SessionStore
 from app.hosting.visitor_record import ClassRecord, VisitorRecord, record_from_bytes, record_to_bytes
 from app.lessons.loading import load_lessons
+from app.lessons.tally import Ballot
 from app.settings import Settings
 from app.start import App
 from tests.app.conftest import Join, OpenHouse, ask, lecture_of
@@ -76,7 +77,7 @@ def test_a_lecture_that_breaks_off_goes_on_and_one_that_has_ended_does_not(house
 
 
 def test_a_class_that_broke_off_long_ago_is_one_that_has_ended() -> None:
-    room = ClassRecord(5.0, {("redundancy", "freedom"): {STUDENT: (1, ())}}, (), False, TEACHER, (STUDENT,))
+    room = ClassRecord(5.0, {("redundancy", "freedom"): {STUDENT: Ballot(1)}}, (), False, TEACHER, (STUDENT,))
     record = VisitorRecord({}, Settings(), None, None, room)
     left = _summary_in(record, False, BOOK)
     assert left is not None and left.saved == 5.0 and left.asked[0].rounds[0].counts[1] == 1
@@ -86,10 +87,12 @@ def test_a_class_that_broke_off_long_ago_is_one_that_has_ended() -> None:
 
 
 def test_a_record_of_a_class_from_before_the_rounds_is_read() -> None:
-    room = ClassRecord(5.0, {("redundancy", "freedom"): {STUDENT: (1, ())}}, (), True, TEACHER, (STUDENT,))
+    room = ClassRecord(5.0, {("redundancy", "freedom"): {STUDENT: Ballot(1)}}, (), True, TEACHER, (STUDENT,))
     record = VisitorRecord({}, Settings(), None, None, room)
     data = msgspec.to_builtins(record)
     del data["last_class"]
-    for later in ("earlier", "passed", "hand_ins", "pages_only", "pageless"):
+    for later in ("earlier", "passed", "hand_ins", "pages_only", "pageless", "names", "pace"):
         del data["room"][later]
+    # A ballot without a reason.
+    data["room"]["ballots"] = {("redundancy", "freedom"): {STUDENT: (1, ())}}
     assert record_from_bytes(record_to_bytes(data), VisitorRecord) == record

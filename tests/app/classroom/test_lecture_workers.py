@@ -1,6 +1,7 @@
 """A lecture in several processes: the students explore in others than the stage's, and the teacher reaches all of them."""
 
 import os
+import re
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -13,7 +14,7 @@ from app.hosting.visitor_record import VisitorRecord, record_from_bytes
 from app.web.audiences import MOVED_CODE
 from tests.app.classroom.lecture_room import choose, sees
 from tests.app.hosting.test_workers import worker_of
-from tests.app.page.helpers import bodies, buttons, click, open_lessons
+from tests.app.page.helpers import bodies, buttons, click, open_lessons, shown
 from tests.app.runtime.processes import until
 from tests.app.served import Serve, Served
 from tests.app.web.conftest import ended
@@ -31,11 +32,11 @@ def served(serve: Serve) -> Served:
 
 @pytest.fixture
 def come(served: Served) -> Iterator[Come]:
-    """`come("ann")` is a student, `come(key=True)` a teacher; the page is whole."""
+    """`come("ann")` is a student, `come(key=True)` a teacher, `come(screen=True)` a projector; the page is whole."""
     with ExitStack() as opened:
 
-        def make(name: str = "", key: bool = False) -> BlockingClient:
-            query = "key=chalk-and-talk" if key else f"resume={name.encode().hex():0<32}"
+        def make(name: str = "", key: bool = False, screen: bool = False) -> BlockingClient:
+            query = "key=chalk-and-talk" if key else "screen=1" if screen else f"resume={name.encode().hex():0<32}"
             while True:
                 visitor = opened.enter_context(BlockingClient(served.url, query=query))
                 visitor.wait_for(
@@ -58,6 +59,37 @@ def critical_distance(store: Path, name: str) -> float:
 
 def has_controls(visitor: BlockingClient) -> None:
     visitor.wait_for(lambda v: bodies(v, "GuiSliderMessage"), 60.0)
+
+
+def drawn_name(student: BlockingClient) -> str:
+    found = re.search(r"For the teacher you are ([^.<]+)\.", shown(student))
+    assert found is not None, shown(student)[-2000:]
+    return found[1]
+
+
+def look_after_those_who_explore(teacher: BlockingClient, students: list[BlockingClient], screen: BlockingClient) -> None:
+    """The board knows all under drawn names, one of them is shown without one, and only the open step can be entered."""
+    names = [drawn_name(student) for student in students]
+    sees(teacher, "Every step is open.", *names)
+    teacher.set_value("only steps", "2")
+    for student in students:
+        sees(student, "Lesson 1 · step 2", "Lesson 1: step 2 only.")
+    choose(students[1], "1")
+    click(students[1], "2 ")
+    sees(students[1], "Your prediction", "Lesson 1 · step 2")
+    click(students[1], "Run")
+    teacher.wait_for(lambda v: names[1] in v.mirror.labelled("student")["options"], 60.0)
+    teacher.set_value("student", names[1])
+    click(teacher, "Show this one")
+    sees(screen, "One of you", "Lesson 1 · step 2", 'class="mine"')
+    assert not any(name in shown(screen) for name in names)
+    click(teacher, "Show this run")
+    sees(screen, "scene at-run", "One of you")
+    sees(teacher, "a student's run")
+    click(teacher, "Next: the picture again")
+    screen.wait_for(lambda _: "One of you" not in shown(screen), 60.0)
+    teacher.set_value("only steps", "2-3")
+    sees(teacher, "Lesson 1: steps 2 to 3 only.")
 
 
 def test_students_explore_in_other_processes_and_the_teacher_reaches_them(served: Served, come: Come, tmp_path: Path) -> None:
@@ -94,6 +126,8 @@ def test_students_explore_in_other_processes_and_the_teacher_reaches_them(served
     click(teacher, "Let everybody go on")
     for one in students:
         sees(one, "this is your own session")
+    look_after_those_who_explore(teacher, students, come(screen=True))
+    names = [drawn_name(student) for student in students]
     # A process that dies takes no session along.
     students[0].set_value("critical distance d_m [mm]", 70.0)
     until(lambda: critical_distance(tmp_path / "store", "ann") == 0.07)
@@ -111,7 +145,7 @@ def test_students_explore_in_other_processes_and_the_teacher_reaches_them(served
     os.kill(stage, signal.SIGKILL)
     until(lambda: stage not in served.workers and len(served.workers) == 3)
     teacher = come(key=True)
-    sees(teacher, "students here: 3", "exploring: 3", "reports handed in: 1")
+    sees(teacher, "students here: 3", "exploring: 3", "reports handed in: 1", "Lesson 1: steps 2 to 3 only.", *names)
     assert all(one.closed is None for one in students)
     # Follow me: all are at the stage again.
     choose(teacher, "Follow me")

@@ -1,6 +1,7 @@
 """The projector without a page: stations follow the lesson, the clicker goes through them, and what lies over the scene."""
 
 import itertools
+import re
 from dataclasses import replace
 from time import monotonic
 
@@ -14,12 +15,13 @@ from app.classroom.screen_html import screen_html
 from app.classroom.screen_panel import next_station_label
 from app.classroom.teacher_control import TeacherControl
 from app.lessons.bookmark import Phase
-from app.lessons.loading import load_lessons
+from app.lessons.loading import in_language, load_lessons
 from app.lessons.session.lesson_actions import Choose, GoTo, ShowWhy, StartOrPause
 from app.lessons.session.lesson_session import LessonSession
+from app.plots.curve_chart import COLUMNS
 from app.session.frame import make_frame
 from app.session.session import Session
-from app.settings import Settings
+from app.settings import LANGUAGES, Settings
 
 BOOK = load_lessons()
 
@@ -199,6 +201,30 @@ def test_before_the_reveal_the_screen_says_only_how_many(stage: Stage) -> None:
     assert 'class="right"' in screen(stage, known, Station.OUTCOME) and "4 ways" in screen(stage, known, Station.OUTCOME)
 
 
+def test_a_question_that_asks_for_a_curve_shows_its_axes_and_no_curve(stage: Stage) -> None:
+    stage.lessons.act(GoTo(3, next(i for i, step in enumerate(BOOK.lessons[3].steps) if step.drawing is not None)))
+    stage.frame()
+    poll = stage.control.poll()
+    assert poll is not None and poll.drawing is not None
+    curve = tuple(0.5 for _ in range(COLUMNS))
+    poll = replace(poll, tally=Tally((1, 0, 0, 0), 0, 1, (curve,)))
+    asked, told = screen(stage, poll, Station.QUESTION), screen(stage, replace(poll, revealed=True), Station.ANSWERS)
+    assert "<figure" in asked and "1 drawn" not in asked and "median" not in asked
+    assert "1 drawn" in told and "median" in told
+
+
+def test_no_text_of_a_step_names_a_plot_by_a_place_that_a_projector_does_not_have() -> None:
+    elsewhere = re.compile(
+        r"(second|other|left|right|lower|upper) plot|(zweite|andere|linke|rechte)\w* Diagramm|drug\w+ graf|formula below"
+    )
+    for language in LANGUAGES:
+        for lesson in in_language(BOOK, language).lessons:
+            for step in lesson.steps:
+                asked = "" if step.question is None else step.question.text
+                for text in (step.goal, asked, step.do, step.observe):
+                    assert not elsewhere.search(text), (language, lesson.id, step.id, text)
+
+
 def test_what_a_class_or_a_lesson_says_is_never_markup(stage: Stage) -> None:
     poll = stage.control.poll()
     assert poll is not None
@@ -210,6 +236,41 @@ def test_what_a_class_or_a_lesson_says_is_never_markup(stage: Stage) -> None:
         for one in (bad, None):
             made = screen_html(station, view, one, None, ())
             assert "<img" not in made and (station is Station.CHALLENGE or "&lt;img" in made), station
+
+
+def test_reasons_are_taken_after_the_vote_and_shown_as_picked(stage: Stage) -> None:
+    walk, question = stage.lessons.walk, (BOOK.lessons[0].id, BOOK.lessons[0].steps[0].id)
+    room, evil = stage.room, "<img src=x onerror=alert(1)>"
+    room.give_reason(walk, "student 0", question, "before the vote")
+    stage.answer(0, 2, 2)
+    room.give_reason(walk, "student 9", question, "without a vote")
+    room.give_reason(walk, "student 0", ("other", "question"), "of another question")
+    assert not room.ballots.reasons(question)
+    for student, reason in (
+        ("student 2", f" {evil}\n\u202e" + "x" * 500),
+        ("student 0", "first"),
+        ("student 0", "second thoughts"),
+    ):
+        stage.control.post_reason(student, question, reason)
+        stage.control.answers.do()
+    reasons = room.ballots.reasons(question)
+    # A number stays with its ballot, and so does the reason when the answer is another one.
+    assert list(reasons) == [1, 3] and reasons[1] == (0, "second thoughts") and reasons[3][1] == f"{evil} {'x' * 171}"
+    assert room.answer(walk, "student 0", 1) and room.ballots.reasons(question)[1] == (1, "second thoughts")
+    stage.control.post("quote", "3, 1, 2, 77, no")
+    stage.frame()
+    assert stage.presenter.quotes == (reasons[3][1], "second thoughts")
+    made = screen_html(Station.QUESTION, stage.lessons.view(), stage.control.poll(), None, (), stage.presenter.quotes)
+    assert "second thoughts" in made and "<img" not in made and "&lt;img" in made and "student" not in made
+    # What is shown is what was picked, whatever its author writes then; after the reveal nothing is taken.
+    room.give_reason(walk, "student 0", question, "something rude")
+    stage.act("reveal")
+    room.give_reason(walk, "student 0", question, "too late")
+    assert stage.presenter.quotes[1] == "second thoughts" and room.ballots.reasons(question)[1][1] == "something rude"
+    assert room.hand_in(walk, "student 0", "", "") and "something rude" in room.work.hand_ins["student 0"].progress
+    stage.lessons.act(GoTo(3, 0))
+    stage.frame()
+    assert stage.presenter.quotes == ()
 
 
 def test_a_tie_is_compared_with_both(stage: Stage) -> None:

@@ -19,6 +19,20 @@ def fits(screen: Page) -> bool:
     return bool(screen.evaluate(f"{main}.scrollHeight <= {main}.clientHeight + 1"))
 
 
+def strip(screen: Page) -> list[int]:
+    """How many captions of plots, and plots, can be seen."""
+    seen = "e => getComputedStyle(e).visibility === 'visible' && e.getClientRects().length > 0"
+    every = (".duet-caption", ".uplot-container")
+    return [int(screen.evaluate(f"[...document.querySelectorAll('{one}')].filter({seen}).length")) for one in every]
+
+
+def apart(screen: Page, beside: str) -> bool:
+    """Whether the strip lies beside or below a part of what lies over the scene, and in the window."""
+    box = "document.querySelector('{}').getBoundingClientRect().toJSON()"
+    plot, text = (screen.evaluate(box.format(one)) for one in ("[data-duet-holds~=plots]", f"#duet-screen {beside}"))
+    return (plot["left"] >= text["right"] or plot["top"] >= text["bottom"]) and plot["bottom"] <= screen.evaluate("innerHeight")
+
+
 def bar_width(screen: Page, place: int) -> float:
     """Width of a bar of the histogram [CSS px]."""
     box = screen.locator("#duet-screen li > div > div").nth(place).bounding_box()
@@ -33,6 +47,10 @@ def test_a_projector_shows_what_the_clicker_asks_for(house: OpenHouse, page_at: 
     teacher.goto(f"{opened.url}/?key=chalk and talk&lesson=1&lang=en")
     teacher.locator(".duet-l-head").wait_for()
     close_software_note(teacher)
+    teacher.get_by_role("tab", name="Join", exact=True).click()
+    teacher.get_by_text("0 are in").wait_for()
+    teacher.get_by_label("students expected").fill("60")
+    teacher.get_by_text("0 of 60 are in").wait_for()
     teacher.get_by_role("tab", name="Screen", exact=True).click()
     dark = "document.documentElement.dataset.mantineColorScheme === 'dark'"
     assert not teacher.evaluate(dark)
@@ -56,6 +74,10 @@ def test_a_projector_shows_what_the_clicker_asks_for(house: OpenHouse, page_at: 
     assert not screen.get_by_text("Lesson", exact=True).is_visible()
 
     student = join(opened, f"resume={'2' * 32}")
+    host.control.post("invite")
+    screen.locator("#duet-overlay").get_by_text("1 of 60 are in").wait_for()
+    screen.keyboard.press("PageDown")
+    screen.locator("#duet-overlay section").wait_for(state="detached")
     screen.keyboard.press("PageDown")
     over.locator(".at-question").wait_for()
     over.get_by_text("0 of 1 answered").wait_for()
@@ -82,6 +104,11 @@ def test_a_projector_shows_what_the_clicker_asks_for(house: OpenHouse, page_at: 
         screen.keyboard.press(key)
         black.wait_for(state="visible" if covered else "hidden")
     teacher.get_by_text("the screen is black").wait_for()
+    # The small picture on the teacher's page is black too, and is no screen that counts.
+    small = teacher.frame_locator(".duet-thumbnail iframe")
+    small.locator("#duet-black").wait_for(state="visible")
+    small.locator("#duet-screen .at-answers").wait_for(state="attached")
+    assert teacher.get_by_text("screens: 1").count() == 1
     teacher.locator("body").click(position={"x": 500, "y": 30})
     teacher.keyboard.press("PageDown")
     black.wait_for(state="hidden")
@@ -99,10 +126,13 @@ def test_a_projector_shows_what_the_clicker_asks_for(house: OpenHouse, page_at: 
     teacher.get_by_role("button", name="Live").click()
     over.locator(".at-run").wait_for()
     until(screen, lambda: screen.evaluate(place) != pose, "the run on the projector")
+    # With the run the step's first plot stands as a strip beside the line of text, without the panel around it.
+    until(screen, lambda: strip(screen) == [1, 1] and apart(screen, ".caption"), "one plot beside the text")
 
     # To the end of the run: the right answer is marked, not by its colour alone.
     screen.keyboard.press("PageDown")
     over.locator(".at-outcome li.right").wait_for()
+    until(screen, lambda: strip(screen) == [1, 1] and apart(screen, "main") and fits(screen), "one plot below the outcome")
     assert screen.evaluate("getComputedStyle(document.querySelector('#duet-screen li.right span'), '::after').content") == '" ✓"'
     screen.keyboard.press("PageUp")
     over.locator(".at-run").wait_for()
@@ -131,10 +161,14 @@ def test_a_student_has_no_clicker(house: OpenHouse, join: Join) -> None:
     commands = [*teacher.mirror.commands, *keyed.mirror.commands]
     elements = [(e["uuid"], o) for e in bodies(teacher, "GuiButtonGroupMessage") for o in e.get("options", ())]
     elements += [(e["uuid"], True) for e in bodies(teacher, "GuiButtonMessage")]
+    elements += [(e["uuid"], "2") for e in bodies(teacher, "GuiTextMessage")] + [
+        (e["uuid"], 60) for e in bodies(teacher, "GuiNumberMessage")
+    ]
 
     def state() -> tuple[object, ...]:
         presenter = host.control.presenter
-        return presenter.station, presenter.blank, presenter.frozen, presenter.panels, presenter.left, host.room.paused
+        covers = presenter.station, presenter.blank, presenter.frozen, presenter.panels, presenter.left
+        return *covers, presenter.work, presenter.quotes, presenter.expected, host.room.pace, host.room.wanted, host.room.paused
 
     before = ask(host.session, lambda _: state())
     for k, one in enumerate(others):

@@ -1,0 +1,69 @@
+"""The teacher's view of those who work alone: the board, who of them is shown on the projector, and which steps are open."""
+
+from collections.abc import Callable
+from time import monotonic
+from typing import Final, Literal
+
+import viser
+
+from app.classroom.classroom import Classroom
+from app.i18n.speaking import N_, tr
+from app.lessons.bookmark import Bookmark
+from app.lessons.open_steps import LONGEST
+from app.lessons.session.lesson_session import LessonSession
+from app.text.templates import macros
+from app.web.control_events import on_entry, on_press
+
+BoardAction = Literal["show", "show run", "pace"]
+"""What a teacher asks for: the answer of a student on the projector, or the run; and which steps are open."""
+
+PERIOD: Final = 1.0
+"""Time between two looks at the board [s]."""
+
+NOBODY: Final[str] = "–"
+PACE: Final = N_("2 or 2-3: no other step opens for those who work alone. Empty: all steps.")
+
+
+class BoardPanel:
+    """The folder in the teacher's tab; the caller has opened that.
+
+    Args:
+        act: called with what the teacher asks for and a name or a text, on the network's thread.
+    """
+
+    def __init__(self, gui: viser.GuiApi, act: Callable[[BoardAction, str], None]) -> None:
+        self._next, self._shown = 0.0, None
+        self._folder = gui.add_folder(tr("Who is where"), visible=False)
+        with self._folder:
+            pace = gui.add_text(tr("only steps"), "", hint=tr(PACE))
+            self._pace, self._table = gui.add_html(""), gui.add_html("")
+            self._student = gui.add_dropdown(tr("student"), (NOBODY,))
+            answer = gui.add_button(tr("Show this one"), icon=viser.Icon.PRESENTATION)
+            run = gui.add_button(tr("Show this run"), icon=viser.Icon.PLAYER_PLAY, color="gray")
+        on_entry(pace, lambda text: act("pace", text[:LONGEST]))
+        on_press(answer, lambda: act("show", self._student.value))
+        on_press(run, lambda: act("show run", self._student.value))
+
+    def show(self, room: Classroom, lessons: LessonSession) -> None:
+        """Update it; it is there while the class explores."""
+        now = monotonic()
+        self._folder.visible = room.free
+        if not room.free or now < self._next:
+            return
+        self._next = now + PERIOD
+        walk, pace = lessons.walk, room.pace
+        place = walk.lesson.id, walk.step_index
+        at = Bookmark(walk.book).at(*(place if pace is None else (pace.lesson, pace.nearest(*place))))
+        rows = room.board.rows(room.alone, at, now)
+        shown = rows, at.lesson, pace
+        if shown == self._shown:
+            return
+        self._shown = shown
+        said = tr("Every step is open.") if pace is None else tr(pace.words)
+        self._pace.content = macros("page/panels/pills.html").note(said)
+        self._table.content = macros("classroom/board.html").board(rows, len(at.lesson.steps))
+        names = (NOBODY, *(row.name for row in rows))
+        if names != tuple(self._student.options):
+            chosen = self._student.value
+            self._student.options = names
+            self._student.value = chosen if chosen in names else NOBODY
