@@ -21,10 +21,24 @@ LANGUAGE_LABELS: Final = {"auto": "As the browser asks", **LANGUAGES, "pseudo": 
 Language = str
 """A key of `LANGUAGE_LABELS`."""
 Details = Literal[
-    "none", "lambda", "joints", "rates", "speeds", "follow", "curve", "laws", "map", "safety", "pairs", "stability", "microscope"
+    "none",
+    "lambda",
+    "joints",
+    "rates",
+    "speeds",
+    "follow",
+    "curve",
+    "laws",
+    "map",
+    "safety",
+    "pairs",
+    "stability",
+    "microscope",
+    "laps",
+    "joint_laps",
 ]
 """What is shown beside the paper's pair of plots: λ, q, q̇ and speeds over time; desired and actual joints; λ(d) with a dot; all laws
-in one plot; distance against error over n and v, and law by law; which pair is closest; section III; single steps."""
+in one plot; distance against error over n and v, and law by law; which pair is closest; section III; single steps; laps of a circle."""
 Source = Literal["clips", "figure", "file", "camera"]
 """Who is imitated: a built-in clip, the figure on the stage, a BVH file, or a camera at the server."""
 
@@ -77,7 +91,7 @@ class PageSettings:
         "plot",
         "more plots",
         "A third plot.",
-        *("None", "λ", "q", "q̇", "u v w", "q₁–q₄", "λ(d)", "Laws", "n, v", "e²(d)", "Pairs", "M", "dt"),
+        *("None", "λ", "q", "q̇", "u v w", "q₁–q₄", "λ(d)", "Laws", "n, v", "e²(d)", "Pairs", "M", "dt", "laps", "laps of q"),
     )
     ghost: str = BESIDE.choice(
         "off",

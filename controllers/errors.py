@@ -39,6 +39,12 @@ class LazyText(str):
         return self
 
 
+class NumberText(str):
+    """A number as a person reads it, with its unit; it gets the decimal sign of the language in which it is shown."""
+
+    __slots__ = ()
+
+
 def joined(parts: Iterable[str], between: str) -> LazyText:
     """Return several texts joined into one. `between`: the separator."""
     given = {f"_{i}": part for i, part in enumerate(parts)}

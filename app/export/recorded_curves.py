@@ -33,7 +33,7 @@ MOMENTS: Final = 240
 NOT_OVER_TIME: Final = ("curve", "laws")
 """What can be chosen beside the first two plots and is not over time."""
 
-OF_OTHER_RUNS: Final = ("map", "safety", "microscope")
+OF_OTHER_RUNS: Final = ("map", "safety", "microscope", "laps", "joint_laps")
 """What can be chosen there and is not of this run alone: left out."""
 
 

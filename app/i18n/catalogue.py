@@ -11,7 +11,7 @@ from typing import Final
 
 from app.i18n.pseudo import pseudo
 from app.settings import Language
-from controllers.errors import LazyText
+from controllers.errors import LazyText, NumberText
 
 log = logging.getLogger("duet.languages")
 
@@ -20,6 +20,8 @@ FOLDER: Final = Path(__file__).parent
 
 CONTEXT: Final = "\x04"
 """Separates a context from the text, where English has one word for two things: "lesson" + CONTEXT + "Run", as in gettext."""
+
+DECIMAL_SIGN: Final = f"decimal sign{CONTEXT}."
 
 _NOTHING: Final[Mapping[str, str]] = MappingProxyType({})
 
@@ -51,14 +53,16 @@ class Words:
 
     def __call__(self, text: str, /, **parts: object) -> str:
         """Return an English text in this language, with its {names} filled in; a `LazyText` brings its own parts."""
+        if isinstance(text, NumberText):
+            return text.replace(".", self(DECIMAL_SIGN))
         if isinstance(text, LazyText):
-            return self(text.template, **{name: self._part(part) for name, part in text.parts.items()}, **parts)
+            return self(text.template, **text.parts, **parts)
         found = self.texts.get(text)
         text = text.rpartition(CONTEXT)[2]
         translated = self.otherwise(text) if found is None else found
         if not parts:
             return translated
-        parts = {name: Count(part) if type(part) is int else part for name, part in parts.items()}
+        parts = {name: self._part(part) for name, part in parts.items()}
         try:
             return translated.format(**parts)
         except (KeyError, IndexError, ValueError):
@@ -66,7 +70,7 @@ class Words:
             return text.format(**parts)
 
     def _part(self, part: object) -> object:
-        return self(part) if isinstance(part, LazyText) else part
+        return self(part) if isinstance(part, LazyText | NumberText) else Count(part) if type(part) is int else part
 
 
 @cache

@@ -7,6 +7,7 @@ from typing import Final
 
 from app.i18n.catalogue import Words, words_of
 from app.settings import Language
+from controllers.errors import NumberText
 
 _WORDS: Final[ContextVar[Words | None]] = ContextVar("duet_words", default=None)
 
@@ -28,7 +29,7 @@ def tr(text: str, /, **parts: object) -> str:
 
 def decimal(number: str) -> str:
     """Return a number with the decimal sign of the current language."""
-    return number.replace(".", tr("decimal sign\x04."))
+    return tr(NumberText(number))
 
 
 def tr_all(texts: Iterable[str]) -> tuple[str, ...]:

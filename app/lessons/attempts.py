@@ -12,7 +12,7 @@ from app.i18n.speaking import N_
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Challenge
 from app.lessons.outcomes import Attempt, Judgement, judge
-from controllers.errors import LazyText, joined
+from controllers.errors import LazyText, NumberText, joined
 from controllers.kinematics import Array
 from controllers.laws.situation import Law, Situation
 from scenes.settings import LawSettings, RunSettings
@@ -66,7 +66,7 @@ def attempted(
     if challenge.criteria and simulation.steps == 0:
         return Attempt(False, (), LazyText(N_("Press Run first.")))
     attempt = judge(challenge, Evidence(simulation, inf if yours else challenge.setup.seconds), said)
-    note, seconds = "", f"{challenge.setup.seconds:g} s"
+    note, seconds = "", NumberText(f"{challenge.setup.seconds:g} s")
     if challenge.criteria and mixed:
         note = N_("The settings changed during the run. Reset, then run again, so that all of it is under the same settings.")
     elif challenge.criteria and not yours and not finished:

@@ -166,13 +166,19 @@ def _wrong_answer(book: LessonBook, lesson: Lesson, number: int, answer: int) ->
     if walk.show_why():
         why = walk.observe(simulated(walk.setup))
         decides = why.answer(question)
-        _ensure(walk.done.why is not None and decides is not None, "the run that shows why does not tell")
+        _ensure(walk.done.why is not None and why.values[0][0] is not None, "the run that shows why does not tell")
+        shown, choice = m.text(why.values[0][0]), question.choices[answer]
+        _ensure(
+            choice.same or shown != text,
+            f"the run that shows why gives {shown} as the question's does; say same = true if that is the point",
+        )
+        _ensure(not choice.same or shown == text, f"the run that shows why gives {shown}, which is not the same")
         speaks = question.supported(decides) == answer
-        if question.choices[answer].otherwise:
+        if choice.otherwise:
             _ensure(speaks, f"the run in which the answer would be right gives {decides}: it does not speak for it")
         else:
             _ensure(not speaks, f"the run that shows why gives {decides}: it speaks for the wrong answer")
-        text += f", and {m.text(why.values[0][0])} in the run that shows why"
+        text += f", and {shown} in the run that shows why"
     return text
 
 

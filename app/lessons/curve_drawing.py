@@ -19,6 +19,7 @@ from app.plots.curve_chart import COLUMNS, Curve, CurveAxis, Line, curve_chart
 from app.settings import Language
 from controllers.activation import activation
 from controllers.curve import curve_text
+from controllers.errors import NumberText
 from controllers.kinematics import Array
 
 
@@ -86,7 +87,9 @@ class Drawing:
         """Return a difference along `y` as it is read, rounded up, so that "within" it is true."""
         quantity = AXES[self.y_name]
         power = 10.0**quantity.digits
-        return f"{math.ceil(value * quantity.factor * power - 1e-6) / power:.{quantity.digits}f} {quantity.unit}".rstrip()
+        return NumberText(
+            f"{math.ceil(value * quantity.factor * power - 1e-6) / power:.{quantity.digits}f} {quantity.unit}".rstrip()
+        )
 
 
 class DrawingVerdict(NamedTuple):

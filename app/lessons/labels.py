@@ -11,9 +11,9 @@ from app.lessons.lesson import Compared, Measurement
 from app.lessons.measures.quantity import QUANTITIES, shown_parameter
 from app.lessons.question import Choice
 from app.lessons.room_places import Anchor
-from app.lessons.runs import Input, Pairs, Setup, page_value, settings_text, unlike
+from app.lessons.runs import Pairs, Setup, page_value, settings_text, unlike
 from app.settings import Language, Settings
-from controllers.errors import LazyText
+from controllers.errors import LazyText, NumberText
 from scenes.settings import specs, values
 
 _BALL: Final[dict[Anchor, str]] = {
@@ -92,7 +92,7 @@ def contrast_of(asked: Setup, beside: Setup, answer: Choice | None, language: La
     # The points of a curve are on the board.
     changes = tuple(change for change in unlike(run, beside.run) if change[0] != "curve")
     start = beside.start if beside.start != asked.start else None
-    here = compared_text(Compared(changes, start), language) or _done(beside.input, language)
+    here = compared_text(Compared(changes, start), language) or _done(asked, beside, language)
     before = values(run)
     unchanged = tuple((key, before[key]) for key, _ in changes)
     asked_text = settings_text(unchanged, language) if changes else words(N_("as in the question"))
@@ -108,7 +108,9 @@ def contrast_of(asked: Setup, beside: Setup, answer: Choice | None, language: La
 def _headline(answer: Choice | None) -> str:
     if answer is None:
         return N_("Your curve at work: {what}")
-    return N_("Here you would be right: {what}") if answer.otherwise else N_("Here it is the same: {what}")
+    if answer.otherwise:
+        return N_("Here you would be right: {what}")
+    return N_("Here it is the same: {what}") if answer.same else N_("See for yourself: {what}")
 
 
 def _chosen(changes: Pairs, language: Language) -> str:
@@ -116,8 +118,13 @@ def _chosen(changes: Pairs, language: Language) -> str:
     return page_value(*changes[0], language) if len(changes) == 1 and isinstance(changes[0][1], str) else ""
 
 
-def _done(given: Input, language: Language) -> str:
+def _done(asked: Setup, beside: Setup, language: Language) -> str:
+    """Return what is done in a run of the same settings."""
+    given, words = beside.input, words_of(language)
+    if given == asked.input:
+        seconds, before = (NumberText(f"{setup.seconds:g}") for setup in (beside, asked))
+        return words(N_("for {seconds} s instead of {before} s"), seconds=seconds, before=before)
     parameters = {key: value for key, value in given.parameters if isinstance(value, float)}
     text = _SCRIPTS.get(given.name, N_("another movement"))
     angle, speed = math.degrees(parameters.get("angle", 0.0)), parameters.get("speed", 0.0)
-    return words_of(language)(text, angle=f"{angle:.0f}°", speed=f"{speed:g} m/s")
+    return words(text, angle=f"{angle:.0f}°", speed=NumberText(f"{speed:g} m/s"))

@@ -19,8 +19,9 @@ Camera = Literal["room", "hand", "elbow", "between", "top"]
 AT_ONCE: Final = ("curve", "laws", "stability")
 """Plots that say what a law does before anything has run."""
 
-MOST_PLOTS: Final = 2
+MOST_PLOTS: Final = 3
 MOST_NUMBERS: Final = 3
+MOST_CONTROLS: Final = 3
 HINTS: Final = 3
 
 
@@ -139,13 +140,14 @@ class Step:
         hints: three, or none.
         trials: declared ways to try the challenge.
         camera: from where one looks.
-        plots: at most two.
+        plots: at most three.
         numbers: at most three live measurements.
         drawing: a curve to be drawn before the question is answered; None if there is none.
         marks: angles by which the elbow's place at the start is turned about the line from shoulder to wrist [rad]: marks to touch.
         concept: whether the question is asked without a run; what the step measures comes from the software's own run.
         belief: what the wrong answers have in common, for the teacher and for afterwards; "" if it is not named.
         asked: in a test that is asked twice: for the first time, when nothing is said to the answer, or for the last time; "" elsewhere.
+        controls: keys of the settings that stand in the lesson's own panel while the student may change them.
     """
 
     id: str
@@ -168,6 +170,7 @@ class Step:
     concept: bool = False
     belief: str = ""
     asked: Literal["", "first", "last"] = ""
+    controls: tuple[str, ...] = ()
 
     @property
     def yours(self) -> bool:

@@ -18,7 +18,7 @@ from app.lessons.texts import Measured
 from app.plots.curve_chart import Curve
 from app.session.shown import Mark
 from app.settings import Language
-from controllers.errors import LazyText
+from controllers.errors import LazyText, NumberText
 from scenes.settings import RunSettings, specs, values
 
 BEYOND_CRITICAL: Final = {"distance_at": False, "smallest_distance": False, "distance_margin": True}
@@ -82,7 +82,7 @@ class StepOutcome:
         """
         lines, words = list[str](), words_of(language)
         for m, found in zip(step.measurements, self.values, strict=True):
-            parts = [f"{label_of(m, language)}: {m.text(found[0])}"]
+            parts = [f"{label_of(m, language)}: {words(m.text(found[0]))}"]
             for compared, value in zip(m.compare, found[1:], strict=True):
                 if value is not None and m.id not in tabled:
                     differs = compared_text(compared, language)
@@ -107,8 +107,9 @@ def observed(step: Step, setup: Setup, evidence: Evidence, time: float) -> StepO
     found: list[tuple[Value, ...]] = []
     for i, m in enumerate(step.measurements):
         value = measure(evidence, m.name, m.parameters)
-        # A run that shows why an answer is wrong is compared with others only if the answer is a ratio.
-        needed = m.compare if own else m.compare[:1] if i == 0 and step.question is not None and step.question.ratio else ()
+        # A run that shows why an answer is wrong is compared with others only if the answer is a ratio, and it is not the other run.
+        ratio = i == 0 and step.question is not None and step.question.ratio and m.compare[0].setup(step.setup) != setup
+        needed = m.compare if own else m.compare[:1] if ratio else ()
         found.append((value, *comparisons(setup, m, needed), *(None for _ in m.compare[len(needed) :])))
     complete = time >= setup.seconds - 0.5 * evidence.settings.dt and evidence.rows > 0
     curve = true_curve(step.drawing, evidence) if own and step.drawing is not None else ()
@@ -225,7 +226,7 @@ def judged(criterion: Criterion, value: Value, seconds: float) -> Judgement:
 
     if value is None:
         text = N_("{label}: this run does not tell yet. Let it go on for {seconds}.")
-        return Judgement(m.id, False, LazyText(text, label=label, seconds=f"{seconds:g} s"), None)
+        return Judgement(m.id, False, LazyText(text, label=label, seconds=NumberText(f"{seconds:g} s")), None)
     if low is not None and high == low:
         if abs(value - low) <= 1e-9 * max(1.0, abs(low)):
             return judgement(True, N_("{label}: {value}, as asked."))
@@ -279,5 +280,5 @@ def _foretold(forecast: Forecast, said: float | None, setup: Setup) -> Judgement
         if passed
         else N_("With {settings} you said {said}, but it is {value}: {error} off, at most {within} is allowed.")
     )
-    parts = {"error": f"{100.0 * error:.1f}%", "within": f"{100.0 * forecast.within:g}%"}
+    parts = {"error": NumberText(f"{100.0 * error:.1f}%"), "within": NumberText(f"{100.0 * forecast.within:g}%")}
     return Judgement(m.id, passed, LazyText(text, settings=settings, said=m.text(said), value=m.text(value), **parts), value)

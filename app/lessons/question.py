@@ -14,12 +14,14 @@ class Choice:
         reply: what is said to it when the outcome is known.
         why: a run that shows why it is wrong; None for the right one, and where the step's own run shows it.
         otherwise: whether that run shows the case in which the answer would be right, rather than that it is wrong here.
+        same: whether it is the point that this run gives the same number as that of the question.
     """
 
     text: str
     reply: str
     why: Setup | None = None
     otherwise: bool = False
+    same: bool = False
 
 
 Expectation = float | tuple[float, float]

@@ -9,7 +9,7 @@ from app.i18n.catalogue import words_of
 from app.i18n.speaking import spoken
 from app.lessons.room_places import Start
 from app.settings import Language, Settings
-from controllers.errors import LazyText, joined
+from controllers.errors import LazyText, NumberText, joined
 from scenes.setting_spec import Spec
 from scenes.settings import RunSettings, changed, specs, values
 
@@ -96,14 +96,14 @@ def value_text(key: str, value: object) -> str:
     if isinstance(value, bool):
         return LazyText("on") if value else LazyText("off")
     if isinstance(value, (int, float)):
-        return f"{value * spec.page_scale:.6g} {spec.page_unit}".rstrip()
+        return NumberText(f"{value * spec.page_scale:.6g} {spec.page_unit}".rstrip())
     return str(value)
 
 
 def page_value(key: str, value: object, language: Language | None = None) -> str:
     """Return a setting's value in a language; None for that of the page."""
     text, words = value_text(key, value), spoken() if language is None else words_of(language)
-    return words(text) if isinstance(text, LazyText) else text
+    return words(text) if isinstance(text, LazyText | NumberText) else text
 
 
 def changes_text(changes: Pairs) -> LazyText:

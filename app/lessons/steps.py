@@ -12,6 +12,7 @@ from app.lessons.challenges import no_doubles, read_challenge, read_identity, re
 from app.lessons.curve_drawing import read_drawing
 from app.lessons.lesson import (
     HINTS,
+    MOST_CONTROLS,
     MOST_NUMBERS,
     MOST_PLOTS,
     Camera,
@@ -29,6 +30,7 @@ from app.lessons.texts import placeholder_problems
 from app.plots.plot_choice import possible_plots
 from app.text.lesson_text import left_dollar
 from app.text.picture import picture_problems
+from scenes.settings import RunSettings, specs
 
 LEFT_DOLLAR: Final = "a $ belongs to no formula; write $…$ within one paragraph, and \\$ for the sign itself."
 WITH_A_RUN: Final = ("challenge", "attempt", "drawing", "why", "plots", "numbers", "marks", "camera")
@@ -146,6 +148,8 @@ def read_step(part: Chapter, common: Common) -> Step:
         log.found.append(table.fault("drawing", "a drawing comes before the answers to a question; add a section “### Predict”."))
     camera = log.take(lambda: table.choice("camera", get_args(Camera), "room"), "room")
     plots = log.take(lambda: table.words("plots", possible_plots(setup.run), MOST_PLOTS), ())
+    offered = [key for key, spec in specs(RunSettings).items() if spec.read is None]
+    controls = log.take(lambda: table.words("controls", offered, MOST_CONTROLS), ())
     step = Step(
         id,
         part.title,
@@ -163,6 +167,7 @@ def read_step(part: Chapter, common: Common) -> Step:
         drawing,
         concept,
         texts.get("Belief", ""),
+        controls=controls,
     )
     for key in ("right", "expects", "ratio", "why", "attempt"):
         # Not read yet where something else is at fault.
@@ -201,14 +206,14 @@ def _question(
         message = "a ratio needs a run to compare with; add compare = [{ … }] to the first measurement."
         log.found.append(table.fault("ratio", message))
     log.close()
-    whys: dict[int, tuple[Setup, bool]] = {}
+    whys: dict[int, tuple[Setup, bool, bool]] = {}
     for entry in table.tables("why"):
         number = entry.whole("choice", NEEDED, 1, len(items)) - 1
         if number == right or number in whys:
             raise entry.fault("choice", "each wrong answer has at most one run of its own, the right one has none.")
-        whys[number] = read_setup(entry, setup.folder, setup.changes, setup), entry.flag("otherwise")
+        whys[number] = read_setup(entry, setup.folder, setup.changes, setup), entry.flag("otherwise"), entry.flag("same")
         entry.close()
-    choices = tuple(Choice(item.text, item.quote, *whys.get(i, (None, False))) for i, item in enumerate(items))
+    choices = tuple(Choice(item.text, item.quote, *whys.get(i, (None, False, False))) for i, item in enumerate(items))
     return Question(text, choices, right, expects, ratio)
 
 

@@ -1,5 +1,6 @@
 """Numbers inside the texts, filled in when they are shown: `{measured:drift}`, `{measured:drift:1}` (its first comparison),
-`{measured:drift:ratio}`, `{measured:margin:side}` ("3 mm below"), `{setting:dm}`, and on a line of its own `{table:drift}`."""
+`{measured:drift:ratio}`, `{measured:margin:side}` ("3 mm below"), `{measured:margin:size}` (without its sign), `{setting:dm}`,
+and on a line of its own `{table:drift}`."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,6 +13,7 @@ from app.lessons.lesson import Measurement, Step
 from app.lessons.measures.quantity import Value, shown_parameter
 from app.lessons.runs import Setup, page_value
 from app.settings import Language, Settings
+from controllers.errors import NumberText
 from scenes.settings import specs, values
 
 
@@ -26,7 +28,10 @@ def series_table(shown: Sequence[Measurement], found: Sequence[tuple[Value, ...]
     head, runs = _runs(shown[0], setup, language)
     columns = [head, *(label_of(m, language) for m in shown)]
     rows = [
-        (place, [name, *(m.text(row[i]) if i < len(row) else "–" for m, row in zip(shown, found, strict=True))])
+        (
+            place,
+            [name, *(words_of(language)(m.text(row[i])) if i < len(row) else "–" for m, row in zip(shown, found, strict=True))],
+        )
         for i, (place, name) in enumerate(runs)
     ]
     rows.sort(key=lambda row: row[0])
@@ -46,7 +51,7 @@ def _runs(m: Measurement, setup: Setup, language: Language) -> tuple[str, list[t
     balls = [run.start.ball if run.start is not None else None for run in (setup, *others)]
     tilts = [ball.tilt for ball in balls if ball is not None]
     if not keys and len(tilts) == len(balls) == len(set(tilts)):
-        return words(N_("angle")), [(tilt, shown_parameter("angle", tilt)) for tilt in tilts]
+        return words(N_("angle")), [(tilt, words(shown_parameter("angle", tilt))) for tilt in tilts]
     names = [words(N_("this run")), *(compared_text(compared, language) for compared in m.compare)]
     return words(N_("run")), [(float(i), name) for i, name in enumerate(names)]
 
@@ -57,11 +62,13 @@ Measured = Mapping[str, tuple[Value, ...]]
 """Identity of a measurement → its value, then those of its comparisons."""
 
 
-def _parts(name: str) -> tuple[str, str, bool]:
-    """Return identity, number of the comparison or "ratio", and whether the value is shown as above or below zero."""
-    whole = name.removesuffix(":side")
+def _parts(name: str) -> tuple[str, str, str]:
+    """Return identity, number of the comparison or "ratio", and "side" for above or below zero, "size" for no sign, or ""."""
+    whole, _, form = name.rpartition(":")
+    if form not in ("side", "size"):
+        whole, form = name, ""
     id, _, number = whole.partition(":")
-    return id, number, whole != name
+    return id, number, form
 
 
 def asks_for_numbers(text: str) -> bool:
@@ -137,15 +144,17 @@ def filled(text: str, measurements: tuple[Measurement, ...], measured: Measured,
         if kind == "table":
             shown = [by_id[id] for id in name.split(",") if id in by_id]
             return series_table(shown, [measured.get(m.id, ()) for m in shown], setup, language)
-        id, number, side = _parts(name)
+        id, number, form = _parts(name)
         known = measured.get(id, ())
         if number == "ratio":
             own, other = (*known, None, None)[:2]
-            return f"{own / other:.2f}" if own is not None and other else "–"
+            return words(NumberText(f"{own / other:.2f}")) if own is not None and other else "–"
         index = int(number) if number else 0
         value = known[index] if index < len(known) else None
-        if side and value is not None:
+        if form == "size" and value is not None:
+            value = abs(value)
+        if form == "side" and value is not None:
             return words(N_("{size} below") if value < 0.0 else N_("{size} above"), size=by_id[id].text(abs(value)))
-        return by_id[id].text(value) if id in by_id else "–"
+        return words(by_id[id].text(value)) if id in by_id else "–"
 
     return _HOLE.sub(fill, text)

@@ -41,15 +41,22 @@ class PictureSize(NamedTuple):
 class PictureReport:
     """Listens to `picture_size.js` on the page of one client, which sends six numbers by a hidden box when they change.
 
+    Args:
+        tabs: that hold the mark of the box, besides the main panel; a folded panel takes its own with it.
+
     Attributes:
         size: None until the page has said it.
     """
 
-    def __init__(self, client: viser.ClientHandle) -> None:
+    def __init__(self, client: viser.ClientHandle, *tabs: viser.GuiTabHandle) -> None:
         self.size: PictureSize | None = None
         self._taken: tuple[float, ...] | None = None
         box = client.gui.add_text("", "", visible=False)
-        client.gui.add_html(element("i", hidden="", data_duet_picture=uuid_of(box)), order=-1.0)
+        mark = element("i", hidden="", data_duet_picture=uuid_of(box))
+        client.gui.add_html(mark, order=-1.0)
+        for tab in tabs:
+            with tab:
+                client.gui.add_html(mark, order=-1.0)
 
         @box.on_update
         async def _(event: viser.GuiEvent[Any]) -> None:

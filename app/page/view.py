@@ -148,7 +148,7 @@ class View:
     def look(self, client: viser.ClientHandle) -> None:
         """Point a client's camera at the present scene, and have it follow what happens there."""
         if client.client_id not in self._cameras:
-            self._reports[client.client_id] = PictureReport(client)
+            self._reports[client.client_id] = PictureReport(client, self.plots_tab)
             self._cameras[client.client_id] = CameraFollow(
                 client.camera,
                 lambda pose: aim(client.camera, pose.eye, pose.look_at, pose.fov),

@@ -11,8 +11,11 @@ from controllers.kinematics import Array
 WINDOW: Final = 20.0
 """Length of the time axis [s]."""
 
-POINTS: Final = round(WINDOW / (4.0 * PERIOD))
-"""Bins of the time axis; of a replay four rows are kept in each."""
+BIN: Final = 4.0 * PERIOD
+"""Length of a bin [s]; of a replay four rows are kept in each."""
+
+POINTS: Final = round(WINDOW / BIN)
+"""Bins of the time axis."""
 
 LAST, LOW, HIGH, FROM, TO, AT_LOW, AT_HIGH, BEFORE, AFTER, COUNT = range(10)
 """What a bin keeps of a signal: its newest value, the extremes, the values on both sides of the largest step, when they were [s], and the

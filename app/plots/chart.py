@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 from markupsafe import Markup
 
+from app.i18n.speaking import decimal
 from app.text.templates import macros
 from controllers.kinematics import Array
 
@@ -84,8 +85,8 @@ class Chart:
         frame = self.frame
         grid = "".join(f"M{frame.across(x) * _SIDE:.0f} 0v{_SIDE}" for x, _ in frame.x_ticks)
         grid += "".join(f"M0 {frame.down(y) * _SIDE:.0f}h{_SIDE}" for y, _ in frame.y_ticks)
-        x_texts = [(f"{100 * frame.across(x):.1f}", text) for x, text in frame.x_ticks]
-        y_texts = [(f"{100 * frame.down(y):.1f}", text) for y, text in frame.y_ticks]
+        x_texts = [(f"{100 * frame.across(x):.1f}", decimal(text)) for x, text in frame.x_ticks]
+        y_texts = [(f"{100 * frame.down(y):.1f}", decimal(text)) for y, text in frame.y_ticks]
         return macros("plots/charts.html").chart(height, _SIDE, grid, self._lines, self._marks, x_texts, y_texts)
 
 

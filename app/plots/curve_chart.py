@@ -8,6 +8,7 @@ from typing import Final, NamedTuple
 
 from markupsafe import Markup
 
+from app.i18n.speaking import decimal
 from app.text.templates import macros
 
 COLUMNS: Final = 48
@@ -142,9 +143,9 @@ _CRITICAL: Final = Markup('d<tspan dy="3" font-size="11.5">m</tspan>')
 
 def _texts(x: CurveAxis, y: CurveAxis) -> Iterator[_Text]:
     for at, text in x.ticks:
-        yield _Text(text, _LEFT + at * _ACROSS, _TOP + _DOWN + 15, "middle")
+        yield _Text(decimal(text), _LEFT + at * _ACROSS, _TOP + _DOWN + 15, "middle")
     for at, text in y.ticks:
-        yield _Text(text, _LEFT - 6, _TOP + (1.0 - at) * _DOWN + 4, "end")
+        yield _Text(decimal(text), _LEFT - 6, _TOP + (1.0 - at) * _DOWN + 4, "end")
     yield _Text(x.label, _LEFT + _ACROSS, _TOP + _DOWN + 29, "end", x.colour, True)
     yield _Text(y.label, 4, 14, "start", y.colour, True)
     if x.critical is not None:

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from markupsafe import Markup
 
-from app.i18n.speaking import tr
+from app.i18n.speaking import decimal, tr
 from app.plots.chart import Chart, ChartAxes
 from app.session.microscope import Magnified, Signal, Steps
 from app.text.templates import macros
@@ -25,7 +25,7 @@ def microscope_html(seen: Magnified, run: RunSettings, height: int) -> Markup:
     values = values[np.isfinite(values)]
     low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
     reach = 1000.0 * seen.steps.dt * AROUND
-    ticks = _ticks(low, high)
+    ticks = ticks_of(low, high)
     edge = max(0.08 * (high - low), _LEAST)
     span = (low - edge, high + edge)
     x_ticks = tuple((x * reach, f"{x * reach:+g}" if x else "0") for x in (-1.0, -0.5, 0.0, 0.5, 1.0))
@@ -34,15 +34,15 @@ def microscope_html(seen: Magnified, run: RunSettings, height: int) -> Markup:
         xs = 1000.0 * (steps.times - seen.time)
         chart.line(xs, steps.values * scale, f"{css_class} faded", width)
         chart.dots(xs, steps.values * scale, css_class, 5.5 if css_class == kind else 3.2)
-    about = tr("over t − {t} s [ms]; largest step:", t=f"{seen.time:.3f}")
+    about = tr("over t − {t} s [ms]; largest step:", t=decimal(f"{seen.time:.3f}"))
     finer = "" if seen.finer is None else _largest(seen.finer, scale)
     made = macros("plots/charts.html")
     return made.steps(chart.html(height - 44), kind, name, unit, about, _largest(seen.steps, scale), finer)
 
 
 def _largest(steps: Steps, scale: float) -> str:
-    value = f"{scale * steps.largest:.3g}"
-    return tr("{value} at {ms} ms", value=value, ms=f"{1000.0 * steps.dt:g}")
+    value = decimal(f"{scale * steps.largest:.3g}")
+    return tr("{value} at {ms} ms", value=value, ms=decimal(f"{1000.0 * steps.dt:g}"))
 
 
 def _shown(quantity: Signal, joint: int, run: RunSettings) -> tuple[str, str, float, str]:
@@ -59,7 +59,7 @@ def _shown(quantity: Signal, joint: int, run: RunSettings) -> tuple[str, str, fl
             return ("|e|", "°", math.degrees(1.0), "e") if angle else ("|e|", "mm", 1000.0, "e")
 
 
-def _ticks(low: float, high: float) -> tuple[tuple[float, str], ...]:
+def ticks_of(low: float, high: float) -> tuple[tuple[float, str], ...]:
     """Return two to six round numbers of an axis."""
     size = max(high - low, _LEAST)
     step = 10.0 ** math.floor(math.log10(size / 2.0))

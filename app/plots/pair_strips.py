@@ -7,7 +7,7 @@ import numpy as np
 from markupsafe import Markup
 
 from app.i18n.speaking import tr
-from app.plots.bins import WINDOW
+from app.plots.bins import BIN, WINDOW
 from app.plots.time_series import COLUMNS, RollingSeries
 from app.text.templates import macros
 from scenes.simulation import Simulation
@@ -25,6 +25,9 @@ def pairs_html(simulation: Simulation, buffer: RollingSeries) -> Markup:
         return made.pairs((), 0, "", "")
     shown = sorted(pair for pair, _ in held.most_common(ROWS))
     rows = [(pair_name(simulation, pair), _runs(pairs, pair), pair == int(pairs[-1])) for pair in shown]
+    if (often := np.diff(changes, prepend=changes[0])).max() > 1.0:
+        # Between two ends of bins the pairs change to and fro, which no strip shows.
+        rows.append((tr("changes, up to {rate} a second", rate=f"{often.max() / BIN:.0f}"), _bars(often), False))
     count, others = int(changes[-1] - changes[0]), len(held) - len(shown)
     words = _words(simulation, count, len(held))
     more = " " + tr("{count} more pairs are not shown.", count=others) if others else ""
@@ -54,6 +57,12 @@ def _runs(pairs: np.ndarray, pair: int) -> str:
     marked = np.concatenate([[0], (pairs == pair).astype(np.int8), [0]])
     edges = np.flatnonzero(np.diff(marked)).reshape(-1, 2)
     return "".join(f"M{a} 0h{b - a}v1h-{b - a}z" for a, b in edges.tolist())
+
+
+def _bars(counts: np.ndarray) -> str:
+    """Return a bar of SVG for each bin, as high as its share of the largest count."""
+    shares = (counts / counts.max()).tolist()
+    return "".join(f"M{i} 1v{-share:.2f}h1v{share:.2f}z" for i, share in enumerate(shares) if share)
 
 
 def _words(simulation: Simulation, changes: int, pairs: int) -> str:

@@ -15,11 +15,13 @@ CHARTS: Final[dict[str, str]] = {
     "pairs": "the closest pair",
     "stability": "section III: does the paper’s condition hold?",
     "microscope": "single steps at dt and dt/2",
+    "laps": "laps of the hand",
+    "joint_laps": "laps of two joints",
 }
 """Charts that are not over time → title."""
 
-PLACES: Final = {"distance": 0, "hand": 0, "error": 1, "elbow": 1}
-"""Columns of the first two plots."""
+PLACES: Final = {"distance": 0.0, "hand": 0.5, "error": 1.0, "elbow": 1.0}
+"""Columns of the first two plots; a lesson also shows the hand's error beside the distance."""
 
 
 def possible_details(run: RunSettings) -> tuple[str, ...]:
@@ -27,6 +29,8 @@ def possible_details(run: RunSettings) -> tuple[str, ...]:
     details: tuple[str, ...] = ("none", "joints", "rates", "microscope")
     if run.experiment.obstacle != "nothing":
         details = ("none", "lambda", "joints", "rates", "speeds", "curve", "laws", "safety", "pairs", "stability", "microscope")
+    if run.draws_circle:
+        details += ("laps", "joint_laps")
     if run.experiment.follows != "nothing":
         details += ("follow",)
     if run.experiment.maps:
@@ -45,8 +49,9 @@ _COMPUTED: Final = ("none", "map", "safety")
 
 
 def possible_plots(run: RunSettings) -> tuple[str, ...]:
-    """Return the plots that a step of a lesson may show: the two that the page shows by itself, and of `app.settings.Details`."""
-    return (*first_plots(run), *(name for name in possible_details(run) if name not in _COMPUTED))
+    """Return the plots that a step of a lesson may show: the page's own two, |e| of a hand, and of `app.settings.Details`."""
+    hand = ("hand",) if run.experiment.error_unit == "m²" else ()
+    return tuple(dict.fromkeys((*first_plots(run), *hand, *(name for name in possible_details(run) if name not in _COMPUTED))))
 
 
 _ALONE: Final = {"error": "hand", "distance": "elbow"}

@@ -157,11 +157,11 @@ def _shadows(column: str, colour: str) -> tuple[PlotLine, ...]:
     return PlotLine(column, colour, 1.8, _GHOST, "ghost"), PlotLine(column, colour, 2.0, _WHAT_IF, "what_if")
 
 
-def _joints(title: str, unit: str, stem: str, count: int, span: tuple[float, float] | None) -> TimePlot:
+def _joints(title: str, unit: str, stem: str, count: int, span: tuple[float, float] | None, scale: float) -> TimePlot:
     numbers = range(1, JOINTS + 1)
     own = (PlotLine(f"{stem}{i}", f"joint {i}", 1.6, _STYLES[(i - 1) // 3], name=str(i) if i <= count else "") for i in numbers)
     ghost = (PlotLine(f"{stem}{i}", f"joint {i}", 1.0, (1.5, 3.0), "ghost") for i in numbers)
-    return TimePlot(title, unit, (*own, *ghost), span, DEGREES, False)
+    return TimePlot(title, unit, (*own, *ghost), span, scale, False)
 
 
 def _distance(rests: bool) -> TimePlot:
@@ -240,9 +240,9 @@ def time_plot_of(name: str, simulation: Simulation) -> TimePlot:
         case "distance":
             return _distance(run.law.entry.rests and not isinstance(simulation.law, LawOfFile))
         case "joints":
-            return _joints(N_("joints q"), "°", "q", count, (-180.0, 180.0))
+            return _joints(N_("joints q"), "°", "q", count, (-180.0, 180.0), DEGREES)
         case "rates":
-            return _joints(N_("joint speeds q̇"), "°/s", "dq", count, None)
+            return _joints(N_("joint speeds q̇"), "rad/s", "dq", count, None, 1.0)
         case "follow" if run.experiment.follows == "person":
             return _followed("", tr("q, {arm} arm", arm=side(avoiding)), N_("person"))
         case "follow":

@@ -8,7 +8,7 @@ from functools import wraps
 from typing import Any, Final, Literal, get_args, get_origin, get_type_hints
 
 from app.lessons.evidence import Evidence
-from controllers.errors import BadSetting
+from controllers.errors import BadSetting, NumberText
 
 Value = float | None
 """None: this run does not tell, or not yet."""
@@ -180,7 +180,7 @@ def shown_value(value: Value, name: str, unit: str, digits: int) -> str:
         if not text.strip("-0."):
             text = text.lstrip("-")
         text = text.replace("-", "−")
-    return text + sign if sign in ("°", "%") else f"{text} {sign}".rstrip()
+    return NumberText(text + sign if sign in ("°", "%") else f"{text} {sign}".rstrip())
 
 
 def significant_digits(value: Value, name: str, unit: str, digits: int) -> int:
@@ -209,4 +209,4 @@ def shown_parameter(name: str, value: object) -> str:
         return str(value)
     factor, sign = UNITS[_SHOWN.get(name, ("", ""))]
     text = f"{value * factor:.3g}".replace("-", "−")
-    return text + sign if sign == "°" else f"{text} {sign}".rstrip()
+    return NumberText(text + sign if sign == "°" else f"{text} {sign}".rstrip())

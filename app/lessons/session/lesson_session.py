@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 
 from app.custom_law.examination import NO_FILE, ExaminationProgress
+from app.i18n.catalogue import words_of
 from app.lessons.bookmark import Phase
 from app.lessons.labels import label_of
 from app.lessons.lesson import LessonBook
@@ -206,6 +207,7 @@ class LessonSession:
         if isinstance(action, lesson_actions.GoOn | lesson_actions.Check) and not self._runs.ready:
             self._waiting = action
             return
+        shown_beside = walk.showing
         match action:
             case lesson_actions.Choose(answer):
                 walk.choose(answer)
@@ -249,6 +251,10 @@ class LessonSession:
                 self.leave()
             case _:
                 raise TypeError(f"a lesson does not do {action!r}")
+        if shown_beside and isinstance(action, lesson_actions.GoOn | lesson_actions.GoBack):
+            # The question's run is made once more at once, so that it stands in the plots and at its moment.
+            self._begin()
+            session.hurry(walk.setup.seconds)
 
     def _place(self, wanted: lesson_actions.GoTo) -> tuple[int, int]:
         """Return the lesson and the step, both from 0."""
@@ -416,7 +422,7 @@ class LessonSession:
         """Return label and value of the step's numbers, as they are at the moment of the run that is shown. `book`: see `view`."""
         language = self.walk.in_book(book).lesson.language
         try:
-            return tuple((label_of(m, language), m.text(value)) for m, value in self.walk.live(simulation))
+            return tuple((label_of(m, language), words_of(language)(m.text(value))) for m, value in self.walk.live(simulation))
         except Exception as error:
             self._errors.exception("the numbers of a lesson could not be measured", error)
             return ()

@@ -1,7 +1,7 @@
 """The buttons and keys of the lessons: what is operated, by one."""
 
 from collections.abc import Callable
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 import viser
 
@@ -63,6 +63,7 @@ class LessonControls:
         self._list: viser.GuiButtonHandle | None = None
         self._commands: list[viser.CommandHandle] = []
         self._shown: tuple[object, ...] = ()
+        self._twins: dict[str, Any] = {}
         self._list_button = client.gui.add_button(
             tr("Lessons"),
             icon=viser.Icon.SCHOOL,
@@ -222,6 +223,7 @@ class LessonControls:
                 changed = view.contrast.keys if view.contrast is not None else ()
                 self._flash.content = flash_style(self._controls.places(changed))
                 self._arrange_challenge(view)
+                self._arrange_settings(view.step.controls if view.phase is Phase.CHALLENGE or view.yours else ())
                 drawing = view.step.drawing if view.phase is Phase.PREDICT else None
                 self._board.show((view.lesson.id, view.step.id), drawing, walk.done.drawing)
 
@@ -239,6 +241,7 @@ class LessonControls:
             self._reason.show(None)
             self._flash.content = ""
             self._forecasts.show(view, None)
+            self._arrange_settings(())
             self._board.show((view.lesson.id, view.step.id), None, ())
             for other in (*self._choices, self._start, self._why, self._own_curve, self._check, self._hint, self._next):
                 other.visible = False
@@ -273,6 +276,16 @@ class LessonControls:
         _offer(self._check, there, label, disabled=running)
         label = tr("Hint {number} of {count}", number=len(view.hints) + 1, count=len(view.step.hints))
         _offer(self._hint, challenge is not None and view.more_hints, label, "gray")
+
+    def _arrange_settings(self, keys: tuple[str, ...]) -> None:
+        """Offer the controls of these settings in the lesson's own panel."""
+        assert self._panel.tab is not None
+        for place, key in enumerate(keys):
+            if key not in self._twins:
+                with self._panel.tab:
+                    self._twins[key] = self._controls.twin(key, ORDER["choices"] + 7.0 + 0.1 * place)
+        for key, control in self._twins.items():
+            control.visible = key in keys
 
 
 def flash_style(places: tuple[tuple[str, str], ...]) -> str:

@@ -87,6 +87,7 @@ class Controls:
         self._gui, self._session = gui, session
         self._specs: dict[str, Spec] = specs(Settings)
         self._handles: dict[str, Any] = {}
+        self._twins: dict[str, Any] = {}
         self._shown: dict[str, Any] = {}
         self._settings: Settings | None = None
         present = values(session.settings)
@@ -174,6 +175,12 @@ class Controls:
         handles = [self._handles[key] for key in keys if key in self._handles]
         return tuple((uuid_of(handle), container_uuid_of(handle)) for handle in handles)
 
+    def twin(self, key: str, order: float) -> Any:
+        """Add a second control of a setting, hidden, in the container that the caller has opened."""
+        handle = self._twins[key] = self._control(key, self._specs[key], values(self._session.settings)[key], order)
+        handle.visible = False
+        return handle
+
     def forget(self, key: str) -> None:
         """Write a setting back into its control at the next frame: the value there was refused."""
         self._shown.pop(key, None)
@@ -208,17 +215,22 @@ class Controls:
             handle.visible = matters(key, settings) and (key in SMALL or not self._small)
             if key in self._shown and self._shown[key] == present[key]:
                 continue
-            value, spec = present[key], self._specs[key]
-            self._shown[key] = value
-            if spec.choices:
-                handle.value = tr(spec.options()[value])
-            elif isinstance(value, float):
-                if abs(handle.value / spec.page_scale - value) > 1e-9:
-                    handle.value = _rounded(value * spec.page_scale)
-            else:
-                handle.value = value
+            self._shown[key] = present[key]
+            for each in (handle, *([self._twins[key]] if key in self._twins else ())):
+                _write(each, self._specs[key], present[key])
         note = tr_html(COMPARE) if matters("ghost", settings) else tr_html(NOTHING_NEAR)
         self._note.content = element("div", note, class_="duet duet-tip")
+
+
+def _write(handle: Any, spec: Spec, value: Any) -> None:
+    """Write a setting into its control."""
+    if spec.choices:
+        handle.value = tr(spec.options()[value])
+    elif isinstance(value, float):
+        if abs(handle.value / spec.page_scale - value) > 1e-9:
+            handle.value = _rounded(value * spec.page_scale)
+    else:
+        handle.value = value
 
 
 def _rounded(value: float) -> float:

@@ -10,6 +10,7 @@ from viser import uplot
 
 from app.i18n.speaking import tr
 from app.plots.bins import LAST, Bins, begin_of, polyline
+from app.plots.lap_charts import laps_html
 from app.plots.law_charts import curve_html, laws_html
 from app.plots.microscope_chart import microscope_html
 from app.plots.pair_strips import pairs_html
@@ -174,7 +175,7 @@ class Plots:
     def _make(self, name: str, simulation: Simulation) -> None:
         # Captions and plots alternate: side by side in columns on a desk, one below the other on a phone.
         order = 2.0 + 2.0 * (
-            PLACES[name] if name in PLACES else 2 + list(specs(PageSettings)["plot"].choices).index(name.split("_")[0])
+            PLACES[name] if name in PLACES else 2 + list(specs(PageSettings)["plot"].choices).index(name.removesuffix("_other"))
         )
         order += 1.0 if name == "follow_other" else 0.0
         with self._tab:
@@ -270,6 +271,8 @@ class Plots:
                 if seen is None:
                     return element("div", tr("Single steps are shown of the live run."), class_="duet duet-tip")
                 return microscope_html(seen, frame.settings.run, self._height)
+            case "laps" | "joint_laps":
+                return laps_html(simulation, ghost, name == "joint_laps", self._height)
             case "pairs":
                 return pairs_html(simulation, self.buffer)
             case _:
