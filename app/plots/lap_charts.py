@@ -3,10 +3,11 @@
 import numpy as np
 from markupsafe import Markup
 
-from app.i18n.speaking import decimal, tr
+from app.i18n.speaking import tr
 from app.plots.chart import Chart, ChartAxes
 from app.plots.microscope_chart import ticks_of
 from app.text.templates import macros
+from controllers.errors import NumberText
 from controllers.kinematics import Array, Kinematics
 from scenes.history import COLUMN
 from scenes.simulation import Simulation
@@ -30,37 +31,43 @@ def laps_html(simulation: Simulation, ghost: Simulation | None, joints: bool, he
         joints: of the two joints that turn most; otherwise of the hand.
         height: [CSS px].
     """
-    times, places, names = _way(simulation, joints)
-    if len(times) < 2:
+    if simulation.history.count < 2:
         return Markup()
+    times, places, names = _way(simulation, joints)
     unit = "°" if joints else "mm"
-    count = int((float(times[-1]) + 0.25 * simulation.settings.dt) / LAP)
-    ends = [int(np.abs(times - lap * LAP).argmin()) for lap in range(count + 1)]
-    middle, half = places[0], max(1.6 * float(np.abs(places[ends] - places[0]).max()), LEAST[unit])
-    low, high = places.min(axis=0), places.max(axis=0)
-    edge = np.maximum(0.08 * (high - low), LEAST[unit])
-    whole, near = _chart(low - edge, high + edge), _chart(middle - half, middle + half)
-    whole.line(*places.T, "d", 1.6)
-    whole.mark(*places[0], "dot d")
-    if ghost is not None:
+    laps = int((float(times[-1]) + 0.25 * simulation.settings.dt) / LAP)
+    ends = [int(np.abs(times - lap * LAP).argmin()) for lap in range(laps + 1)]
+    gaps = places[ends] - places[0]
+    reach = np.ptp(places, axis=0)
+    # The gap need not lie in the plane of the circle.
+    most, open_most = (sorted(np.argsort(sizes)[-2:].tolist()) for sizes in (reach, np.abs(gaps).max(axis=0) if laps else reach))
+    whole, near = places[:, most], places[:, open_most]
+    edge = np.maximum(0.08 * np.ptp(whole, axis=0), LEAST[unit])
+    half = max(1.6 * float(np.abs(gaps[:, open_most]).max()), LEAST[unit])
+    left = _chart(whole.min(axis=0) - edge, whole.max(axis=0) + edge)
+    right = _chart(near[0] - half, near[0] + half)
+    left.line(*whole.T, "d", 1.6)
+    left.mark(*whole[0], "dot d")
+    if ghost is not None and ghost.history.count > 1:
         before, others, _ = _way(ghost, joints)
-        for piece in _pieces(before, others):
-            near.line(*piece.T, "d", 1.2, "5 4")
-    for piece in _pieces(times, places):
-        near.line(*piece.T, "d", 1.6)
+        for piece in _pieces(before, others[:, open_most]):
+            right.line(*piece.T, "d", 1.2, "5 4")
+    for piece in _pieces(times, near):
+        right.line(*piece.T, "d", 1.6)
     for lap, end in enumerate(ends):
-        near.mark(*places[end], "digit d", str(lap))
-    gaps = [
-        tr("lap {lap}: {gap}", lap=lap, gap=decimal(f"{float(np.linalg.norm(places[end] - places[0])):.2f} {unit}"))
-        for lap, end in enumerate(ends[1:], 1)
+        right.mark(*near[end], "digit d", str(lap))
+    said = [
+        tr("lap {lap}: {gap}", lap=lap, gap=NumberText(f"{float(np.linalg.norm(gap)):.2f} {unit}"))
+        for lap, gap in enumerate(gaps[1:], 1)
     ]
-    words = tr("{x} and {y} [{unit}]; at the right the ends of the laps, magnified.", x=names[0], y=names[1], unit=unit)
+    x, y = (names[axis] for axis in open_most)
+    words = tr("At the right the ends of the laps, magnified: {x} and {y} [{unit}].", x=x, y=y, unit=unit)
     size = height - 30
-    return macros("plots/charts.html").laps(whole.html(size), near.html(size), size + 20, words, gaps)
+    return macros("plots/charts.html").laps(left.html(size), right.html(size), size + 20, words, said)
 
 
-def _way(simulation: Simulation, joints: bool) -> tuple[Array, Array, tuple[str, str]]:
-    """Return times (k,) [s], places (k, 2) [mm or °] and the names of both axes, at the steps that are drawn."""
+def _way(simulation: Simulation, joints: bool) -> tuple[Array, Array, tuple[str, ...]]:
+    """Return times (k,) [s], places (k, axes) [mm or °] and the names of the axes, at the steps that are drawn."""
     arm, dt = simulation.avoiding, simulation.settings.dt
     table = simulation.history.table()
     times = table[:, COLUMN["t"]]
@@ -70,14 +77,12 @@ def _way(simulation: Simulation, joints: bool) -> tuple[Array, Array, tuple[str,
     positions = simulation.history.positions(table[rows])
     if joints:
         angles = np.degrees(positions[:, arm.joints])
-        x, y = sorted(np.argsort(np.ptp(angles, axis=0) if len(angles) else angles)[-2:].tolist())
-        return times[rows], angles[:, [x, y]], (f"q{x + 1}", f"q{y + 1}")
+        return times[rows], angles, tuple(f"q{i + 1}" for i in range(angles.shape[1]))
     kinematics, hands = Kinematics(simulation.room.model, simulation.room.arms), list[Array]()
     for q in positions:
         kinematics.update(np.ascontiguousarray(q))
-        hands.append(1000.0 * kinematics.hand_pose(arm).translation[1:])
-    places = np.array(hands).reshape(-1, 2)
-    return times[rows], places - places[:1], ("y", "z")
+        hands.append(1000.0 * kinematics.hand_pose(arm).translation)
+    return times[rows], np.array(hands) - hands[0], ("x", "y", "z")
 
 
 def _pieces(times: Array, places: Array) -> list[Array]:

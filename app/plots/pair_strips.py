@@ -36,18 +36,23 @@ def pairs_html(simulation: Simulation, buffer: RollingSeries) -> Markup:
 
 
 def pair_name(simulation: Simulation, pair: int) -> str:
-    """Return the name of a pair of bodies: "L forearm · R hand"."""
+    """Return the name of a pair of bodies: "forearm (silver) · hand (orange)"."""
     return " · ".join(
-        body_name(name.replace("left ", "L ").replace("right ", "R ").removeprefix("arm ").removeprefix("control point at the "))
+        body_name(name.removeprefix("control point at the ").removeprefix("arm "), simulation.guided.name)
         for name in simulation.detector.pair_names[pair]
     )
 
 
-def body_name(name: str) -> str:
-    """Return the name of a body in the current language: "L forearm", "link 3", "ball"."""
-    side, mark, rest = name.partition(" ")
-    if mark and side in ("L", "R"):
-        return f"{tr(side)} {body_name(rest)}"
+def arm_colour(arm: str, yours: str) -> str:
+    """Return what colour an arm has on the stage, in the current language. `yours`: name of the arm that the visitor moves."""
+    return tr("orange") if arm == yours else tr("silver")
+
+
+def body_name(name: str, yours: str) -> str:
+    """Return the name of a body in the current language: "forearm (silver)", "link 3", "ball"."""
+    arm, _, rest = name.partition(" ")
+    if arm in ("left", "right"):
+        return f"{body_name(rest, yours)} ({arm_colour(arm, yours)})"
     stem, mark, number = name.rpartition(" ")
     return f"{tr(stem)} {number}" if mark and number.isdecimal() else tr(name)
 

@@ -11,9 +11,9 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from app.i18n.sides import side
 from app.i18n.speaking import N_, tr
 from app.plots.bins import HIGH, LOW
+from app.plots.pair_strips import arm_colour
 from app.plots.time_series import DRIVEN, JOINTS
 from app.theme import Palette
 from controllers.kinematics import Array
@@ -231,12 +231,12 @@ TIME_PLOTS: Final[dict[str, TimePlot]] = {
 def time_plot_of(name: str, simulation: Simulation) -> TimePlot:
     """Return the plot of a name ("distance", "error", …) for a run."""
     run, joints = simulation.settings, simulation.avoiding.joints
-    avoiding, other = simulation.avoiding.name, simulation.guided.name
+    avoiding, other = (arm_colour(arm.name, simulation.guided.name) for arm in (simulation.avoiding, simulation.guided))
     count = min(joints.stop - joints.start, JOINTS)
     match name:
         case "error":
             two = run.experiment.follows == "person" and run.both_avoid and not run.one_row
-            return _squared_error(simulation.error_unit, (side(avoiding), side(other)) if two else ("", ""))
+            return _squared_error(simulation.error_unit, (avoiding, other) if two else ("", ""))
         case "distance":
             return _distance(run.law.entry.rests and not isinstance(simulation.law, LawOfFile))
         case "joints":
@@ -244,11 +244,11 @@ def time_plot_of(name: str, simulation: Simulation) -> TimePlot:
         case "rates":
             return _joints(N_("joint speeds q̇"), "rad/s", "dq", count, None, 1.0)
         case "follow" if run.experiment.follows == "person":
-            return _followed("", tr("q, {arm} arm", arm=side(avoiding)), N_("person"))
+            return _followed("", tr("q, {arm} arm", arm=avoiding), N_("person"))
         case "follow":
             return _followed("", N_("q, slave"), N_("master") if run.following == "identical" else N_("master, mirrored"))
         case "follow_other":
-            return _followed("other_", tr("q, {arm} arm", arm=side(other)), N_("person"))
+            return _followed("other_", tr("q, {arm} arm", arm=other), N_("person"))
         case _:
             return TIME_PLOTS[name]
 

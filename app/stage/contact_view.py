@@ -71,7 +71,7 @@ class ClosestLine(StagePart):
         self._line.thickness = round((3.0 + 7.0 * lam) * self._scale * 2.0) / 2.0
         x, y, z = ((a + b) / 2.0).tolist()
         self._label.position = (x, y, z + LABEL_ABOVE)
-        self._label.text = f"d = {sample.distance * 1000.0:.0f} mm"
+        self._label.text = f"d = {sample.distance * 1000.0:.0f} mm".replace("-", "−")
 
 
 FADE: Final = 0.35

@@ -79,7 +79,7 @@ NAMES: Final = {
 
 
 BODIES: Final = (
-    *("L", "R", "upper arm", "elbow", "forearm", "wrist", "hand"),
+    *("upper arm", "elbow", "forearm", "wrist", "hand"),
     *("pedestal", "ball", "link", "outer link", "outer upper arm"),
 )
 """Of which the pairs are, as `app.plots.pair_strips` names them."""

@@ -23,13 +23,12 @@ from app.i18n.catalogue import FOLDER, Words, read_texts, words_of
 from app.i18n.client_texts import translations
 from app.i18n.pseudo import FIRST, GROWTH, LAST, pseudo
 from app.i18n.reader_language import language_asked, language_of, preferred
-from app.i18n.sides import side
 from app.i18n.speaking import decimal, set_language, tr
 from app.jupyter.duet import inline_html
 from app.jupyter.notebook_run import NotebookRun
 from app.lessons.loading import load_lessons
 from app.page.panels.controls import TABS
-from app.plots.pair_strips import pair_name
+from app.plots.pair_strips import arm_colour, pair_name
 from app.settings import LANGUAGES, TRANSLATIONS, Language, Settings
 from app.start import start_app
 from scenes.settings import RunSettings, changed, specs
@@ -100,12 +99,12 @@ def test_the_list_knows_what_is_said() -> None:
 
 def test_names_of_bodies_and_joints_are_on_the_list() -> None:
     set_language("pseudo")
-    known = {word for body in BODIES for word in re.split(r"[⟦⟧· ]+", pseudo(body))}
+    known = {word for body in (*BODIES, "silver", "orange") for word in re.split(r"[⟦⟧· ]+", pseudo(body))}
     for scene, robot in (("hold", "lwr"), ("ball", "ur5")):
         simulation = Simulation(changed(changed(RunSettings(), "scene", scene), "robot", robot))
         assert set(simulation.avoiding.labels) <= set(JOINTS)
         for pair in range(simulation.detector.count):
-            assert set(re.split(r"[⟦⟧·\d ]+", pair_name(simulation, pair))) <= known
+            assert set(re.split(r"[⟦⟧·()\d ]+", pair_name(simulation, pair))) <= known
 
 
 def test_what_is_not_known_stays_english() -> None:
@@ -135,9 +134,9 @@ def test_every_thread_has_its_own_language() -> None:
 
     with ThreadPoolExecutor(3) as threads:
         assert list(threads.map(visit, ("de", "sl", "en"))) == ["angehalten", "ustavljeno", "paused"]
-    assert tr("paused") == "paused" and (side("left"), side("right"), side("arm")) == ("left", "right", "arm")
+    assert tr("paused") == "paused" and (arm_colour("left", "right"), arm_colour("right", "right")) == ("silver", "orange")
     set_language("de")
-    assert (side("left"), side("right"), tr("right")) == ("links", "rechts", "richtig")
+    assert (arm_colour("left", "right"), tr("right")) == ("silbern", "richtig")
 
 
 @given(st.text("abc XYZ<>{}&;.1", max_size=60))

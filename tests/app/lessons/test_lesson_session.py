@@ -145,6 +145,11 @@ def test_the_outcome_is_measured_in_this_run_and_a_wrong_choice_gets_its_own() -
     assert_array_equal(other.history.table()[:count], alone.table(), "the step's own run, with its own inputs")
     run.act(do.GoOn())
     assert not run.view().showing and one.session.ghost is None
+    # The question's run is made again at once, to its end, so that it stands in the plots.
+    while not one.session.paused:
+        one.frame(0.0)
+    assert run.walk.phase is Phase.OBSERVE and run.walk.finished(one.session.simulation)
+    assert_array_equal(one.session.simulation.history.table()[:count], alone.table())
 
 
 def test_the_plot_counts_the_changes_that_the_outcome_counts() -> None:

@@ -1,4 +1,5 @@
-"""Closest points, ring and hands stay in the free part of the picture, in every scene and every step of a lesson, at three sizes."""
+"""Closest points, their label, ring and hands stay in the free part of the picture, in every scene and every step of a lesson, at three
+sizes, second by second and at the decisive moment after the run."""
 
 from collections.abc import Callable, Iterator
 from types import SimpleNamespace
@@ -7,16 +8,19 @@ from typing import Any
 import numpy as np
 import pytest
 
+from app.lessons.evidence import Evidence
 from app.lessons.lesson import Step
 from app.lessons.loading import load_lessons
+from app.lessons.outcomes import decisive_moment
 from app.lessons.reference_runs import begin, person_of
 from app.page.camera_follow import CameraFollow
 from app.page.lessons.lesson_camera import lesson_view
-from app.page.lessons.lesson_panel import NARROW_WIDTH, WIDTH
-from app.page.picture_size import FreePicture, free_picture
+from app.page.picture_size import FreePicture, PictureSize, free_picture
 from app.session.input_source import InputSource
-from app.stage.camera_view import AHEAD, Pose, framed_now, project, view_of
+from app.session.shown import Mark
+from app.stage.camera_view import AHEAD, Pose, contact_points, framed_now, project, view_of
 from app.theme import DOCK_WIDTH
+from scenes.history import COLUMN
 from scenes.rigs import Camera
 from scenes.roles import TargetSource
 from scenes.settings import RunSettings
@@ -28,16 +32,22 @@ SIZES = ((1440, 900), (1024, 768), (390, 844))
 TITLE_BAR, RAIL = 47.0, 40.0
 LOOK = 0.1
 """Between two looks at the picture [s]."""
+SAID = (
+    PictureSize(1440.0, 756.0, 853.0, 240.0, 344.0, 228.0),
+    PictureSize(1024.0, 680.0, 721.0, 240.0, 338.0, 228.0),
+    PictureSize(390.0, 390.0, 802.0, 0.0, 384.0, 132.0),
+)
+"""What the page of a lesson says of itself at these sizes, with the card as high as it becomes."""
 LESSONS = load_lessons().lessons
 
 
 def pictures(with_lesson: bool) -> Iterator[FreePicture]:
     """The free parts of a window of each size, with the panel of the lessons or without."""
+    if with_lesson:
+        yield from (free_picture((said.window, said.height), said.width, "desk", False, said.covered, said[4:]) for said in SAID)
+        return
     for width, height in SIZES:
-        docked = 0.0
-        if width > 576:
-            docked = DOCK_WIDTH + (0.0 if not with_lesson else WIDTH if width > 1180 else NARROW_WIDTH)
-        yield free_picture((width, height - TITLE_BAR), width - docked, "desk")
+        yield free_picture((width, height - TITLE_BAR), width - (DOCK_WIDTH if width > 576 else 0.0), "desk")
 
 
 class Watched:
@@ -59,8 +69,25 @@ class Watched:
         return [(round(x), round(y)) for x, y in seen if not self.picture.contains(x, y)]
 
 
-def watch(simulation: Simulation, source: TargetSource, seconds: float, view: Callable[[], Camera], lesson: bool) -> list[str]:
-    """What was seen outside the free part in a run, at any size; a camera that moves more than three times is as bad."""
+def seen_points(simulation: Simulation) -> Any:
+    """What has to be seen, and the middle between the closest points, where the label is."""
+    points, _ = framed_now(simulation)
+    return np.vstack([points, points[:2].mean(axis=0)]) if len(contact_points(simulation)) else points
+
+
+def watch(
+    simulation: Simulation,
+    source: TargetSource,
+    seconds: float,
+    view: Callable[[], Camera],
+    lesson: bool,
+    moment: Callable[[], Mark | None] = lambda: None,
+) -> list[str]:
+    """What was seen outside the free part in a run, at any size; a camera that moves more than three times is as bad.
+
+    Args:
+        moment: gives the moment that is shown after the run.
+    """
     given = InputSource()
     given.set_source(source)
     watched = [Watched(picture, view, lambda: given.way(simulation, True, AHEAD)) for picture in pictures(lesson)]
@@ -71,7 +98,7 @@ def watch(simulation: Simulation, source: TargetSource, seconds: float, view: Ca
     for _ in range(round(seconds / LOOK)):
         for _ in range(round(LOOK / simulation.settings.dt)):
             simulation.step(given.target(simulation, True))
-        points, _ = framed_now(simulation)
+        points = seen_points(simulation)
         for i, one in enumerate(watched):
             before = one.camera.position
             one.follow.follow(simulation, simulation.time)
@@ -83,6 +110,16 @@ def watch(simulation: Simulation, source: TargetSource, seconds: float, view: Ca
             if outside:
                 wrong.append(f"{simulation.time:.1f} s, {one.picture.width:g}×{one.picture.height:g}: {outside}")
     wrong += [f"{one.picture.width:g}×{one.picture.height:g}: {one.moves} moves" for one in watched if one.moves > 3]
+    if (mark := moment()) is not None:
+        table, end = simulation.history.table(), simulation.time
+        row = int(np.abs(table[:, COLUMN["t"]] + simulation.settings.dt - mark.time).argmin())
+        simulation.positions[:] = simulation.history.positions(table)[row]
+        simulation.kinematics.update(simulation.positions)
+        for one in watched:
+            for look in range(round(3.0 / LOOK)):
+                one.follow.follow(simulation, end + LOOK * look)
+            outside = one.outside(seen_points(simulation))
+            wrong += [f"the moment, {one.picture.width:g}×{one.picture.height:g}: {outside}"] if outside else []
     return wrong
 
 
@@ -103,7 +140,8 @@ def test_every_step_of_a_lesson(step: Step) -> None:
     begin(simulation, step.setup)
     source = simulation.source() if step.yours else person_of(simulation, step.setup)
     view = lambda: lesson_view(simulation, step.camera)  # noqa: E731
-    assert watch(simulation, source, step.setup.seconds, view, True) == []
+    moment = lambda: decisive_moment(step.measurements, Evidence(simulation))  # noqa: E731
+    assert watch(simulation, source, step.setup.seconds, view, True, moment) == []
 
 
 def test_what_the_card_and_the_panels_cover_is_not_free() -> None:

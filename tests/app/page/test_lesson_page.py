@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -22,10 +23,10 @@ from app.text.formula import formula, plain_formula
 from app.text.lesson_text import left_dollar, lesson_html, plain
 from app.text.picture import PICTURE, read_picture
 from app.text.templates import macros
-from scenes.settings import changed
+from scenes.settings import changed, values
 from tests.app.conftest import Arrive, OpenHouse
 from tests.app.lessons.helpers import our_book
-from tests.app.page.helpers import buttons, click
+from tests.app.page.helpers import Client, buttons, click, page_label
 
 pytestmark = pytest.mark.slow
 
@@ -150,6 +151,26 @@ def test_a_link_opens_a_step_with_its_plots_and_leaving_gives_ones_own_back(hous
     visitor.wait_for(lambda v: not run.open and v.mirror.labelled("more plots")["visible"] and "Lessons" in buttons(v))
     # The language is the browser's.
     assert changed(one.session.settings, "lang", "auto") == Settings()
+
+
+def test_the_settings_of_a_step_stand_in_the_lessons_own_panel(house: OpenHouse, arrive: Arrive) -> None:
+    one = arrive(house(), "lesson=6&step=3")
+    visitor, session = one.visitor, one.session
+
+    def controls(v: Client) -> list[dict[str, Any]]:
+        return [element for element in list(v.mirror.gui.values()) if element.get("label") == page_label("wmax")]
+
+    visitor.wait_for(lambda v: [c["visible"] for c in controls(v)] == [True, True])
+    theirs, ours = controls(visitor)
+    assert ours["container_uuid"] != theirs["container_uuid"]
+    visitor.send({"type": "GuiUpdateMessage", "uuid": ours["uuid"], "updates": {"value": 0.4}})
+    visitor.wait_for(lambda _: values(session.settings)["wmax"] == 0.4)
+    # Either one says what the other one did.
+    visitor.wait_for(lambda v: controls(v)[0]["value"] == 0.4)
+    visitor.send({"type": "GuiUpdateMessage", "uuid": theirs["uuid"], "updates": {"value": 0.3}})
+    visitor.wait_for(lambda v: controls(v)[1]["value"] == 0.3)
+    click(visitor, "Leave")
+    visitor.wait_for(lambda v: [c["visible"] for c in controls(v)] == [True, False])
 
 
 def test_a_bad_link_is_named_and_the_page_goes_on(house: OpenHouse, arrive: Arrive) -> None:

@@ -47,8 +47,10 @@ def drag_over_plot(page: Page, shares: tuple[float, ...], place: int = 0) -> Non
 
 
 def test_after_a_run_the_page_stands_at_its_moment(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(1440, 900)
+    page = page_at(1024, 768)
     session, run = enter(page, house(), "lesson=6&step=1&theme=light")
+    # The controls are folded, and the page says how large its picture is all the same.
+    page.locator("[data-duet-picture]").first.wait_for(state="attached")
     ask(session, lambda _: run.act(Choose(0)))
     ask(session, lambda _: run.act(StartOrPause()))
     until(page, lambda: run.walk.phase is Phase.OBSERVE, "the end of the run")
@@ -65,6 +67,12 @@ def test_after_a_run_the_page_stands_at_its_moment(house: OpenHouse, page_at: Pa
     wrist = "/arms/right/base/j1/j2/j3/j4/j5/j6/j7"
     before = np.array(world_position(page, wrist))
     screenshot(page, "decisive-moment")
+    # A hint does not cover what comes of the button once that is pressed.
+    button = page.get_by_role("button", name="Back", exact=True)
+    button.hover()
+    page.locator(".mantine-Tooltip-tooltip").wait_for(state="visible")
+    button.dispatch_event("pointerdown")
+    page.locator(".mantine-Tooltip-tooltip").wait_for(state="hidden")
     drag_over_plot(page, (0.8, 0.3))
     until(page, lambda: abs((shown_time(session) or 0.0) - 0.3 * end) < MOUSE * end, "another moment")
     until(page, lambda: float(np.linalg.norm(np.array(world_position(page, wrist)) - before)) > 0.02, "the scene of then")

@@ -11,7 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from app.lessons.evidence import Evidence
+from app.lessons.measures.quantity import measure
 from app.plots.chart import Chart, ChartAxes
+from app.plots.lap_charts import laps_html
 from app.plots.law_charts import FAR, FRAME, all_laws, curve_html, distances, laws_html
 from app.plots.pair_strips import pairs_html
 from app.plots.stability_text import condition_text, error_text, ranks_text, stability_html
@@ -25,6 +28,7 @@ from scenes.settings import LawSettings, RunSettings
 from scenes.simulation import Simulation
 from tests.app.html_reader import HtmlReader
 from tests.app.plots.helpers import marks, paths, played, text
+from tests.scenes.helpers import moved
 
 
 @given(st.lists(st.floats(-2.0, 2.0), min_size=2, max_size=60), st.floats(0.2, 3.0))
@@ -248,3 +252,16 @@ def test_any_numbers_make_sound_html(seed: int, lam: float, posture: bool, numbe
     assert reader.tags <= {"div", "p", "b", "br", "table", "tr", "td", "sub", "sup"}
     assert not re.search(r"\b(nan|inf)\b", reader.text)
     assert set(re.findall(r'class="([^"]*)"', html)) <= {"duet duet-stability", "lam", "e"}
+
+
+@pytest.mark.parametrize("joints", [False, True])
+def test_the_ends_of_laps_stand_apart_as_far_as_the_circle_fails_to_close(joints: bool) -> None:
+    simulation = moved(RunSettings(scene="solo", path="circle", gain=0.0, dt=0.01), lambda s: s.time >= 8.2)
+    evidence = Evidence(simulation)
+    drift = measure(evidence, "joint_drift_per_lap" if joints else "drift_per_lap")
+    assert drift is not None
+    html = laps_html(simulation, None, joints, 150)
+    assert f"lap 1: {drift * (180.0 / math.pi if joints else 1000.0):.2f} {'°' if joints else 'mm'}" in html
+    (begin, end) = marks(html, "digit d")
+    assert begin == (0.5, 0.5) and math.hypot(end[0] - 0.5, end[1] - 0.5) > 0.2, "magnified"
+    assert laps_html(Simulation(RunSettings(scene="solo", path="circle")), None, joints, 150) == ""

@@ -242,6 +242,22 @@ def test_positive_control_the_check_notices_what_goes_otherwise(tmp_path: Path) 
     assert not any(walks[key].ok for key in (("reference", "the right answers"), ("answer", "answer 2"), ("attempt", "less")))
 
 
+def test_a_contrast_with_the_number_of_the_question_says_that_this_is_the_point(tmp_path: Path) -> None:
+    book = our_book()
+    step = book.lessons[5].steps[0]
+    assert step.question is not None and step.question.choices[0].same
+    choices = tuple(
+        dataclasses.replace(choice, same=choice.why is not None and not choice.same) for choice in step.question.choices
+    )
+    question = dataclasses.replace(step.question, choices=choices)
+    lesson = dataclasses.replace(
+        book.lessons[5], steps=(dataclasses.replace(step, question=question, challenge=None, trials=()),)
+    )
+    walks = {walk.name: walk for walk in check_lesson(LessonBook((lesson,), ()), lesson)}
+    assert not walks["answer 1"].ok and "say same = true" in walks["answer 1"].text
+    assert not walks["answer 3"].ok and "which is not the same" in walks["answer 3"].text
+
+
 def test_a_challenge_that_a_movement_alone_passes_is_noticed(tmp_path: Path) -> None:
     book = our_book()
     lesson = book.lessons[0]
