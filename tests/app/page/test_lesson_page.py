@@ -12,6 +12,7 @@ from app.lessons import FOLDER
 from app.lessons.bookmark import Phase
 from app.lessons.loading import load_lessons
 from app.lessons.reference_runs import simulated
+from app.lessons.session.lesson_actions import GoTo
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.walkthrough import Walkthrough
 from app.page.lessons.answer_boxes import read_number
@@ -24,7 +25,7 @@ from app.text.lesson_text import left_dollar, lesson_html, plain
 from app.text.picture import PICTURE, read_picture
 from app.text.templates import macros
 from scenes.settings import changed, values
-from tests.app.conftest import Arrive, OpenHouse
+from tests.app.conftest import Arrive, OpenHouse, ask
 from tests.app.lessons.helpers import our_book
 from tests.app.page.helpers import Client, buttons, click, page_label
 
@@ -169,7 +170,7 @@ def test_the_settings_of_a_step_stand_in_the_lessons_own_panel(house: OpenHouse,
     visitor.wait_for(lambda v: controls(v)[0]["value"] == 0.4)
     visitor.send({"type": "GuiUpdateMessage", "uuid": theirs["uuid"], "updates": {"value": 0.3}})
     visitor.wait_for(lambda v: controls(v)[1]["value"] == 0.3)
-    click(visitor, "Leave")
+    ask(session, lambda _: one.lessons.act(GoTo(None, 0)))
     visitor.wait_for(lambda v: [c["visible"] for c in controls(v)] == [True, False])
 
 
