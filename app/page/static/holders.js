@@ -2,7 +2,7 @@
 // page after every change, which took half of a running page's processor time.
 (() => {
   const window_ = "[data-floating-window]";
-  const moments = "[data-duet-span], [data-duet-seek]";
+  const moments = "[data-duet-span], [data-duet-seek], [data-duet-picture]";
   const above = (levels) => (held) => {
     let element = held;
     for (let i = 0; element && i < levels; i++) element = element.parentElement;
