@@ -13,10 +13,13 @@ from scenes.history import COLUMN
 from scenes.simulation import Simulation
 from scenes.solo import LAP
 
-COARSE = 160
+SHOWN = 2
+"""Whole laps that are drawn, the newest."""
+
+COARSE = 80
 """Steps of a lap that are drawn; around the ends of the laps …"""
 
-NEAR = 0.3
+NEAR = 0.15
 """… all of them within this time [s]."""
 
 LEAST = {"mm": 0.2, "°": 0.5}
@@ -35,12 +38,14 @@ def laps_html(simulation: Simulation, ghost: Simulation | None, joints: bool, he
         return Markup()
     times, places, names = _way(simulation, joints)
     unit = "°" if joints else "mm"
-    laps = int((float(times[-1]) + 0.25 * simulation.settings.dt) / LAP)
-    ends = [int(np.abs(times - lap * LAP).argmin()) for lap in range(laps + 1)]
+    first, last = _laps(simulation)
+    ends = [int(np.abs(times - lap * LAP).argmin()) for lap in range(first, last + 1)]
     gaps = places[ends] - places[0]
     reach = np.ptp(places, axis=0)
     # The gap need not lie in the plane of the circle.
-    most, open_most = (sorted(np.argsort(sizes)[-2:].tolist()) for sizes in (reach, np.abs(gaps).max(axis=0) if laps else reach))
+    most, open_most = (
+        sorted(np.argsort(sizes)[-2:].tolist()) for sizes in (reach, np.abs(gaps).max(axis=0) if last > first else reach)
+    )
     whole, near = places[:, most], places[:, open_most]
     edge = np.maximum(0.08 * np.ptp(whole, axis=0), LEAST[unit])
     half = max(1.6 * float(np.abs(gaps[:, open_most]).max()), LEAST[unit])
@@ -54,11 +59,11 @@ def laps_html(simulation: Simulation, ghost: Simulation | None, joints: bool, he
             right.line(*piece.T, "d", 1.2, "5 4")
     for piece in _pieces(times, near):
         right.line(*piece.T, "d", 1.6)
-    for lap, end in enumerate(ends):
+    for lap, end in enumerate(ends, first):
         right.mark(*near[end], "digit d", str(lap))
     said = [
         tr("lap {lap}: {gap}", lap=lap, gap=NumberText(f"{float(np.linalg.norm(gap)):.2f} {unit}"))
-        for lap, gap in enumerate(gaps[1:], 1)
+        for lap, gap in enumerate(gaps[1:], first + 1)
     ]
     x, y = (names[axis] for axis in open_most)
     words = tr("At the right the ends of the laps, magnified: {x} and {y} [{unit}].", x=x, y=y, unit=unit)
@@ -69,7 +74,7 @@ def laps_html(simulation: Simulation, ghost: Simulation | None, joints: bool, he
 def _way(simulation: Simulation, joints: bool) -> tuple[Array, Array, tuple[str, ...]]:
     """Return times (k,) [s], places (k, axes) [mm or °] and the names of the axes, at the steps that are drawn."""
     arm, dt = simulation.avoiding, simulation.settings.dt
-    table = simulation.history.table()
+    table = simulation.history.table(round((simulation.time - _laps(simulation)[0] * LAP) / dt))
     times = table[:, COLUMN["t"]]
     every = max(round(LAP / dt / COARSE), 1)
     from_end = np.abs((times + LAP / 2.0) % LAP - LAP / 2.0)
@@ -83,6 +88,12 @@ def _way(simulation: Simulation, joints: bool) -> tuple[Array, Array, tuple[str,
         kinematics.update(np.ascontiguousarray(q))
         hands.append(1000.0 * kinematics.hand_pose(arm).translation)
     return times[rows], np.array(hands) - hands[0], ("x", "y", "z")
+
+
+def _laps(simulation: Simulation) -> tuple[int, int]:
+    """Return which ends of laps the drawn way begins at and has come to last."""
+    last = int((simulation.time - 0.75 * simulation.settings.dt) / LAP)
+    return max(last - SHOWN, 0), last
 
 
 def _pieces(times: Array, places: Array) -> list[Array]:

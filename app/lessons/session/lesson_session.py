@@ -207,7 +207,7 @@ class LessonSession:
         if isinstance(action, lesson_actions.GoOn | lesson_actions.Check) and not self._runs.ready:
             self._waiting = action
             return
-        shown_beside = walk.showing
+        shown_beside = walk.showing and "teacher" not in session.halt
         match action:
             case lesson_actions.Choose(answer):
                 walk.choose(answer)
