@@ -108,7 +108,7 @@ def test_the_run_that_shows_why(walk: Walkthrough) -> None:
     assert walk.view().why and walk.show_why() and walk.run_id == turn + 1
     assert walk.settings().run.law.order == 6.0
     contrast = walk.view().contrast
-    assert contrast == Contrast("Here it is the same: n = 6", ("n",), "n = 6", "n = 2", ("n = 6", "n = 2"))
+    assert contrast == Contrast("See for yourself: n = 6", ("n",), "n = 6", "n = 2", ("n = 6", "n = 2"))
     run_out(walk)
     assert walk.done.why is not None and walk.view().why_outcome and walk.view().showing
     assert walk.next() and walk.view().contrast is None and walk.phase is Phase.OBSERVE
