@@ -74,7 +74,9 @@ def test_no_reply_says_a_negative_depth() -> None:
     step = next(s for s in LESSONS[6].steps if s.measurements[0].id == "smallest")
     assert step.question is not None
     replies = [fill(step, choice.reply, reference(step, step.setup), "en") for choice in step.question.choices]
-    assert not any(re.search(r"−\d+ mm into", reply) for reply in replies) and re.search(r"went\s+130 mm into each other", replies[0])
+    assert not any(re.search(r"−\d+ mm into", reply) for reply in replies) and re.search(
+        r"went\s+130 mm into each other", replies[0]
+    )
 
 
 def test_every_inequality_of_every_challenge_can_fail() -> None:
