@@ -86,8 +86,8 @@ async def _visit(pipe: Connection, url: str, queries: tuple[str, ...]) -> None:
     # Every visitor is a separate tab.
     tabs = [f"{query}&resume={secrets.token_hex(16)}".lstrip("&") for query in queries]
     visitors = [await HeadlessClient(url, query=tab, decode=False).connect(TIMEOUT) for tab in tabs]
-    for i, tab in enumerate(tabs):
-        visitors[i] = await _settled(visitors[i], url, tab)
+    # Those that are sent elsewhere begin at once, not one after the other.
+    visitors = list(await asyncio.gather(*(_settled(visitor, url, tab) for visitor, tab in zip(visitors, tabs, strict=True))))
     pipe.send("ready")
     while await asyncio.to_thread(pipe.recv) == REQUEST:
         pipe.send([(visitor.received.frames, visitor.received.bytes, visitor.closed is None) for visitor in visitors])
