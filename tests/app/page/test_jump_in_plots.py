@@ -32,7 +32,7 @@ def test_a_jump_is_an_edge_and_the_microscope_shows_its_steps(house: OpenHouse, 
     table = ask(session, lambda s: s.simulation.history.table())
     jump = float(np.abs(np.diff(avoiding_rates(session.simulation, table)[40:], axis=0)).max())
     assert jump > 0.3
-    page.wait_for_function(f"({STEEPEST})() > {0.999 * np.degrees(jump)}")
+    page.wait_for_function(f"({STEEPEST})() > {0.999 * jump}")
     page.get_by_role("button", name="dt", exact=True).click()
     page.wait_for_function(f"String(({DOTS})()) === '{2 * AROUND + 1},{4 * AROUND + 1}'")
     page.get_by_text(f"{jump:.3g} at 5 ms").wait_for()
