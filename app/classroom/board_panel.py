@@ -1,12 +1,13 @@
 """The teacher's view of those who work alone: the board, who of them is shown on the projector, and which steps are open."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from time import monotonic
 from typing import Final, Literal
 
 import viser
 
 from app.classroom.classroom import Classroom
+from app.classroom.progress_board import Row
 from app.i18n.speaking import N_, tr
 from app.lessons.bookmark import Bookmark
 from app.lessons.open_steps import LONGEST
@@ -20,7 +21,7 @@ BoardAction = Literal["show", "show run", "pace"]
 PERIOD: Final = 1.0
 """Time between two looks at the board [s]."""
 
-NOBODY: Final[str] = "–"
+NOBODY: Final = "–"
 PACE: Final = N_("2 or 2-3: no other step opens for those who work alone. Empty: all steps.")
 
 
@@ -37,7 +38,7 @@ class BoardPanel:
         with self._folder:
             pace = gui.add_text(tr("only steps"), "", hint=tr(PACE))
             self._pace, self._table = gui.add_html(""), gui.add_html("")
-            self._student = gui.add_dropdown(tr("student"), (NOBODY,))
+            self._student = gui.add_dropdown(tr("student"), _names(()))
             answer = gui.add_button(tr("Show this one"), icon=viser.Icon.PRESENTATION)
             run = gui.add_button(tr("Show this run"), icon=viser.Icon.PLAYER_PLAY, color="gray")
         on_entry(pace, lambda text: act("pace", text[:LONGEST]))
@@ -62,8 +63,13 @@ class BoardPanel:
         said = tr("Every step is open.") if pace is None else tr(pace.words)
         self._pace.content = macros("page/panels/pills.html").note(said)
         self._table.content = macros("classroom/board.html").board(rows, len(at.lesson.steps))
-        names = (NOBODY, *(row.name for row in rows))
+        names = _names(rows)
         if names != tuple(self._student.options):
             chosen = self._student.value
             self._student.options = names
             self._student.value = chosen if chosen in names else NOBODY
+
+
+def _names(rows: Sequence[Row]) -> tuple[str, ...]:
+    """Return what can be chosen: no one, and every name."""
+    return NOBODY, *(row.name for row in rows)

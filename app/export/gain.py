@@ -36,8 +36,8 @@ class Gain:
     @property
     def cells(self) -> tuple[str, str, str, str]:
         """Return students, shares before and after [%] and ⟨g⟩, as texts."""
-        shares = (f"{100.0 * count / self.students:.0f} %" for count in (self.before, self.after))
-        return (str(self.students), *shares, "–" if self.normalised is None else f"{self.normalised:.2f}")
+        before, after = (f"{100.0 * count / self.students:.0f} %" for count in (self.before, self.after))
+        return (str(self.students), before, after, "–" if self.normalised is None else f"{self.normalised:.2f}")
 
 
 @dataclass(frozen=True)

@@ -51,16 +51,16 @@ def laps_html(simulation: Simulation, ghost: Simulation | None, joints: bool, he
     half = max(1.6 * float(np.abs(gaps[:, open_most]).max()), LEAST[unit])
     left = _chart(whole.min(axis=0) - edge, whole.max(axis=0) + edge)
     right = _chart(near[0] - half, near[0] + half)
-    left.line(*whole.T, "d", 1.6)
-    left.mark(*whole[0], "dot d")
+    left.line(whole[:, 0], whole[:, 1], "d", 1.6)
+    left.mark(whole[0, 0], whole[0, 1], "dot d")
     if ghost is not None and ghost.history.count > 1:
         before, others, _ = _way(ghost, joints)
         for piece in _pieces(before, others[:, open_most]):
-            right.line(*piece.T, "d", 1.2, "5 4")
+            right.line(piece[:, 0], piece[:, 1], "d", 1.2, "5 4")
     for piece in _pieces(times, near):
-        right.line(*piece.T, "d", 1.6)
+        right.line(piece[:, 0], piece[:, 1], "d", 1.6)
     for lap, end in enumerate(ends, first):
-        right.mark(*near[end], "digit d", str(lap))
+        right.mark(near[end, 0], near[end, 1], "digit d", str(lap))
     said = [
         tr("lap {lap}: {gap}", lap=lap, gap=NumberText(f"{float(np.linalg.norm(gap)):.2f} {unit}"))
         for lap, gap in enumerate(gaps[1:], first + 1)

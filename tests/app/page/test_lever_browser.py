@@ -97,8 +97,9 @@ def test_be_lambda_yourself(house: OpenHouse, page_at: PageAt) -> None:
 
     def free() -> bool:
         lever, card = page.locator(LEVER).bounding_box(), page.locator("#duet-contact > [role=img]").bounding_box()
-        inside = lever is not None and lever["x"] >= 0.0 and lever["x"] + lever["width"] <= 390.0
-        return inside and card is not None and lever["y"] >= card["y"] + card["height"]
+        if lever is None or card is None:
+            return False
+        return 0.0 <= lever["x"] <= 390.0 - lever["width"] and lever["y"] >= card["y"] + card["height"]
 
     until(page, free, "on a phone below the card")
     screenshot(page, "lever-phone")

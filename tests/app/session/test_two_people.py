@@ -62,7 +62,8 @@ def test_the_guest_moves_the_ring_and_neither_arm_touches_the_other() -> None:
     # Let go, the ring stays where it was left.
     guest.hold(None)
     session.advance(0.1)
-    assert np.array_equal(session.simulation.place, moved) and guest.held is None
+    place = session.simulation.place
+    assert place is not None and np.array_equal(place, moved) and guest.held is None
     recorded = session.recorded(60.0)
     assert recorded is not None
     again = recorded_from(recorded_bytes(recorded), "two")
@@ -92,7 +93,8 @@ def test_finer_steps_go_between_what_both_want() -> None:
     a, b = np.zeros(3), np.ones(3)
     middle = between(PairTarget(HandTarget(a), LinkTarget(3, a, a)), PairTarget(HandTarget(b), LinkTarget(3, a, b)), 0.5)
     assert isinstance(middle, PairTarget) and middle.first is not None
-    assert middle.first[0][0] == 0.5 and middle.second[-1][0] == 0.5
+    assert isinstance(middle.first, HandTarget) and middle.first.position[0] == 0.5
+    assert isinstance(middle.second, LinkTarget) and middle.second.position[0] == 0.5
     # Only one of them has let go.
     other = between(PairTarget(HandTarget(a), HandTarget(a)), PairTarget(None, HandTarget(b)), 0.5)
     assert isinstance(other, PairTarget) and np.array_equal(other.second[0], 0.5 * b)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scenes.inputs import InputsLog, Recorded
 from scenes.inputs_file import recorded_bytes
 from scenes.settings import changed
-from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, LinkTarget, Target
+from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, LinkTarget, PairTarget, Target
 from tests.scenes.helpers import logged_run, scene_settings
 
 Arrays = st.SearchStrategy[np.ndarray]
@@ -38,9 +38,10 @@ def same(a: Target | None, b: Target | None) -> bool:
         return a is b
     if isinstance(a, LinkTarget) and isinstance(b, LinkTarget) and a.joint != b.joint:
         return False
+    if isinstance(a, PairTarget) and isinstance(b, PairTarget):
+        return same(a.first, b.first) and same(a.second, b.second)
     fields = (
-        [(None if x is None or isinstance(x, int) else (x.tobytes("A"), x.shape, x.flags.fnc)) for x in target]
-        for target in (a, b)
+        [(x.tobytes("A"), x.shape, x.flags.fnc) if isinstance(x, np.ndarray) else None for x in target] for target in (a, b)
     )
     return next(fields) == next(fields)
 
