@@ -224,8 +224,13 @@ def test_one_student_is_one_voter_in_one_tab_at_a_time(house: OpenHouse, page_at
     ann.get_by_text("Your prediction: In 4.").first.wait_for()
     ann.get_by_role("button", name="1 In none").click()
     teacher.get_by_text("1 answered · 1 not yet").wait_for()
-    drawn = next(i for i, step in enumerate(host.lessons.book.lessons[3].steps) if step.drawing is not None)
-    ask(host.session, lambda _: host.lessons.act(GoTo(3, drawn)))
+    lesson, drawn = next(
+        (i, k)
+        for i, one in enumerate(host.lessons.book.lessons)
+        for k, step in enumerate(one.steps)
+        if one.number == 4 and step.drawing is not None
+    )
+    ask(host.session, lambda _: host.lessons.act(GoTo(lesson, drawn)))
     on_stage(ann, "2")
     until(teacher, lambda: len(host.room.ballots.questions) == 2, "the second answer", WAIT)
     (voters,) = {tuple(host.room.ballots.rounds_of(question)[0]) for question in host.room.ballots.questions}

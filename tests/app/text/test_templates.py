@@ -16,7 +16,9 @@ from jinja2 import UndefinedError
 from app.classroom.classroom import Poll
 from app.classroom.classroom_html import join_html, mine_html, overlay_html, poll_html, tied_html
 from app.classroom.presenter import Station
+from app.classroom.progress_board import Cell, Row
 from app.classroom.screen_html import screen_html
+from app.custom_law.arena import TrialCurve
 from app.custom_law.examination import ExaminationProgress
 from app.export.class_report import class_report_bytes
 from app.export.class_summary import AskedQuestion, ClassSummary, HandIn
@@ -41,6 +43,9 @@ from app.lessons.progress import Progress, StepProgress, Try, to_json
 from app.lessons.question import Choice
 from app.lessons.step_view import StepPosition, StepView, make_view
 from app.lessons.tally import Ballot, Tally
+from app.marks.feedback import feedback_page
+from app.marks.graded_file import GradedFile, Remark, Student
+from app.marks.mark_tables import StudentMarks
 from app.page.lessons.drawing_board import board_html
 from app.page.lessons.lesson_html import blocks_html, law_html, lesson_list_html
 from app.page.panels.readout import custom_law_html
@@ -169,7 +174,8 @@ def charts() -> Iterator[str]:
     yield made.steps("", NASTY, NASTY, NASTY, NASTY, NASTY, NASTY)
     yield made.pairs([(NASTY, NASTY, True)], 1, NASTY, NASTY)
     yield made.stability(NASTY, NASTY, NASTY, NASTY, NASTY, NASTY, NASTY, NASTY)
-    yield made.caption(NASTY, NASTY, [(NASTY, NASTY, NASTY)], True)
+    yield made.caption(NASTY, NASTY, [(NASTY, NASTY, NASTY)], True, True)
+    yield made.laps("", "", 100, NASTY, [NASTY])
 
 
 def drawing() -> Iterator[str]:
@@ -196,6 +202,21 @@ def league() -> str:
     return league_page(entrants, outcomes, tables, QUICK, {"Duet": NASTY})
 
 
+def board() -> Iterator[str]:
+    made = macros("classroom/board.html")
+    yield made.board([Row(NASTY, (Cell(True, 2), Cell(here=True, minutes=3)), 2)], 2)
+    yield made.run(NASTY, NASTY)
+    yield made.work(NASTY, NASTY, NASTY, [NASTY], 0, "", [NASTY])
+
+
+def feedback() -> str:
+    curve = TrialCurve("d", 1.0, 0.1, {NASTY: [0.1, None, 0.2]})
+    remarks = [Remark(NASTY, None, NASTY), Remark(NASTY, False, NASTY, 0.0, 1.0, NASTY, curve)]
+    student = Student(NASTY, NASTY)
+    files = (GradedFile(NASTY, "law", student, remarks=remarks), GradedFile(NASTY, "report", student, reason=NASTY))
+    return feedback_page(StudentMarks(student, files))
+
+
 def before_and_after() -> Iterator[str]:
     asked = [replace(step, belief=NASTY, asked="first") for step in nasty_lesson().steps if step.question is not None]
     lesson = replace(nasty_lesson(), steps=tuple(asked))
@@ -205,6 +226,7 @@ def before_and_after() -> Iterator[str]:
 
 
 SURFACES: dict[str, Callable[[], str | Iterator[str]]] = {
+    "classroom/board.html": board,
     "classroom/invitation.html": lambda: iter((join_html(Address(NASTY, False)), overlay_html(Address(NASTY, True)))),
     "classroom/poll.html": lambda: iter((poll_html(poll(), 0), tied_html(poll()), mine_html(poll(), Ballot(0), Ballot(1)))),
     "classroom/screen.html": screens,
@@ -216,7 +238,9 @@ SURFACES: dict[str, Callable[[], str | Iterator[str]]] = {
     "export/report.html": report,
     "export/report_entry.html": report,
     "export/tally.html": lambda: poll_html(poll(), live=True),
+    "hosting/guest.html": lambda: macros("hosting/guest.html").waiting(NASTY),
     "league/league.html": league,
+    "marks/feedback.html": feedback,
     "page/lessons/custom_law.html": laws,
     "page/lessons/drawing_board.html": drawing,
     "page/lessons/lesson.html": panel,
@@ -226,11 +250,12 @@ SURFACES: dict[str, Callable[[], str | Iterator[str]]] = {
     ),
     "page/panels/compare.html": lambda: macros("page/panels/compare.html").what_if(NASTY, [(NASTY, NASTY, NASTY)], NASTY),
     "page/panels/copy.html": lambda: iter(
-        (macros("page/panels/copy.html").link(NASTY), macros("page/panels/copy.html").snippet(NASTY))
+        (macros("page/panels/copy.html").link(NASTY, True, NASTY), macros("page/panels/copy.html").snippet(NASTY))
     ),
     "page/panels/help.html": lambda: macros("page/panels/help.html").help(
         [SimpleNamespace(shown=NASTY, text=NASTY)], (), 5, [(NASTY, NASTY)], NASTY, NASTY
     ),
+    "page/panels/invite.html": lambda: macros("page/panels/invite.html").place(NASTY, NASTY, ""),
     "page/panels/notes.html": lambda: notes_html(read_notes(f"# {NASTY}\n\n{NASTY}\n\n## 1. {NASTY}\n\n{NASTY}"), 1),
     "page/panels/pills.html": lambda: iter(
         (custom_law_html(LawStatus(NASTY)), custom_law_html(LawStatus("a.py", problem=NASTY)))
