@@ -201,7 +201,7 @@ def test_what_counts_ways_or_ranks_stays_a_whole_number() -> None:
 
 
 def test_a_series_is_a_table_in_the_order_of_what_differs() -> None:
-    step = our_book().lessons[3].steps[1]
+    step = step_of("lambda", "tail")
     outcome = reference(step, step.setup)
     text = fill(step, "{table:bias,formula}", outcome, "en").strip().splitlines()
     assert [line.split(" | ")[0] for line in text] == ["| n", "| ---", "| 1", "| 2", "| 5", "| 10"]

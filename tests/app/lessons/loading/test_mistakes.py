@@ -117,7 +117,7 @@ def test_all_mistakes_of_a_file_are_named_at_once(tmp_path: Path) -> None:
         'equations = "31"': ("equation = 31", "no key 'equation'"),
         "right = 2": ("right = 3", "from 1 to 2"),
         "   > No: {measured:d}.": ("", "has no reply"),
-        'plots = ["distance"]': ('plots = ["hand"]', "no 'hand'"),
+        'plots = ["distance"]': ('plots = ["elbow"]', "no 'elbow'"),
         "at_least = 5.0": ('at_least = "five"', "give a number"),
         "3. Three.": ("", "there are 2 hints"),
         "It was {measured:d} at {setting:dm}.": ("It was {measured:x} at {setting:y}.", "measures no 'x'"),
