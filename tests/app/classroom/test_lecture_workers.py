@@ -4,7 +4,7 @@ import os
 import re
 import signal
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 import pytest
@@ -80,8 +80,14 @@ def look_after_those_who_explore(teacher: BlockingClient, students: list[Blockin
     click(students[1], "Run")
     teacher.wait_for(lambda v: names[1] in v.mirror.labelled("student")["options"], 60.0)
     teacher.set_value("student", names[1])
-    click(teacher, "Show this one")
-    sees(screen, "One of you", "Lesson 1 · step 2", 'class="mine"')
+    work = ("One of you", "Lesson 1 · step 2", 'class="mine"')
+    for _ in range(20):
+        # What a student does reaches the teacher's process a moment later.
+        click(teacher, "Show this one")
+        with suppress(TimeoutError):
+            screen.wait_for(lambda _: all(text in shown(screen) for text in work), 3.0)
+            break
+    sees(screen, *work)
     assert not any(name in shown(screen) for name in names)
     click(teacher, "Show this run")
     sees(screen, "scene at-run", "One of you")

@@ -3,12 +3,15 @@
 import os
 import re
 import signal
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
+from pathlib import Path
 
 import numpy as np
 
 from app.hosting.dispatcher import tab_of
 from app.hosting.private_host import PrivateHost
+from app.hosting.store_file import StoreFile
+from app.hosting.visitor_record import VisitorRecord, record_from_bytes
 from app.settings import GUEST, Settings
 from app.start import App
 from scenes.settings import RunSettings
@@ -134,7 +137,14 @@ def test_the_word_is_found_in_the_first_line_of_a_request() -> None:
     assert tab_of(b"GET /?noguest=0123456789abcdef HTTP/1.1\r", GUEST) == ""
 
 
-def test_the_guest_comes_to_the_host_s_worker_also_when_that_was_killed(serve: Serve) -> None:
+def invitation_in(store: Path, number: int) -> str:
+    """The word that is kept with a tab in the file of a running server."""
+    with closing(StoreFile(store, 10**9)) as file:
+        found = file.read(f"{number:032d}")
+        return "" if found is None else record_from_bytes(found[1], VisitorRecord).invitation
+
+
+def test_the_guest_comes_to_the_host_s_worker_also_when_that_was_killed(serve: Serve, tmp_path: Path) -> None:
     served = serve("--workers", "2", "--sessions", "8")
     with ExitStack() as opened:
         others = [opened.enter_context(come(served, number)) for number in range(3)]
@@ -148,6 +158,7 @@ def test_the_guest_comes_to_the_host_s_worker_also_when_that_was_killed(serve: S
         place = worker_of(served, host)
         assert worker_of(served, guest) == place
         elsewhere = next(pid for pid in served.workers if pid != place)
+        host.wait_for(lambda _: invitation_in(tmp_path / "store", 10) == word)
         os.kill(place, signal.SIGKILL)
         until(lambda: place not in served.workers and len(served.workers) == 2)
         # The guest is back first, and is let in as soon as the host is there, with the same word.

@@ -38,7 +38,21 @@ ENGLISH = """() => {
 }"""
 """Whatever is English on the page, seen or only heard."""
 
-OBJECTS = {"WorldAxes", "light", "floor", "room", "arms", "closest", "contact", "tint", "place", "trace", "gizmo", "grip"}
+OBJECTS = {
+    "WorldAxes",
+    "light",
+    "floor",
+    "room",
+    "arms",
+    "closest",
+    "contact",
+    "tint",
+    "place",
+    "trace",
+    "gizmo",
+    "grip",
+    "guest_grip",
+}
 
 
 def english(page: Page) -> list[str]:
