@@ -75,8 +75,9 @@ class Operation:
             if self._replay_bar is not None:
                 self._lab = LabReportBox(client.gui, session, view.lessons, view.lesson_panel, self._replay_bar.exports)
         self._panels = [make(client, session, view) for make in PANELS]
-        if invites:
-            self._panels.append(InviteBox(client, session, self._controls.below_clock))
+        self._invite = InviteBox(client, session, self._controls.below_clock) if invites else None
+        if self._invite is not None:
+            self._panels.append(self._invite)
         self._gizmos = Gizmos(client.scene, session, lambda: view.stage.yours, lambda: view.lessons.hands_off)
         self._hover = HandHover(client.gui, session)
         self._lesson_controls = LessonControls(
@@ -169,6 +170,8 @@ class Operation:
         plays = not (self._presenting or lessons.open or lessons.listing or frame.replayed)
         self._controls.fold(self.whole, plays)
         self._keep.visible = self.whole or not plays
+        if self._invite is not None:
+            self._invite.offered = self._keep.visible
         for panel in (
             self._controls,
             *self._panels,

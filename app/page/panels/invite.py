@@ -24,12 +24,16 @@ class Invite(Action):
 
 
 class InviteBox(PagePanel):
-    """A folder with the invitation; there where two people can hold an arm each, and as long as one is open. Its container is open."""
+    """A folder with the invitation; there where two people can hold an arm each, and as long as one is open. Its container is open.
+
+    Attributes:
+        offered: whether there is room for it; an open invitation is shown all the same.
+    """
 
     def __init__(self, client: viser.ClientHandle, session: Session, order: float) -> None:
         gui, self._session = client.gui, session
         self._address = address_known_to(client)
-        self._shown = "", False
+        self._shown, self.offered = ("", False), True
         self._folder = gui.add_folder(tr("Two people, one arm each"), order=order, expand_by_default=False)
         with self._folder:
             self._place = gui.add_html("")
@@ -49,7 +53,7 @@ class InviteBox(PagePanel):
     def show(self, frame: Frame) -> None:
         """Show the link, and whether somebody has come by it."""
         shown = self._session.invitation, self._session.guest is not None
-        self._folder.visible = bool(shown[0]) or frame.live.settings.run.experiment.for_two
+        self._folder.visible = bool(shown[0]) or (self.offered and frame.live.settings.run.experiment.for_two)
         if shown != self._shown:
             self._shown = shown
             self._invite.visible, self._end.visible = not shown[0], bool(shown[0])
