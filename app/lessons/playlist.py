@@ -22,7 +22,7 @@ def names_in(text: str) -> list[str]:
     names = table.any("lessons", [])
     if not isinstance(names, list) or not names or not all(isinstance(name, str) for name in names):
         raise table.fault(
-            "lessons", 'a playlist needs a list of names, like lessons = ["hold", "lambda#tail", "mine/01-nearer.md"].'
+            "lessons", 'a playlist needs a list of names, like lessons = ["drift", "lambda#tail", "mine/01-nearer.md"].'
         )
     if len(names) > MOST_NAMES:
         raise table.fault("lessons", f"lessons names {len(names)}; at most {MOST_NAMES} are shown.")

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from app.session.background_studies import BackgroundStudies
 from app.session.clock import BUDGET, Pace
@@ -65,6 +65,16 @@ def contact(simulation: Simulation, sample: Sample) -> Contact:
     )
 
 
+class Invitation(NamedTuple):
+    """Of a second person. `word`: of the link, "" where nobody is invited; `accepted`: whether somebody has come by it."""
+
+    word: str = ""
+    accepted: bool = False
+
+
+NO_INVITATION: Final = Invitation()
+
+
 @dataclass(frozen=True, eq=False)
 class Frame:
     """What every panel and every part of the stage draws at one moment.
@@ -78,6 +88,7 @@ class Frame:
         sample: the newest step.
         settings: of the run that is shown, and of the page.
         pace: how fast it goes.
+        invitation: of a second person.
     """
 
     now: float
@@ -89,6 +100,7 @@ class Frame:
     sample: Sample
     settings: Settings
     pace: Pace
+    invitation: Invitation = NO_INVITATION
 
     @property
     def replayed(self) -> bool:
@@ -160,4 +172,6 @@ def freeze(live: Session | Past, now: float, shown: Shown | None = None) -> Fram
     shown = shown or live
     simulation, studies = shown.simulation, live.studies if isinstance(live, Session) else None
     ghost = None if isinstance(live, Session) and live.ghost_hidden else shown.ghost
-    return Frame(now, shown, live, studies, simulation, ghost, simulation.sample(), shown.settings, shown.pace)
+    invitation = Invitation(live.invitation, live.guest is not None) if isinstance(live, Session) else NO_INVITATION
+    sample, settings = simulation.sample(), shown.settings
+    return Frame(now, shown, live, studies, simulation, ghost, sample, settings, shown.pace, invitation)

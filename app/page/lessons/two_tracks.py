@@ -37,7 +37,7 @@ def tracks_html(own: Simulation, rival: Simulation, names: tuple[str, str]) -> M
         chart.line(xs, ys, kind, 1.8, dash)
     lines = [("lam", "", names[0]), ("d", "dash", names[1]), ("dm", "dash", Markup("d<sub>m</sub>"))]
     title = Markup('<b class="d">d</b>')
-    made = macros("plots/charts.html").caption(title, "mm", lines, False) + chart.html(HEIGHT)
+    made = macros("plots/charts.html").caption(title, "mm", lines, False, False) + chart.html(HEIGHT)
     return element("div", "", made, class_="duet duet-lesson duet-l-tracks")
 
 
