@@ -39,7 +39,7 @@ def edge(page: Page, selector: str, side: str) -> float:
 
 def in_view(page: Page, selector: str) -> bool:
     """Whether an element is in the window, as a whole."""
-    return edge(page, selector, "top") >= 0.0 and edge(page, selector, "bottom") <= page.evaluate("innerHeight")
+    return edge(page, selector, "top") >= 0.0 and edge(page, selector, "bottom") <= page.evaluate("innerHeight") + 1.0
 
 
 def taken(page: Page, kind: str) -> bytes:
@@ -237,10 +237,13 @@ def test_one_student_is_one_voter_in_one_tab_at_a_time(house: OpenHouse, page_at
     assert len(voters) == 1 and len(host.room.ballots.ballots_of(voters[0])) == 2
     # Another browser is another student.
     # On a long page of the phone the scene stays a strip, and the banner in view.
-    bo.locator(".duet-draw").scroll_into_view_if_needed()
-    until(
-        bo, lambda: in_view(bo, ".duet-draw") and 150.0 < edge(bo, ".duet-banner", "top") < 400.0, "a strip and the banner", WAIT
-    )
+
+    def stays() -> bool:
+        # What comes later may push it down again.
+        bo.locator(".duet-draw").evaluate("board => board.scrollIntoView({block: 'end'})")
+        return in_view(bo, ".duet-draw") and 150.0 < edge(bo, ".duet-banner", "top") < 400.0
+
+    until(bo, stays, "a strip and the banner", WAIT)
     bo.get_by_role("button", name="1 ").first.click()
     teacher.get_by_text("2 answered · 0 not yet").wait_for()
     # A reason, in one line that harms nothing; only the teacher reads it.
