@@ -253,7 +253,7 @@ def test_one_student_is_one_voter_in_one_tab_at_a_time(house: OpenHouse, page_at
     assert reason.inner_text().startswith("<img src=x onerror=alert(1)> it is half x") and reason.inner_text().endswith(
         "x answer 1"
     )
-    assert teacher.locator(".duet-reasons img").count() == ann.get_by_text("it is half").count() == 0
+    assert teacher.locator(".duet-reasons img").count() == ann.get_by_text("x" * 50).count() == 0
 
     # A second tab goes on in place of the first one, and the first one again when it is used.
     second = context.new_page()

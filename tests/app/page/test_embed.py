@@ -56,7 +56,7 @@ def test_a_lesson_runs_in_a_frame(house: OpenHouse, page_at: PageAt, around: tup
     frame.get_by_role("button", name="1 In none").click()
     frame.get_by_text("Your prediction: In none").first.wait_for()
     screenshot(page, "embedded-lesson")
-    assert not frame.locator("[data-floating-window]").is_visible() and not frame.locator("header, .duet-title").is_visible()
+    assert not frame.locator("[data-floating-window]").is_visible() and not frame.locator("img[alt^='Duet:']").is_visible()
     page.goto(write(f"{opened.url}/?lang=en&embed=1"))
     frame.locator("#duet-contact").wait_for(timeout=60_000)
     expect(frame.get_by_role("tab", name="Arms")).to_be_hidden()
