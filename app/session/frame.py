@@ -65,14 +65,14 @@ def contact(simulation: Simulation, sample: Sample) -> Contact:
     )
 
 
-class Invitation(NamedTuple):
+class OpenInvitation(NamedTuple):
     """Of a second person. `word`: of the link, "" where nobody is invited; `accepted`: whether somebody has come by it."""
 
     word: str = ""
     accepted: bool = False
 
 
-NO_INVITATION: Final = Invitation()
+NO_INVITATION: Final = OpenInvitation()
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +100,7 @@ class Frame:
     sample: Sample
     settings: Settings
     pace: Pace
-    invitation: Invitation = NO_INVITATION
+    invitation: OpenInvitation = NO_INVITATION
 
     @property
     def replayed(self) -> bool:
@@ -172,6 +172,6 @@ def freeze(live: Session | Past, now: float, shown: Shown | None = None) -> Fram
     shown = shown or live
     simulation, studies = shown.simulation, live.studies if isinstance(live, Session) else None
     ghost = None if isinstance(live, Session) and live.ghost_hidden else shown.ghost
-    invitation = Invitation(live.invitation, live.guest is not None) if isinstance(live, Session) else NO_INVITATION
+    invitation = OpenInvitation(live.invitation, live.guest is not None) if isinstance(live, Session) else NO_INVITATION
     sample, settings = simulation.sample(), shown.settings
     return Frame(now, shown, live, studies, simulation, ghost, sample, settings, shown.pace, invitation)

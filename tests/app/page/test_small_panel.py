@@ -55,7 +55,7 @@ def test_a_phone_begins_with_few_controls_and_its_browser_keeps_all(house: OpenH
     page.get_by_role("button", name="Fewer settings").click()
     # The tab that was open is not what is left.
     until(page, lambda: every & set(labels.all_inner_texts()) == few, "few controls once more")
-    assert page.evaluate("localStorage.duetPanel") == "small"
+    until(page, lambda: page.evaluate("localStorage.duetPanel") == "small", "what the browser keeps from now on")
 
 
 def test_a_phone_has_a_button_for_the_view_and_a_browser_that_wants_less_motion(house: OpenHouse, arrive: Arrive) -> None:
