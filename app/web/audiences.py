@@ -119,7 +119,7 @@ def send_elsewhere(server: DuetServer, client: viser.ClientHandle) -> None:
     """Close a browser's connection, so that its page reconnects at once, perhaps to another process; from any thread."""
     connection = connection_of(server, client.client_id)
     if connection is not None:
-        asyncio.run_coroutine_threadsafe(connection.close(MOVED_CODE, ELSEWHERE), server.get_event_loop())
+        asyncio.run_coroutine_threadsafe(server.let_go(connection, MOVED_CODE, ELSEWHERE), server.get_event_loop())
 
 
 def _likeness(one: Look, other: Look) -> tuple[bool, int]:

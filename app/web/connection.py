@@ -192,7 +192,7 @@ class FilteredConnection(ServerConnection):
                 self._client_id = duet.client_id(self)
             try:
                 duet.gate.check(self._client_id, self.traffic, raw)
-                reason = "" if self.heard else duet.place(self)
+                reason = "" if self.heard else await duet.place(self)
                 if reason:
                     await self._end(reason, 1013)
                 self.heard += 1

@@ -12,6 +12,7 @@ import logging
 import secrets
 import socket
 import threading
+import time
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, Final
@@ -59,6 +60,9 @@ _LOG_EVERY = 10.0
 
 MOST_DELAYED: Final = 200
 """Requests that wait for their answers at once; further ones are refused."""
+
+NEWS: Final = 1.0
+"""What the other processes say of their browsers arrives within this time [s]."""
 
 Handler = Callable[[ServerConnection], Awaitable[None]]
 Static = Callable[..., Response | None]
@@ -306,9 +310,10 @@ class DuetServer(viser.ViserServer):
         # Every page names its tab, so a class behind one address counts as many; only programs count by their address.
         tab = page_query(path).get("resume", "")
         holder = ("tab", tab) if tab else ("address", address)
-        reason = self._refusal(path, address, holder)
-        if reason:
-            await connection.close(1013, reason)
+        if sum(one == holder for one in self._holders.values()) >= self.limits.connections:
+            if self._has_room(path):
+                self.log.warning("connection closed", f"too many at once of one {holder[0]}, from {address or 'unknown'}")
+            await connection.close(1013, OPEN_TOO_OFTEN if self._has_room(path) else ROOM_IS_FULL)
             return
         before = [one for one, its in self._holders.items() if tab and its == holder and self.takes_over(page_query(path))]
         self._holders[connection] = holder
@@ -319,6 +324,10 @@ class DuetServer(viser.ViserServer):
             # Old tabs come back within milliseconds of a restart, when viser's constructor is still at work.
             while not self._ready.is_set():
                 await asyncio.sleep(0.01)
+            # The page was loaded while there was room: two tabs may load at once.
+            if not await self._has_room_soon(path):
+                await connection.close(1013, ROOM_IS_FULL)
+                return
             # A line that is lost does not answer, and nothing waits for it.
             await asyncio.gather(handler(connection), *(one.close(1013, TAKEN_OVER) for one in before))
         finally:
@@ -327,24 +336,27 @@ class DuetServer(viser.ViserServer):
             self._placed.discard(connection)
             self.count_changed(len(self._placed))
 
-    def _refusal(self, path: str, address: str, holder: tuple[str, str]) -> str:
-        """Return why a connection gets no place, in words that the page knows; "" if it gets one."""
-        if not self._has_room(path):
-            # The page was loaded while there was room: two tabs may load at once.
-            return ROOM_IS_FULL
-        if sum(one == holder for one in self._holders.values()) >= self.limits.connections:
-            self.log.warning("connection closed", f"too many at once of one {holder[0]}, from {address or 'unknown'}")
-            return OPEN_TOO_OFTEN
-        return ""
+    async def _has_room_soon(self, path: str) -> bool:
+        """Return whether there is room; a tab that another process lets go may be here before the news of its free place."""
+        until = time.monotonic() + (NEWS if self.elsewhere else 0.0)
+        while not self._has_room(path) and time.monotonic() < until:
+            await asyncio.sleep(0.02)
+        return self._has_room(path)
 
-    def place(self, connection: ServerConnection) -> str:
+    async def place(self, connection: ServerConnection) -> str:
         """Give a place to a connection that has sent its first message; return why it gets none, "" if it has one."""
-        if not self._has_room(connection.request.path if connection.request is not None else ""):
+        if not await self._has_room_soon(connection.request.path if connection.request is not None else ""):
             return ROOM_IS_FULL
         self._silent.leave(connection)
         self._placed.add(connection)
         self.count_changed(len(self._placed))
         return ""
+
+    async def let_go(self, connection: ServerConnection, code: int, reason: str) -> None:
+        """Close a connection whose page comes again at once: its place is free before that, or it would be refused where all are taken."""
+        self._placed.discard(connection)
+        self.count_changed(len(self._placed))
+        await connection.close(code, reason)
 
     def client_id(self, connection: ServerConnection) -> int:
         return viser_internals.client_id_of(self, connection)

@@ -91,8 +91,9 @@ needs_proc = pytest.mark.skipif(not Path("/proc").exists(), reason="CPU and memo
 @needs_proc
 def test_private_sessions_are_measured_with_all_processes_of_the_server(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(visitors, "SETTLING", 0.0)
-    ((name, figures),) = measure_capacity([2], 1.0)
-    assert name == "2 private sessions"
+    # As many as there are places come at once, and are spread over the workers; none is refused on the way to another one.
+    ((name, figures),) = measure_capacity([12], 1.0)
+    assert name == "12 private sessions"
     assert 0.0 < figures["least_frames_per_s"] <= figures["frames_per_s"] * (1.0 + 1e-9) and figures["kB_per_s"] > 0.0
     assert figures["cpu_percent_of_a_core"] > 0.0 and figures["memory_MB"] > 50.0 and figures["processes"] >= 1.0
 
