@@ -190,7 +190,7 @@ EMBED: Final = "embed"
 """Key of a page in a frame of another page, which shows few things; see `embed.js`."""
 
 GUEST: Final = "guest"
-"""Key of a link to the session of somebody else, to hold an arm there."""
+"""Key of a link to another visitor's session, to hold an arm there."""
 
 ATTACK: Final = "attack"
 """Key of a link that replays a run which breaks the promise, or comes near it; see `scenes.counterexample`."""

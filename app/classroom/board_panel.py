@@ -21,7 +21,7 @@ BoardAction = Literal["show", "show run", "pace"]
 PERIOD: Final = 1.0
 """Time between two looks at the board [s]."""
 
-NOBODY: Final = "–"
+NO_ONE: Final = "–"
 PACE: Final = N_("2 or 2-3: no other step opens for those who work alone. Empty: all steps.")
 
 
@@ -67,9 +67,9 @@ class BoardPanel:
         if names != tuple(self._student.options):
             chosen = self._student.value
             self._student.options = names
-            self._student.value = chosen if chosen in names else NOBODY
+            self._student.value = chosen if chosen in names else NO_ONE
 
 
 def _names(rows: Sequence[Row]) -> tuple[str, ...]:
     """Return what can be chosen: no one, and every name."""
-    return NOBODY, *(row.name for row in rows)
+    return NO_ONE, *(row.name for row in rows)

@@ -1,4 +1,4 @@
-"""A guest: somebody else's session as they see it, with the handles of one arm, and nothing else."""
+"""A guest: another visitor's session as they see it, with the handles of one arm, and nothing else."""
 
 import logging
 from contextlib import suppress
@@ -32,7 +32,7 @@ from scenes.laws import NO_AVOIDANCE
 
 CLOSED: Final = N_("This invitation is not open: your host is away, or has ended it. As soon as it opens, this page goes on.")
 AWAY: Final = N_("Your host is away. As soon as they are back, this page goes on.")
-TAKEN: Final = N_("Somebody else holds this arm. As soon as they leave, it is yours.")
+TAKEN: Final = N_("Another guest holds this arm. As soon as they leave, it is yours.")
 ENDED: Final = N_("Your host has ended this invitation.")
 
 HostSession = tuple[Session, LessonSession]
@@ -106,7 +106,7 @@ class Guest:
         """Stay with a host, wait, or have the page built again; return whether the guest has the place.
 
         Args:
-            host: who has invited; None while nobody is there who has.
+            host: who has invited; None while the host is away.
         """
         mine = None if self._host is None else self._host[0]
         if mine is not None and (mine.guest is not self or mine.invitation != self.word):

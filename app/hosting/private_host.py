@@ -95,7 +95,7 @@ class PrivateHost:
 
     @property
     def _hosts(self) -> dict[str, Visitor]:
-        """The visitors who have invited somebody, by the word of the invitation."""
+        """The visitors who have invited a guest, by the word of the invitation."""
         return {one.session.invitation: one for one in self.visitors.values() if one.session.invitation and not one.superseded}
 
     def _bring_guests(self) -> None:

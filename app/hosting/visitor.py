@@ -46,7 +46,7 @@ class Visitor:
     Attributes:
         is_back: whether the session was claimed from the store.
         superseded: whether the same tab has connected again meanwhile.
-        guest: who holds the other arm now; None for nobody.
+        guest: who holds the other arm now; None without a guest.
     """
 
     def __init__(

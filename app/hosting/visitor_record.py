@@ -91,7 +91,7 @@ class VisitorRecord:
         state: where the session was; None if it cannot go on from there.
         room: of the class, where the visitor is the plenary of a lecture.
         last_class: what the class before has left behind, likewise.
-        invitation: the word by which a second person comes; "" where nobody is invited.
+        invitation: the word by which a second person comes; "" without an invitation.
     """
 
     query: Mapping[str, str]

@@ -79,7 +79,7 @@ class LetGo(NamedTuple):
 
 
 class Invited(NamedTuple):
-    """A worker has somebody who has invited a guest by a word; to a worker, that another one has."""
+    """A worker has a visitor who has invited a guest by a word; to a worker, that another one has."""
 
     word: str
 

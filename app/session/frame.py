@@ -66,7 +66,7 @@ def contact(simulation: Simulation, sample: Sample) -> Contact:
 
 
 class OpenInvitation(NamedTuple):
-    """Of a second person. `word`: of the link, "" where nobody is invited; `accepted`: whether somebody has come by it."""
+    """Of a second person. `word`: of the link, "" without an invitation; `accepted`: whether a guest has come by it."""
 
     word: str = ""
     accepted: bool = False

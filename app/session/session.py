@@ -84,7 +84,7 @@ class Session:
         self.invitation = ""
         """The word of the link to the place of a second person; "" where there is none."""
         self.guest: object = None
-        """Who has that place now, None for nobody, and …"""
+        """Who has that place now, None for no one, and …"""
         self.guest_holds: HeldTarget | None = None
         """… what they hold, and where."""
         self.simulation.use(self.law.of_run)

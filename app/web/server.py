@@ -353,7 +353,7 @@ class DuetServer(viser.ViserServer):
         return ""
 
     async def let_go(self, connection: ServerConnection, code: int, reason: str) -> None:
-        """Close a connection whose page comes again at once: its place is free before that, or it would be refused where all are taken."""
+        """Close a connection; its page comes again at once, so its place is free before that: where all are taken, it would be refused."""
         self._placed.discard(connection)
         self.count_changed(len(self._placed))
         await connection.close(code, reason)

@@ -51,7 +51,7 @@ class InviteBox(PagePanel):
         return True
 
     def show(self, frame: Frame) -> None:
-        """Show the link, and whether somebody has come by it."""
+        """Show the link, and whether a guest has come by it."""
         shown = frame.invitation
         self._folder.visible = bool(shown.word) or (self.offered and frame.live.settings.run.experiment.for_two)
         if shown != self._shown:

@@ -1,4 +1,4 @@
-"""A guest holds the silver arm of somebody else's session, and can do nothing else there; both may leave and come back."""
+"""A guest holds the silver arm of another visitor's session, and can do nothing else there; both may leave and come back."""
 
 import os
 import re
@@ -90,16 +90,16 @@ def test_a_guest_holds_the_silver_arm_and_nothing_else(house: OpenHouse, arrive:
         assert host.ask(lambda s: (s.settings, s.paused, s.held, s.invitation)) == (settings, paused, None, word)
         assert not host.lessons.open and not re.search("Lessons|Pause|Reset|Keep and replay", str(guest.mirror.gui.values()))
 
-        # Nobody else can take the arm, until it is free; what the guest held is let go of.
+        # No one else can take the arm, until it is free; what the guest held is let go of.
         late = enter(opened, url, word, 3)
-        see(late, "Somebody else holds this arm")
+        see(late, "Another guest holds this arm")
         guest.close()
         late = came_again(opened, late, url, word, 3)
         see(late, ON_STAGE)
         # A page that is connected again by the same tab has the arm, though the line before is not known to be lost.
         again = enter(opened, url, word, 3)
         see(again, ON_STAGE)
-        see(late, "Somebody else holds this arm")
+        see(late, "Another guest holds this arm")
         # In another experiment there is nothing for a guest.
         host.ask(lambda s: s.change("scene", "ball"))
         see(again, "Here only your host holds something")
@@ -116,7 +116,7 @@ def test_a_guest_holds_the_silver_arm_and_nothing_else(house: OpenHouse, arrive:
         back = opened.enter_context(BlockingClient(url, query=f"resume={1:032d}"))
         see(back, "The second person is here")
         again.wait_for(lambda v: "Your host is away" not in shown(v))
-        see(newcomer, "Somebody else holds this arm")
+        see(newcomer, "Another guest holds this arm")
         click(back, END)
         see(again, "Your host has ended this invitation.")
         see(newcomer, "This invitation is not open")

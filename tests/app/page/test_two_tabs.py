@@ -65,7 +65,7 @@ def test_a_second_person_comes_by_the_link_and_pulls_the_silver_arm(house: OpenH
     screenshot(theirs, "two-ended")
     theirs.set_viewport_size({"width": 390, "height": 844})
     screenshot(theirs, "two-ended-phone")
-    # Invited anew, on a phone.
+    # Invited again, on a phone.
     mine.get_by_role("button", name="Invite a second person").click()
     until(mine, lambda: box.is_visible() and box.input_value() != link, "another link")
     theirs.goto(box.input_value())
