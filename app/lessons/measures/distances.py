@@ -35,6 +35,13 @@ def distance_margin(evidence: Evidence) -> Value:
     return None if smallest is None else smallest - evidence.settings.law.critical_distance
 
 
+@quantity("distance lost of dₘ", "m", "mm", 1, row=_nearest)
+def distance_lost(evidence: Evidence) -> Value:
+    """Return by how much the smallest d of the run fell below d_m [m]; 0 if the critical distance was kept."""
+    margin = distance_margin(evidence)
+    return None if margin is None else max(-margin, 0.0)
+
+
 @quantity("distance at {time}", "m", "mm", 1, obstacle=True, row=_at)
 def distance_at(evidence: Evidence, time: float) -> Value:
     """Return d at a time [m]."""

@@ -189,6 +189,7 @@ EXPECTED: dict[str, tuple[str, dict[str, Any], Callable[[Seen], float], float]] 
     "distance_now": ("ball", {}, lambda s: s.gap(s.q[-1])[0], 1e-9),
     "smallest_distance": ("ball", {}, lambda s: min(s.gap(q)[0] for q in s.q), 1e-9),
     "distance_margin": ("ball", {}, lambda s: min(s.gap(q)[0] for q in s.q) - 0.15, 1e-9),
+    "distance_lost": ("push", {}, lambda s: s.simulation.settings.law.critical_distance - min(s.col("d")), 1e-9),
     "distance_at": ("ball", {"time": 4.0}, lambda s: s.gap(s.q[200])[0], 1e-9),
     "distance_swing": ("ball", {"since": 2.0, "until": 4.0}, lambda s: float(np.ptp([s.gap(q)[0] for q in s.q[100:201]])), 1e-9),
     "dead_time_number": ("ball", {"time": 4.0, "dead": 0.05}, lambda s: 0.05 * slope(s, 200), 1e-9),
