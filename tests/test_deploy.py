@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 import urllib.request
 import zipfile
 from pathlib import Path
@@ -51,9 +52,21 @@ def test_what_the_recipe_copies_is_there_and_is_all_that_the_package_needs() -> 
     assert [name for name in names if not (ROOT / name).exists()] == []
     project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     floors = re.findall(r'"(\w+)\*"', re.findall(r"^include = (.*)$", project, flags=re.MULTILINE)[0])
-    assert len(floors) == 3 and names >= {*floors, "pyproject.toml", "requirements.lock", "README.md", "LICENSE"}
+    assert len(floors) == 3 and names >= {*floors, "pyproject.toml", "README.md", "LICENSE"}
     (user,) = re.findall(r"^USER (\d+)$", RECIPE, flags=re.MULTILINE)
     assert f"useradd --uid {user} " in RECIPE
+
+
+def test_what_the_container_installs_is_the_lock_with_its_hashes() -> None:
+    assert "--require-hashes -r app/deploy/requirements.hashed" in RECIPE
+    entries = (ROOT / "app" / "deploy" / "requirements.hashed").read_text(encoding="utf-8").replace("\\\n", " ").splitlines()
+    assert all(re.search(r" --hash=sha256:[0-9a-f]{64}", entry) for entry in entries)
+    found = {entry.split()[0] for entry in entries}
+    lock = {line.split()[0] for line in (ROOT / "requirements.lock").read_text(encoding="utf-8").splitlines()}
+    assert {name for name in found if not name.startswith("setuptools==")} <= lock
+    needed = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["dependencies"]
+    names = {re.split(r"[=\[]", entry)[0] for entry in found}
+    assert len(needed) > 15 and {re.split(r"[^\w.-]", one)[0].lower() for one in needed} <= names
 
 
 def test_what_the_container_starts_is_healthy_until_it_is_stopped(tmp_path: Path) -> None:

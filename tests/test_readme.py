@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 DOCUMENTS = {path.name: path.read_text(encoding="utf-8") for path in (ROOT / "app" / "documents").glob("*.md")}
 TEXTS = README + "".join(DOCUMENTS.values())
-OURS = re.sub(r"^(?:dask|docker|podman|sudo) (?:.*\\\n)*.*$|`(?:docker|wsl) [^`]*`", "", TEXTS, flags=re.MULTILINE)
+OURS = re.sub(r"^(?:dask|docker|echo|podman|sudo) (?:.*\\\n)*.*$|`(?:docker|wsl) [^`]*`", "", TEXTS, flags=re.MULTILINE)
 """Without the commands of other programs."""
 
 

@@ -39,7 +39,7 @@ def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at:
         page.keyboard.up(key)
         until(page, effect, f"the key {key}")
         if action not in ("view", "reset", *SPECS["scene"].choices):
-            assert np.allclose(page.evaluate(CAMERA), view, atol=2e-3), f"{key} moves the camera"
+            assert np.allclose(page.evaluate(CAMERA), view, atol=0.02), f"{key} moves the camera"
 
     def held() -> HandTarget:
         return session.held if isinstance(session.held, HandTarget) else HandTarget(place)
