@@ -44,7 +44,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 class OneBrowser(LoadScopeScheduling):
-    """Two workers share the tests by files, and all files that draw are one to them: two browsers would be in each other's way.
+    """The workers share the tests by files, and all files that draw are one to them: two browsers would be in each other's way.
 
     So are the files on figures, which are drawn once for all of them.
     """
