@@ -64,7 +64,7 @@ class Clicks:
             row.locator("input:visible").first.click()
             self.page.get_by_role("option", name=entered, exact=True).click()
         else:
-            row.locator("input[type=text]").last.fill(entered)
+            row.locator("input:visible").last.fill(entered)
             # A click elsewhere leaves the box.
             self.page.get_by_role("tab", name=tab, exact=True).click()
 

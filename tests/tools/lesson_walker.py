@@ -96,7 +96,7 @@ class Walker:
         self.page, self.session, self.run, self.hands = page, session, run, hands
         self.moves = LessonMoves(page, session, run, hands)
         self.check: Callable[[Page], None] = lambda _: None
-        """Asked of the page once in every phase."""
+        """Asked of the page once in every phase of a step."""
         self._checked = set[Phase]()
 
     def step(self) -> Walked:
@@ -104,6 +104,7 @@ class Walker:
         begin, walk = perf_counter(), self.run.walk
         step, question = walk.step, walk.step.question
         walked = Walked(walk.lesson.id, step.id)
+        self._checked.clear()
         if question is not None:
             for answer in sorted(range(len(question.choices)), key=lambda i: i == question.right):
                 self._answer(question, answer, walked)

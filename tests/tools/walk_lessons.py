@@ -27,9 +27,9 @@ HANDS = {"clicks": Clicks, "keys": Keys}
 
 
 @contextmanager
-def tab(browser: Browser) -> Iterator[Page]:
+def tab(browser: Browser, width: int, height: int) -> Iterator[Page]:
     """An empty tab, whose errors end the walk."""
-    context = browser.new_context(viewport={"width": 1024, "height": 768})
+    context = browser.new_context(viewport={"width": width, "height": height})
     page = context.new_page()
     errors: list[str] = []
     listen(page, errors)
@@ -40,10 +40,16 @@ def tab(browser: Browser) -> Iterator[Page]:
     assert not errors, "the page complained: " + "; ".join(errors)
 
 
-def walk(page: Page, house: App, by: str, numbers: list[int]) -> None:
+def walk(page: Page, house: App, by: str, numbers: list[int], pictures: bool) -> None:
     """Walk lessons by clicks or by keys, and print every step. Raises AssertionError where a lesson fails."""
+
+    def picture(page: Page) -> None:
+        save_picture(page, f"{by}-{run.walk.lesson.number:02d}-{run.walk.step_index + 1}-{run.walk.phase.value}")
+
     session, run = enter(page, house, f"lesson={numbers[0]}")
     walker = Walker(page, session, run, HANDS[by](page))
+    if pictures:
+        walker.check = picture
     for number in numbers:
         lesson = next(lesson for lesson in run.book.lessons if lesson.number == number)
         if run.walk.lesson is not lesson:
@@ -76,6 +82,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--by", choices=HANDS, nargs="*", default=list(HANDS))
     parser.add_argument("--lessons", type=int, nargs="+", default=list(range(1, 12)), help="numbers")
+    parser.add_argument("--size", type=int, nargs=2, default=(1024, 768), help="of the window [px]")
+    parser.add_argument("--pictures", action="store_true", help="of every phase, in the artefact folder")
     given = parser.parse_args()
     house = start_app(ServeOptions(law_file=custom_law()))
     failed = 0
@@ -83,8 +91,8 @@ def main() -> int:
         browser = launch(playwright)
         for by in given.by:
             try:
-                with tab(browser) as page:
-                    walk(page, house, by, given.lessons)
+                with tab(browser, *given.size) as page:
+                    walk(page, house, by, given.lessons, given.pictures)
             except Exception:
                 failed = 1
                 traceback.print_exc()

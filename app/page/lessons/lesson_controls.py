@@ -222,7 +222,7 @@ class LessonControls:
                 self._reason.show(view)
                 changed = view.contrast.keys if view.contrast is not None else ()
                 self._flash.content = flash_style(self._controls.places(changed))
-                self._arrange_challenge(view)
+                self._arrange_challenge(view, self._to_check(view, paused, over))
                 self._arrange_settings(view.step.controls if view.phase is Phase.CHALLENGE or view.yours else ())
                 drawing = view.step.drawing if view.phase is Phase.PREDICT else None
                 self._board.show((view.lesson.id, view.step.id), drawing, walk.done.drawing)
@@ -258,13 +258,18 @@ class LessonControls:
         label = N_("Pause") if not paused else N_("Run again") if over else N_("lesson\x04Run")
         label = N_("Run (predict first)") if view.locked else label
         runs = (asking or view.showing or view.phase is Phase.CHALLENGE) and not view.step.concept
-        _offer(self._start, runs, tr(label), disabled=view.locked)
+        _offer(self._start, runs, tr(label), "gray" if self._to_check(view, paused, over) else None, disabled=view.locked)
         _offer(self._why, view.why and not view.showing, tr("Show me why"), "gray")
         _offer(self._own_curve, view.own_curve and not view.showing, tr("Run with my curve"), "gray")
         self._nav.show(offered=(0, 1) if view.can_back else (1,))
         _offer(self._next, view.can_next, next_label(view), None if view.phase is not Phase.DO or over else "gray")
 
-    def _arrange_challenge(self, view: StepView) -> None:
+    def _to_check(self, view: StepView, paused: bool, over: bool) -> bool:
+        """Return whether a challenge is to be checked next; otherwise a run comes first. One button stands out at a time."""
+        challenge = view.step.challenge if view.phase is Phase.CHALLENGE else None
+        return challenge is not None and (over or not paused or bool(challenge.forecasts) or challenge.custom_law)
+
+    def _arrange_challenge(self, view: StepView, to_check: bool) -> None:
         challenge = view.step.challenge if view.phase is Phase.CHALLENGE else None
         self._forecasts.show(view, challenge)
         tests = self._run.own_tests
@@ -273,7 +278,7 @@ class LessonControls:
         if tests is not None:
             label = tr("Testing …") if running else tr("Test my law")
         there = challenge is not None and (tests is None or tests.file is not None)
-        _offer(self._check, there, label, disabled=running)
+        _offer(self._check, there, label, None if to_check else "gray", disabled=running)
         label = tr("Hint {number} of {count}", number=len(view.hints) + 1, count=len(view.step.hints))
         _offer(self._hint, challenge is not None and view.more_hints, label, "gray")
 

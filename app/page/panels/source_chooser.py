@@ -31,15 +31,18 @@ class Sources:
         self._session, self._sources, self._notify = session, session.sources, notify
         self._uploaded: PersonTarget | None = None
         self._shown: Source | None = None
-        self._upload = gui.add_upload_button(
-            tr("Take in a BVH file"),
-            mime_type=".bvh",
-            icon=viser.Icon.UPLOAD,
-            hint=tr("A person's recorded motion; the names of most skeletons are understood."),
-            visible=False,
-        )
+        # viser's page shows an upload button though it is not visible; a folder takes it along.
+        self._folder = gui.add_folder(tr("Recorded motion"), visible=False)
+        with self._folder:
+            upload = gui.add_upload_button(
+                tr("Take in a BVH file"),
+                mime_type=".bvh",
+                icon=viser.Icon.UPLOAD,
+                color="gray",
+                hint=tr("A person's recorded motion; the names of most skeletons are understood."),
+            )
         self._state = gui.add_html("", visible=False)
-        on_file(self._upload, lambda name, content: session.post(TakePerson(name, content)))
+        on_file(upload, lambda name, content: session.post(TakePerson(name, content)))
 
     def take_person(self, action: TakePerson) -> None:
         """Imitate the person of a file from now on, if it can be read."""
@@ -62,7 +65,7 @@ class Sources:
             self._say(tr(self._sources.camera.message))
 
     def _change(self, before: Source | None, source: Source | None) -> None:
-        self._upload.visible = source == "file"
+        self._folder.visible = source == "file"
         self._state.visible = source in ("file", "camera")
         if source == "file":
             person = self._uploaded or self._sources.bvh
