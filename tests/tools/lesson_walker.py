@@ -32,6 +32,9 @@ FLAWS = """() => { const bad = [];
   }
   for (const image of document.querySelectorAll('.duet-lesson img'))
     if (image.complete && !image.naturalWidth) bad.push('no picture: ' + image.alt);
+  const orange = button => button.offsetParent && getComputedStyle(button).getPropertyValue('--button-bg').startsWith('light-dark(');
+  const bright = [...document.querySelectorAll('button')].filter(orange).map(button => button.innerText.trim());
+  if (bright.length > 1) bad.push('more than one button stands out: ' + bright.join(', '));
   return bad; }"""
 
 
@@ -144,7 +147,7 @@ class Walker:
         self.page.get_by_role("button", name=re.compile(rf"^\s*{label}")).first.wait_for()
 
     def _look(self) -> None:
-        """No formula is missing, and no text is wider than the panel."""
+        """No formula is missing, no text is wider than the panel, and one button stands out."""
         wait_frames(self.page, 2)
         assert lasting(self.page, lambda: self.page.evaluate(FLAWS)) == []
 

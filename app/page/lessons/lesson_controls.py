@@ -222,7 +222,7 @@ class LessonControls:
                 self._reason.show(view)
                 changed = view.contrast.keys if view.contrast is not None else ()
                 self._flash.content = flash_style(self._controls.places(changed))
-                self._arrange_challenge(view, self._to_check(view, paused, over))
+                self._arrange_challenge(view, self._foremost(view, paused, over) == "check")
                 self._arrange_settings(view.step.controls if view.phase is Phase.CHALLENGE or view.yours else ())
                 drawing = view.step.drawing if view.phase is Phase.PREDICT else None
                 self._board.show((view.lesson.id, view.step.id), drawing, walk.done.drawing)
@@ -258,16 +258,21 @@ class LessonControls:
         label = N_("Pause") if not paused else N_("Run again") if over else N_("lesson\x04Run")
         label = N_("Run (predict first)") if view.locked else label
         runs = (asking or view.showing or view.phase is Phase.CHALLENGE) and not view.step.concept
-        _offer(self._start, runs, tr(label), "gray" if self._to_check(view, paused, over) else None, disabled=view.locked)
+        foremost = self._foremost(view, paused, over)
+        _offer(self._start, runs, tr(label), None if foremost == "run" else "gray", disabled=view.locked)
         _offer(self._why, view.why and not view.showing, tr("Show me why"), "gray")
         _offer(self._own_curve, view.own_curve and not view.showing, tr("Run with my curve"), "gray")
         self._nav.show(offered=(0, 1) if view.can_back else (1,))
-        _offer(self._next, view.can_next, next_label(view), None if view.phase is not Phase.DO or over else "gray")
+        _offer(self._next, view.can_next, next_label(view), None if foremost == "next" else "gray")
 
-    def _to_check(self, view: StepView, paused: bool, over: bool) -> bool:
-        """Return whether a challenge is to be checked next; otherwise a run comes first. One button stands out at a time."""
+    def _foremost(self, view: StepView, paused: bool, over: bool) -> Literal["run", "check", "next"]:
+        """Return which button stands out: one at a time."""
         challenge = view.step.challenge if view.phase is Phase.CHALLENGE else None
-        return challenge is not None and (over or not paused or bool(challenge.forecasts) or challenge.custom_law)
+        if challenge is None:
+            return "run" if view.phase is Phase.PREDICT or (not over and (view.phase is Phase.DO or view.showing)) else "next"
+        if self._run.walk.done.passed:
+            return "next"
+        return "check" if over or not paused or challenge.forecasts or challenge.custom_law else "run"
 
     def _arrange_challenge(self, view: StepView, to_check: bool) -> None:
         challenge = view.step.challenge if view.phase is Phase.CHALLENGE else None
