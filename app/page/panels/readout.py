@@ -128,10 +128,8 @@ def _error_text(simulation: Simulation, sample: Sample) -> str:
         return f"{sample.error * 1000.0:.0f} mm"
     error = math.degrees(sample.error)
     if simulation.settings.experiment.follows == "person" and sample.second is not None:
-        left, right = error, math.degrees(math.sqrt(sample.second.squared_error))
-        if simulation.avoiding.name == "right":
-            left, right = right, left
-        return tr("{left}° left, {right}° right", left=f"{left:.0f}", right=f"{right:.0f}")
+        orange = math.degrees(math.sqrt(sample.second.squared_error))
+        return tr("{silver}° silver, {orange}° orange", silver=f"{error:.0f}", orange=f"{orange:.0f}")
     return decimal(f"{error:.1f}°")
 
 
