@@ -62,6 +62,8 @@ class Visitor:
         self._context, self._problems, self._record = context, problems, record
         self.client, self.query = client, request_query(client)
         self._invites = private
+        # A law is a program: only the person who started the server writes one here.
+        self._edited = context.options.edited_law if private and context.server.is_owners(client.client_id) else None
         self.guest: Guest | None = None
         self._welcomes = private and parked is None and record is None and is_for_newcomers(self.query)
         self._welcome: Welcome | None = None
@@ -91,7 +93,12 @@ class Visitor:
             yield
             set_language(self.language)
             self.operation = Operation(
-                client, self.session, self.view, whole=self.query.get(PANEL) != "small", invites=self._invites
+                client,
+                self.session,
+                self.view,
+                whole=self.query.get(PANEL) != "small",
+                invites=self._invites,
+                edited=self._edited,
             )
             self._greet()
             yield
@@ -127,7 +134,14 @@ class Visitor:
         with self.client.atomic():
             self.client.gui.reset()
             self.view = View(self.client, self.session, lambda: [self.client], self.lessons)
-            self.operation = Operation(self.client, self.session, self.view, whole=self.operation.whole, invites=self._invites)
+            self.operation = Operation(
+                self.client,
+                self.session,
+                self.view,
+                whole=self.operation.whole,
+                invites=self._invites,
+                edited=self._edited,
+            )
             self._greet()
             self.view.welcome(self.client)
 
