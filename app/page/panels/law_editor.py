@@ -50,7 +50,7 @@ class RunLaw(Action):
 
 
 class LawEditor(PagePanel):
-    """The editor of one page, whose visitor has started the server.
+    """The editor on the page of the person who has started the server.
 
     Args:
         controls: with the tab on comparisons.
@@ -71,7 +71,7 @@ class LawEditor(PagePanel):
         self._shown: object = None
 
     def _place(self, order: float | None = None) -> tuple[viser.GuiHtmlHandle, viser.GuiHtmlHandle]:
-        """Add the place of the editor, whose content never changes, and what the script is to know."""
+        """Add the place of the editor, which stays as it is, and what the script is to know."""
         place = macros("page/panels/law_editor.html").place(readable(self._path.name))
         return self._gui.add_html(place, order=order), self._gui.add_html("", order=order)
 

@@ -15,7 +15,7 @@ from app.web.origin_policy import PROOF
 from controllers.errors import BadInputFile
 from scenes.settings import RunSettings
 from tests.app.conftest import Arrive, Join, OpenHouse, live_sessions
-from tests.app.page.helpers import click, hotkey_uuid, shown
+from tests.app.page.helpers import Client, click, hotkey_uuid, shown
 from tests.blocking_client import BlockingClient
 
 LAW = "def law(situation):\n    return situation.nominal\n"
@@ -51,7 +51,7 @@ def test_what_cannot_be_edited_is_named(file: Path) -> None:
         save(file.parent / "missing" / "my_law.py", LAW, "")
 
 
-def state_of(visitor: BlockingClient) -> dict[str, Any] | None:
+def state_of(visitor: Client) -> dict[str, Any] | None:
     """What the page's script is told; None where there is no editor."""
     found = STATE.search(shown(visitor))
     return None if found is None else json.loads(found[1])
