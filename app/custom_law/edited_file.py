@@ -13,10 +13,17 @@ MOST: Final = 48_000
 
 
 class Version(NamedTuple):
-    """What a file holds. `sha256`: in hexadecimal digits; "" of a file that is not there yet."""
+    """What a file holds.
+
+    Attributes:
+        text: with one character at the end of each line.
+        sha256: of the file, in hexadecimal digits; "" of one that is not there yet.
+        newline: what ends its lines.
+    """
 
     text: str
     sha256: str
+    newline: str = "\n"
 
 
 class ChangedMeanwhile(Exception):
@@ -43,11 +50,12 @@ def read_version(path: Path) -> Version:
         return Version(first_text(path), "")
     content = read_law(path)
     try:
-        text = content.decode("utf-8")
+        whole = content.decode("utf-8")
     except UnicodeDecodeError:
         raise BadInputFile("{path}: is not UTF-8; save it as UTF-8 to edit it here.", path=path) from None
-    check_text(path, text)
-    return Version(text, hashlib.sha256(content).hexdigest())
+    check_text(path, whole)
+    text = whole.replace("\r\n", "\n").replace("\r", "\n")
+    return Version(text, hashlib.sha256(content).hexdigest(), "\r\n" if "\r\n" in whole else "\n")
 
 
 def check_text(path: Path, text: str) -> None:
@@ -76,10 +84,10 @@ def save(path: Path, text: str, base: str) -> Version:
     now = read_version(path)
     if now.sha256 != base and now.text != text:
         raise ChangedMeanwhile(now)
-    content = text.encode()
+    content = text.replace("\n", now.newline).encode()
     try:
         with replacing(path) as draft:
             draft.write_bytes(content)
     except OSError as error:
         raise BadInputFile("{path}: cannot be written ({reason}).", path=path, reason=error.strerror) from None
-    return Version(text, hashlib.sha256(content).hexdigest())
+    return Version(text, hashlib.sha256(content).hexdigest(), now.newline)

@@ -8,7 +8,7 @@ from typing import Final
 import viser
 
 from app.custom_law.edited_file import MOST, ChangedMeanwhile, Version, read_version, save
-from app.custom_law.examination import NO_FILE, ExaminationProgress
+from app.custom_law.examination import ExaminationProgress
 from app.custom_law.trials import TRIALS
 from app.i18n.speaking import N_, tr
 from app.lessons.session.lesson_actions import RunAgain
@@ -63,6 +63,7 @@ class LawEditor(PagePanel):
         box = gui.add_text("", "", visible=False)
         self._box = uuid_of(on_entry(box, lambda entry: session.post(RunLaw(entry))))
         self._version, self._number, self._said, self._refused = Version("", ""), "", "", ""
+        self._seen = ""
         self._read()
         with controls.compare_tab:
             self._compare = self._place()
@@ -113,18 +114,18 @@ class LawEditor(PagePanel):
 
     def show(self, frame: Frame) -> None:
         """Offer the editor where it is of use, with what became of the law."""
-        lessons, law, examination = self._view.lessons, frame.live.student_law, self._session.law.examination
+        lessons, law = self._view.lessons, frame.live.student_law
+        tests = lessons.law_tests
         in_lesson = lessons.own_tests is not None and not lessons.listing
         in_compare = not lessons.open and matters("ghost", frame.live.settings)
-        if examination is not None and not lessons.open:
-            examination.advance()
-        if law.sha256 and law.sha256 != self._version.sha256 and self._said != "conflict":
+        if law.sha256 not in (self._seen, self._version.sha256, ""):
             # Another editor has saved it; what is being written here stays.
+            self._said = ""
             self._read()
+        self._seen = law.sha256
         if in_lesson and self._lesson is None and self._view.lesson_panel.tab is not None:
             with self._view.lesson_panel.tab:
                 self._lesson = self._place(ORDER["attempt"] - 1.0)
-        tests = NO_FILE if examination is None else examination.progress
         line = law.line if law.problem else next((one.line for one in tests.verdicts if one.line is not None), None)
         problem = law.problem or next((one.reason for one in tests.verdicts if one.line is not None), "")
         state = in_lesson, in_compare, self._version, self._number, self._said, self._refused, tests, line, problem, law.away

@@ -96,22 +96,22 @@
     [keep.textContent, take.textContent, run.textContent] = [words.keep, words.take, words.run];
     editor.querySelector(".do span").textContent = words.how;
     area.setAttribute("aria-label", `${state.file}. ${words.how}`);
-    const mine = state.number !== "" && state.number === sent.number;
+    const answer = state.number === sent.number ? state.said : "";
     if (base === null) {
       const old = remembered();
       base = old ? { sha: old.sha, text: old.was } : { sha: state.sha, text: state.text };
       area.value = old ? old.text : state.text;
       say(old ? words.unsaved : "");
-    } else if (mine && state.said === "saved") {
+    } else if (answer === "saved") {
       base = { sha: state.sha, text: sent.text };
       say(touched() ? words.unsaved : words.saved);
-    } else if (!mine && !touched() && state.sha !== base.sha) {
+    } else if (!touched() && state.sha !== base.sha) {
       base = { sha: state.sha, text: state.text };
       area.value = state.text;
     }
-    if (mine && state.said === "saved" && state.problem && !touched()) say(words.fails, true);
-    if (mine && state.said === "conflict") say(words.conflict, true);
-    both.hidden = !(mine && state.said === "conflict");
+    if (answer === "saved" && state.problem && !touched()) say(words.fails, true);
+    if (answer === "conflict") say(words.conflict, true);
+    both.hidden = answer !== "conflict";
     if (state.refused) say(state.refused, true);
     lamps.replaceChildren(
       ...state.lamps.map(([kind, title]) => Object.assign(document.createElement("i"), { className: kind, title })),

@@ -23,7 +23,7 @@ STATE = re.compile(r'duet-law-state" data-text="(\{.*\})"></i>')
 
 
 def test_a_file_is_saved_whole_and_only_over_the_version_that_was_read(file: Path) -> None:
-    assert read_version(file) == (first_text(file), "")
+    assert read_version(file) == Version(first_text(file), "")
     mine = save(file, LAW, "")
     assert read_version(file) == mine == Version(LAW, mine.sha256)
     file.write_text("x = 1\n", encoding="utf-8")
@@ -32,6 +32,9 @@ def test_a_file_is_saved_whole_and_only_over_the_version_that_was_read(file: Pat
     assert found.value.version == read_version(file) and file.read_text(encoding="utf-8") == "x = 1\n"
     assert save(file, LAW, found.value.version.sha256) == mine == save(file, LAW, "")
     assert [path.name for path in file.parent.iterdir()] == [file.name]
+    file.write_bytes(b"x = 1\r\n")
+    assert save(file, "x = 2\n", read_version(file).sha256) == read_version(file)
+    assert file.read_bytes() == b"x = 2\r\n"
 
 
 @pytest.mark.parametrize(("text", "said"), [("a\0b", "zero byte"), ("é" * (MOST // 2 + 1), "48 kB")])

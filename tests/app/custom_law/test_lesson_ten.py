@@ -90,6 +90,19 @@ def test_ones_custom_law_is_broken_mended_tested_and_passes(house: OpenHouse, pa
     page.get_by_role("button", name="Test my law").wait_for()
     assert run.walk.done.passed and run.walk.done.attempts == 1
 
+    # A text that is not saved survives a reload, and another editor's one that came after the visitor's own is safe, too.
+    area.focus()
+    page.keyboard.press("Control+End")
+    page.keyboard.type("# mine")
+    path.write_text(text, encoding="utf-8")
+    page.get_by_text(f"my_law.py, SHA-256 {sha256(path.read_bytes()).hexdigest()[:12]}…").wait_for(state="attached")
+    page.keyboard.press("Control+Enter")
+    page.get_by_role("button", name="Save mine over it").wait_for()
+    assert path.read_text(encoding="utf-8") == text
+    page.reload()
+    area.wait_for()
+    until(page, lambda: area.input_value() == f"{written}# mine", "the text that is not saved")
+
 
 def test_without_a_file_the_step_says_what_to_type(house: OpenHouse, page_at: PageAt) -> None:
     opened = house()
