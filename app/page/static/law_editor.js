@@ -24,6 +24,7 @@
   let sent = { number: "", text: "" };
   let number = Date.now();
   let leaves = false;
+  let pointed = "";
 
   const touched = () => base !== null && area.value !== base.text;
   const kept = () => `duet-law ${state.file}`;
@@ -64,11 +65,14 @@
     if (!there) return;
     editor.style.setProperty("--line", state.line);
     fault.textContent = state.problem;
+    place();
+    // Once for a mistake: the visitor may scroll away.
+    if (pointed === state.sha) return;
+    pointed = state.sha;
     const height = Number.parseFloat(getComputedStyle(area).lineHeight);
     const top = (state.line - 1) * height;
     if (top < area.scrollTop || top + 3 * height > area.scrollTop + area.clientHeight)
       area.scrollTop = Math.max(top - 3 * height, 0);
-    place();
   };
   const typed = () => {
     numberLines();
