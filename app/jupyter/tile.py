@@ -12,7 +12,7 @@ ICON: Final = Path(__file__).parents[1] / "web" / "static" / "mark.svg"
 def tile() -> dict[str, Any]:
     """Return how jupyter-server-proxy starts Duet, and how it shows it."""
     made = proxied(("--store", "memory", "--workers", "1", "--edit-law"))
-    # Only what comes through this notebook server, and its login, has the secret; a law is written by who else can run programs here.
+    # Only what comes through this notebook server, and its login, has the secret; and who comes so can run programs here anyway.
     secret = secrets.token_urlsafe(32)
     made["environment"] = {"DUET_PROOF": secret}
     made["request_headers_override"]["X-Duet-Proof"] = secret

@@ -126,8 +126,8 @@ class LawEditor(PagePanel):
         if in_lesson and self._lesson is None and self._view.lesson_panel.tab is not None:
             with self._view.lesson_panel.tab:
                 self._lesson = self._place(ORDER["attempt"] - 1.0)
-        line = law.line if law.problem else next((one.line for one in tests.verdicts if one.line is not None), None)
-        problem = law.problem or next((one.reason for one in tests.verdicts if one.line is not None), "")
+        failed = [(one.reason, one.line) for one in tests.verdicts if one.line is not None]
+        problem, line = (law.problem, law.line) if law.problem or not failed else failed[0]
         state = in_lesson, in_compare, self._version, self._number, self._said, self._refused, tests, line, problem, law.away
         if state == self._shown:
             return
