@@ -94,7 +94,7 @@ PROXIES = ({"X-Forwarded-For": "203.0.113.5"}, {"Forwarded": "for=203.0.113.5"},
 
 
 def test_a_visitor_gets_no_editor_and_forges_none(house: OpenHouse, arrive: Arrive, join: Join, file: Path) -> None:
-    opened: App = house(Settings(run=RunSettings(scene="hold", avoid="both")), edited_law=file)
+    opened: App = house(Settings(run=RunSettings(scene="hold", avoid="both")), edited_law=file, sessions=12)
     owner = arrive(opened)
     owner.visitor.wait_for(state_of)
     box = (state_of(owner.visitor) or {})["box"]
