@@ -129,6 +129,7 @@ def start_app(
         kept = SessionStore(options.keep, file=file)
         server.app_state = lambda: {"store": kept.state._asdict(), **workload.everywhere._asdict()}
         server.may_measure = partial(is_teacher, options.key)
+        server.proof = options.proof
         context = AppContext(server, options, jobs or JobPool(), sources, library, kept, workload, link)
         if not options.lecture:
             # A lecture goes on with the lessons that it began with.

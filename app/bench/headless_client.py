@@ -7,8 +7,9 @@ import contextlib
 import struct
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any, Final
 
 import msgspec
@@ -152,6 +153,7 @@ class HeadlessClient:
         decode: False only counts frames and bytes, which costs next to nothing.
         read_pause: seconds to wait between frames, to act as a slow client.
         language: what to send as Accept-Language; "" for none, as programs do.
+        headers: what to send besides, as a proxy does.
 
     Attributes:
         closed: why the connection ended, None while it lives.
@@ -166,6 +168,7 @@ class HeadlessClient:
         decode: bool = True,
         read_pause: float = 0.0,
         language: str = "",
+        headers: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
         base = url.replace("http://", "ws://", 1).replace("https://", "wss://", 1).rstrip("/")
         self.url = f"{base}/?{query}" if query else base
@@ -175,7 +178,7 @@ class HeadlessClient:
         self._origin = origin
         self._decode = decode
         self._read_pause = read_pause
-        self._headers = {"Accept-Language": language} if language else {}
+        self._headers = {**headers, **({"Accept-Language": language} if language else {})}
         self._news = asyncio.Event()
         self._reader: asyncio.Task[None] | None = None
         self._socket: websockets.ClientConnection | None = None

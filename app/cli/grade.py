@@ -19,7 +19,7 @@ from app.cli.sweep import cores
 from app.runtime.terminal import ending_at_once
 from app.settings import LANGUAGES
 from controllers.errors import BadSetting
-from scenes.files import csv_cell, readable, replacing, writable, written
+from scenes.files import csv_cell, replacing, writable, written
 
 if TYPE_CHECKING:
     from app.custom_law.fence import FenceLimits
@@ -48,14 +48,14 @@ def new_law(command: NewLaw) -> int:
     Raises:
         BadSetting: the file exists, or cannot be written.
     """
+    from app.custom_law.edited_file import first_text
+
     path = command.path
-    template = Path(__file__).parents[1] / "custom_law" / "template.py"
-    text = template.read_text(encoding="utf-8").replace("my_law.py", readable(path.name))
     if os.path.lexists(path):
         raise BadSetting(f"{path} is there already and is left alone; give another name.")
     try:
         with replacing(path) as new:
-            new.write_text(text, encoding="utf-8", newline="\n")
+            new.write_text(first_text(path), encoding="utf-8", newline="\n")
     except OSError as error:
         raise BadSetting(f"{path}: cannot be written ({error.strerror}); give a name in a folder that exists.") from None
     print(f"{path} holds the paper's law. Next: lwr-duet law-test {path}, lwr-duet serve --law-file {path}")

@@ -22,9 +22,16 @@ from app.hosting.worker_messages import WorkerStart
 from app.runtime.terminal import INTERRUPTED, ending_at_once, terminated
 from app.settings import Settings
 from app.web.listening import listen, url_of
+from app.web.origin_policy import OriginPolicy
 from controllers.errors import BadSetting
 from scenes.files import readable
 from scenes.given_choices import added_choices
+
+PROOF_VARIABLE: Final = "DUET_PROOF"
+"""Environment variable by which the tile of a notebook server hands over its secret, see `app.web.origin_policy.PROOF`."""
+
+EDITED: Final = Path("my_law.py")
+"""What is edited where no file is named."""
 
 KEY_VARIABLE: Final = "DUET_KEY"
 """Environment variable with the teacher's key."""
@@ -80,6 +87,8 @@ class Serve:
     """MediaPipe's model that finds the person, a pose_landmarker .task file."""
     law_file: Path | None = None
     """A law of your own, see `new-law`: it runs instead of ours, and is loaded again whenever it is saved."""
+    edit_law: bool = False
+    """Edit that file, or my_law.py of this folder, on the page: in lesson 10 and in Compare, on this computer only."""
     store: str | None = None
     """File that keeps what visitors do when the server ends, or `memory` to keep it no longer than the server runs; without this
     option a file in your home folder."""
@@ -131,6 +140,9 @@ def serve(command: Serve) -> int:
         video=command.video,
         pose_model=command.pose_model,
         law_file=command.law_file,
+        edited_law=_edited_law(command),
+        # The processes of laws inherit the environment.
+        proof=os.environ.pop(PROOF_VARIABLE, ""),
         lessons=command.lessons,
         playlist=command.playlist,
         ahead=True,
@@ -147,6 +159,29 @@ def serve(command: Serve) -> int:
     except KeyboardInterrupt:
         return INTERRUPTED
     return 0
+
+
+def _edited_law(command: Serve) -> Path | None:
+    """Return the file that is edited on the page; None for none.
+
+    Raises:
+        BadSetting: others could reach the page, and what is written there is a program.
+    """
+    if not command.edit_law:
+        return None
+    shared = {
+        f"--host {readable(command.host)}": not OriginPolicy(command.host, command.port).is_private,
+        "--allow-origin": command.allow_origin,
+        "--lecture": command.lecture,
+        "--embed-origin": command.embed_origin,
+    }
+    for option, given in shared.items():
+        if given:
+            raise BadSetting(
+                f"--edit-law is not possible with {option}: a law is a program, and only you may write it. Leave out one of the two; "
+                "students edit theirs on their own computer, or in the tile of a notebook server."
+            )
+    return (command.law_file or EDITED).absolute()
 
 
 def _workers(command: Serve) -> int:

@@ -49,6 +49,7 @@ class TrialResult:
         reason: which one, and by how much it holds or fails; a `Message`.
         numbers: behind it, SI units.
         curve: of the run that failed; None where the test has no run, or is passed.
+        line: of the file where it failed, counted from 1; None where no line is to blame.
     """
 
     name: str
@@ -56,6 +57,7 @@ class TrialResult:
     reason: str
     numbers: dict[str, float]
     curve: TrialCurve | None = None
+    line: int | None = None
 
 
 def worst_values(values: Array, least: bool = False) -> list[float | None]:
@@ -120,9 +122,11 @@ class TrialStopped(Exception):
 
     Attributes:
         curve: of the run so far, if there is one.
+        line: of the file, see `TrialResult`.
     """
 
     curve: TrialCurve | None = None
+    line: int | None = None
 
 
 def enter(scene: str, law: Candidate | None, dt: float = DT, path: str = "stay") -> Simulation:
@@ -167,7 +171,9 @@ def stop_if_failed(law: Candidate) -> None:
         TrialStopped: with the problem.
     """
     if law.problem is not None:
-        raise TrialStopped(law.problem.text)
+        stopped = TrialStopped(law.problem.text)
+        stopped.line = law.problem.line
+        raise stopped
 
 
 def largest_error(table: Array) -> float:

@@ -49,8 +49,8 @@ def examine(
 
         if not law.load():
             # It cannot even be loaded: one reason for all.
-            reason = law.problem.text if law.problem is not None else "the file could not be loaded."
-            yield from (TrialResult(name, False, reason, {}) for name in only or trials.TRIALS)
+            reason, line = law.problem or ("the file could not be loaded.", None)
+            yield from (TrialResult(name, False, reason, {}, line=line) for name in only or trials.TRIALS)
             return
         for name in only or trials.TRIALS:
             yield from examine_law(law, again, (name,))

@@ -51,11 +51,13 @@ def examine_law(law: Candidate, again: Callable[[], None] = lambda: None, only: 
     verdicts: list[TrialResult] = []
     for name in TRIALS if only is None else only:
         again()
+        line = None
         try:
             passed, reason, numbers, curve = TRIALS[name](law)
         except arena.TrialStopped as stopped:
             passed, reason, numbers, curve = False, str(stopped), {}, stopped.curve
-        verdicts.append(TrialResult(name, passed, reason, numbers, None if passed else curve))
+            line = stopped.line
+        verdicts.append(TrialResult(name, passed, reason, numbers, None if passed else curve, line))
     return verdicts
 
 

@@ -20,6 +20,8 @@ class ServeOptions:
         allowed_origins: web addresses from which pages may connect besides our own.
         embed_origins: web addresses of pages that may show ours in a frame.
         bvh, camera, video, pose_model, law_file: see `app.session.input_source.find_input_sources`.
+        edited_law: file of a law that the person who started the server may edit on the page; None for none.
+        proof: what the notebook server adds to that person's requests, see `app.web.origin_policy.PROOF`; "" without one.
         lessons: folder of lessons beside our own; None for none.
         playlist: TOML file that names the lessons that are shown; None for all.
         ahead: whether to prepare what is slow the first time.
@@ -43,6 +45,8 @@ class ServeOptions:
     video: Path | None = None
     pose_model: Path | None = None
     law_file: Path | None = None
+    edited_law: Path | None = None
+    proof: str = field(default="", repr=False)
     lessons: Path | None = None
     playlist: Path | None = None
     ahead: bool = False

@@ -62,6 +62,8 @@ class Visitor:
         self._context, self._problems, self._record = context, problems, record
         self.client, self.query = client, request_query(client)
         self._invites = private
+        # A law is a program: only the person who started the server writes one here.
+        self._edited = context.options.edited_law if private and context.server.is_owners(client.client_id) else None
         self.guest: Guest | None = None
         self._welcomes = private and parked is None and record is None and is_for_newcomers(self.query)
         self._welcome: Welcome | None = None
@@ -90,9 +92,7 @@ class Visitor:
             self.view.show(freeze(self.session, perf_counter()))
             yield
             set_language(self.language)
-            self.operation = Operation(
-                client, self.session, self.view, whole=self.query.get(PANEL) != "small", invites=self._invites
-            )
+            self.operation = self._operate(self.query.get(PANEL) != "small")
             self._greet()
             yield
             set_language(self.language)
@@ -111,6 +111,9 @@ class Visitor:
         if not self.is_back and self._record is not None and known:
             yield from run_again(self.session, self.lessons, self._record)
 
+    def _operate(self, whole: bool) -> Operation:
+        return Operation(self.client, self.session, self.view, whole=whole, invites=self._invites, edited=self._edited)
+
     def _greet(self) -> None:
         if self._welcomes and self.lessons.book.lessons:
             self._welcome = Welcome(self.client.gui, self.session, self.lessons)
@@ -127,7 +130,7 @@ class Visitor:
         with self.client.atomic():
             self.client.gui.reset()
             self.view = View(self.client, self.session, lambda: [self.client], self.lessons)
-            self.operation = Operation(self.client, self.session, self.view, whole=self.operation.whole, invites=self._invites)
+            self.operation = self._operate(self.operation.whole)
             self._greet()
             self.view.welcome(self.client)
 

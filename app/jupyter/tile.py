@@ -1,5 +1,6 @@
 """The tile in Jupyter's launcher: the entry point by which jupyter-server-proxy finds Duet. It imports nothing of Duet, nor of Jupyter."""
 
+import secrets
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,7 +11,12 @@ ICON: Final = Path(__file__).parents[1] / "web" / "static" / "mark.svg"
 
 def tile() -> dict[str, Any]:
     """Return how jupyter-server-proxy starts Duet, and how it shows it."""
-    return {**proxied(), "launcher_entry": {"title": "Duet", "icon_path": str(ICON)}}
+    made = proxied(("--store", "memory", "--workers", "1", "--edit-law"))
+    # Only what comes through this notebook server, and its login, has the secret; and who comes so can run programs here anyway.
+    secret = secrets.token_urlsafe(32)
+    made["environment"] = {"DUET_PROOF": secret}
+    made["request_headers_override"]["X-Duet-Proof"] = secret
+    return {**made, "launcher_entry": {"title": "Duet", "icon_path": str(ICON)}}
 
 
 def proxied(options: Sequence[str] = ("--store", "memory", "--workers", "1")) -> dict[str, Any]:

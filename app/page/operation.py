@@ -1,6 +1,7 @@
 """What is operated of one session: controls, handles, keys."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Final, Literal
 
 import viser
@@ -13,6 +14,7 @@ from app.page.lessons.lesson_controls import LessonControls
 from app.page.panels.controls import Controls
 from app.page.panels.hotkeys import hotkeys, keys_of
 from app.page.panels.invite import InviteBox
+from app.page.panels.law_editor import LawEditor
 from app.page.panels.lever import Lever
 from app.page.panels.link_box import LinkBox
 from app.page.panels.page_panel import PagePanel
@@ -48,6 +50,7 @@ class Operation:
         presenting: whether a class watches: some keys are the presenter's, and leaving the lessons asks first.
         whole: whether all settings are shown, also while no lesson is open.
         invites: whether a second person can be invited.
+        edited: file of a law that the operator may edit; None for none.
 
     Attributes:
         whole: the same, as the visitor has asked for since.
@@ -61,6 +64,7 @@ class Operation:
         presenting: bool = False,
         whole: bool = True,
         invites: bool = False,
+        edited: Path | None = None,
     ) -> None:
         self.whole, self._presenting = whole, presenting
         self._client, self._session, self._view = client, session, view
@@ -78,6 +82,8 @@ class Operation:
         self._invite = InviteBox(client, session, self._controls.below_clock) if invites else None
         if self._invite is not None:
             self._panels.append(self._invite)
+        if edited is not None:
+            self._panels.append(LawEditor(client.gui, session, view, self._controls, edited))
         self._gizmos = Gizmos(client.scene, session, lambda: view.stage.yours, lambda: view.lessons.hands_off)
         self._hover = HandHover(client.gui, session)
         self._lesson_controls = LessonControls(

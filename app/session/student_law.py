@@ -25,6 +25,7 @@ class LawStatus(NamedTuple):
         waits: whether the run waits for the law's answer.
         slow: how long a call takes, and how long it may in real time [s]; None unless it slows down the run.
         sha256: of the file, in hexadecimal digits.
+        line: of the file that `problem` is about, counted from 1; None for none.
     """
 
     file: str | None = None
@@ -34,6 +35,7 @@ class LawStatus(NamedTuple):
     waits: bool = False
     slow: tuple[float, float] | None = None
     sha256: str = ""
+    line: int | None = None
 
 
 class StudentLaw:
@@ -103,7 +105,8 @@ class StudentLaw:
             return LawStatus(away=law is not None and law.away)
         file, ghost_file = (None, law.file) if self.in_ghost else (law.file, None)
         slow = (law.need, self._allowed) if late and law.need > self._allowed else None
-        return LawStatus(file, ghost_file, law.problem.text if law.problem else "", law.away, law.waiting, slow, law.sha256)
+        problem, line = law.problem or ("", None)
+        return LawStatus(file, ghost_file, problem, law.away, law.waiting, slow, law.sha256, line)
 
     def advance(self, elapsed: float, paused: bool) -> None:
         """Look at the file, and let the law have its share of a frame. `elapsed`: wall time since the last one [s]."""

@@ -7,16 +7,24 @@ import re
 import socket
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from hmac import compare_digest
+from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 from controllers.errors import BadSetting
+
+if TYPE_CHECKING:
+    from websockets.datastructures import Headers
 
 LOOPBACK_NAMES = ("localhost", "127.0.0.1", "::1")
 VOUCHED = "X-Forwarded-Context"
 """Header by which jupyter-server-proxy says in which folder it has us. It compares Origin with the address that people open before it
 hands a request on; no web page can have a browser send this header with a websocket's request."""
 
-_OF_PROXIES = ("forwarded", "x-forwarded", "x-real", "via")
+PROOF = "X-Duet-Proof"
+"""Header with a secret, made when a notebook server starts, by which its tile marks what comes through that server, and its login."""
+
+_OF_PROXIES = re.compile("(x-)?forwarded|x-(real|client|cluster|original|proxy)|via|true-client|cf-")
 _PORTS = {"http": 80, "https": 443}
 _NAME = re.compile(r"[\w.:-]+", re.ASCII)
 
@@ -96,7 +104,24 @@ class OriginPolicy:
 
     def is_local(self, peer: str, headers: Iterable[str]) -> bool:
         """Return whether a program of this computer asks, and no proxy, behind which all have its address. `headers`: their names."""
-        return _is_here(peer) and not self.extra and not any(name.lower().startswith(_OF_PROXIES) for name in headers)
+        return _is_here(peer) and not self.extra and not any(_OF_PROXIES.match(name.lower()) for name in headers)
+
+    def is_owners(self, origins: Sequence[str], hosts: Sequence[str], peer: str, headers: Headers, proof: str) -> bool:
+        """Return whether the person who started this server asks, and no visitor.
+
+        Args:
+            origins, hosts, peer: see `admits`.
+            headers: all of the request.
+            proof: that a notebook server adds in `PROOF`; "" where the server is opened on its own computer, and under no other name.
+        """
+        if not (self.is_private and _is_here(peer)):
+            return False
+        if proof:
+            given = headers.get_all(PROOF)
+            return len(given) == 1 and compare_digest(given[0].encode(), proof.encode())
+        pages = [origin[1:] if (origin := _parse(one)) else ("", None) for one in origins]
+        asked = [_host_and_port(host.strip().lower(), None) or ("", None) for host in hosts]
+        return self.is_local(peer, headers) and all(name in LOOPBACK_NAMES for name, _ in (*pages, *asked))
 
     def admits(self, origins: Sequence[str], hosts: Sequence[str], peer: str, vouched: bool = False) -> bool:
         """Decide on one websocket request.

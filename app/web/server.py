@@ -102,6 +102,7 @@ class DuetServer(viser.ViserServer):
         is_at_work: whether the pages are still being drawn; a page that asks gets no answer while they are not.
         app_state: what the app adds to `/healthz`, such as the state of its store; called on the network's thread.
         may_measure: whether a query has the key to `/metrics`.
+        proof: see `OriginPolicy.is_owners`.
         shared_buffer: see `app.web.connection.BufferChoice`; by default the shared buffer itself.
 
     Raises:
@@ -150,6 +151,7 @@ class DuetServer(viser.ViserServer):
         self.is_at_work: Callable[[], bool] = lambda: True
         self.app_state: Callable[[], Mapping[str, object]] = dict
         self.may_measure: Callable[[Mapping[str, str]], bool] = lambda query: False
+        self.proof = ""
         self.shared_buffer: BufferChoice = lambda connection, client_id, buffer: contextlib.nullcontext(buffer)
         self.embed_origins, self._frames = embed_origins, framing(embed_origins)
         self._documents, self._delay, self._delayed = documents, delay, 0
@@ -178,6 +180,14 @@ class DuetServer(viser.ViserServer):
         """Return the connection of a browser's page, None if it is gone; from any thread."""
         connection = viser_internals.connection_of(self, client_id)
         return connection if isinstance(connection, FilteredConnection) else None
+
+    def is_owners(self, client_id: int) -> bool:
+        """Return whether a browser is the one of the person who started the server; where foreign pages may frame ours, none is."""
+        page = self.page_of(client_id)
+        if page is None or page.request is None or self.embed_origins:
+            return False
+        headers = page.request.headers
+        return self._origins.is_owners(headers.get_all("Origin"), headers.get_all("Host"), page.address, headers, self.proof)
 
     def request_share_url(self, verbose: bool = True) -> str | None:
         """Return None: Duet opens no tunnel to the outside."""

@@ -301,6 +301,8 @@ class LessonSession:
     def decide(self) -> None:
         """Begin, stop or measure the run where the step asks for it: once a frame, between the actions and the steps; never raises."""
         if not self.open:
+            if self._session.law.examination is not None:
+                self._session.law.examination.advance()
             return
         try:
             self._decide()
@@ -423,8 +425,11 @@ class LessonSession:
     @property
     def own_tests(self) -> ExaminationProgress | None:
         """Return how far the tests of the custom law are; None where the step does not ask for one."""
-        if not self.open or not asks_for_custom_law(self.walk):
-            return None
+        return self.law_tests if self.open and asks_for_custom_law(self.walk) else None
+
+    @property
+    def law_tests(self) -> ExaminationProgress:
+        """Return how far the tests of the custom law are, in a lesson or beside the lessons."""
         examination = self._session.law.examination
         return NO_FILE if examination is None else examination.progress
 

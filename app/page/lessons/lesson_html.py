@@ -32,7 +32,7 @@ NEXT: Final = {name: f"Next: {shown.lower()}" for name, shown in PHASES.items()}
 BLOCKS: Final = ("list", "head", "text", "drawing", "choices", "live", "verdict", "after", "attempt", "learned", "hints")
 """All blocks."""
 
-COMMANDS: Final = ("lwr-duet new-law my_law.py", "lwr-duet serve --law-file my_law.py")
+COMMANDS: Final = ("lwr-duet new-law my_law.py", "lwr-duet serve --law-file my_law.py --edit-law")
 """What has to be typed to have a custom law on the page."""
 
 _NOTHING: Final = Markup()
@@ -140,7 +140,7 @@ def lesson_list_html(entries: Iterable[LessonEntry], buttons: Mapping[str, str])
     return macros("page/lessons/lesson_list.html").lessons(entries, buttons)
 
 
-def law_html(progress: ExaminationProgress, problem: str, away: bool, passed: bool) -> Markup:
+def law_html(progress: ExaminationProgress, problem: str, away: bool, passed: bool = False, edits: bool = False) -> Markup:
     """Return what the last lesson says of the student's own law.
 
     Args:
@@ -148,8 +148,9 @@ def law_html(progress: ExaminationProgress, problem: str, away: bool, passed: bo
         problem: why the arm stands still; "" if all is well.
         away: whether the file is gone.
         passed: whether the challenge was ever passed.
+        edits: whether the file is written on the page.
     """
-    return macros("page/lessons/custom_law.html").law(progress, problem, away, passed, TRIALS, WHY, advice, COMMANDS)
+    return macros("page/lessons/custom_law.html").law(progress, problem, away, passed, edits, TRIALS, WHY, advice, COMMANDS)
 
 
 def rules_html(css: str) -> Markup:

@@ -24,6 +24,9 @@ PERIOD: Final = 0.2
 WIDTH: Final = 340
 """Width of the panel [CSS px], and …"""
 
+EDITOR_WIDTH: Final = 520
+"""The same beside an editor, where the window is wide enough, and …"""
+
 NARROW_WIDTH: Final = 300
 """… on a narrow window."""
 
@@ -55,6 +58,7 @@ class LessonPanel:
     ) -> None:
         self._gui, self._run, self._width, self._operated, self._narrow = gui, run, width, operated, narrow
         self._sheet, self._book = sheet, book
+        self._wide = width
         self._folded = False
         self.panel: viser.PanelHandle | None = None
         """The panel itself; None before a lesson was opened."""
@@ -63,6 +67,8 @@ class LessonPanel:
         """Lesson id → id of the button that opens it, on the page of an operator."""
         self.guess_box = ""
         """Id of the box that takes a guess of d, on the page of an operator."""
+        self.edits = False
+        """Whether the operator writes a law on the page."""
         self.contrast: Contrast | None = None
         """In what the run on the page differs from the one of the question; None where it does not."""
         self.run_names: tuple[str, str] | None = None
@@ -97,7 +103,7 @@ class LessonPanel:
         if opened:
             panel.visible = True
             panel.dock_left()
-            panel.set_width(self._width)
+            panel.set_width(self._wide)
         state = run.version, run.computing, run.custom_law_state, len(self.openers)
         if opened or state != self._shown or (run.open and not run.listing and frame.now >= self._next):
             self._next = frame.now + PERIOD
@@ -110,7 +116,7 @@ class LessonPanel:
         return opened
 
     def _list(self) -> dict[str, Markup]:
-        self._style.content = self._sheet() + panel_style(self._width)
+        self._style.content = self._sheet() + panel_style(self._widen(False))
         self._fold(True)
         made = lesson_list_html(self._run.entries(self._book), self.openers)
         return {"list": element("div", "", made, class_="duet duet-lesson duet-l-list")}
@@ -121,11 +127,11 @@ class LessonPanel:
         self.contrast = view.contrast
         simulation = (frame if frame.of_live else frame.live).simulation
         numbers = run.live(simulation, self._book) if view.phase is not Phase.PREDICT else ()
-        self._style.content = self._sheet() + lesson_style(self._width, view)
+        self._style.content = self._sheet() + lesson_style(self._widen(self.edits and run.own_tests is not None), view)
         self._fold(view.phase is not Phase.CHALLENGE)
         blocks = blocks_html(view, numbers, run.computing, self._operated)
         if run.own_tests is not None:
-            blocks["attempt"] = law_html(run.own_tests, *run.custom_law_state, view.passed)
+            blocks["attempt"] = law_html(run.own_tests, *run.custom_law_state, view.passed, self.edits)
         over = view.step.at_lever and view.phase is not Phase.DO
         self.run_names = (tr("you"), page_value("law", frame.live.settings.page.ghost)) if over else None
         if over and view.phase is Phase.OBSERVE:
@@ -141,6 +147,14 @@ class LessonPanel:
         if state != self._tracks[0]:
             self._tracks = state, tracks_html(own, rival, names)
         return self._tracks[1]
+
+    def _widen(self, wide: bool) -> float:
+        """Give the panel the width that it needs, and return it."""
+        width = self._width * (EDITOR_WIDTH / WIDTH if wide and not self._narrow else 1.0)
+        if width != self._wide and self.panel is not None:
+            self._wide = width
+            self.panel.set_width(width)
+        return width
 
     def _fold(self, folded: bool) -> None:
         if self._narrow and folded != self._folded:

@@ -72,6 +72,7 @@ class Controls:
 
     Attributes:
         sources: who is imitated.
+        compare_tab: the tab on comparisons.
     """
 
     def __init__(
@@ -97,7 +98,7 @@ class Controls:
         self._transport()
         self._tabs = gui.add_tab_group()
         for name, icon, keys in TABS:
-            with self._tabs.add_tab(tr(name), icon):
+            with self._tabs.add_tab(tr(name), icon) as tab:
                 for key in keys:
                     self._handles[key] = self._control(key, self._specs[key], present[key])
                 if name == "Arms":
@@ -106,7 +107,7 @@ class Controls:
                 if name == "Robot":
                     gui.add_html(element("div", tr_html(ROBOT), class_="duet duet-tip"))
                 if name == "Compare":
-                    self._compare = ComparePanel(gui, session)
+                    self._compare, self.compare_tab = ComparePanel(gui, session), tab
                     self._note = gui.add_html("")
         with self._tabs.add_tab(tr("Keys"), viser.Icon.KEYBOARD):
             gui.add_html(element("div", "", help_html(presenting), class_="duet"))

@@ -148,6 +148,10 @@ ERRORS = {
     "serve --port 0 --host no.such.host.invalid": "no.such.host.invalid|127.0.0.1",
     "serve --port 0 --allow-origin duet.example.org": "duet.example.org|https://",
     "serve --allow-origin https://b.org/duet": "'https://b.org/duet' has a path|give https://b.org",
+    **{
+        f"serve --edit-law {option}": f"--edit-law is not possible with {option.partition(' https')[0]}|Leave out"
+        for option in ("--host 0.0.0.0", "--lecture", "--allow-origin https://b.org", "--embed-origin https://b.org")
+    },
     "lessons --only nonsense": "redundancy",
 }
 
@@ -243,8 +247,17 @@ def test_alone_or_behind_the_door_the_app_gets_all_that_the_command_was_given(
     assert main([*given, "--workers", "2"]) == INTERRUPTED
     one, two = served
     usual = ServeOptions()
-    assert {each.name for each in fields(usual) if getattr(one, each.name) == getattr(usual, each.name)} == {"loops"}
+    assert {each.name for each in fields(usual) if getattr(one, each.name) == getattr(usual, each.name)} == {
+        "loops",
+        "edited_law",
+        "proof",
+    }
     assert two == replace(one, camera=None, video=None, loops=min(2, cores()))
+    monkeypatch.setenv("DUET_PROOF", "of-the-tile")
+    assert main(["serve", "--edit-law", "--workers", "1"]) == INTERRUPTED
+    assert (served[2].edited_law, served[2].proof) == (Path("my_law.py").absolute(), "of-the-tile")
+    # The process of a law does not inherit it.
+    assert "DUET_PROOF" not in os.environ
 
 
 def python(*arguments: str) -> str:

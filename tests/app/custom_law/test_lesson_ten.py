@@ -9,6 +9,7 @@ from app.custom_law.trials import TRIALS
 from app.hosting.private_host import PrivateHost
 from app.lessons.bookmark import Phase
 from app.page.lessons.lesson_html import COMMANDS
+from scenes.laws import DEFAULT_LAW
 from tests.app.conftest import OpenHouse, ask, live_sessions
 from tests.browser import PageAt, close_software_note, until
 
@@ -17,7 +18,7 @@ def test_ones_custom_law_is_broken_mended_tested_and_passes(house: OpenHouse, pa
     path = tmp_path / "my_law.py"
     assert new_law(NewLaw(path)) == 0
     text = path.read_text(encoding="utf-8")
-    opened = house(law_file=path)
+    opened = house(law_file=path, edited_law=path)
     page = page_at(1100, 700)
     page.goto(f"{opened.url}/?lesson=10&step=5")
     page.locator(".duet-l-head").wait_for()
@@ -37,8 +38,42 @@ def test_ones_custom_law_is_broken_mended_tested_and_passes(house: OpenHouse, pa
     until(page, lambda: "line 2" in (page.locator("#duet-say").text_content() or ""), "announced")
     time = ask(session, lambda s: s.simulation.time)
     until(page, lambda: session.paused or session.simulation.time > time, "the clock")
-    path.write_text(text.replace("MU = 0.01 ", "MU = 0.06 "), encoding="utf-8")
+
+    # An untouched editor follows the file; the line is marked where it stands, until the text is another one.
+    area, fault = page.locator(".duet-law textarea"), page.locator(".duet-law .fault")
+    until(page, lambda: "line 2: AttributeError" in fault.inner_text(), "the mark")
+    lines, mark = page.locator(".duet-law pre").bounding_box(), page.locator(".duet-law .mark").bounding_box()
+    assert lines is not None and mark is not None and 15.0 < mark["y"] - lines["y"] < 30.0
+
+    # Tab, Shift+Tab and a new line indent; undo takes it back.
+    area.focus()
+    page.keyboard.press("Control+End")
+    page.keyboard.type("def other(x):\nif x:\nreturn 1")
+    page.keyboard.press("Shift+Tab")
+    page.keyboard.press("End")
+    page.keyboard.press("Tab")
+    assert area.input_value().endswith("def other(x):\n    if x:\n    return 1    ")
+    assert not fault.is_visible()
+
+    # Another editor's text is not overwritten before the visitor says so, nor theirs by it.
+    page.keyboard.press("Control+a")
+    page.keyboard.insert_text(text.replace("MU = 0.01 ", "MU = 0.06 "))
+    written = area.input_value()
+    path.write_text("def law(situation):\n    return situation.lost\n", encoding="utf-8")
+    page.keyboard.press("Control+Enter")
+    page.get_by_role("button", name="Save mine over it").wait_for()
+    assert "lost" in path.read_text(encoding="utf-8") and area.input_value() == written
+    page.get_by_role("button", name="Take the file’s text").click()
+    until(page, lambda: "line 2: AttributeError" in (fault.text_content() or ""), "the other text")
+    area.focus()
+    page.keyboard.press("Control+z")
+    assert area.input_value() == written
+    page.keyboard.press("Control+Enter")
     page.locator(".card.right.law", has_text="my_law.py runs.").wait_for()
+    assert path.read_text(encoding="utf-8") == written and session.settings.page.ghost == DEFAULT_LAW
+    page.locator(".duet-law .lamps .ok").first.wait_for(timeout=60_000)
+    page.keyboard.press("Escape")
+    area.blur()
 
     page.get_by_text(f"my_law.py, SHA-256 {sha256(path.read_bytes()).hexdigest()[:12]}…").wait_for(state="attached")
 
@@ -50,9 +85,23 @@ def test_ones_custom_law_is_broken_mended_tested_and_passes(house: OpenHouse, pa
     page.get_by_text("6 of 6 tests passed.").first.wait_for(timeout=180_000)
     assert [tests.nth(i).locator("em").inner_text() for i in range(tests.count())] == ["passed"] * len(TRIALS)
     assert all("holds" in tests.nth(i).inner_text() for i in range(len(TRIALS)))
+    until(page, lambda: page.locator(".duet-law .lamps .ok").count() == len(TRIALS), "six green lamps")
     page.get_by_text("Challenge passed.").first.wait_for()
     page.get_by_role("button", name="Test my law").wait_for()
     assert run.walk.done.passed and run.walk.done.attempts == 1
+
+    # A text that is not saved survives a reload, and another editor's one that came after the visitor's own is safe, too.
+    area.focus()
+    page.keyboard.press("Control+End")
+    page.keyboard.type("# mine")
+    path.write_text(text, encoding="utf-8")
+    page.get_by_text(f"my_law.py, SHA-256 {sha256(path.read_bytes()).hexdigest()[:12]}…").wait_for(state="attached")
+    page.keyboard.press("Control+Enter")
+    page.get_by_role("button", name="Save mine over it").wait_for()
+    assert path.read_text(encoding="utf-8") == text
+    page.reload()
+    area.wait_for()
+    until(page, lambda: area.input_value() == f"{written}# mine", "the text that is not saved")
 
 
 def test_without_a_file_the_step_says_what_to_type(house: OpenHouse, page_at: PageAt) -> None:

@@ -58,11 +58,14 @@ def test_without_the_login_there_is_neither_page_nor_websocket(jupyter: JupyterS
 
 def test_a_browser_under_the_hubs_name_sees_the_arms_and_a_foreign_page_does_not(jupyter: JupyterServer, page_at: PageAt) -> None:
     page = page_at(700, 500)
-    page.goto(f"{jupyter.origin}{jupyter.folder}duet/?n=8&token={TOKEN}")
+    page.goto(f"{jupyter.origin}{jupyter.folder}duet/?n=8&panel=all&token={TOKEN}")
     wait_ready(page, "/room")
     link = page.locator(".duet-link input")
     link.wait_for(state="attached")
     until(page, lambda: link.input_value().startswith(f"{jupyter.origin}{jupyter.folder}duet/?"), "the link")
+    # What comes through the login brings the tile's proof, and may write a law.
+    page.get_by_role("tab", name="Compare").click()
+    page.locator(".duet-law textarea").wait_for(state="attached")
     cookies = "; ".join(f"{one.get('name')}={one.get('value')}" for one in page.context.cookies())
     assert first_message(jupyter, jupyter.origin, cookies)
     for origin, brought in ((jupyter.origin, ""), ("http://evil.example", cookies)):

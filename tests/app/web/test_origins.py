@@ -2,8 +2,9 @@
 
 import pytest
 import websockets
+from websockets.datastructures import Headers
 
-from app.web.origin_policy import OriginPolicy, check_origin
+from app.web.origin_policy import PROOF, VOUCHED, OriginPolicy, check_origin
 from controllers.errors import BadSetting
 from tests.app.web.conftest import Room
 from tests.blocking_client import BlockingClient
@@ -83,6 +84,36 @@ def test_what_jupyter_vouches_for_is_let_in_from_this_computer_only() -> None:
     assert not policy.admits([f"https://{hub}"], [hub], "127.0.0.1")
     assert not policy.admits([f"https://{hub}"], [hub], "192.168.1.77", vouched=True)
     assert policy.admits([LISTED], [hub], "192.168.1.77", vouched=True)
+
+
+PROXIED = ("X-Forwarded-For", "x-forwarded-context", "Forwarded", "X-Real-IP", "Via", "CF-Connecting-IP", "True-Client-IP")
+HERE = ["127.0.0.1:8080"]
+
+
+def test_the_owner_is_at_the_servers_own_computer_with_no_proxy_between() -> None:
+    here, none = OriginPolicy("127.0.0.1", 8080), Headers()
+    for origins, hosts in (([], HERE), (["http://127.0.0.1:8080"], HERE), (["http://localhost:9000"], ["localhost:9000"])):
+        assert here.is_owners(origins, hosts, "127.0.0.1", none, "")
+    for name in PROXIED:
+        assert not here.is_owners([], HERE, "127.0.0.1", Headers({name: "127.0.0.1"}), "")
+    for origin in ("https://duet.example.org", "http://localhost.evil.example", "null", ""):
+        assert not here.is_owners([origin], HERE, "127.0.0.1", none, "")
+    assert not here.is_owners([], ["duet.example.org"], "127.0.0.1", none, "")
+    assert not here.is_owners([], HERE, "192.168.1.77", none, "")
+    assert not OriginPolicy("127.0.0.1", 8080, (LISTED,)).is_owners([], HERE, "127.0.0.1", none, "")
+    assert not OriginPolicy("0.0.0.0", 8080).is_owners([], HERE, "127.0.0.1", none, "")
+
+
+def test_behind_a_notebook_server_the_owner_has_its_proof_and_no_one_else() -> None:
+    here, hub = OriginPolicy("127.0.0.1", 8080), (["https://hub.example.org"], ["hub.example.org"])
+    forwarded = {"X-Forwarded-For": "203.0.113.5", VOUCHED: "/user/ann/"}
+    assert here.is_owners(*hub, "127.0.0.1", Headers({**forwarded, PROOF: "secret"}), "secret")
+    twice = Headers(forwarded)
+    twice[PROOF], twice[PROOF] = "wrong", "secret"
+    for headers in (Headers(forwarded), Headers({**forwarded, PROOF: "wrong"}), Headers({**forwarded, PROOF: ""}), twice):
+        assert not here.is_owners(*hub, "127.0.0.1", headers, "secret")
+    assert not here.is_owners([], HERE, "127.0.0.1", Headers(), "secret")
+    assert not here.is_owners(*hub, "192.168.1.77", Headers({PROOF: "secret"}), "secret")
 
 
 def test_origin_is_asked_at_the_door(room: Room) -> None:

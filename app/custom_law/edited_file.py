@@ -1,0 +1,93 @@
+"""A law's file as it is edited on the page: read, and written whole where no other editor has changed it meanwhile."""
+
+import hashlib
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from app.custom_law.custom_law import read_law
+from controllers.errors import BadInputFile
+from scenes.files import readable, replacing
+
+MOST: Final = 48_000
+"""Largest size of what is edited [bytes]; as a message it has to pass the gate."""
+
+
+class Version(NamedTuple):
+    """What a file holds.
+
+    Attributes:
+        text: with one character at the end of each line.
+        sha256: of the file, in hexadecimal digits; "" of one that is not there yet.
+        newline: what ends its lines.
+    """
+
+    text: str
+    sha256: str
+    newline: str = "\n"
+
+
+class ChangedMeanwhile(Exception):
+    """Another editor has changed the file. `version`: what it holds now."""
+
+    def __init__(self, version: Version) -> None:
+        super().__init__(version.sha256)
+        self.version = version
+
+
+def first_text(path: Path) -> str:
+    """Return what a new file holds: the paper's law."""
+    template = Path(__file__).with_name("template.py").read_text(encoding="utf-8")
+    return template.replace("my_law.py", readable(path.name))
+
+
+def read_version(path: Path) -> Version:
+    """Return what a file holds; of one that is not there, what it is begun with.
+
+    Raises:
+        BadInputFile: it cannot be read, or not be edited.
+    """
+    if not path.exists():
+        return Version(first_text(path), "")
+    content = read_law(path)
+    try:
+        whole = content.decode("utf-8")
+    except UnicodeDecodeError:
+        raise BadInputFile("{path}: is not UTF-8; save it as UTF-8 to edit it here.", path=path) from None
+    check_text(path, whole)
+    text = whole.replace("\r\n", "\n").replace("\r", "\n")
+    return Version(text, hashlib.sha256(content).hexdigest(), "\r\n" if "\r\n" in whole else "\n")
+
+
+def check_text(path: Path, text: str) -> None:
+    """Check that a text can be edited and saved here.
+
+    Raises:
+        BadInputFile: it cannot.
+    """
+    if len(text.encode()) > MOST:
+        raise BadInputFile("{path}: is larger than {size} kB, too large to be edited here.", path=path, size=MOST // 1000)
+    if "\0" in text:
+        raise BadInputFile("{path}: holds a zero byte, which no Python file has.", path=path)
+
+
+def save(path: Path, text: str, base: str) -> Version:
+    """Write a text, as a whole or not at all, and return it as it stands.
+
+    Args:
+        base: `sha256` of the version that the text was made from.
+
+    Raises:
+        ChangedMeanwhile: the file holds another version, and another text; it is left alone.
+        BadInputFile: the text is none for a file, or the file cannot be read or written.
+    """
+    check_text(path, text)
+    now = read_version(path)
+    if now.sha256 != base and now.text != text:
+        raise ChangedMeanwhile(now)
+    content = text.replace("\n", now.newline).encode()
+    try:
+        with replacing(path) as draft:
+            draft.write_bytes(content)
+    except OSError as error:
+        raise BadInputFile("{path}: cannot be written ({reason}).", path=path, reason=error.strerror) from None
+    return Version(text, hashlib.sha256(content).hexdigest(), now.newline)

@@ -1,0 +1,163 @@
+"""An editor for a law of one's own, in the step of the lessons that asks for one and in the tab on comparisons. The script `law_editor.js`
+does the editing; here the file is saved, run beside the paper's law, and tested."""
+
+import json
+from pathlib import Path
+from typing import Final
+
+import viser
+
+from app.custom_law.edited_file import MOST, ChangedMeanwhile, Version, read_version, save
+from app.custom_law.examination import ExaminationProgress
+from app.custom_law.trials import TRIALS
+from app.i18n.speaking import N_, tr
+from app.lessons.session.lesson_actions import RunAgain
+from app.page.lessons.lesson_html import law_html
+from app.page.lessons.lesson_panel import ORDER
+from app.page.panels.controls import Controls
+from app.page.panels.page_panel import PagePanel
+from app.page.view import View
+from app.session.actions import Action
+from app.session.frame import Frame
+from app.session.relevant_settings import matters
+from app.session.session import Session
+from app.text.templates import element, macros
+from app.web.control_events import on_entry
+from app.web.viser_internals import uuid_of
+from controllers.errors import BadInputFile
+from scenes.files import readable
+from scenes.laws import DEFAULT_LAW
+
+WORDS: Final = {
+    "run": N_("Save and run"),
+    "how": N_("Ctrl+Enter saves and runs. Tab indents; Esc, then Tab leaves."),
+    "saving": N_("Saving …"),
+    "unsaved": N_("Not saved yet."),
+    "saved": N_("Saved; it runs beside the paper’s law."),
+    "fails": N_("Saved, but it does not run."),
+    "conflict": N_("The file was changed by another editor since. Nothing was overwritten."),
+    "keep": N_("Save mine over it"),
+    "take": N_("Take the file’s text"),
+    "large": N_("This text is too large to be edited here."),
+}
+"""What the script says."""
+
+
+class RunLaw(Action):
+    """Save the law and run it. `entry`: as the script sends it: number, space, `Version.sha256` that was edited, line break, text."""
+
+    entry: str
+
+
+class LawEditor(PagePanel):
+    """The editor on the page of the person who has started the server.
+
+    Args:
+        controls: with the tab on comparisons.
+        path: of the file, which is written when it is run for the first time.
+    """
+
+    def __init__(self, gui: viser.GuiApi, session: Session, view: View, controls: Controls, path: Path) -> None:
+        self._gui, self._session, self._view, self._path = gui, session, view, path
+        view.lesson_panel.edits = True
+        box = gui.add_text("", "", visible=False)
+        self._box = uuid_of(on_entry(box, lambda entry: session.post(RunLaw(entry))))
+        self._version, self._number, self._said, self._refused = Version("", ""), "", "", ""
+        self._seen = ""
+        self._read()
+        with controls.compare_tab:
+            self._compare = self._place()
+            self._tests = gui.add_html("")
+        self._lesson: tuple[viser.GuiHtmlHandle, viser.GuiHtmlHandle] | None = None
+        self._shown: object = None
+
+    def _place(self, order: float | None = None) -> tuple[viser.GuiHtmlHandle, viser.GuiHtmlHandle]:
+        """Add the place of the editor, which stays as it is, and what the script is to know."""
+        place = macros("page/panels/law_editor.html").place(readable(self._path.name))
+        return self._gui.add_html(place, order=order), self._gui.add_html("", order=order)
+
+    def _read(self) -> None:
+        try:
+            self._version, self._refused = read_version(self._path), ""
+        except BadInputFile as error:
+            self._refused = str(error)
+
+    def take(self, action: Action) -> bool:
+        """Save and run what was written."""
+        if not isinstance(action, RunLaw):
+            return False
+        head, _, text = action.entry.partition("\n")
+        self._number, _, base = head.partition(" ")
+        self._said, self._refused = "saved", ""
+        try:
+            self._version = save(self._path, text, base)
+            self._run()
+        except ChangedMeanwhile as changed:
+            self._said, self._version = "conflict", changed.version
+        except BadInputFile as error:
+            self._said, self._refused = "refused", str(error)
+        return True
+
+    def _run(self) -> None:
+        """Run the file beside the paper's law from the beginning, and test it."""
+        session, lessons = self._session, self._view.lessons
+        if lessons.open and lessons.own_tests is None:
+            # The run belongs to a step that is about another law.
+            return
+        session.change("ghost", DEFAULT_LAW)
+        session.take_law_file(self._path)
+        if lessons.own_tests is not None:
+            lessons.act(RunAgain())
+        session.halt.go_on()
+        if session.law.examination is not None:
+            session.law.examination.begin()
+
+    def show(self, frame: Frame) -> None:
+        """Offer the editor where it is of use, with what became of the law."""
+        lessons, law = self._view.lessons, frame.live.student_law
+        tests = lessons.law_tests
+        in_lesson = lessons.own_tests is not None and not lessons.listing
+        in_compare = not lessons.open and matters("ghost", frame.live.settings)
+        if law.sha256 not in (self._seen, self._version.sha256, ""):
+            # Another editor has saved it; what is being written here stays.
+            self._said = ""
+            self._read()
+        self._seen = law.sha256
+        if in_lesson and self._lesson is None and self._view.lesson_panel.tab is not None:
+            with self._view.lesson_panel.tab:
+                self._lesson = self._place(ORDER["attempt"] - 1.0)
+        failed = [(one.reason, one.line) for one in tests.verdicts if one.line is not None]
+        problem, line = (law.problem, law.line) if law.problem or not failed else failed[0]
+        state = in_lesson, in_compare, self._version, self._number, self._said, self._refused, tests, line, problem, law.away
+        if state == self._shown:
+            return
+        self._shown = state
+        told = {
+            "box": self._box,
+            "file": readable(self._path.name),
+            "text": self._version.text,
+            "sha": self._version.sha256,
+            "number": self._number,
+            "said": self._said,
+            "refused": tr(self._refused),
+            "line": line,
+            "problem": tr(problem),
+            "lamps": [_lamp(tests, i, name) for i, name in enumerate(TRIALS)],
+            "most": MOST,
+            "words": {name: tr(word) for name, word in WORDS.items()},
+        }
+        content = element("i", class_="duet-law-state", data_text=json.dumps(told))
+        for pair, visible in ((self._compare, in_compare), (self._lesson, in_lesson)):
+            if pair is not None:
+                pair[1].content = content if visible else ""
+                pair[0].visible = pair[1].visible = visible
+        self._tests.visible = in_compare
+        self._tests.content = law_html(tests, law.problem, law.away, edits=True) if in_compare else ""
+
+
+def _lamp(tests: ExaminationProgress, place: int, name: str) -> tuple[str, str]:
+    """Return how the lamp of a test looks, and what it is called."""
+    if place < len(tests.verdicts):
+        verdict = tests.verdicts[place]
+        return "ok" if verdict.passed else "no", f"{tr(name)}: {tr(verdict.reason)}"
+    return "now" if tests.running and place == len(tests.verdicts) else "", tr(name)
