@@ -57,7 +57,7 @@ class ConnectionOwner(Protocol):
         """Return the client id of a connection."""
         ...
 
-    def place(self, connection: ServerConnection) -> str:
+    async def place(self, connection: ServerConnection) -> str:
         """Give a connection a place; return why it gets none, "" if it has one."""
         ...
 
