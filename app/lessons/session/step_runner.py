@@ -114,6 +114,7 @@ def begin(session: Session, walk: Walkthrough) -> None:
         session.simulation.reset(start)
         if session.ghost is not None:
             session.ghost.reset(start)
+    session.on_grid = walk.pushes
     if walk.yours:
         session.set_source(None)
         session.change("autopilot", False)
