@@ -1,6 +1,7 @@
 """Five seconds of a push as an animated WebP picture to send: around the moment at which the two were nearest."""
 
 import io
+from collections.abc import Callable
 from itertools import pairwise
 from typing import Final
 
@@ -15,6 +16,7 @@ from app.stage.camera_view import view_of
 from app.theme import PALETTES, blend
 from scenes.history import COLUMN
 from scenes.inputs import Recorded
+from scenes.rerun import Stopped, never
 
 SECONDS: Final = 5.0
 RATE: Final = 10.0
@@ -29,22 +31,30 @@ SIZE: Final = (360, 270)
 _INK: Final = PALETTES["light"]
 
 
-def film_bytes(recorded: Recorded, size: tuple[int, int] = SIZE) -> bytes:
-    """Return the film: a WebP file; the first or last picture stands where the push is shorter.
+def film_bytes(
+    recorded: Recorded, stopped: Callable[[], bool] = never, size: tuple[int, int] = SIZE, rate: float = RATE
+) -> bytes:
+    """Return the film: a WebP file; the last picture stands where the push is shorter.
 
     Args:
         recorded: a push of two arms of ours.
+        stopped: asked now and then; when it says True, everything ends with `Stopped`.
         size: width and height [px].
+        rate: frames a second.
     """
     replay = Replay(recorded)
     nearest = replay.nearest_moment
     begin = max(replay.begin, min((replay.begin if nearest is None else nearest) - BEFORE, replay.end - SECONDS))
-    times = begin + np.arange(round(SECONDS * RATE)) / RATE
+    times = begin + np.arange(round(SECONDS * rate)) / rate
     steps = [replay.nearest(min(float(time), replay.end)) for time in times]
     # A picture that stands is drawn once.
     seen = [step for before, step in pairwise([0, *steps]) if step != before]
-    frames = [_frame(replay, step, size) for step in seen]
-    lengths = [round(1000.0 / RATE * steps.count(step)) for step in seen]
+    frames: list[Image.Image] = []
+    for step in seen:
+        if stopped():
+            raise Stopped
+        frames.append(_frame(replay, step, size))
+    lengths = [round(1000.0 / rate * steps.count(step)) for step in seen]
     out = io.BytesIO()
     frames[0].save(out, "WEBP", save_all=True, append_images=frames[1:], duration=lengths, loop=0, quality=82)
     return out.getvalue()

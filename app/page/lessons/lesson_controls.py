@@ -285,7 +285,8 @@ class LessonControls:
         if tests is not None:
             label = tr("Testing …") if running else tr("Test my law")
         there = challenge is not None and (tests is None or tests.file is not None)
-        _offer(self._check, there, label, None if to_check else "gray", disabled=running)
+        counted = self._run.walk.pushes and self._run.over
+        _offer(self._check, there and not counted, label, None if to_check else "gray", disabled=running)
         label = tr("Hint {number} of {count}", number=len(view.hints) + 1, count=len(view.step.hints))
         _offer(self._hint, challenge is not None and view.more_hints, label, "gray")
 
