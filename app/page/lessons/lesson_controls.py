@@ -273,6 +273,8 @@ class LessonControls:
             return "run" if view.phase is Phase.PREDICT or (not over and (view.phase is Phase.DO or view.showing)) else "next"
         if self._run.walk.done.passed:
             return "next"
+        if self._run.walk.pushes and over:
+            return "run"
         return "check" if over or not paused or challenge.forecasts or challenge.custom_law else "run"
 
     def _arrange_challenge(self, view: StepView, to_check: bool) -> None:

@@ -62,7 +62,8 @@ def test_a_place_on_the_grid_is_as_good_as_where_the_hand_was() -> None:
     place = np.array([0.1, -0.2, 1.2345])
     held = on_grid(HandTarget(place, None))
     assert isinstance(held, HandTarget) and np.abs(held.position - place).max() <= GRID / 2.0
-    assert on_grid(held) is not held and (on_grid(held)[0] == held.position).all() and on_grid(None) is None
+    again = on_grid(held)
+    assert isinstance(again, HandTarget) and (again.position == held.position).all() and on_grid(None) is None
 
 
 @given(st.integers(0, len(TEXT) - 1), st.sampled_from("Aq7-_ é"))
@@ -76,7 +77,7 @@ def test_a_damaged_link_is_refused_by_name(place: int, letter: str) -> None:
 
 
 def forged(body: bytes) -> str:
-    """A text whose check sum is right."""
+    """A text with the right check sum."""
     body = zlib.compress(body)
     return base64.urlsafe_b64encode(zlib.crc32(body).to_bytes(4, "big") + body).decode().rstrip("=")
 
