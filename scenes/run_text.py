@@ -117,7 +117,7 @@ def _places(codes: np.ndarray) -> list[np.ndarray]:
 
 def _numbers(targets: PackedTargets, places: np.ndarray) -> np.ndarray:
     """Return where the numbers of targets of one kind are (k, width)."""
-    return targets.offsets[places][:, None] + np.arange(WIDTH[targets.codes[places[0]]])
+    return targets.offsets[places][:, None] + np.arange(int(WIDTH[targets.codes[places[0]]]))
 
 
 def _begun(settings: RunSettings, targets: PackedTargets) -> Recorded:

@@ -116,6 +116,7 @@ def patched_index(client_html: str, *, title: str, assets: PageAssets = NO_ASSET
 def _connection() -> PageAssets:
     constants = {
         "longestQuery": _LONGEST_QUERY,
+        "longestPush": _LONGEST_PUSH,
         "messages": {"hello": HELLO, "question": QUESTION, "hidden": HIDDEN, "shown": SHOWN},
         "reasons": {"full": ROOM_IS_FULL, "elsewhere": ELSEWHERE, "tooMany": OPEN_TOO_OFTEN, "takenOver": TAKEN_OVER},
         "texts": {"lost": LOST, "silent": SILENT, "refused": KEPT_OUT, "tooMany": CROWDED, "takenOver": OPEN_TWICE},

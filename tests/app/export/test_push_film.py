@@ -30,7 +30,7 @@ def test_a_film_has_five_seconds_around_the_nearest_moment(seconds: float) -> No
     with Image.open(io.BytesIO(film)) as picture:
         assert picture.format == "WEBP" and picture.size == (64, 48)
         lengths, seen = [], set()
-        for frame in range(picture.n_frames):
+        for frame in range(getattr(picture, "n_frames", 0)):
             picture.seek(frame)
             seen.add(picture.convert("RGB").tobytes())
             lengths.append(picture.info["duration"])
