@@ -49,7 +49,7 @@ def screen_html(
     texts = dict(view.texts)
     name = {Station.RUN: "do", Station.TRY: "challenge"}.get(station, "goal")
     counts = poll is not None and poll.open and (poll.tally.answered > 0 or left is not None)
-    caption = made.caption(view, texts.get(name) or texts["goal"]) + record_html(record)
+    caption = made.caption(view, texts.get(name) or texts["goal"], record_html(record))
     return made.screen(f"scene {kinds}", caption + _meter(poll, left) if counts else caption)
 
 
