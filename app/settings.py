@@ -192,12 +192,15 @@ EMBED: Final = "embed"
 GUEST: Final = "guest"
 """Key of a link to another visitor's session, to hold an arm there."""
 
+PUSH: Final = "push"
+"""Key of a link that replays a visitor's push, bit for bit; see `scenes.run_text`."""
+
 ATTACK: Final = "attack"
 """Key of a link that replays a run which breaks the promise, or comes near it; see `scenes.counterexample`."""
 
 FOREIGN_KEYS = frozenset(
     {"window", "folder", "websocket", "playbackPath", "darkMode", "key", "logCamera", "fixedDpr", "forceOrbitOriginTool"}
-    | {"resume", WHOLE, ALONE, GUEST, ATTACK, MOTION, PANEL, EMBED}
+    | {"resume", WHOLE, ALONE, GUEST, ATTACK, PUSH, MOTION, PANEL, EMBED}
     | STEP_KEYS
 )
 """Keys of a link that are not settings: viser's own, the key of a lecture, the size of the window, the folder that a proxy has

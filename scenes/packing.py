@@ -154,3 +154,18 @@ def decoded(code: int, numbers: Array) -> Target | None:
     if code & ELBOW:
         elbow = numbers[-3:]
     return HandTarget(numbers[:3], rotation, elbow)
+
+
+def planes_of(rows: Array) -> np.ndarray:
+    """Return numbers (k, columns) as bytes (columns, 8, k) that a compressor finds something in: what changes from row to row, alike
+    beside alike."""
+    bits = np.ascontiguousarray(rows.T, "<f8").view("<u8")
+    change = bits.copy()
+    change[:, 1:] ^= bits[:, :-1]
+    return np.ascontiguousarray(change.view(np.uint8).reshape(*bits.shape, 8).transpose(0, 2, 1))
+
+
+def rows_of(planes: np.ndarray) -> Array:
+    """Return the numbers of which `planes_of` has made bytes."""
+    change = np.ascontiguousarray(planes.transpose(0, 2, 1)).view("<u8")[..., 0]
+    return np.ascontiguousarray(np.bitwise_xor.accumulate(change, axis=1).view("<f8").T)

@@ -169,7 +169,7 @@ class LectureHost:
                 continue
             set_language(page.language)
             poll = self.control.poll(page.book)
-            page.show(frame, poll)
+            page.show(frame, poll, self.control.record)
             for one in self.shared.watchers(audience):
                 mine = None if poll is None or one.answers is None else self.room.ballots.ballot_of(poll.question, one.id)
                 one.show(self.room, poll, mine, page.view, self.lessons)
@@ -181,7 +181,7 @@ class LectureHost:
         assert page is not None
         set_language(page.language)
         poll = self.control.poll(page.book)
-        page.show(frame, poll)
+        page.show(frame, poll, self.control.record)
         teacher.invite(self._address("teachers"))
         if teacher is self.controls.operator and operation is not None:
             with teacher.client.atomic():

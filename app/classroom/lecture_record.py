@@ -77,6 +77,7 @@ class LectureRecorder:
             tuple(sorted(voters.pageless)),
             dict(self._room.board.names),
             self._room.pace,
+            dict(work.nearest),
         )
         session = self._session
         self._store.save_lecture(
@@ -90,7 +91,7 @@ class LectureRecorder:
 
 def _take_up(room: Classroom, record: ClassRecord) -> None:
     room.ballots.restore(record.ballots, record.revealed, record.earlier)
-    room.work.restore(record.passed, record.hand_ins)
+    room.work.restore(record.passed, record.hand_ins, record.nearest)
     room.voters.restore(record.pages_only, record.pageless)
     room.board.names, room.pace = dict(record.names), record.pace
     room.count_pages_only(record.pages_only)

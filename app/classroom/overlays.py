@@ -55,12 +55,18 @@ class ScreenView:
         self._shown: object = None
         self._covered: tuple[bool, Address | None, tuple[int, int]] = False, None, (0, 0)
 
-    def show(self, poll: Poll | None) -> None:
-        """Update what lies over the scene. `poll`: the question in the plenary, in the projector's language."""
+    def show(self, poll: Poll | None, record: float | None = None) -> None:
+        """Update what lies over the scene.
+
+        Args:
+            poll: the question in the plenary, in the projector's language.
+            record: see `screen_html`.
+        """
         presenter, lessons = self._presenter, self._lessons
         left = presenter.left
         # The curves of a whole class are not drawn in every frame.
-        shown = presenter.station, presenter.panels, lessons.open, lessons.version, poll, left, presenter.work, presenter.quotes
+        class_says = poll, presenter.work, presenter.quotes, record
+        shown = presenter.station, presenter.panels, lessons.open, lessons.version, left, class_says
         if shown == self._shown:
             return
         self._shown = shown
@@ -69,7 +75,7 @@ class ScreenView:
         if presenter.work is not None:
             self._over.content = work_html(presenter.work, self._book)
         else:
-            self._over.content = screen_html(presenter.station, view, poll, left, cues, presenter.quotes)
+            self._over.content = screen_html(presenter.station, view, poll, left, cues, presenter.quotes, record)
 
     def cover(self, address: Address | None, joined: tuple[int, int]) -> None:
         """Make the projector black, or show the address, or its picture again. `joined`: see `joined_text`."""

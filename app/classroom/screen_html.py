@@ -13,6 +13,7 @@ from app.lessons.bookmark import Bookmark
 from app.lessons.curve_drawing import drawing_svg
 from app.lessons.lesson import LessonBook
 from app.lessons.step_view import StepView, fill
+from app.page.lessons.duel import record_html
 from app.text.lesson_text import lesson_html
 from app.text.templates import macros
 
@@ -24,6 +25,7 @@ def screen_html(
     left: int | None,
     cues: Collection[str],
     quotes: Collection[str] = (),
+    record: float | None = None,
 ) -> Markup:
     """Return what lies over the scene on a projector; the script `presenter.js` shows it.
 
@@ -33,18 +35,21 @@ def screen_html(
         left: seconds of the timer; None without one.
         cues: of the projector: `panels` beside the scene.
         quotes: reasons of students for their answers.
+        record: the smallest d less d_m of the class in the step's duel [m]; None for none.
     """
     made, kinds = macros("classroom/screen.html"), " ".join((f"at-{station}", *cues))
     if view is None:
         return made.screen(f"scene {kinds}", "")
     if not station.is_scene:
-        return made.screen(f"slide {kinds}", made.head(view) + _slide(station, view, poll, quotes) + _meter(poll, left))
+        return made.screen(
+            f"slide {kinds}", made.head(view) + _slide(station, view, poll, quotes) + record_html(record) + _meter(poll, left)
+        )
     if "panels" in cues:
         return made.screen(f"scene {kinds}", "")
     texts = dict(view.texts)
     name = {Station.RUN: "do", Station.TRY: "challenge"}.get(station, "goal")
     counts = poll is not None and poll.open and (poll.tally.answered > 0 or left is not None)
-    caption = made.caption(view, texts.get(name) or texts["goal"])
+    caption = made.caption(view, texts.get(name) or texts["goal"], record_html(record))
     return made.screen(f"scene {kinds}", caption + _meter(poll, left) if counts else caption)
 
 

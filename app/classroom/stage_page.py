@@ -12,6 +12,7 @@ from app.i18n.speaking import set_language
 from app.lessons.lesson import LessonBook
 from app.lessons.loading import in_language
 from app.lessons.session.lesson_session import LessonSession
+from app.page.lessons.duel import record_html
 from app.page.lessons.lesson_panel import ORDER
 from app.page.view import View
 from app.session.frame import Frame
@@ -55,15 +56,15 @@ class StagePage:
             self.view = View(host, session, clients, lessons, look, self.book, folds=False)
             self._screen = None if presenter is None else ScreenView(host.gui, presenter, lessons, self.book)
         self._poll: viser.GuiHtmlHandle | None = None
-        self._shown: Poll | None = None
+        self._shown: tuple[Poll | None, float | None] = None, None
 
-    def _show_screen(self, presenter: Presenter, screen: ScreenView, poll: Poll | None) -> None:
+    def _show_screen(self, presenter: Presenter, screen: ScreenView, poll: Poll | None, record: float | None) -> None:
         if self.view.bare == presenter.panels:
             self.view.bare = not presenter.panels
             for client in self._clients():
                 # The panels take their room from the canvas, so that the view has to be fitted again.
                 self.view.welcome(client)
-        screen.show(poll)
+        screen.show(poll, record)
 
     def cover(self, address: Address | None, joined: tuple[int, int]) -> None:
         """Make a projector black, or show the address on it, or its picture again, which may be frozen. `joined`: see `joined_text`."""
@@ -71,21 +72,27 @@ class StagePage:
             set_language(self.language)
             self._screen.cover(address, joined)
 
-    def show(self, frame: Frame, poll: Poll | None) -> None:
-        """Draw a frame. `poll`: the question on the stage, in this language; its tally is shown after the reveal."""
+    def show(self, frame: Frame, poll: Poll | None, record: float | None = None) -> None:
+        """Draw a frame.
+
+        Args:
+            poll: the question on the stage, in this language; its tally is shown after the reveal.
+            record: of the class in the duel on the stage [m]; None for none.
+        """
         self.shown = True
         with self._host.atomic():
             if self._presenter is not None and self._screen is not None:
-                self._show_screen(self._presenter, self._screen, poll)
+                self._show_screen(self._presenter, self._screen, poll, record)
             self.view.show(frame)
             tab, gui = self.view.lesson_panel.tab, self._host.gui
             if self._poll is None and tab is not None:
                 with tab:
                     self._poll = gui.add_html("", order=ORDER["verdict"] - 0.5)
             # The curves of a whole class are not drawn in every frame.
-            if self._poll is not None and poll != self._shown:
-                self._shown = poll
-                self._poll.content = poll_html(poll) + tied_html(poll) if poll is not None and poll.revealed else ""
+            if self._poll is not None and (poll, record) != self._shown:
+                self._shown = poll, record
+                answers = poll_html(poll) + tied_html(poll) if poll is not None and poll.revealed else ""
+                self._poll.content = answers + record_html(record)
 
     def flush(self) -> None:
         """Send the frame at once."""

@@ -23,13 +23,18 @@ class StudentWork:
         self._progress: dict[str, str] = {}
         self._passed: dict[QuestionId, set[str]] = {}
         self._hand_ins: dict[str, HandIn] = {}
+        self.nearest: dict[QuestionId, float] = {}
+        """Lesson and step of a duel → the smallest d less d_m of all students' pushes [m]."""
 
     def note(self, student: str, progress: str) -> None:
-        """Take a student's progress, as JSON, in place of an earlier one; a challenge once passed stays passed."""
+        """Take a student's progress, as JSON, in place of an earlier one; a challenge once passed stays passed, and a record is kept."""
         _put(self._progress, student, progress)
         for question, done in from_json(progress).steps.items():
             if done.passed:
                 self._passed.setdefault(question, set()).add(student)
+            if done.tries:
+                nearest = min(one.measured for one in done.tries)
+                self.nearest[question] = min(nearest, self.nearest.get(question, nearest))
 
     def progress_of(self, student: str) -> str:
         """Return a student's newest progress as JSON; "" for none."""
@@ -67,8 +72,11 @@ class StudentWork:
         """Return the students who have passed each challenge."""
         return {question: tuple(sorted(students)) for question, students in self._passed.items()}
 
-    def restore(self, passed: Mapping[QuestionId, Iterable[str]], hand_ins: Mapping[str, HandIn]) -> None:
-        """Take up what `passed` and `hand_ins` have returned."""
+    def restore(
+        self, passed: Mapping[QuestionId, Iterable[str]], hand_ins: Mapping[str, HandIn], nearest: Mapping[QuestionId, float]
+    ) -> None:
+        """Take up what `passed` and `hand_ins` have returned, and `nearest`."""
+        self.nearest = dict(nearest)
         self._passed = {question: set(students) for question, students in passed.items()}
         self._hand_ins = dict(hand_ins)
         # What is handed in again is no less than before.

@@ -77,6 +77,12 @@ class TeacherControl:
         """Return the question in the plenary; None if there is none. `book`: the lessons in the reader's language; None for its own."""
         return self._room.poll(self._walk, book)
 
+    @property
+    def record(self) -> float | None:
+        """Return the smallest d less d_m of the students' pushes in the plenary's duel [m]; None where there is none."""
+        walk = self._walk
+        return None if walk is None or not walk.duel else self._room.work.nearest.get((walk.lesson.id, walk.step.id))
+
     def post(self, action: TeacherAction, value: str = "") -> None:
         """Queue an action of the teacher's for the next frame; from any thread. `value`: see `Teach`."""
         self._session.post(Teach(action, value))

@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Final, Literal, NamedTuple, get_args
 
 from app.export.csv_table import csv_bytes, csv_suffix
-from app.export.jobs import file_name, picture, player
+from app.export.jobs import file_name, picture, player, push_film
 from app.export.lab_report import Done, lab_bytes
 from app.export.python_snippet import Snippet, as_python
 from app.i18n.speaking import N_, spoken
@@ -17,7 +17,7 @@ from app.recording.run_file import SUFFIX, Loaded, Verdict, load_run, saved_byte
 from app.session.replay_player import ReplayPlayer
 from app.session.session import Session
 from controllers.errors import LazyText
-from scenes.inputs import KEEP
+from scenes.inputs import KEEP, Recorded
 from scenes.rerun import not_again
 
 Kind = Literal["run", "csv", "png", "svg", "html", "python"]
@@ -31,6 +31,7 @@ WORDS: Final[dict[str, str]] = {
     "html": N_("the page that plays it"),
     "python": N_("the lines of Python"),
     "film": N_("the replay"),
+    "push film": N_("the film"),
     "load": N_("the run of the file"),
     "report": N_("the lab report"),
 }
@@ -100,6 +101,10 @@ class ExportQueue:
         # The job is pickled later, when the student may have gone on.
         given = [replace(one, progress=copy.deepcopy(one.progress)) for one in done]
         self._jobs.submit("report", self._file(name + ".html"), lab_bytes, given, spoken().language)
+
+    def ask_push_film(self, push: Recorded) -> None:
+        """Submit the film of a push, five seconds around its nearest moment."""
+        self._jobs.submit("push film", self._file("duet-push.webp"), push_film, spoken().language, push)
 
     def load(self, data: bytes, name: str) -> None:
         """Submit a file: its run is computed again, compared with the stored outcome and replayed."""

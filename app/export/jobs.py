@@ -22,6 +22,14 @@ def player(language: Language, *arguments: Any) -> bytes:
     return player_html(*arguments)
 
 
+def push_film(language: Language, *arguments: Any) -> bytes:
+    """Return `app.export.push_film.film_bytes` of the arguments. Imports what draws in the worker only."""
+    from app.export.push_film import film_bytes
+
+    set_language(language)
+    return film_bytes(*arguments)
+
+
 def file_name(recorded: Recorded, seconds: float) -> str:
     """Return a name without its ending: scene and times."""
     end = recorded.begin + recorded.seconds

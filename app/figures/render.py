@@ -116,23 +116,24 @@ class Viewpoint:
         return flat, depth
 
 
-def render(meshes: Sequence[Mesh], camera: Camera, width: int = 640, height: int = 420) -> Picture:
+def render(meshes: Sequence[Mesh], camera: Camera, width: int = 640, height: int = 420, samples: int = SAMPLES) -> Picture:
     """Return the picture (height, width, 3), sRGB.
 
     Args:
         meshes: at least one.
         camera: see `Viewpoint`.
         width, height: [pixels].
+        samples: per pixel along each side.
     """
     starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
     faces = np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)])
     scene = trimesh.Trimesh(np.concatenate([mesh.vertices for mesh in meshes]), faces, process=False)
-    view = Viewpoint(camera, width * SAMPLES, height * SAMPLES)
+    view = Viewpoint(camera, width * samples, height * samples)
     sight = view.directions()
     hit = scene.ray.intersects_first(np.broadcast_to(view.eye, sight.shape), sight)
     shown = np.flatnonzero(hit >= 0)
     # The floor has no edges: one sample a pixel will do.
-    light = _room(Viewpoint(camera, width, height), scene).repeat(SAMPLES, 0).repeat(SAMPLES, 1).reshape(-1, 3)
+    light = _room(Viewpoint(camera, width, height), scene).repeat(samples, 0).repeat(samples, 1).reshape(-1, 3)
     if len(shown):
         face, sight = hit[shown], sight[shown]
         corners, plane = scene.triangles[face], scene.face_normals[face]
@@ -146,7 +147,7 @@ def render(meshes: Sequence[Mesh], camera: Camera, width: int = 640, height: int
         facing = normal @ KEY > 0.0
         lit[facing] = _lit(scene, place[facing] + SHADOW_LIFT * normal[facing], 3)
         light[shown] = _surface(meshes, owner, normal, -sight, lit)
-    light = light.reshape(height, SAMPLES, width, SAMPLES, 3).mean((1, 3))
+    light = light.reshape(height, samples, width, samples, 3).mean((1, 3))
     return (_srgb(light) * 255.0 + 0.5).astype(np.uint8)
 
 

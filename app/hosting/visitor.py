@@ -14,7 +14,7 @@ from app.hosting.frame_loop import Attention
 from app.hosting.guest import Guest
 from app.hosting.visitor_record import VisitorRecord, lesson_link, same_tab, tab_id
 from app.i18n.reader_language import language_of
-from app.i18n.speaking import set_language
+from app.i18n.speaking import N_, set_language, tr
 from app.lessons.loading import in_language
 from app.lessons.runs import LONGEST
 from app.lessons.session.lesson_session import LessonSession
@@ -24,15 +24,20 @@ from app.page.view import View
 from app.session.clock import NOT_THE_VISITORS
 from app.session.frame import freeze, make_frame
 from app.session.session import Session
-from app.settings import ATTACK, MOTION, PANEL, WHOLE, Language, Settings
+from app.settings import ATTACK, MOTION, PANEL, PUSH, WHOLE, Language, Settings
 from app.web.request import browser_language, request_query
-from controllers.errors import BadSetting, LazyText
+from controllers.errors import BadInputFile, BadSetting, LazyText
+from scenes.run_text import run_of_text
 
 SAVING: Final = 1.0
 """Time from one record to the next [s]; the file follows at once."""
 
 SAVING_AT_REST: Final = 30.0
 """The same where nothing happens [s]: the record is kept for a while after the tab was last there."""
+
+
+PUSH_NAME: Final = N_("a push from a link")
+"""Of the replay, in place of a file's name."""
 
 
 class Visitor:
@@ -107,6 +112,11 @@ class Visitor:
             try:
                 self.session.studies.counterexample.open(self.query[ATTACK])
             except BadSetting as error:
+                self.operation.notify_problems((str(error),))
+        if not self.is_back and not known and PUSH in self.query and self.session.player is not None:
+            try:
+                self.session.player.watch_file(run_of_text(self.query[PUSH]), tr(PUSH_NAME))
+            except BadInputFile as error:
                 self.operation.notify_problems((str(error),))
         if not self.is_back and self._record is not None and known:
             yield from run_again(self.session, self.lessons, self._record)

@@ -64,6 +64,7 @@ class ClassRecord:
         hand_ins: the reports that were handed in, by the id of a student's tab.
         pages_only, pageless: see `app.classroom.ballots.Voters`.
         names, pace: the invented names by the id of a student's tab, and the steps that are open to those who explore.
+        nearest: lesson and step of a duel → the smallest d less d_m of the class [m].
     """
 
     saved: float
@@ -80,6 +81,7 @@ class ClassRecord:
     pageless: tuple[str, ...] = ()
     names: Mapping[str, str] = field(default_factory=dict)
     pace: OpenSteps | None = None
+    nearest: Mapping[QuestionId, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

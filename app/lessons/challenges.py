@@ -18,6 +18,7 @@ from scenes.room import room_of
 from scenes.settings import specs
 
 MOST_COMPARED: Final = 4
+MOST_PUSHES: Final = 9
 
 IDENTITY: Final = re.compile(r"^[a-z][a-z0-9_]{0,39}$")
 """How the identity of a step, a measurement or an inequality is written."""
@@ -93,11 +94,14 @@ def read_challenge(table: Table, setup: Setup) -> Challenge | None:
     search = given.choice("search", [key for key, spec in specs().items() if spec.is_number], "") if given.has("search") else ""
     if search and not criteria:
         raise given.fault("search", "search plots tries against the first inequality; add [[challenge.criterion]].")
+    best_of = given.whole("best_of", 0, 0, MOST_PUSHES)
+    if best_of and (run.input.kind != "yours" or not criteria or criteria[0].measurement.name != "distance_margin"):
+        raise given.fault("best_of", "best_of needs input = “yours”, and distance_margin as the first [[challenge.criterion]].")
     if not criteria and not forecasts and not custom_law:
         raise given.fault("criterion", "the challenge asks for nothing; add [[challenge.criterion]] or [[challenge.forecast]].")
     no_doubles(given, "criterion", [c.measurement.id for c in criteria] + [f.measurement.id for f in forecasts])
     given.close()
-    return Challenge("", run, criteria, tuple(forecasts), custom_law, keep, sliders, search)
+    return Challenge("", run, criteria, tuple(forecasts), custom_law, keep, sliders, search, best_of)
 
 
 def _criterion(table: Table, setup: Setup) -> Criterion:

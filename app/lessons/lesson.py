@@ -98,6 +98,7 @@ class Challenge:
         null_motions: whether the student has a slider for each of the arm's motions that leave the hand where it is.
         search: key of the setting that the student looks for by trying, so that the tries are plotted; "" if none is.
         keep: name under which the student's motion is kept for a later step; "" if it is not.
+        best_of: how many pushes count of a duel; 0 for no duel. The nearest one is kept.
     """
 
     text: str
@@ -108,6 +109,7 @@ class Challenge:
     keep: str
     null_motions: bool = False
     search: str = ""
+    best_of: int = 0
 
 
 @dataclass(frozen=True)

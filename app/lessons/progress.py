@@ -30,10 +30,10 @@ MOST_TRIES: Final = 30
 
 
 class Try(NamedTuple):
-    """One try at a challenge that asks for the value of a setting.
+    """One try at a challenge that asks for the value of a setting, or a push of a duel.
 
     Attributes:
-        setting: its value, SI.
+        setting: its value, SI; of a push w_max.
         measured: what the first inequality is about, SI.
         met: whether it held.
     """
@@ -57,7 +57,7 @@ class StepProgress:
         last: the newest attempt.
         words: of the student, about the whole step.
         because: the student's reason for the prediction.
-        tries: at a challenge that asks for the value of a setting, oldest first.
+        tries: at a challenge that asks for the value of a setting, and the pushes of a duel, oldest first.
     """
 
     choice: Annotated[int, msgspec.Meta(ge=0, le=99)] | None = None

@@ -44,7 +44,7 @@ class StepView:
         contrast: in what that run differs, while it is on.
         challenge: whether the step has one; `attempts`, `passed` and `attempt`, the newest, tell how it went.
         stale: whether another run has begun since that attempt.
-        tries: at a challenge that asks for the value of a setting, once there are enough of them to be plotted.
+        tries: at a challenge that asks for the value of a setting, once there are enough of them to be plotted; the pushes of a duel.
         forecasts: what the student has to say beforehand, one line each.
         hints: those that are open; `more_hints` if there are others.
         yours: whether the student moves.
@@ -144,7 +144,7 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
         passed=done.passed,
         attempt=done.last,
         stale=at.stale,
-        tries=done.tries if len(done.tries) >= PLOTTED_TRIES else (),
+        tries=done.tries if len(done.tries) >= PLOTTED_TRIES or (challenge and challenge.best_of) else (),
         forecasts=tuple(settings_text(f.changes) for f in challenge.forecasts) if challenge else (),
         hints=step.hints[: done.hints],
         more_hints=done.hints < len(step.hints),

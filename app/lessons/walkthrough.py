@@ -35,6 +35,7 @@ from app.session.shown import Mark
 from app.settings import Settings
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
+from scenes.inputs import Recorded, RecordedPerson
 from scenes.laws import DRAWN_LAW
 from scenes.roles import TargetSource
 from scenes.settings import values
@@ -292,6 +293,31 @@ class Walkthrough:
         """Return whether the student moves in the present run."""
         return self.setup.input.kind == "yours"
 
+    @property
+    def duel(self) -> bool:
+        """Return whether the step's challenge is a duel."""
+        return self.step.challenge is not None and self.step.challenge.best_of > 0
+
+    @property
+    def pushes(self) -> bool:
+        """Return whether the present run is a push of a duel."""
+        return self.duel and self.phase is Phase.CHALLENGE
+
+    @property
+    def ends(self) -> bool:
+        """Return whether the present run comes to an end: it is not the student's own, or a push of a duel."""
+        return not self.yours or self.pushes
+
+    @property
+    def nearest(self) -> Recorded | None:
+        """Return the nearest push of the step's duel; None before the first one, and elsewhere."""
+        person = self._kept.get(self._nearest) if self.pushes and self.done.tries else None
+        return person.recorded if isinstance(person, RecordedPerson) else None
+
+    @property
+    def _nearest(self) -> str:
+        return f"nearest {self.lesson.id} {self.step.id}"
+
     def settings(self, start: Settings | None = None) -> Settings:
         """Return the settings with which the present run begins. `start`: of the page now, which stays where the lesson does not say."""
         return self.setup.settings(start or Settings())
@@ -335,8 +361,8 @@ class Walkthrough:
         return outcome
 
     def decisive(self, simulation: Simulation) -> Mark | None:
-        """Return the moment of a finished run that the step is about; None where that is its end, and where the student moves."""
-        if self.yours or not simulation.history.count:
+        """Return the moment of a finished run that the step is about; None where that is its end, and where the run has none."""
+        if not self.ends or not simulation.history.count:
             return None
         challenge = self.step.challenge if self.phase is Phase.CHALLENGE and not self.showing else None
         asked = self.step.measurements if challenge is None else tuple(each.measurement for each in challenge.criteria)
@@ -362,9 +388,15 @@ class Walkthrough:
         counted = self.lesson.id, self.step.id, self._watch.run, *said
         self._judged = self._watch.run
         again, self._counted = counted == self._counted or not attempt.judgements, counted if attempt.judgements else ()
-        if challenge.search and not again and not attempt.note and (value := attempt.judgements[0].value) is not None:
-            setting = float(values(simulation.settings)[challenge.search])
-            self.done.tries = (*self.done.tries, Try(setting, value, attempt.judgements[0].passed))[-MOST_TRIES:]
+        if not again and not attempt.note and attempt.judgements and (value := attempt.judgements[0].value) is not None:
+            tries, met = self.done.tries, attempt.judgements[0].passed
+            if challenge.search:
+                setting = float(values(simulation.settings)[challenge.search])
+                self.done.tries = (*tries, Try(setting, value, met))[-MOST_TRIES:]
+            elif len(tries) < challenge.best_of and all(judgement.passed for judgement in attempt.judgements[1:]):
+                if person is not None and all(value < before.measured for before in tries):
+                    self._kept[self._nearest] = person
+                self.done.tries = (*tries, Try(simulation.settings.hand_speed, value, met))
         self.done.note(attempt, again)
         return attempt
 

@@ -9,6 +9,7 @@ import viser
 from app.i18n.speaking import tr
 from app.lessons.lesson import LessonBook
 from app.page.handles.gizmos import SWING, Gizmos, HandHover, in_view
+from app.page.lessons.duel_box import DuelBox
 from app.page.lessons.lab_report_box import AskReport, LabReportBox
 from app.page.lessons.lesson_controls import LessonControls
 from app.page.panels.controls import Controls
@@ -79,6 +80,8 @@ class Operation:
             if self._replay_bar is not None:
                 self._lab = LabReportBox(client.gui, session, view.lessons, view.lesson_panel, self._replay_bar.exports)
         self._panels = [make(client, session, view) for make in PANELS]
+        if self._replay_bar is not None:
+            self._panels.append(DuelBox(client, session, view.lessons, view.lesson_panel, self._replay_bar.exports))
         self._invite = InviteBox(client, session, self._controls.below_clock) if invites else None
         if self._invite is not None:
             self._panels.append(self._invite)

@@ -12,6 +12,7 @@ import numpy as np
 from controllers.errors import BadInputFile, LazyText
 from controllers.kinematics import Array
 from scenes.history import SCALARS, unit_of
+from scenes.packing import planes_of, rows_of
 from scenes.simulation import Simulation
 
 MOST_ROWS: Final = 6_000
@@ -178,7 +179,7 @@ def _hashes(table: Array) -> np.ndarray:
 def outcome_arrays(outcome: RunOutcome) -> dict[str, np.ndarray]:
     """Return the outcome as parts of a file, by name."""
     about = json.dumps({"columns": outcome.columns, "digest": outcome.digest}).encode()
-    parts = (np.frombuffer(about, np.uint8), outcome.hashes.astype("<u4"), outcome.places.astype("<u4"), _packed(outcome.rows))
+    parts = (np.frombuffer(about, np.uint8), outcome.hashes.astype("<u4"), outcome.places.astype("<u4"), planes_of(outcome.rows))
     return dict(zip(ARRAYS, parts, strict=True))
 
 
@@ -213,17 +214,4 @@ def outcome_from(arrays: dict[str, np.ndarray], steps: int) -> RunOutcome:
     )
     if not fine:
         raise BadInputFile("has an outcome that does not belong to its inputs")
-    return RunOutcome(columns, digest, hashes, places, _unpacked(packed))
-
-
-def _packed(rows: Array) -> np.ndarray:
-    """Return numbers as bytes (columns, 8, k) that a compressor finds something in: what changes from row to row, alike beside alike."""
-    bits = np.ascontiguousarray(rows.T, "<f8").view("<u8")
-    change = bits.copy()
-    change[:, 1:] ^= bits[:, :-1]
-    return np.ascontiguousarray(change.view(np.uint8).reshape(*bits.shape, 8).transpose(0, 2, 1))
-
-
-def _unpacked(packed: np.ndarray) -> Array:
-    change = np.ascontiguousarray(packed.transpose(0, 2, 1)).view("<u8")[..., 0]
-    return np.ascontiguousarray(np.bitwise_xor.accumulate(change, axis=1).view("<f8").T)
+    return RunOutcome(columns, digest, hashes, places, rows_of(packed))

@@ -24,6 +24,7 @@ from controllers.laws.situation import Law, Unanswered
 from scenes.inputs import KEEP, InputsLog, Recorded
 from scenes.roles import TargetSource
 from scenes.room import room_of
+from scenes.run_text import on_grid
 from scenes.settings import RunSettings, changed, values
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget, HeldTarget, LinkTarget, PairTarget, Target
@@ -78,6 +79,8 @@ class Session:
         self._steps_asked, self._hurries_to = 0, 0.0
         self.looks_up_at = 0.0
         """A time of the run at which a frame ends, so that what comes then can be decided before the next step [s]."""
+        self.on_grid = False
+        """Whether what the visitor holds is put on the grid of `scenes.run_text`, so that the run fits into a link."""
         self.ghost_hidden = False
         """Whether the ghost may not be seen yet: it plays against the visitor."""
         self._input = InputSource()
@@ -282,7 +285,7 @@ class Session:
         """Take a target from the visitor's hand, or (None) let go of it; the autopilot stops at once."""
         if target is not None and self.settings.page.autopilot:
             self.settings = replace(self.settings, page=replace(self.settings.page, autopilot=False))
-        self._input.held = target
+        self._input.held = on_grid(target) if self.on_grid else target
 
     def nudge(self, way: Array) -> None:
         """Move the place where the person holds the hand, or the ball, by (3,) [m], world. A person's own arms cannot be nudged."""

@@ -6,9 +6,11 @@ Everything here belongs to the session's thread, but for the further runs that a
 import logging
 from collections import deque
 from collections.abc import Callable, Mapping
+from typing import Final
 
 from app.custom_law.examination import NO_FILE, ExaminationProgress
 from app.i18n.catalogue import words_of
+from app.i18n.speaking import N_
 from app.lessons.bookmark import Phase
 from app.lessons.labels import label_of
 from app.lessons.lesson import LessonBook
@@ -27,6 +29,9 @@ from scenes.settings import RunSettings, specs
 from scenes.simulation import Simulation
 
 log = logging.getLogger("duet.lessons")
+
+PATIENCE: Final = 40.0
+"""A run of a duel in which no hand is taken begins again after this time [s]; with a push it still fits into a link."""
 
 
 class LessonSession:
@@ -49,6 +54,7 @@ class LessonSession:
         self._walk: Walkthrough | None = None
         self._own = session.settings
         self._run_id = self._measured = self._reported_run = -1
+        self._taken: float | None = None
         self._errors = ThrottledLog(log)
         self._runs = FurtherRuns()
         self._runner = StepRunner(session, self._runs, self.notes)
@@ -99,7 +105,7 @@ class LessonSession:
         finally:
             self._session.halt.go_on()
             self._session.looks_up_at = 0.0
-            self._session.ghost_hidden = False
+            self._session.ghost_hidden = self._session.on_grid = False
             self._leave_replay()
             self.open = False
             self.version += 1
@@ -161,6 +167,14 @@ class LessonSession:
     def hands_off(self) -> bool:
         """Return whether the lesson moves what the visitor could move."""
         return self.open and not self.walk.yours
+
+    @property
+    def over(self) -> bool:
+        """Return whether the run has come to its end, so that *Run* begins the next one."""
+        walk = self.walk
+        if walk.pushes:
+            return walk.run_id == self._measured
+        return walk.ends and walk.finished(self._session.simulation)
 
     @property
     def computing(self) -> bool:
@@ -248,8 +262,14 @@ class LessonSession:
                     session.halt.go_on()
             case lesson_actions.ShowHint():
                 walk.hint()
+            case lesson_actions.Check() if walk.pushes and self._taken is None:
+                self.notes.append((N_("Push first"), N_("Take the hand and push it at the other one.")))
             case lesson_actions.Check():
                 self._runner.check(walk, self.said)
+                if walk.pushes:
+                    self._measured = walk.run_id
+                    session.halt.set("lesson")
+                    self._show_moment()
             case lesson_actions.Leave():
                 self.leave()
             case _:
@@ -285,7 +305,7 @@ class LessonSession:
         if walk.locked:
             walk.next()
             self._follow()
-        if session.paused and not walk.yours and walk.finished(session.simulation):
+        if session.paused and self.over:
             self._run_again()
             session.halt.go_on()
         else:
@@ -337,14 +357,16 @@ class LessonSession:
         session.ghost_hidden = walk.rival_hidden
         simulation = session.simulation
         walk.watch(simulation)
+        if self._taken is None and session.held is not None:
+            self._taken = simulation.time
         if self._runner.advance_law_tests(walk):
             self.version += 1
         if self._waiting is not None and self._runs.ready:
             self.act(self._waiting)
             return
-        if walk.run_id == self._measured or simulation.steps == 0 or not walk.finished(simulation):
+        if walk.run_id == self._measured or simulation.steps == 0 or not walk.finished(simulation) or self._push_goes_on():
             return
-        if not walk.yours:
+        if walk.ends:
             session.halt.set("lesson")
         if not walk.showing and walk.phase not in (Phase.DO, Phase.CHALLENGE):
             # The run is seen once more, and was measured before.
@@ -359,10 +381,17 @@ class LessonSession:
                 self._runner.observe(walk)
             elif not walk.yours:
                 walk.next()
-        elif not walk.yours and walk.step.challenge is not None and walk.step.challenge.criteria:
+        elif walk.ends and walk.step.challenge is not None and walk.step.challenge.criteria:
             self._runner.check(walk, self.said)
         self._follow()
         self._show_moment()
+
+    def _push_goes_on(self) -> bool:
+        """Return whether a push of a duel goes on: its time begins as the hand is taken. A hand that is left alone begins again."""
+        simulation, seconds = self._session.simulation, self.walk.setup.seconds
+        if self._taken is None and self.walk.pushes and simulation.time > PATIENCE:
+            self._begin(True)
+        return self.walk.pushes and (self._taken is None or simulation.time < self._taken + seconds)
 
     def _left_pace(self) -> bool:
         """Go back to an open step, before another one is seen, answered or run; return whether that was necessary."""
@@ -396,7 +425,7 @@ class LessonSession:
 
     def _begin(self, own_settings: bool = False) -> None:
         walk = self.walk
-        self._run_id, self._measured = walk.run_id, -1
+        self._run_id, self._measured, self._taken = walk.run_id, -1, None
         self._runner.begin(walk, own_settings)
         self._leave_replay()
         self.version += 1

@@ -114,6 +114,7 @@ def begin(session: Session, walk: Walkthrough) -> None:
         session.simulation.reset(start)
         if session.ghost is not None:
             session.ghost.reset(start)
+    session.on_grid = walk.pushes
     if walk.yours:
         session.set_source(None)
         session.change("autopilot", False)
@@ -186,7 +187,7 @@ class StepRunner:
                 session.law.examination.begin()
             return
         count = len(challenge.forecasts)
-        recorded = session.recorded() if challenge.keep else None
+        recorded = session.recorded() if challenge.keep or walk.duel else None
         person = RecordedPerson(recorded) if recorded is not None and recorded.begin == 0.0 else None
         walk.attempt(session.simulation, (*said, *(None,) * count)[:count], person)
 

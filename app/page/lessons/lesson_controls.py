@@ -211,7 +211,7 @@ class LessonControls:
             self._list = self._make()
         self._motions.show(frame)
         walk, paused = run.walk, frame.live.pace.paused
-        over = walk.finished(frame.live.simulation) and not walk.yours
+        over = run.over
         state = run.version, paused, over
         if state != self._shown:
             self._shown = state
@@ -255,7 +255,8 @@ class LessonControls:
                 _offer(button, True, choice_label(i + 1, view.choices[i], chosen), "blue" if chosen else "gray")
             else:
                 button.visible = False
-        label = N_("Pause") if not paused else N_("Run again") if over else N_("lesson\x04Run")
+        again = N_("Next push") if self._run.walk.pushes else N_("Run again")
+        label = N_("Pause") if not paused else again if over else N_("lesson\x04Run")
         label = N_("Run (predict first)") if view.locked else label
         runs = (asking or view.showing or view.phase is Phase.CHALLENGE) and not view.step.concept
         foremost = self._foremost(view, paused, over)
@@ -272,6 +273,8 @@ class LessonControls:
             return "run" if view.phase is Phase.PREDICT or (not over and (view.phase is Phase.DO or view.showing)) else "next"
         if self._run.walk.done.passed:
             return "next"
+        if self._run.walk.pushes and over:
+            return "run"
         return "check" if over or not paused or challenge.forecasts or challenge.custom_law else "run"
 
     def _arrange_challenge(self, view: StepView, to_check: bool) -> None:
@@ -279,11 +282,13 @@ class LessonControls:
         self._forecasts.show(view, challenge)
         tests = self._run.own_tests
         label = tr("Check my run") if challenge is None or not challenge.forecasts else tr("Check my numbers")
+        label = tr("Count this push") if challenge is not None and challenge.best_of else label
         running = tests is not None and tests.running
         if tests is not None:
             label = tr("Testing …") if running else tr("Test my law")
         there = challenge is not None and (tests is None or tests.file is not None)
-        _offer(self._check, there, label, None if to_check else "gray", disabled=running)
+        counted = self._run.walk.pushes and self._run.over
+        _offer(self._check, there and not counted, label, None if to_check else "gray", disabled=running)
         label = tr("Hint {number} of {count}", number=len(view.hints) + 1, count=len(view.step.hints))
         _offer(self._hint, challenge is not None and view.more_hints, label, "gray")
 

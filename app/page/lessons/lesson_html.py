@@ -13,6 +13,7 @@ from app.lessons.curve_drawing import DrawingVerdict, drawing_svg
 from app.lessons.labels import sentence
 from app.lessons.lesson_list import LessonEntry
 from app.lessons.step_view import StepView
+from app.page.lessons.duel import duel_html
 from app.page.lessons.search_plot import search_plot
 from app.text.lesson_text import lesson_html, plain
 from app.text.templates import macros
@@ -120,8 +121,10 @@ def attempt_html(view: StepView) -> Markup:
         # The note says already why these have nothing to tell.
         if not attempt.note or j.passed or j.value is not None
     ]
-    card = made.attempt(attempt, view.attempts, judgements, view.stale)
-    return card + search_plot(challenge, view.tries, view.lesson.language) if challenge is not None and view.tries else card
+    card = duel_html(view) + made.attempt(attempt, view.attempts, judgements, view.stale)
+    if challenge is None or not challenge.search:
+        return card
+    return card + search_plot(challenge, view.tries, view.lesson.language) if view.tries else card
 
 
 def learned_html(view: StepView) -> Markup:

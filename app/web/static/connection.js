@@ -6,13 +6,15 @@
 // - says when the tab goes out of sight and comes back, so that the server rests meanwhile,
 // - says hello at once, because a tab in the background draws no scene, and viser waits for one.
 (() => {
-  const { messages, reasons, texts, longestQuery } = duet.connection;
+  const { messages, reasons, texts, longestQuery, longestPush } = duet.connection;
   texts.refused = texts.refused.replace("{name}", location.origin);
 
   // viser rewrites the address bar a moment from now.
   const given = new URLSearchParams(location.search);
   given.delete("websocket");
   for (const [key, value] of Object.entries(duet.query)) if (!given.has(key)) given.set(key, value);
+  // One that is too long is to be named as such.
+  if (given.has("push")) given.set("push", given.get("push").slice(0, longestPush + 1));
   const query = given.toString().length > longestQuery ? "" : given.toString();
 
   let retryTimer = 0;

@@ -12,7 +12,7 @@ import pytest
 from app.hosting.store_file import StoreFile
 from app.hosting.visitor_record import VisitorRecord, record_from_bytes
 from app.web.audiences import MOVED_CODE
-from tests.app.classroom.lecture_room import choose, sees
+from tests.app.classroom.lecture_room import choose, command, sees
 from tests.app.hosting.test_workers import worker_of
 from tests.app.page.helpers import bodies, buttons, click, open_lessons, shown
 from tests.app.runtime.processes import until
@@ -98,6 +98,32 @@ def look_after_those_who_explore(teacher: BlockingClient, students: list[Blockin
     sees(teacher, "Lesson 1: steps 2 to 3 only.")
 
 
+def share_a_duel(teacher: BlockingClient, students: list[BlockingClient], screen: BlockingClient) -> str:
+    """Two students in two processes push, and the projector shows the nearer of the two, without a name; return it."""
+    click(teacher, "All lessons")
+    click(teacher, "6  ")
+    choose(teacher, "3")
+    sees(teacher, "Lesson 6 · step 3")
+    teacher.set_value("only steps", "3")
+    margins: list[float] = []
+    for times, student in enumerate(students, 1):
+        sees(student, "Lesson 6 · step 3")
+        click(student, "Next: observe")
+        click(student, "Next: challenge")
+        sees(student, "You have five pushes")
+        for _ in range(4 * times):
+            command(student, "Hand or ball 2 cm to the left")
+        click(student, "Count this push")
+        sees(student, "Push 1 of 5")
+        found = re.search(r"You came to ([\d.]+) mm above dₘ", shown(student))
+        assert found is not None
+        margins.append(float(found[1]))
+    record = f"{min(margins):.1f} mm above dₘ"
+    sees(screen, "Closest in the class:", record)
+    sees(teacher, "Closest in the class:", record)
+    return record
+
+
 def test_students_explore_in_other_processes_and_the_teacher_reaches_them(served: Served, come: Come, tmp_path: Path) -> None:
     teacher = come(key=True)
     open_lessons(teacher)
@@ -132,7 +158,10 @@ def test_students_explore_in_other_processes_and_the_teacher_reaches_them(served
     click(teacher, "Let everybody go on")
     for one in students:
         sees(one, "this is your own session")
-    look_after_those_who_explore(teacher, students, come(screen=True))
+    screen = come(screen=True)
+    look_after_those_who_explore(teacher, students, screen)
+    apart = next(one for one, place in zip(students, places, strict=True) if place != places[0])
+    record = share_a_duel(teacher, [students[0], apart], screen)
     names = [drawn_name(student) for student in students]
     # A process that dies takes no session along.
     students[0].set_value("critical distance d_m [mm]", 70.0)
@@ -151,7 +180,7 @@ def test_students_explore_in_other_processes_and_the_teacher_reaches_them(served
     os.kill(stage, signal.SIGKILL)
     until(lambda: stage not in served.workers and len(served.workers) == 3)
     teacher = come(key=True)
-    sees(teacher, "students here: 3", "exploring: 3", "reports handed in: 1", "Lesson 1: steps 2 to 3 only.", *names)
+    sees(teacher, "students here: 3", "exploring: 3", "reports handed in: 1", "Lesson 6: step 3 only.", record, *names)
     assert all(one.closed is None for one in students)
     # Follow me: all are at the stage again.
     choose(teacher, "Follow me")

@@ -46,6 +46,7 @@ ON_THE_PAGE: Final = (
         "scenes/given_choices.py",
         "scenes/rerun.py",
         "scenes/counterexample.py",
+        "scenes/run_text.py",
         "scenes/inputs_file*.py",
         "scenes/robots/*.py",
     ),

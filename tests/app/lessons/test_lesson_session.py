@@ -4,6 +4,7 @@ import contextlib
 import math
 import random
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,11 +12,13 @@ from numpy.testing import assert_array_equal
 
 from app.lessons.bookmark import Phase
 from app.lessons.loading import load_lessons
+from app.lessons.progress import Try
 from app.lessons.reference_runs import person_of, simulated
 from app.lessons.session import lesson_actions as do
 from app.lessons.session.lesson_session import LessonSession
+from app.page.lessons.duel import duel_html
 from app.page.lessons.elbow_marks import reaches
-from app.page.lessons.lesson_html import learned_html
+from app.page.lessons.lesson_html import attempt_html, learned_html
 from app.plots.pair_strips import pairs_html
 from app.plots.time_series import RollingSeries
 from app.session.frame import freeze
@@ -25,6 +28,7 @@ from controllers.errors import BadSetting
 from scenes.history import COLUMN
 from scenes.rerun import rerun
 from scenes.roles import NoSource
+from scenes.run_text import run_of_text, run_text
 from scenes.settings import changed, specs, values
 from scenes.targets import BallTarget, HandTarget
 
@@ -253,6 +257,77 @@ def test_a_challenge_says_what_failed_and_is_tried_again_with_the_students_own_s
     run.act(do.ResetStep())
     run.act(do.GoOn())
     assert session.settings.run.gain == run.walk.setup.run.gain != 5.0
+
+
+def push(one: Student, fast: float) -> None:
+    """Take the hand and push it at the other one for a second, and count that."""
+    session, run = one.session, one.run
+    session.change("wmax", fast)
+    run.act(do.RunAgain())
+    pose = session.simulation.kinematics.hand_pose(session.arm)
+    place, turn = pose.translation.copy(), pose.rotation.copy()
+    while session.simulation.time < 1.0:
+        place[0] -= 0.05 * fast
+        session.hold(HandTarget(place.copy(), turn))
+        one.frame()
+    run.act(do.Check())
+
+
+@pytest.mark.usefixtures("fast_machine")
+def test_of_five_pushes_the_nearest_is_kept_and_is_in_its_link_to_the_last_bit() -> None:
+    one = Student(BOOK.index("hold"), 2)
+    session, run = one.session, one.run
+    session.hold(HandTarget(place := np.array([0.4, 0.01, 1.2]), None))
+    assert session.held is not None and session.held[0] is place, "outside a duel a hand is where it is held"
+    one.to_challenge()
+    # A hand that is left alone costs no push, and a run that waits begins again.
+    run.act(do.Check())
+    assert run.notes.pop()[0] == "Push first" and not run.walk.done.tries and run.walk.nearest is None
+    before = run.walk._watch.run
+    one.frames_until(lambda: run.walk._watch.run > before, 1.0)
+    assert not run.over and not session.paused and not run.walk.done.tries
+    speeds = (0.15, 0.25, 0.2, 0.1, 0.15, 0.4)
+    tables: list[np.ndarray] = []
+    for number, fast in enumerate(speeds):
+        push(one, fast)
+        assert run.over and session.paused and len(run.walk.done.tries) == min(number + 1, 5)
+        tables.append(session.simulation.history.table())
+        run.act(do.Check())
+        assert len(run.walk.done.tries) == min(number + 1, 5), "a push counts once"
+        run.act(do.StartOrPause())
+        assert not run.over and session.simulation.steps == 0 and session.settings.run.hand_speed == fast
+    tries, nearest, table = run.walk.done.tries, run.walk.nearest, tables[1]
+    assert [one.setting for one in tries] == list(speeds[:5]) and min(tries, key=lambda one: one.measured) is tries[1]
+    assert nearest is not None and tables[5][:, COLUMN["d"]].min() < table[:, COLUMN["d"]].min(), "the sixth does not count"
+    again = run_of_text(run_text(nearest))
+    assert_array_equal(rerun(again).table, table)
+    margin = float(table[:, COLUMN["d"]].min()) - 0.15
+    assert tries[1].measured == margin
+    said = attempt_html(run.view())
+    assert f"You came to {1000 * margin:.1f} mm above dₘ." in said and said.count("mm above dₘ") == 6
+    assert "broke through by 3.2 mm" in duel_html(replace(run.view(), tries=(Try(0.4, -0.0032, True),)))
+    # It outlives the process.
+    saved = run.saved()
+    assert saved is not None
+    other = LessonSession(Session(Settings()), BOOK)
+    other.resume(saved, reopen=True)
+    assert other.walk.done.tries == tries and other.walk.nearest is nearest
+    # Five new ones.
+    run.act(do.ResetStep())
+    assert not run.walk.done.tries and run.walk.nearest is None
+    one.to_challenge()
+    push(one, 0.1)
+    assert len(run.walk.done.tries) == 1 and run.walk.nearest is not nearest
+    # By another law, or with a smaller v, nothing counts.
+    session.change("v", 0.1)
+    push(one, 0.25)
+    assert len(run.walk.done.tries) == 1 and run.over
+    # A push that goes on is over after 10 s.
+    session.change("v", 0.3)
+    run.act(do.StartOrPause())
+    session.hold(HandTarget(np.array([0.3, 0.0, 1.3]), None))
+    one.frames_until(lambda: run.over)
+    assert len(run.walk.done.tries) == 2 and session.simulation.time == pytest.approx(10.0, abs=0.1)
 
 
 def test_what_a_student_changed_pushed_and_typed_is_taken_up_again() -> None:

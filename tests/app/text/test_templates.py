@@ -103,7 +103,7 @@ def views() -> Iterator[StepView]:
         done = StepProgress(
             choice=None if step.question is None else 0, because=NASTY, hints=2, attempts=2, last=attempt, passed=True
         )
-        if step.challenge is not None and step.challenge.search:
+        if step.challenge is not None:
             done.tries = tuple(Try(0.1 * k, 0.1, k == 1) for k in range(4))
         for phase in Phase:
             verdict = AnswerVerdict(False, NASTY, NASTY, (NASTY,))
@@ -131,6 +131,12 @@ def panel() -> Iterator[str]:
             yield from blocks_html(view, ((NASTY, NASTY),), computing, operated).values()
         contrast = Contrast(NASTY, (), PLAIN, PLAIN, ("a", "b"))
         yield from blocks_html(replace(view, contrast=contrast, why_outcome=(NASTY,)), (), False, False).values()
+
+
+def duel() -> Iterator[str]:
+    made = macros("page/lessons/duel.html")
+    for margin in (0.001, -0.001):
+        yield made.score([(margin, NASTY)] * 2, 2, 0) + made.record(margin, NASTY)
 
 
 def class_report() -> str:
@@ -192,7 +198,7 @@ def laws() -> Iterator[str]:
 
 def screens() -> Iterator[str]:
     for station in Station:
-        yield from (screen_html(station, view, one, 7, ("panels",)) for view in views() for one in (poll(), None))
+        yield from (screen_html(station, view, one, 7, ("panels",), (), -0.001) for view in views() for one in (poll(), None))
 
 
 def league() -> str:
@@ -243,6 +249,7 @@ SURFACES: dict[str, Callable[[], str | Iterator[str]]] = {
     "marks/feedback.html": feedback,
     "page/lessons/custom_law.html": laws,
     "page/lessons/drawing_board.html": drawing,
+    "page/lessons/duel.html": duel,
     "page/lessons/lesson.html": panel,
     "page/lessons/lesson_list.html": lambda: lesson_list_html([LessonEntry(nasty_lesson(), (True, False), True, 0)], {}),
     "page/lessons/search_plot.html": lambda: macros("page/lessons/search_plot.html").plot(
