@@ -340,6 +340,42 @@ def test_more_students_than_places_explore_in_groups_of_which_one_operates(house
     sees(di, "You are 2 at this robot", "Lesson 1 · step 1", "Your prediction")
 
 
+def test_a_teachers_second_tab_assists_until_it_takes_over(house: OpenHouse, come: Come) -> None:
+    room = Class(house, come)
+    host, first, (ann,) = room.host, room.teacher, room.come("ann")
+    second = come(room.opened, "t", key=KEY, query="lang=de")
+    sees(second, "Sie assistieren", "Lektion 1", secrets_of(BOOK.lessons[0].id)[0])
+    assert "Take over" not in buttons(first) and "You assist" not in shown(first)
+    # The second one has nothing to lead with; a student has neither, and what belongs to a teacher's page does nothing there.
+    assert not bodies(second, "GuiButtonGroupMessage") and "Pause everybody" not in buttons(second) and not second.mirror.commands
+    for uuid in [one["uuid"] for page in (first, second) for one in list(page.mirror.gui.values())]:
+        ann.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": True}})
+    click(ann, "2 ")
+    sees(first, "1 answered")
+    assert host.operator is not None and not host.room.paused
+    led = host.operator
+    click(second, "Übernehmen")
+    sees(first, "You assist: another tab of the teacher leads.")
+    second.wait_for(lambda _: host.operator not in (None, led) and "Sie assistieren" not in shown(second), WAIT)
+    assert first.closed is None and "Pause everybody" not in buttons(first)
+    click(second, "Alle anhalten")
+    sees(ann, "The teacher has paused everybody.")
+    # And back; a third one, doubled from the tab that leads, takes the lead from it at once, and both say so.
+    click(first, "Take over")
+    sees(second, "Sie assistieren")
+    click(first, "Let everybody go on")
+    sees(ann, "You follow the teacher")
+    click(second, "Übernehmen")
+    second.wait_for(lambda _: "Sie assistieren" not in shown(second), WAIT)
+    doubled = come(room.opened, "t", key=KEY, query="lang=de")
+    sees(second, "Sie assistieren")
+    doubled.wait_for(lambda v: v.mirror.grabbable or bodies(v, "GuiButtonGroupMessage"), WAIT)
+    assert "Sie assistieren" not in shown(doubled)
+    # Who leads goes: another tab leads.
+    doubled.close()
+    first.wait_for(lambda _: "You assist" not in shown(first) or "Sie assistieren" not in shown(second), WAIT)
+
+
 def test_every_button_of_the_teacher_has_a_key(house: OpenHouse, come: Come) -> None:
     room = Class(house, come)
     teacher, (ann,) = room.teacher, room.come("ann")
