@@ -22,7 +22,7 @@ class Exploring(NamedTuple):
         worked: whether the student has done something that can be handed in.
         report: that is handed in; None for none.
         name: the invented one.
-        group: whose session it is.
+        group: that has the session.
     """
 
     student: str

@@ -23,6 +23,7 @@ from app.page.view import View
 from app.web.address import Address
 from app.web.audiences import SCREEN, Audience
 from app.web.request import request_query
+from app.web.viser_internals import expand_for
 
 
 class Participant:
@@ -40,7 +41,7 @@ class Participant:
         narrow: whether its window has no room for lesson, stage and controls beside each other.
         page: the plenary on a teacher's own page; None for all others.
         banner, answers, hand_in, panel, invitation: what it has beside the plenary; None for what it has not.
-        group: whose breakout session the student has; "" while the student sees the plenary.
+        group: that has the student's breakout session; "" while the student sees the plenary.
         mates: how many students of the group are here, with this one.
         visitor: the breakout session of the one who operates it; None for all others.
         member: the page of another member of the group; None for all others, and before there is anything to see.
@@ -124,6 +125,10 @@ class Participant:
         self._shown = shown
         with contextlib.suppress(Exception), self.client.atomic():
             self.banner.show(*line, tab, offers)
+            if offers and tab is not None and view.lesson_panel.panel is not None:
+                # The banner stands in it, and on a phone it is folded.
+                self.client.gui.main_panel.minimize()
+                expand_for(self.client, view.lesson_panel.panel)
             self.hand_in.show(self.worked, report, tab)
             if self.answers is not None:
                 self.answers.fold(lessons.open)

@@ -218,7 +218,7 @@ class HandInBox:
     Args:
         control: takes both, as plain data.
         student: id of the tab.
-        group: whose breakout session the student has; "" in the plenary.
+        group: that has the student's breakout session; "" in the plenary.
     """
 
     def __init__(self, gui: viser.GuiApi, control: StudentPosts, student: str, group: str) -> None:
