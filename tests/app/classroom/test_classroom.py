@@ -239,7 +239,7 @@ def test_students_without_a_place_of_their_own_are_put_into_groups_that_last() -
     # One who is gone for a while, in a reload or longer, comes back to the same group, and so do all the next time, in any order.
     places.give(class_of_60[1:], HOLD)
     assert places.holds(class_of_60[0]), "gone for a minute, as in a reload"
-    places.give(class_of_60[1:], HOLD + 1.0)
+    places.give(class_of_60[1:], HOLD + 2.0)
     assert not places.holds(class_of_60[0]) and places.holds(class_of_60[1])
     places.take_all()
     assert places.taken == 0
