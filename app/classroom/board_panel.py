@@ -55,7 +55,7 @@ class BoardPanel:
         walk, pace = lessons.walk, room.pace
         place = walk.lesson.id, walk.step_index
         at = Bookmark(walk.book).at(*(place if pace is None else (pace.lesson, pace.nearest(*place))))
-        rows = room.board.rows(room.alone, at, now)
+        rows = room.board.rows(room.groups, at, now)
         shown = rows, at.lesson, pace
         if shown == self._shown:
             return

@@ -1,7 +1,6 @@
 """A process of a lecture that has breakout sessions, and no plenary."""
 
 import logging
-from time import monotonic
 
 import viser
 
@@ -13,7 +12,6 @@ from app.hosting.admission import Admission, Connections, Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.visitor_record import tab_id
 from app.hosting.worker_messages import Replaced, WorkerLink
-from app.i18n.speaking import set_language
 from app.session.session import Session
 from app.web.audiences import send_elsewhere
 from app.web.request import request_query
@@ -56,16 +54,11 @@ class BreakoutHost:
         self._connect()
         self._posts.queue.do()
         self._context.store.tidy()
-        for client_id, one in list(self.participants.items()):
-            if one.visitor is not None:
-                set_language(one.visitor.language)
-                one.show(self.room, None, None, one.visitor.view, one.visitor.lessons)
-                self._breakouts.frame(client_id, one.visitor, now, elapsed)
+        self._breakouts.frames(list(self.participants.values()), now, elapsed)
         if (run := run_of(self.participants.values(), self.room.wanted)) is not None:
             self.room.wanted = ""
             self._link.to_plenary(run)
         present = tuple(sorted(one.id for one in self.participants.values()))
-        self.room.places.give(present, monotonic())
         said = Present(self._link.index, present, self._context.workload.report)
         if said != self._said:
             self._said = said
@@ -76,6 +69,7 @@ class BreakoutHost:
             match message:
                 case Exploring(student=student, report=report):
                     self._expected[student] = message
+                    self.room.places.groups[student] = message.group
                     if report is None:
                         self.room.work.take_back(student)
                     else:
@@ -124,7 +118,7 @@ class BreakoutHost:
             # The teacher has called all back meanwhile.
             send_elsewhere(self._context.server, client)
             return
-        participant.worked, participant.name = expected.worked, expected.name
+        participant.worked, participant.name, participant.group = expected.worked, expected.name, expected.group
         yield from self._breakouts.admit(participant, self.participants.values(), expected.begin)
         self.participants[client.client_id] = participant
         if participant.id not in self._expected:

@@ -1,27 +1,32 @@
-"""Breakout sessions: a student explores alone beside the plenary, in this process or in another one."""
+"""Breakout sessions: a student or a group explores beside the plenary, in this process or in another one."""
 
 import logging
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
 from itertools import count
+from math import inf
 from time import monotonic
 from typing import Final
 
 from app.classroom.class_messages import ClassState, Exploring, Present, Progressed, Ran, Reported, StudentPosts, TakenBack
 from app.classroom.classroom import Classroom
+from app.classroom.group_member import GroupMember
 from app.classroom.participant import Participant
 from app.hosting.admission import Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.visitor import Visitor, open_visitor
 from app.hosting.visitor_record import VisitorRecord, tab_id
 from app.hosting.worker_messages import Replaced, WorkerLink
+from app.i18n.speaking import set_language
 from app.lessons.progress import SavedLesson
 from app.lessons.session.lesson_session import LessonSession
 from app.page.panels.server_load import ServerLoad, combined
 from app.runtime.throttled_log import ThrottledLog
 from app.session.actions import RestoreSettings
 from app.session.session import Session
-from app.web.audiences import SCREEN, Audiences
+from app.settings import LOOKS, from_query
+from app.web.audiences import SCREEN, Audiences, send_elsewhere
+from scenes.settings import values
 
 
 class BreakoutWorkers:
@@ -51,8 +56,9 @@ class BreakoutWorkers:
     def send(self, student: str, begin: VisitorRecord) -> None:
         """Send a student's next connection to a session in another process; see `Exploring`."""
         room = self._room
-        handed_in, name = room.work.handed_in(student), room.board.name_of(student)
-        self._link.to_tab(student, Exploring(student, begin, room.has_work(student), handed_in, name))
+        group = room.places.groups[student]
+        handed_in, name = room.work.handed_in(student), room.board.name_of(group)
+        self._link.to_tab(student, group, Exploring(student, begin, room.has_work(student), handed_in, name, group))
 
     def exchange(self) -> None:
         """Take what the other processes say, and let them know what the teacher has decided."""
@@ -88,6 +94,9 @@ class BreakoutWorkers:
 
 log = logging.getLogger("duet.lecture")
 
+AWAY: Final = 5.0
+"""How long a group waits for the member who operates its session [s]; then another one does."""
+
 SETTLE: Final = 0.25
 """Time between two assignments of places [s]."""
 
@@ -101,8 +110,8 @@ Plenary = tuple[Session, LessonSession]
 
 
 def run_of(participants: Iterable[Participant], student: str) -> Ran | None:
-    """Return the newest part of a student's run; None for a student who has no session here."""
-    players = (one.visitor.session.player for one in participants if one.id == student and one.visitor is not None)
+    """Return the newest part of a group's run; None for a group that has no session here. `student`: its id."""
+    players = (one.visitor.session.player for one in participants if one.group == student and one.visitor is not None)
     return next((Ran(student, player.recorded(SHOWN)) for player in players if player is not None), None)
 
 
@@ -117,6 +126,8 @@ class BreakoutSessions:
         self._context, self._room, self.workers = context, room, workers
         self._errors = ThrottledLog(log)
         self._next = 0.0
+        self._operators: dict[str, str] = {}
+        self._left: dict[str, float] = {}
 
     def expects(self, query: dict[str, str]) -> bool:
         """Return whether the browser that connects with a query gets a breakout session; from any thread."""
@@ -140,12 +151,12 @@ class BreakoutSessions:
             return
         self._next = now + SETTLE
         room = self._room
-        students = [one for one in participants if one.banner is not None or one.visitor is not None]
+        students = [one for one in participants if one.banner is not None or one.group]
         elsewhere = () if self.workers is None else self.workers.students
         room.settle((*(one.id for one in students if one.lasting), *elsewhere), monotonic())
         for one in students:
             wanted = room.free and one.lasting and room.places.holds(one.id)
-            if wanted != (one.visitor is not None) and not one.moved:
+            if wanted != bool(one.group) and not one.moved:
                 one.moved = True
                 if wanted and self.workers is not None:
                     self.workers.send(one.id, self.begin(one.id, *plenary))
@@ -156,18 +167,33 @@ class BreakoutSessions:
         return VisitorRecord({}, session.settings, self._from_plenary(student, lessons))
 
     def admit(self, participant: Participant, participants: Collection[Participant], begin: VisitorRecord) -> Pieces:
-        """Give a student the session left in the store, or one with the student's last settings, or one that begins as `begin` says."""
-        for other in participants:
-            if other is not participant and other.id == participant.id and other.visitor is not None:
-                # A lost connection may not have been noticed yet.
-                other.visitor.supersede()
-        found = yield from self._context.store.recall(participant.query)
-        # A student's lesson is open again by any link.
-        record = replace(begin if found is None else found, query=participant.query)
-        visitor = yield from open_visitor(self._context, participant.client, record.settings, record=record)
-        if not visitor.is_back and found is not None and found.lessons is not None and found.lessons.open:
-            visitor.session.post(RestoreSettings(found.settings))
-        participant.visitor = visitor
+        """Give a group the session left in the store, or one with its last settings, or one that begins as `begin` says. Who comes first
+        operates it, and the others get their pages beside it; see `frames`."""
+        if self._operators.setdefault(participant.group, participant.id) != participant.id:
+            return
+        # Nobody else is to operate it meanwhile.
+        self._left[participant.group] = inf
+        try:
+            for other in participants:
+                if other is not participant and other.group == participant.group and other.visitor is not None:
+                    # A lost connection may not have been noticed yet.
+                    other.visitor.supersede()
+            # A session is found again by all members.
+            query = {key: text for key, text in participant.query.items() if key not in LOOKS} | {"resume": participant.group}
+            found = yield from self._context.store.recall(query)
+            # A student's lesson is open again by any link.
+            record = replace(begin if found is None else found, query=query)
+            visitor = yield from open_visitor(self._context, participant.client, record.settings, record=record, query=query)
+            if len(self._room.places.members(participant.group)) > 1 or participant.group != participant.id:
+                # What the one before has chosen for the own page does not hold for this one.
+                for key, value in values(from_query(participant.query, self._context.options.settings)[0]).items():
+                    if key in LOOKS:
+                        visitor.session.change(key, value)
+            if not visitor.is_back and found is not None and found.lessons is not None and found.lessons.open:
+                visitor.session.post(RestoreSettings(found.settings))
+            participant.visitor = visitor
+        finally:
+            self._left.pop(participant.group, None)
 
     def leave(self, participant: Participant) -> None:
         """Keep the session of a student who has disconnected."""
@@ -175,8 +201,55 @@ class BreakoutSessions:
         if participant.visitor is not None:
             participant.visitor.leave()
 
-    def frame(self, client_id: int, visitor: Visitor, now: float, elapsed: float) -> None:
-        """Advance and draw one student's session. `now`: wall time; `elapsed`: since the last frame [s]."""
+    def frames(self, participants: Collection[Participant], now: float, elapsed: float) -> None:
+        """Advance and draw every session, for all its members. `now`: wall time; `elapsed`: since the last frame [s]."""
+        groups: dict[str, list[Participant]] = {}
+        for one in participants:
+            if one.group:
+                groups.setdefault(one.group, []).append(one)
+        self._operators = {group: student for group, student in self._operators.items() if self._room.free or group in groups}
+        self._left = {group: since for group, since in self._left.items() if group in groups}
+        for group, members in groups.items():
+            lead = self._seat(group, members, now)
+            for one in members:
+                one.mates = len({other.id for other in members})
+                page = one.visitor or one.member
+                if page is not None:
+                    set_language(page.language)
+                    one.show(self._room, None, None, page.view, page.lessons)
+            if lead is not None and lead.visitor is not None:
+                lead.visitor.beside = tuple(one.member for one in members if one.member is not None)
+                self._frame(lead.client.client_id, lead.visitor, now, elapsed)
+
+    def _seat(self, group: str, members: list[Participant], now: float) -> Participant | None:
+        """Let one member of a group operate the session and the others watch; return the one. `now`: wall time [s]."""
+        for one in members:
+            if one.takes_over:
+                one.takes_over, self._operators[group] = False, one.id
+        lead = next((one for one in reversed(members) if one.visitor is not None and not one.visitor.superseded), None)
+        if any(one.id == self._operators.get(group) for one in members):
+            self._left.pop(group, None)
+        elif now - self._left.setdefault(group, now) > AWAY:
+            self._operators[group] = members[0].id
+        operator = self._operators.get(group)
+        for one in members:
+            operates = one.id == operator
+            # Who takes over comes again once the page before has left the session in the store.
+            if (not operates and one.visitor is not None) or (operates and lead is None):
+                self._move(one)
+            elif lead is None or lead.visitor is None or one.visitor is not None:
+                continue
+            elif one.member is None or not one.member.watches(lead.visitor):
+                one.member = GroupMember(self._context, one.client, lead.visitor)
+        return lead
+
+    def _move(self, one: Participant) -> None:
+        """Have a page come again, once."""
+        if not one.moved:
+            one.moved = True
+            send_elsewhere(self._context.server, one.client)
+
+    def _frame(self, client_id: int, visitor: Visitor, now: float, elapsed: float) -> None:
         try:
             visitor.session.halt.set("teacher", self._room.paused)
             visitor.lessons.pace = self._room.pace

@@ -22,6 +22,7 @@ class Exploring(NamedTuple):
         worked: whether the student has done something that can be handed in.
         report: that is handed in; None for none.
         name: the invented one.
+        group: that has the session.
     """
 
     student: str
@@ -29,6 +30,7 @@ class Exploring(NamedTuple):
     worked: bool
     report: HandIn | None
     name: str
+    group: str
 
 
 class ClassState(NamedTuple):
@@ -49,7 +51,7 @@ class Present(NamedTuple):
 
 
 class Progressed(Action, newest_by=("student",)):
-    """A student's progress in a session of their own, as JSON."""
+    """The progress in a breakout session, as JSON. `student`: the group."""
 
     student: str
     progress: str
@@ -74,7 +76,7 @@ class TakenBack(Action):
 
 
 class Ran(Action, newest_by=("student",), eq=False):
-    """The newest part of the run that the teacher wants to show. `recorded`: None where it has not begun."""
+    """The newest part of the run that the teacher wants to show. `student`: the group; `recorded`: None where it has not begun."""
 
     student: str
     recorded: Recorded | None

@@ -1,5 +1,6 @@
 """The state of a class: the students who are present, the question in the plenary, and the teacher's decisions."""
 
+from collections import Counter
 from dataclasses import dataclass, replace
 
 from app.classroom.ballots import Ballots, Origin, VoterCount, Voters
@@ -72,7 +73,7 @@ class Classroom:
     Attributes:
         free: whether the students explore; otherwise they follow.
         paused: whether all sessions are paused.
-        waiting: how many students want to explore and have no place.
+        waiting: how many students want to explore and cannot.
         load: of the server; None before it was measured.
         ballots, places: the answers, and the breakout sessions' places.
         work: what students have done in their own sessions, and have handed in.
@@ -133,14 +134,20 @@ class Classroom:
     @property
     def heads(self) -> tuple[int, int]:
         """How many students there are in all, and in breakout sessions."""
-        return len(self.here), len(self.alone)
+        return len(self.here), sum(self.groups.values())
 
     @property
-    def alone(self) -> tuple[str, ...]:
-        """All students who have a breakout session."""
-        return tuple(student for student in self.here if self.places.holds(student))
+    def groups(self) -> dict[str, int]:
+        """All groups that have a breakout session, and how many students of each are here; a student alone is a group of one."""
+        return Counter(self.places.groups[student] for student in self.here if self.places.holds(student))
 
     # ---- follow me, or explore ---------------------------------------------------------------------------------------------
+
+    def explore(self) -> None:
+        """Send all students to breakout sessions; with a place for everybody there are no groups."""
+        if not self.free and len(self.here) <= self.places.most:
+            self.places.part()
+        self.free = True
 
     def follow(self) -> None:
         """Call all students back to the plenary."""
@@ -229,6 +236,12 @@ class Classroom:
         return to_json(progress)
 
     # ---- what is left behind -----------------------------------------------------------------------------------------------
+
+    def note(self, group: str, progress: str, now: float) -> None:
+        """Take a group's progress, as JSON: each of its students has done it. `now`: the clock [s]."""
+        self.board.note(group, progress, now)
+        for student in self.places.members(group) or (group,):
+            self.work.note(student, progress)
 
     def has_work(self, student: str) -> bool:
         """Return whether a student has done something that can be handed in."""

@@ -5,6 +5,7 @@ from typing import Final
 from markupsafe import Markup
 
 from app.classroom.ballots import VoterCount
+from app.classroom.breakout_places import group_size
 from app.classroom.classroom import Classroom, Poll
 from app.export.tally_html import cloud_html, switches_text, tie_text
 from app.i18n.speaking import N_, spoken, tr
@@ -18,7 +19,10 @@ from app.web.address import Address, qr_svg
 
 FOLLOWING: Final = N_("You follow the teacher: everybody sees this stage.")
 EXPLORING: Final = N_("Explore freely: this is your own session, and its settings are kept for the next time.")
-WATCHING: Final = N_("All {most} places for exploring are taken, so you go on watching. As soon as one is free, it is yours.")
+TOGETHER: Final = N_("You are {count} at this robot, and answer together.")
+OPERATING: Final = N_("You operate it.")
+WATCHING: Final = N_("Another one of you operates it.")
+TAKE_OVER: Final = N_("Take over")
 NAMED: Final = N_("For the teacher you are {name}.")
 NAMELESS: Final = N_("Your browser blocks storage for this page, so you can only watch.")
 HALTED: Final = N_("The teacher has paused everybody.")
@@ -80,9 +84,10 @@ def _near(poll: Poll, curve: Curve) -> Markup:
     return drawing_verdict_html(judge_drawing(poll.drawing, curve, poll.truth, spoken().language))
 
 
-def heads_html(room: Classroom) -> Markup:
-    """Return how many students there are, what they do, and how busy the server is."""
+def heads_html(room: Classroom, expected: int = 0) -> Markup:
+    """Return how many students there are, what they do, and how busy the server is. `expected`: students; 0 where nobody has said."""
     present, exploring = room.heads
+    students, places = max(present, expected), room.places.most
     pills = [("", tr("students here: {count}", count=present))]
     if room.free:
         pills.append(("go", tr("exploring: {count}", count=exploring)))
@@ -90,6 +95,9 @@ def heads_html(room: Classroom) -> Markup:
             pills.append(("halt", tr("without a place: {count}", count=room.waiting)))
     elif present:
         pills.append(("go", tr("all follow")))
+    if (size := group_size(students, places)) > 1:
+        said = tr("{students} students, {places} places: groups of {size}", students=students, places=places, size=size)
+        pills.append(("halt", said))
     if room.work.hand_ins:
         pills.append(("go", tr("reports handed in: {count}", count=len(room.work.hand_ins))))
     if room.paused:

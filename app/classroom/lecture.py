@@ -54,6 +54,7 @@ class LectureHost:
         if context.link is not None:
             context.link.wake = context.wake
             self._breakouts.workers = BreakoutWorkers(context.link, self.room, self.control, self._breakouts.hurry)
+        self.control.presenter.expected = context.options.students
         self._leader = Leader(context.options.key)
         plenary = self.session, self.lessons
         self._recorder = LectureRecorder(context.store, interrupted, plenary, self.room, self._leader, context.book)
@@ -108,6 +109,10 @@ class LectureHost:
         set_language(self.controls.language)
         if self.controls.operator is None:
             self._find_operator()
+        for one in list(self.participants.values()):
+            if one.teacher and one.takes_over:
+                one.takes_over = False
+                self._build(one, self.controls.take_over)
         self.control.answers.do()
         if self.controls.operator is not None and self.controls.language_changed:
             self._build(self.controls.operator, self.controls.build_operator_page)
@@ -130,11 +135,7 @@ class LectureHost:
         self._tell_trouble()
         if (run := run_of(self.participants.values(), self.room.wanted)) is not None:
             self.control.post_work(run)
-        for client_id, one in list(self.participants.items()):
-            if one.visitor is not None:
-                set_language(one.visitor.language)
-                one.show(self.room, None, None, one.visitor.view, one.visitor.lessons)
-                self._breakouts.frame(client_id, one.visitor, now, elapsed)
+        self._breakouts.frames(list(self.participants.values()), now, elapsed)
 
     def _tell_trouble(self) -> None:
         """Say once to the teacher who has the controls what is wrong with the store."""
@@ -226,7 +227,8 @@ class LectureHost:
         participant = Participant(client, self._leader.holds(client_id), audience, self.control)
         if not participant.teacher and participant.audience is None and self._breakouts.expects(participant.query):
             begin = self._breakouts.begin(participant.id, self.session, self.lessons)
-            participant.name = self.room.board.name_of(participant.id)
+            participant.group = self.room.places.groups[participant.id]
+            participant.name = self.room.board.name_of(participant.group)
             yield from self._breakouts.admit(participant, self.participants.values(), begin)
             self.participants[client_id] = participant
             self.room.enter(client_id, participant.id)

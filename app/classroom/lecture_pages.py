@@ -1,9 +1,11 @@
 """The pages of a lecture: a teacher's each, of which one has the controls, and one for every audience of students and projectors."""
 
 from collections.abc import Iterator
+from contextlib import suppress
 
 import viser
 
+from app.classroom.assistant_panel import AssistantPanel
 from app.classroom.class_downloads import ClassDownloads, Summaries
 from app.classroom.classroom import Classroom
 from app.classroom.overlays import Invitation
@@ -64,13 +66,24 @@ class PlenaryControls:
 
     def admit(self, teacher: Participant) -> None:
         """Build the page of a teacher who has connected, with the controls if they are free or the teacher's tab had them."""
-        if self.operator is not None and teacher.id == self._last_operator:
-            # The earlier connection is lost, which may be noticed later.
-            self.release()
         if self.operator is None:
             self.hand_over(teacher)
+        elif teacher.id == self._last_operator:
+            # The earlier connection is lost, which may be noticed later, or the tab was doubled.
+            self.take_over(teacher)
         else:
             self._build_page(teacher)
+
+    def take_over(self, teacher: Participant) -> None:
+        """Give the controls to a teacher; the one who had them assists."""
+        before = self.operator
+        if before is teacher:
+            return
+        self.release()
+        self.hand_over(teacher)
+        if before is not None:
+            with suppress(Exception):
+                self._build_page(before)
 
     def hand_over(self, teacher: Participant) -> None:
         self.operator, self._browser = teacher, browser_language(teacher.client)
@@ -113,11 +126,15 @@ class PlenaryControls:
                 self.operation = Operation(client, self._session, teacher.page.view, presenting=ALONE not in teacher.query)
             if teacher.panel is not None:
                 teacher.panel.close()
-            if ALONE not in teacher.query:
-                notes = context.notes if context.options.key is not None else None
+            notes = context.notes if context.options.key is not None else None
+            if not leads:
+                teacher.panel = AssistantPanel(client.gui, notes, teacher.ask_to_operate)
+            elif ALONE not in teacher.query:
                 downloads = ClassDownloads(client, self._session, context.jobs, self._summaries, teacher.page.book, language)
                 page = self._session.settings.page
-                teacher.panel = TeacherPanel(client, self._control.post, self.address, notes, page, downloads)
+                teacher.panel = TeacherPanel(
+                    client, self._control.post, self.address, notes, page, downloads, self._control.presenter.expected
+                )
             teacher.invitation = Invitation(client.gui, teacher.page.view)
             teacher.page.view.welcome(client)
 

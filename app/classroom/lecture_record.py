@@ -78,6 +78,7 @@ class LectureRecorder:
             dict(self._room.board.names),
             self._room.pace,
             dict(work.nearest),
+            dict(self._room.places.groups),
         )
         session = self._session
         self._store.save_lecture(
@@ -94,6 +95,7 @@ def _take_up(room: Classroom, record: ClassRecord) -> None:
     room.work.restore(record.passed, record.hand_ins, record.nearest)
     room.voters.restore(record.pages_only, record.pageless)
     room.board.names, room.pace = dict(record.names), record.pace
+    room.places.groups = dict(record.groups)
     room.count_pages_only(record.pages_only)
 
 

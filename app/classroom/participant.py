@@ -4,9 +4,11 @@ import contextlib
 
 import viser
 
+from app.classroom.assistant_panel import AssistantPanel
 from app.classroom.class_messages import Progressed, StudentPosts
 from app.classroom.classroom import Classroom, Poll
-from app.classroom.classroom_html import EXPLORING, FOLLOWING, HALTED, NAMED, NAMELESS, WATCHING
+from app.classroom.classroom_html import EXPLORING, FOLLOWING, HALTED, NAMED, NAMELESS, OPERATING, TOGETHER, WATCHING
+from app.classroom.group_member import GroupMember
 from app.classroom.overlays import Invitation
 from app.classroom.presenter import Presenter
 from app.classroom.stage_page import StagePage
@@ -21,6 +23,7 @@ from app.page.view import View
 from app.web.address import Address
 from app.web.audiences import SCREEN, Audience
 from app.web.request import request_query
+from app.web.viser_internals import expand_for
 
 
 class Participant:
@@ -38,7 +41,11 @@ class Participant:
         narrow: whether its window has no room for lesson, stage and controls beside each other.
         page: the plenary on a teacher's own page; None for all others.
         banner, answers, hand_in, panel, invitation: what it has beside the plenary; None for what it has not.
-        visitor: the student's breakout session; None while the student sees the plenary.
+        group: that has the student's breakout session; "" while the student sees the plenary.
+        mates: how many students of the group are here, with this one.
+        visitor: the breakout session of the one who operates it; None for all others.
+        member: the page of another member of the group; None for all others, and before there is anything to see.
+        takes_over: whether this browser wants to operate what another one does.
         moved: whether it was asked to connect again.
         worked: whether its student has done something that can be handed in.
         name: the invented one, in a breakout session.
@@ -54,9 +61,11 @@ class Participant:
         self.banner: Banner | None = None
         self.answers: Answers | None = None
         self.hand_in: HandInBox | None = None
-        self.panel: TeacherPanel | None = None
+        self.panel: TeacherPanel | AssistantPanel | None = None
         self.invitation: Invitation | None = None
+        self.group, self.mates, self.takes_over = "", 1, False
         self.visitor: Visitor | None = None
+        self.member: GroupMember | None = None
         # In another language the view is a new one, and has no banner yet.
         self._view: View | None = None
         self._shown: object = None
@@ -64,13 +73,17 @@ class Participant:
 
     def add_banner(self) -> None:
         """Add what a student's page has at the top."""
-        self.banner = Banner(self.client.gui)
-        self.hand_in = HandInBox(self.client.gui, self._control, self.id)
+        self.banner = Banner(self.client.gui, self.ask_to_operate)
+        self.hand_in = HandInBox(self.client.gui, self._control, self.id, self.group)
+
+    def ask_to_operate(self) -> None:
+        """Have this browser operate what another one does; from any thread."""
+        self.takes_over = True
 
     def leave(self) -> None:
         """Keep what a student has done in a session of their own, and drop what is being made for a teacher."""
         if self.visitor is not None and not self.visitor.superseded and self.visitor.lessons.begun:
-            self._control.post_work(Progressed(self.id, self.visitor.lessons.walk.to_json()))
+            self._control.post_work(Progressed(self.group, self.visitor.lessons.walk.to_json()))
         if self.panel is not None:
             self.panel.close()
 
@@ -92,25 +105,30 @@ class Participant:
         Args:
             poll: the question in the plenary.
             mine: what the student has handed in; None for no question, or no student.
-            view, lessons: the plenary's, or the student's own ones.
+            view, lessons: the plenary's, or those of the breakout session.
         """
-        if self.visitor is not None and self._view is not view:
+        if self.group and self._view is not view:
             self._view, self._shown = view, None
             self.add_banner()
         if self.banner is None or self.hand_in is None:
             return
-        self.hand_in.post(None if self.visitor is None else lessons)
+        self.hand_in.post(lessons if self.group else None, self.member is None)
         report = room.work.handed_in(self.id)
-        self.worked = self.worked or report is not None or room.has_work(self.id)
+        self.worked = self.worked or report is not None or room.has_work(self.id) or room.has_work(self.group)
         line, tab = self._line(room), view.lesson_panel.tab if lessons.open and self.narrow else None
         answered = None if self.answers is None else (lessons.open, poll, mine, view.lesson_panel.tab)
+        offers = self.member is not None
         shown = line, tab, answered, self.worked, report
         # Opening a batch for each of thirty pages in every frame would cost a message each.
         if shown == self._shown:
             return
         self._shown = shown
         with contextlib.suppress(Exception), self.client.atomic():
-            self.banner.show(*line, tab)
+            self.banner.show(*line, tab, offers)
+            if offers and tab is not None and view.lesson_panel.panel is not None:
+                # The banner stands in it, and on a phone it is folded.
+                self.client.gui.main_panel.minimize()
+                expand_for(self.client, view.lesson_panel.panel)
             self.hand_in.show(self.worked, report, tab)
             if self.answers is not None:
                 self.answers.fold(lessons.open)
@@ -120,10 +138,12 @@ class Participant:
     def _line(self, room: Classroom) -> tuple[str, str]:
         """Return kind and text of the banner."""
         if room.paused:
-            return "halt" if self.visitor is None else "own halt", tr(HALTED)
-        if self.visitor is not None:
+            return "own halt" if self.group else "halt", tr(HALTED)
+        if self.group:
             pace = () if room.pace is None else (tr(room.pace.words),)
-            return "own", " ".join((tr(EXPLORING), *pace, tr(NAMED, name=self.name)))
-        if room.free:
-            return "wait", tr(WATCHING, most=room.places.most) if self.lasting else tr(NAMELESS)
+            who = tr(OPERATING) if self.member is None else tr(WATCHING)
+            begin = (tr(EXPLORING),) if self.mates == 1 else (tr(TOGETHER, count=self.mates), who)
+            return "own", " ".join((*begin, *pace, tr(NAMED, name=self.name)))
+        if room.free and not self.lasting:
+            return "wait", tr(NAMELESS)
         return "follow", tr(FOLLOWING)

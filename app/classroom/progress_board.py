@@ -1,6 +1,6 @@
 """How far every student is who works alone: a row for each, under an invented name, and a column for each step of a lesson."""
 
-from collections.abc import Iterable
+from collections.abc import Mapping
 from random import SystemRandom
 from typing import Final, NamedTuple
 
@@ -30,11 +30,12 @@ class Cell(NamedTuple):
 
 
 class Row(NamedTuple):
-    """One student. `lesson`: number of the lesson where the student is, 0 for the board's."""
+    """One student, or a group of `members`. `lesson`: number of the lesson where they are, 0 for the board's."""
 
     name: str
     cells: tuple[Cell, ...]
     lesson: int = 0
+    members: int = 1
 
 
 class ProgressBoard:
@@ -76,14 +77,15 @@ class ProgressBoard:
         """Return a student's newest progress."""
         return self._seen[student][0] if student in self._seen else Progress()
 
-    def rows(self, students: Iterable[str], at: Bookmark, now: float) -> tuple[Row, ...]:
-        """Return the rows of students who work alone, by name.
+    def rows(self, groups: Mapping[str, int], at: Bookmark, now: float) -> tuple[Row, ...]:
+        """Return the rows of those who explore, by name.
 
         Args:
+            groups: how many students each has.
             at: the lesson of the board, and the step where all begin.
             now: the clock [s].
         """
-        return tuple(sorted(self._row(student, at, now) for student in students))
+        return tuple(sorted(self._row(group, at, now)._replace(members=members) for group, members in groups.items()))
 
     def _row(self, student: str, at: Bookmark, now: float) -> Row:
         lesson, begin = at.lesson, (at.lesson.id, at.step.id)

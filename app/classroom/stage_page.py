@@ -17,6 +17,7 @@ from app.page.lessons.lesson_panel import ORDER
 from app.page.view import View
 from app.session.frame import Frame
 from app.session.session import Session
+from app.session.shown import Shown
 from app.settings import Language, Look
 from app.web.address import Address
 from app.web.audiences import Audience
@@ -31,6 +32,7 @@ class StagePage:
         look: of the page; None for that of the stage's settings, which is the operator's.
         clients: returns the clients to which the camera belongs.
         presenter: of a projector's page; None for all others.
+        tip: see `app.page.view.View`.
 
     Attributes:
         language, book: of the page, and the lessons in it.
@@ -47,13 +49,14 @@ class StagePage:
         look: Look | None,
         clients: Callable[[], list[viser.ClientHandle]],
         presenter: Presenter | None = None,
+        tip: Callable[[Shown], str] | None = None,
     ) -> None:
         self._host, self.book = host, in_language(book, language)
         self._clients, self._presenter, self.shown = clients, presenter, False
         self.language: Language = language
         set_language(language)
         with host.atomic():
-            self.view = View(host, session, clients, lessons, look, self.book, folds=False)
+            self.view = View(host, session, clients, lessons, look, self.book, folds=False, tip=tip)
             self._screen = None if presenter is None else ScreenView(host.gui, presenter, lessons, self.book)
         self._poll: viser.GuiHtmlHandle | None = None
         self._shown: tuple[Poll | None, float | None] = None, None

@@ -9,7 +9,7 @@ import viser
 
 from app.classroom.class_messages import Progressed, Reported, StudentPosts, TakenBack
 from app.classroom.classroom import Poll
-from app.classroom.classroom_html import banner_html, mine_html
+from app.classroom.classroom_html import TAKE_OVER, banner_html, mine_html
 from app.classroom.student_work import LONGEST_NAME, clean_name
 from app.classroom.teacher_control import TeacherControl
 from app.export.class_summary import HandIn
@@ -45,15 +45,16 @@ ONE_LINE: Final = N_(
 
 
 class Banner:
-    """One line at the top of a page: what the teacher has decided."""
+    """One line at the top of a page: what the teacher has decided; below it a button for who may take over. `take_over`: presses it."""
 
-    def __init__(self, gui: viser.GuiApi) -> None:
-        self._gui = gui
+    def __init__(self, gui: viser.GuiApi, take_over: Callable[[], None]) -> None:
+        self._gui, self._take_over = gui, take_over
+        self._buttons: dict[bool, viser.GuiButtonHandle] = {}
         self._handle = gui.add_html("", order=-30.0)
         self._other: viser.GuiHtmlHandle | None = None
 
-    def show(self, kind: str, text: str, tab: viser.GuiTabHandle | None = None) -> None:
-        """Show a text; "" shows nothing. `tab`: of the lesson, in place of folded controls."""
+    def show(self, kind: str, text: str, tab: viser.GuiTabHandle | None = None, offers: bool = False) -> None:
+        """Show a text; "" shows nothing. `tab`: of the lesson, in place of folded controls; `offers`: whether there is the button."""
         line = banner_html(kind, text)
         if tab is not None and self._other is None:
             with tab:
@@ -61,6 +62,13 @@ class Banner:
         self._handle.content = "" if tab is not None else line
         if self._other is not None:
             self._other.content = line if tab is not None else ""
+        in_tab = tab is not None
+        if offers and in_tab not in self._buttons:
+            with tab or nullcontext():
+                button = self._gui.add_button(tr(TAKE_OVER), order=0.6 if in_tab else -29.5, icon=viser.Icon.HAND_GRAB)
+            self._buttons[in_tab] = on_press(button, self._take_over)
+        for place, button in self._buttons.items():
+            button.visible = offers and place == in_tab
 
 
 class Answers:
@@ -210,10 +218,11 @@ class HandInBox:
     Args:
         control: takes both, as plain data.
         student: id of the tab.
+        group: that has the student's breakout session; "" in the plenary.
     """
 
-    def __init__(self, gui: viser.GuiApi, control: StudentPosts, student: str) -> None:
-        self._gui, self._control, self._student = gui, control, student
+    def __init__(self, gui: viser.GuiApi, control: StudentPosts, student: str, group: str) -> None:
+        self._gui, self._control, self._student, self._group = gui, control, student, group
         self._forms: dict[bool, _Form] = {}
         self._names: deque[str] = deque(maxlen=1)
         self._version = -1
@@ -226,11 +235,12 @@ class HandInBox:
         # The progress belongs to the thread that calls `post`.
         self._names.append(name)
 
-    def post(self, own: LessonSession | None) -> None:
+    def post(self, own: LessonSession | None, operates: bool) -> None:
         """Post the report if the student has asked for it, and the progress in the student's own session whenever it has changed.
 
         Args:
             own: the lessons of that session; None in the plenary.
+            operates: whether the student operates that session; otherwise another one posts its progress.
         """
         name = self._names.pop() if self._names else None
         progress = "" if own is None or not own.begun or (name is None and own.version == self._version) else own.walk.to_json()
@@ -238,8 +248,8 @@ class HandInBox:
             self._version = own.version
         if name is not None:
             self._control.post_work(Reported(self._student, name, progress))
-        elif progress:
-            self._control.post_work(Progressed(self._student, progress))
+        elif progress and operates:
+            self._control.post_work(Progressed(self._group, progress))
 
     def post_again(self) -> None:
         """Post the progress with the next frame, also if it has not changed."""

@@ -109,8 +109,7 @@ class TeacherControl:
             case TakeDrawing(board, text):
                 board.take(text)
             case Progressed(student, progress):
-                room.work.note(student, progress)
-                room.board.note(student, progress, monotonic())
+                room.note(student, progress, monotonic())
             case Ran(student, recorded):
                 self._show_run(student, recorded)
             case Reported(student, name, progress):
@@ -131,7 +130,7 @@ class TeacherControl:
             case "follow":
                 room.follow()
             case "free":
-                room.free = True
+                room.explore()
             case "pause":
                 room.paused = not room.paused
                 self._session.halt.set("class", room.paused)
@@ -145,7 +144,7 @@ class TeacherControl:
                 self._show_work(room.board.student_of(value))
             case "show run":
                 student = room.board.student_of(value)
-                room.wanted = student if student in room.alone else ""
+                room.wanted = student if student in room.groups else ""
             case "pace":
                 self._open_steps(value)
             case "quote":

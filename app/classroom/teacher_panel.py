@@ -56,6 +56,7 @@ class TeacherPanel:
         notes: Markdown by lesson id; None for a teacher without a key.
         page: of the teacher; a projector that is opened from here looks the same.
         downloads: of the class's reports.
+        expected: how many students are; 0 where nobody has said.
     """
 
     def __init__(
@@ -66,6 +67,7 @@ class TeacherPanel:
         notes: Mapping[str, str] | None,
         page: PageSettings,
         downloads: ClassDownloads,
+        expected: int,
     ) -> None:
         self._gui, self._act, self._downloads = client.gui, act, downloads
         gui = client.gui
@@ -102,8 +104,8 @@ class TeacherPanel:
         with tabs.add_tab(tr("Join"), viser.Icon.QRCODE):
             gui.add_html(join_html(address))
             self._joined = gui.add_html("")
-            expected = gui.add_number(tr("students expected"), 0, min=0, max=MOST_EXPECTED, step=1)
-            on_entry(expected, lambda count: act("expect", str(int(count))))
+            number = gui.add_number(tr("students expected"), expected, min=0, max=MOST_EXPECTED, step=1)
+            on_entry(number, lambda count: act("expect", str(int(count))))
             self._invite = ChoiceButtons(
                 gui,
                 "shown",
@@ -153,11 +155,12 @@ class TeacherPanel:
         self._downloads.show()
         reasons = {} if poll is None else room.ballots.reasons(poll.question)
         voters, pages_only, reports = room.voters_of(poll), room.voters.pages_only, len(room.work.hand_ins)
-        shown = room.heads, room.free, room.paused, room.waiting, reports, poll, room.load, voters, pages_only, reasons
+        heads = room.heads, presenter.expected, room.places.most
+        shown = heads, room.free, room.paused, room.waiting, reports, poll, room.load, voters, pages_only, reasons
         if shown == self._shown:
             return
         self._shown, self._free = shown, room.free
-        self._heads.content = heads_html(room)
+        self._heads.content = heads_html(room, presenter.expected)
         self._mode.show(1 if room.free else 0)
         # Before the reveal only the teacher sees the tally; afterwards it is in the plenary, and here too.
         self._poll.content = poll_html(poll, live=not poll.revealed) if poll is not None else ""

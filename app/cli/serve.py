@@ -64,6 +64,8 @@ class Serve:
     machine carries at 20 frames a second; the start says about how many that is."""
     watchers: int = ServeOptions.watchers
     """Most pages open in a lecture at once; visitors with the key always get in."""
+    students: int = ServeOptions.students
+    """In a lecture, how many students are expected: with fewer places than that they explore in groups, which the start says."""
     workers: int | Literal["auto"] = "auto"
     """Processes that share the visitors, started as they are needed; `auto` for as many as the machine has cores."""
     lecture: bool = False
@@ -131,6 +133,7 @@ def serve(command: Serve) -> int:
         settings=settings,
         sessions=None if command.sessions == "auto" else command.sessions,
         watchers=command.watchers,
+        students=command.students,
         lecture=command.lecture,
         key=key,
         allowed_origins=command.allow_origin,
@@ -254,9 +257,12 @@ def _announce(command: Serve, key: str | None, port: int, places: int) -> None:
     # The output of a service is its log: it has no key but the one that only it can tell.
     print(f"Duet is at {link if made or not key else link.partition('=')[0] + '=KEY'}   (Ctrl+C ends it)", flush=True)
     if command.lecture:
+        from app.classroom.breakout_places import group_size
         from app.web.address import find_address
 
         print(f"The class opens {find_address('', command.host, port).url}", flush=True)
+        if (size := group_size(command.students, places)) > 1:
+            print(f"{command.students} students, {places} places: groups of {size}.", flush=True)
     if command.sessions == "auto":
         print(f"This machine carries about {places} sessions at once.", flush=True)
     if command.open:

@@ -102,11 +102,11 @@ class PrivateHost:
         """Bring every guest to their host; other processes send those of this one here."""
         hosts = self._hosts
         for visitor in self.visitors.values():
-            visitor.guest = None
+            visitor.beside = ()
         for guest in self._guests.values():
             host = hosts.get(guest.word)
             if guest.follow(None if host is None else (host.session, host.lessons)) and host is not None:
-                host.guest = guest
+                host.beside = (guest,)
         if self._context.link is not None:
             for word in hosts.keys() - self._announced:
                 self._announced.add(word)

@@ -15,6 +15,7 @@ class ServeOptions:
         settings: of a link without a query.
         sessions: private sessions at once; None for as many as this machine carries.
         watchers: pages that may be open in a lecture at once; the teacher gets in besides.
+        students: that are expected in a lecture; 0 where nobody has said.
         lecture: whether all see one plenary session.
         key: the teacher's, or None.
         allowed_origins: web addresses from which pages may connect besides our own.
@@ -36,6 +37,7 @@ class ServeOptions:
     settings: Settings = field(default_factory=Settings)
     sessions: int | None = None
     watchers: int = 200
+    students: int = 0
     lecture: bool = False
     key: str | None = None
     allowed_origins: tuple[str, ...] = ()

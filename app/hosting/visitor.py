@@ -4,14 +4,13 @@ import logging
 from collections.abc import Generator, Iterator, Mapping
 from math import inf
 from time import perf_counter
-from typing import Final
+from typing import Final, Protocol
 
 import viser
 
 from app.hosting.admission import Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.frame_loop import Attention
-from app.hosting.guest import Guest
 from app.hosting.visitor_record import VisitorRecord, lesson_link, same_tab, tab_id
 from app.i18n.reader_language import language_of
 from app.i18n.speaking import N_, set_language, tr
@@ -22,7 +21,7 @@ from app.page.operation import Operation
 from app.page.panels.welcome import Welcome, is_for_newcomers
 from app.page.view import View
 from app.session.clock import NOT_THE_VISITORS
-from app.session.frame import freeze, make_frame
+from app.session.frame import Frame, freeze, make_frame
 from app.session.session import Session
 from app.settings import ATTACK, MOTION, PANEL, PUSH, WHOLE, Language, Settings
 from app.web.request import browser_language, request_query
@@ -40,6 +39,20 @@ PUSH_NAME: Final = N_("a push from a link")
 """Of the replay, in place of a file's name."""
 
 
+class Beside(Protocol):
+    """The page of another person, who sees the same session."""
+
+    client: viser.ClientHandle
+
+    def act(self) -> None:
+        """Do what this person's browser has asked for."""
+        ...
+
+    def show(self, frame: Frame) -> None:
+        """Draw a frame; it raises nothing."""
+        ...
+
+
 class Visitor:
     """A session with its page. The page is there once `build` has come to its end.
 
@@ -47,11 +60,12 @@ class Visitor:
         problems: what is wrong with the visitor's link.
         private: whether this is no student's session: newcomers are greeted, and a second person can be invited.
         parked: the visitor's own session and lessons, claimed from the store; None for new ones.
+        query: under which the store has them; None for that of the page.
 
     Attributes:
         is_back: whether the session was claimed from the store.
         superseded: whether the same tab has connected again meanwhile.
-        guest: who holds the other arm now; None without a guest.
+        beside: the pages of others who see it.
     """
 
     def __init__(
@@ -63,13 +77,14 @@ class Visitor:
         record: VisitorRecord | None = None,
         parked: tuple[Session, LessonSession] | None = None,
         private: bool = False,
+        query: dict[str, str] | None = None,
     ) -> None:
         self._context, self._problems, self._record = context, problems, record
-        self.client, self.query = client, request_query(client)
+        self.client, self.query = client, query or request_query(client)
         self._invites = private
         # A law is a program: only the person who started the server writes one here.
         self._edited = context.options.edited_law if private and context.server.is_owners(client.client_id) else None
-        self.guest: Guest | None = None
+        self.beside: tuple[Beside, ...] = ()
         self._welcomes = private and parked is None and record is None and is_for_newcomers(self.query)
         self._welcome: Welcome | None = None
         self.is_back, self.superseded = parked is not None, False
@@ -154,10 +169,10 @@ class Visitor:
         Returns:
             Whether there was a frame.
         """
-        workload, guest = self._context.workload, self.guest
-        clients = (self.client,) if guest is None else (self.client, guest.client)
+        workload = self._context.workload
+        clients = self.client, *(one.client for one in self.beside)
         pages = [page for one in clients if (page := self._context.server.page_of(one.client_id)) is not None]
-        # The run goes on as long as one of two people sees it.
+        # The run goes on as long as one person sees it.
         hidden, heard = bool(pages) and all(page.hidden for page in pages), sum(page.heard for page in pages)
         stirred, self._heard = self.session.stirred or heard != self._heard, heard
         self.session.halt.set("hidden", hidden)
@@ -169,8 +184,8 @@ class Visitor:
             self._translate()
         if reread:
             self.operation.notify_lessons(self._context.book)
-        if guest is not None:
-            guest.act()
+        for one in self.beside:
+            one.act()
         frame = make_frame(self.session, self.lessons.decide, now, elapsed, workload.budget)
         workload.drew(self.session.stepping)
         with self.client.atomic():
@@ -180,8 +195,8 @@ class Visitor:
                 self._welcome.show(frame)
             self._keep_record(now)
         self.client.flush()
-        if guest is not None:
-            guest.show(frame)
+        for one in self.beside:
+            one.show(frame)
         self._attention.note(now, frame.state)
         return True
 
@@ -229,13 +244,14 @@ def open_visitor(
     problems: tuple[str, ...] = (),
     record: VisitorRecord | None = None,
     private: bool = False,
+    query: dict[str, str] | None = None,
 ) -> Generator[None, None, Visitor]:
     """Build the page of a visitor who has connected piece by piece, and return the visitor; see `Visitor` for the arguments."""
-    query = request_query(client)
+    query = query or request_query(client)
     parked = context.store.claim(query)
     visitor: Visitor | None = None
     try:
-        visitor = Visitor(context, client, settings, problems, record, parked, private)
+        visitor = Visitor(context, client, settings, problems, record, parked, private, query)
         yield
         yield from visitor.build()
     except BaseException:

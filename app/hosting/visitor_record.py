@@ -65,6 +65,7 @@ class ClassRecord:
         pages_only, pageless: see `app.classroom.ballots.Voters`.
         names, pace: the invented names by the id of a student's tab, and the steps that are open to those who explore.
         nearest: lesson and step of a duel → the smallest d less d_m of the class [m].
+        groups: see `app.classroom.breakout_places.BreakoutPlaces`.
     """
 
     saved: float
@@ -82,6 +83,7 @@ class ClassRecord:
     names: Mapping[str, str] = field(default_factory=dict)
     pace: OpenSteps | None = None
     nearest: Mapping[QuestionId, float] = field(default_factory=dict)
+    groups: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -169,11 +169,11 @@ class WorkerGroup:
                 self._start_jobs()
             case messages.ToPlenary(content):
                 self.workers[0].send(messages.Relayed(content))
-            case messages.ForTab(tab, content):
-                # Where a tab has explored before, its session may be parked.
-                index = self._tabs.pop(tab, None) or self._place_explorer()
+            case messages.ForTab(tab, group, content):
+                # Where a group has explored before, its session may be parked.
+                index = self._tabs.pop(group, None) or self._place_explorer()
                 if index is not None:
-                    _remember(self._tabs, tab, index)
+                    _remember(self._tabs, group, index)
                     self._exploring[tab] = index, content
                     self.workers[index].send(messages.Relayed(content))
             case messages.ForAll(content):

@@ -107,9 +107,10 @@ class ToPlenary(NamedTuple):
 
 
 class ForTab(NamedTuple):
-    """For the process with breakout sessions that gets a tab from now on."""
+    """For the process with breakout sessions that gets a tab from now on, the same for all tabs of a group."""
 
     tab: str
+    group: str
     content: bytes
 
 
@@ -168,9 +169,9 @@ class WorkerLink:
     def to_plenary(self, message: object) -> None:
         self._send(ToPlenary(pickle.dumps(message)))
 
-    def to_tab(self, tab: str, message: object) -> None:
-        """Send a message to the process that gets a tab from now on."""
-        self._send(ForTab(tab, pickle.dumps(message)))
+    def to_tab(self, tab: str, group: str, message: object) -> None:
+        """Send a message to the process that gets a tab from now on; see `ForTab`."""
+        self._send(ForTab(tab, group, pickle.dumps(message)))
 
     def to_all(self, message: object) -> None:
         """Send a message to all processes with breakout sessions, also to those that start later."""

@@ -1,5 +1,6 @@
 """A lecture on the wire, whose teacher is in lesson 1, and what its pages see and press."""
 
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -46,6 +47,12 @@ def command(visitor: BlockingClient, name: str) -> None:
     visitor.wait_for(lambda v: any(c["label"] == name for c in list(v.mirror.commands.values())), WAIT)
     uuid = next(uuid for uuid, c in list(visitor.mirror.commands.items()) if c["label"] == name)
     visitor.send({"type": "CommandTriggerMessage", "uuid": uuid})
+
+
+def drawn_name(student: BlockingClient) -> str:
+    found = re.search(r"For the teacher you are ([^.<]+)\.", shown(student))
+    assert found is not None, shown(student)[-2000:]
+    return found[1]
 
 
 class Class:

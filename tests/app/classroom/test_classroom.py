@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.classroom.ballots import Ballots
-from app.classroom.breakout_places import HOLD, BreakoutPlaces
+from app.classroom.breakout_places import HOLD, BreakoutPlaces, group_size
 from app.classroom.classroom import Classroom
 from app.classroom.classroom_html import mine_html, poll_html
 from app.hosting.teacher_key import is_mistaken, is_teacher
@@ -224,16 +224,41 @@ def test_a_curve_counts_like_an_answer_and_is_shown_without_its_name() -> None:
     assert "Your curve is within 0.47 on average." in mine_html(poll, Ballot(None, HALF))
 
 
-def test_places_go_to_the_first_students_and_are_held_for_a_while() -> None:
-    places = BreakoutPlaces(2)
-    places.give(("ann", "bo", "cy", "ann"), 0.0)
-    assert [places.holds(who) for who in ("ann", "bo", "cy")] == [True, True, False] and places.taken == 2
-    places.give(("bo", "cy"), HOLD)
-    assert places.holds("ann"), "gone for a minute, as in a reload"
-    places.give(("bo", "cy"), HOLD + 1.0)
-    assert not places.holds("ann") and places.holds("cy")
+def test_students_without_a_place_of_their_own_are_put_into_groups_that_last() -> None:
+    assert [group_size(*one) for one in ((60, 22), (22, 22), (23, 22), (0, 22), (3, 0))] == [3, 1, 2, 1, 3]
+    places, class_of_60 = BreakoutPlaces(22), [f"student {i}" for i in range(60)]
+    places.give(class_of_60, 0.0)
+    assert places.taken == 20 and {len(places.members(one)) for one in places.groups.values()} == {3}
+    before = dict(places.groups)
+    # The next ones get groups of their own while there are places, and then join the smallest.
+    late = [f"late {i}" for i in range(7)]
+    places.give([*class_of_60, *late[:6]], 1.0)
+    assert places.taken == 22 and {len(places.members(one)) for one in places.groups.values()} == {3}
+    places.give([*class_of_60, *late], 1.0)
+    assert places.taken == 22 and len(places.members(places.groups[late[6]])) == 4
+    # One who is gone for a while, in a reload or longer, comes back to the same group, and so do all the next time, in any order.
+    places.give(class_of_60[1:], HOLD)
+    assert places.holds(class_of_60[0]), "gone for a minute, as in a reload"
+    places.give(class_of_60[1:], HOLD + 2.0)
+    assert not places.holds(class_of_60[0]) and places.holds(class_of_60[1])
     places.take_all()
     assert places.taken == 0
+    places.give(class_of_60[::-1], 100.0)
+    assert {one: places.groups[one] for one in class_of_60} == before
+    # With a place for everybody there are no groups.
+    few = BreakoutPlaces(3)
+    few.give(("ann", "bo", "cy", "ann"), 0.0)
+    assert few.groups == {"ann": "ann", "bo": "bo", "cy": "cy"}
+    few.give(("ann", "bo", "cy", "di"), 1.0)
+    assert few.groups["di"] == "ann" and few.taken == 3
+
+
+@given(st.lists(st.lists(st.integers(0, 12), max_size=14), max_size=8), st.integers(1, 5))
+def test_every_student_has_a_group_and_there_are_never_more_sessions_than_places(rounds: list[list[int]], most: int) -> None:
+    places = BreakoutPlaces(most)
+    for now, here in enumerate(rounds):
+        places.give(map(str, here), 20.0 * now)
+        assert all(places.holds(str(one)) for one in here) and places.taken <= most
 
 
 def test_who_follows_holds_no_place() -> None:
@@ -244,7 +269,19 @@ def test_who_follows_holds_no_place() -> None:
     assert room.heads == (2, 0)
     room.free = True
     room.settle(room.here, 0.0)
-    assert room.heads == (2, 1) and room.places.holds("ann")
+    assert room.heads == (2, 2) and room.groups == {"ann": 2}
+    # Called back and sent again they are together again; with a place for each there are no groups.
+    room.note("ann", '{"version": 1}', 0.0)
+    assert room.has_work("bo") and room.has_work("ann")
+    room.follow()
+    room.explore()
+    room.settle(room.here, 0.0)
+    assert room.groups == {"ann": 2}
+    room.follow()
+    room.places.most = 2
+    room.explore()
+    room.settle(room.here, 0.0)
+    assert room.groups == {"ann": 1, "bo": 1}
     room.follow()
     room.leave(0)
     room.leave(99)

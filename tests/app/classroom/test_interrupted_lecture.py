@@ -91,7 +91,7 @@ def test_a_record_of_a_class_from_before_the_rounds_is_read() -> None:
     record = VisitorRecord({}, Settings(), None, None, room)
     data = msgspec.to_builtins(record)
     del data["last_class"]
-    for later in ("earlier", "passed", "hand_ins", "pages_only", "pageless", "names", "pace"):
+    for later in ("earlier", "passed", "hand_ins", "pages_only", "pageless", "names", "pace", "groups"):
         del data["room"][later]
     # A ballot without a reason.
     data["room"]["ballots"] = {("redundancy", "freedom"): {STUDENT: (1, ())}}

@@ -16,7 +16,7 @@ from app.page.panels.choice_buttons import MARK
 from app.start import App
 from app.web.pages import HELLO, ROOM_IS_FULL, TAKEN_OVER
 from scenes.settings import values
-from tests.app.classroom.lecture_room import KEY, WAIT, Class, Come, choose, command, sees
+from tests.app.classroom.lecture_room import KEY, WAIT, Class, Come, choose, command, drawn_name, sees
 from tests.app.conftest import Join, OpenHouse, ask, lecture_of
 from tests.app.page.helpers import bodies, buttons, click, open_lessons, shown
 from tests.app.web.conftest import ended
@@ -259,28 +259,121 @@ def test_a_second_tab_of_a_student_takes_the_place_of_the_first_one(house: OpenH
     assert all(one.closed is None for one in (ann, *screens, *teachers))
 
 
-def test_places_are_few_and_a_student_without_one_reads_so(house: OpenHouse, come: Come) -> None:
-    room = Class(house, come, sessions=1)
-    host, teacher, (ann, bo), nameless = room.host, room.teacher, room.come("ann", "bo"), come(room.opened)
-    (ann,) = room.send("Explore freely", "ann")
-    room.number("ann")
-    sees(bo, "All 1 places for exploring are taken")
+def test_more_students_than_places_explore_in_groups_of_which_one_operates(house: OpenHouse, come: Come) -> None:
+    room = Class(house, come, sessions=1, students=3)
+    host, teacher = room.host, room.teacher
+    sees(teacher, "3 students, 1 places: groups of 3")
+    room.students["bo"] = come(room.opened, "bo", query="lang=de&theme=dark")
+    room.come("ann", "cy")
+    nameless = come(room.opened)
+    choose(teacher, "Explore freely")
+    for name in ("ann", "bo", "cy"):
+        room.is_sent_away(name)
+    (ann,) = room.come("ann")
+    number = room.number("ann")
+    sees(ann, "this is your own session")
+    bo = room.students["bo"] = come(room.opened, "bo", query="lang=de&theme=dark")
+    (cy,) = room.come("cy")
+    # All see the one session, each in their own language; who came first operates it.
+    sees(ann, "You are 3 at this robot, and answer together. You operate it.", "Lesson 1 · step 1")
+    sees(bo, "Sie sind zu 3 an diesem Roboter", "Lektion 1", 'data-words="de"')
+    sees(cy, "Another one of you operates it.", "Lesson 1 · step 1")
     sees(nameless, "Your browser blocks storage")
-    sees(teacher, "exploring: 1", "without a place: 2")
-    assert bo.closed is None and nameless.closed is None and len(host.sessions) == 1
-    # A class paused stands still, and goes on.
-    session = next(iter(host.sessions.values()))
-    ask(session, lambda s: s.change("autopilot", True))
-    click(teacher, "Pause everybody")
-    for one in (ann, bo):
-        sees(one, "The teacher has paused everybody.")
+    sees(teacher, "exploring: 3", "without a place: 1", "groups of 4", f"{drawn_name(ann)} × 3")
+    assert drawn_name(cy) == drawn_name(ann) in shown(bo) and len(host.sessions) == 1
+    session = host.sessions[number]
+    click(ann, "2 ")
+    for one in (ann, cy):
+        sees(one, "Your prediction")
+    # Who watches has nothing to operate, and what belongs to another page does nothing.
+    assert not bodies(cy, "GuiSliderMessage") and not cy.mirror.grabbable and "Take over" not in buttons(ann)
     steps = ask(session, lambda s: s.simulation.steps)
+    for uuid in (*ann.mirror.commands, *(one["uuid"] for one in list(ann.mirror.gui.values()))):
+        cy.send({"type": "CommandTriggerMessage", "uuid": uuid})
+        cy.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": True}})
+    # A class paused stands still, and goes on.
+    click(teacher, "Pause everybody")
+    for one in (ann, cy):
+        sees(one, "The teacher has paused everybody.")
     for wish in ("Pause or go on", "One single step", "Slower"):
         command(ann, wish)
     ann.wait_for(lambda _: session.settings.page.speed == 0.5, WAIT)
     assert ask(session, lambda s: s.simulation.steps) == steps and session.paused and host.session.paused
     click(teacher, "Let everybody go on")
-    sees(ann, "this is your own session")
+    sees(ann, "You operate it.")
+    # Another one takes over, with the same session; who operated it watches.
+    click(cy, "Take over")
+    for name in ("ann", "cy"):
+        room.is_sent_away(name)
+    cy, ann = room.come("cy", "ann")
+    assert host.sessions[room.number("cy")] is session
+    sees(ann, "Another one of you operates it.")
+    cy.wait_for(lambda _: bo.closed is None and "Jemand anderes von Ihnen bedient ihn." in shown(bo), WAIT)
+    assert session.settings.page.speed == 0.5
+    # Their report is everybody's: ann hands it in, though cy operates.
+    click(ann, "Hand in")
+    sees(teacher, "reports handed in: 1")
+    (report,) = host.room.work.hand_ins.values()
+    assert '"choice": 1' in report.progress
+    # A member who closes the tab comes back to the same group, and one who comes late is in it, too.
+    bo.close()
+    sees(cy, "You are 2 at this robot")
+    (di,) = room.come("di")
+    room.is_sent_away("di")
+    (di,) = room.come("di")
+    bo = come(room.opened, "bo", query="lang=de")
+    sees(di, "You are 4 at this robot", "Another one of you")
+    sees(bo, "Sie sind zu 4 an diesem Roboter")
+    # The one who operates goes for good: after a while the page that was there first comes again, and does.
+    cy.close()
+    room.is_sent_away("ann")
+    (ann,) = room.come("ann")
+    assert host.sessions[room.number("ann")] is session
+    sees(ann, "You operate it.")
+    # Called back and sent again they are together again.
+    bo.close()
+    ann, di = room.send("Follow me", "ann", "di")
+    sees(di, "You follow the teacher")
+    sees(teacher, "students here: 3")
+    di, ann = room.send("Explore freely", "di", "ann")
+    sees(ann, "You are 2 at this robot")
+    sees(di, "You are 2 at this robot", "Lesson 1 · step 1", "Your prediction")
+
+
+def test_a_teachers_second_tab_assists_until_it_takes_over(house: OpenHouse, come: Come) -> None:
+    room = Class(house, come)
+    host, first, (ann,) = room.host, room.teacher, room.come("ann")
+    second = come(room.opened, "t", key=KEY, query="lang=de")
+    sees(second, "Sie assistieren", "Lektion 1", secrets_of(BOOK.lessons[0].id)[0])
+    assert "Take over" not in buttons(first) and "You assist" not in shown(first)
+    # The second one has nothing to lead with; a student has neither, and what belongs to a teacher's page does nothing there.
+    assert not bodies(second, "GuiButtonGroupMessage") and "Pause everybody" not in buttons(second) and not second.mirror.commands
+    for uuid in [one["uuid"] for page in (first, second) for one in list(page.mirror.gui.values())]:
+        ann.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": True}})
+    click(ann, "2 ")
+    sees(first, "1 answered")
+    assert host.operator is not None and not host.room.paused
+    led = host.operator
+    click(second, "Übernehmen")
+    sees(first, "You assist: another tab of the teacher leads.")
+    second.wait_for(lambda _: host.operator not in (None, led) and "Sie assistieren" not in shown(second), WAIT)
+    assert first.closed is None and "Pause everybody" not in buttons(first)
+    click(second, "Alle anhalten")
+    sees(ann, "The teacher has paused everybody.")
+    # And back; a third one, doubled from the tab that leads, takes the lead from it at once, and both say so.
+    click(first, "Take over")
+    sees(second, "Sie assistieren")
+    click(first, "Let everybody go on")
+    sees(ann, "You follow the teacher")
+    click(second, "Übernehmen")
+    second.wait_for(lambda _: "Sie assistieren" not in shown(second), WAIT)
+    doubled = come(room.opened, "t", key=KEY, query="lang=de")
+    sees(second, "Sie assistieren")
+    doubled.wait_for(lambda v: v.mirror.grabbable or bodies(v, "GuiButtonGroupMessage"), WAIT)
+    assert "Sie assistieren" not in shown(doubled)
+    # Who leads goes: another tab leads.
+    doubled.close()
+    first.wait_for(lambda _: "You assist" not in shown(first) or "Sie assistieren" not in shown(second), WAIT)
 
 
 def test_every_button_of_the_teacher_has_a_key(house: OpenHouse, come: Come) -> None:

@@ -12,7 +12,7 @@ import pytest
 from app.hosting.store_file import StoreFile
 from app.hosting.visitor_record import VisitorRecord, record_from_bytes
 from app.web.audiences import MOVED_CODE
-from tests.app.classroom.lecture_room import choose, command, sees
+from tests.app.classroom.lecture_room import choose, command, drawn_name, sees
 from tests.app.hosting.test_workers import worker_of
 from tests.app.page.helpers import bodies, buttons, click, open_lessons, shown
 from tests.app.runtime.processes import until
@@ -26,8 +26,9 @@ Come = Callable[..., BlockingClient]
 
 
 @pytest.fixture
-def served(serve: Serve) -> Served:
-    return serve("--lecture", "--workers", "2", "--key", "chalk-and-talk", "--sessions", "8")
+def served(serve: Serve, request: pytest.FixtureRequest) -> Served:
+    sessions = str(getattr(request, "param", 8))
+    return serve("--lecture", "--workers", "2", "--key", "chalk-and-talk", "--sessions", sessions, "--students", "3")
 
 
 @pytest.fixture
@@ -59,12 +60,6 @@ def critical_distance(store: Path, name: str) -> float:
 
 def has_controls(visitor: BlockingClient) -> None:
     visitor.wait_for(lambda v: bodies(v, "GuiSliderMessage"), 60.0)
-
-
-def drawn_name(student: BlockingClient) -> str:
-    found = re.search(r"For the teacher you are ([^.<]+)\.", shown(student))
-    assert found is not None, shown(student)[-2000:]
-    return found[1]
 
 
 def look_after_those_who_explore(teacher: BlockingClient, students: list[BlockingClient], screen: BlockingClient) -> None:
@@ -190,3 +185,52 @@ def test_students_explore_in_other_processes_and_the_teacher_reaches_them(served
     for one in students:
         sees(one, "You follow the teacher")
     assert {worker_of(served, one) for one in students} == {worker_of(served, teacher)}
+
+
+@pytest.mark.parametrize("served", [1], indirect=True)
+def test_a_group_has_one_session_in_another_process_and_outlives_it(served: Served, come: Come, tmp_path: Path) -> None:
+    assert served.process.stdout is not None
+    lines = [served.process.stdout.readline() for _ in range(2)]
+    assert lines[1] == "3 students, 1 places: groups of 3.\n"
+    teacher = come(key=True)
+    open_lessons(teacher)
+    pages = [come(name) for name in NAMES]
+    sees(teacher, "students here: 3", "3 students, 1 places: groups of 3")
+    choose(teacher, "Explore freely")
+    assert {ended(one)[0] for one in pages} == {MOVED_CODE}
+
+    def together(*names: str) -> dict[str, BlockingClient]:
+        """The students come, of whom the first one operates; all are in the one process."""
+        found: dict[str, BlockingClient] = {}
+        for name in names:
+            found[name] = come(name)
+            if len(found) == 1:
+                has_controls(found[name])
+        for name, one in found.items():
+            sees(one, "You are 3 at this robot", "You operate it." if name == names[0] else "Another one of you operates it.")
+        assert len({worker_of(served, one) for one in found.values()}) == 1
+        return found
+
+    ann = together(*NAMES)["ann"]
+    sees(teacher, f"{drawn_name(ann)} × 3")
+    ann.set_value("critical distance d_m [mm]", 70.0)
+    until(lambda: critical_distance(tmp_path / "store", "ann") == 0.07)
+    lost, name = worker_of(served, ann), drawn_name(ann)
+    os.kill(lost, signal.SIGKILL)
+    until(lambda: lost not in served.workers and len(served.workers) == 2)
+    pages = together("bo", "ann", "cy")
+    bo = pages["bo"]
+    assert bo.mirror.labelled("critical distance d_m [mm]")["value"] == 70.0 and drawn_name(bo) == name
+    # The stage's process dies: the group stays, also the next time.
+    stage = worker_of(served, teacher)
+    os.kill(stage, signal.SIGKILL)
+    until(lambda: stage not in served.workers and len(served.workers) == 2)
+    teacher = come(key=True)
+    sees(teacher, f"{name} × 3")
+    choose(teacher, "Follow me")
+    assert {ended(one)[0] for one in pages.values()} == {MOVED_CODE}
+    followers = [come(one) for one in NAMES]
+    sees(teacher, "students here: 3")
+    choose(teacher, "Explore freely")
+    assert {ended(one)[0] for one in followers} == {MOVED_CODE}
+    assert drawn_name(together("cy", "ann", "bo")["cy"]) == name

@@ -47,7 +47,7 @@ def test_a_row_says_what_is_passed_tried_and_where_somebody_is_stuck() -> None:
     board = ProgressBoard()
 
     def row(now: float) -> tuple[Cell, ...]:
-        (one,) = board.rows(["ann"], BEGIN, now)
+        (one,) = board.rows({"ann": 1}, BEGIN, now)
         assert one.name == board.name_of("ann") and one.lesson == 0
         return one.cells
 
@@ -62,7 +62,7 @@ def test_a_row_says_what_is_passed_tried_and_where_somebody_is_stuck() -> None:
     board.note("ann", progress(LESSON, 0, attempts=4, choice=1, passed=True), 500.0)
     assert row(500.0 + 2 * STUCK)[0] == (True, 4, True, 0)
     board.note("ann", progress(BOOK.lessons[3], 0), 600.0)
-    assert board.rows(["ann"], BEGIN, 601.0)[0].lesson == 4
+    assert board.rows({"ann": 1}, BEGIN, 601.0)[0].lesson == 4
     board.note("ann", "no progress at all", 700.0)
     assert row(701.0)[1:] == (fresh, fresh)
 
