@@ -9,5 +9,5 @@ Treatment = Literal["single", "soft", "smooth"]
 """What the law sees of the pairs: the closest one (the paper), a smooth minimum over all (ours), or a smooth minimum over distances
 that are smooth themselves (ours, `controllers.convex_distance`)."""
 
-HoldTask = Literal["position", "pose"]
+HandTask = Literal["position", "pose"]
 """What the hand keeps: where it is (3 dimensions), or also how it is turned (6)."""

@@ -5,11 +5,11 @@ from typing import Final
 import numpy as np
 import pinocchio as pin
 
-from controllers.choices import HoldTask
+from controllers.choices import HandTask
 from controllers.compiled import FilledMatrix, FilledVector, Loop, Matrix, Vector
 from controllers.kinematics import DAMPING, Array, damped_solution, fill_damped_solution, fill_point_jacobian
 
-TASK_DIMENSION: Final[dict[HoldTask, int]] = {"position": 3, "pose": 6}
+TASK_DIMENSION: Final[dict[HandTask, int]] = {"position": 3, "pose": 6}
 
 
 def position_error(pose: pin.SE3, target_position: Array) -> Array:

@@ -59,14 +59,14 @@ class Material:
         }
 
 
-Palette = Mapping[str, Material]
+GlbPalette = Mapping[str, Material]
 
 
 Piece = tuple[str, NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], int, NDArray[np.float64] | None]
 """Name, vertices, normals, faces, number of the material, colours of the vertices or None."""
 
 
-def glb(meshes: Mapping[str, trimesh.Trimesh], palette: Palette) -> bytes:
+def glb(meshes: Mapping[str, trimesh.Trimesh], palette: GlbPalette) -> bytes:
     """One GLB (glTF 2.0, binary) with a node, a mesh and a material for every name; positions and normals as float32.
 
     trimesh's exporter rounds colours to 1/255, which shows in dark linear ones, and spends four bytes on an index.
@@ -134,7 +134,7 @@ SHEEN: Final = np.array([0.040, 0.044, 0.055])
 """What a shell mirrors of a bright room where it faces the light (3,), linear: without it dark parts are black holes."""
 
 
-def merged_glb(meshes: Mapping[str, trimesh.Trimesh], palette: Palette) -> bytes:
+def merged_glb(meshes: Mapping[str, trimesh.Trimesh], palette: GlbPalette) -> bytes:
     """Pack meshes into one that is drawn at one go, materials and the light of its own frame painted on its vertices.
 
     Without a graphics card every mesh drawn costs as much as thousands of triangles, and lighting a pixel more than filling it.

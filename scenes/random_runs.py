@@ -46,7 +46,7 @@ class RandomRun:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class RunVerdict:
     """What was found in a run.
 
     Attributes:
@@ -113,7 +113,7 @@ def _start(dice: np.random.Generator, room: Room) -> Array | None:
     return postures[int(np.argmin(distances))].clip(model.lowerPositionLimit, model.upperPositionLimit)
 
 
-def verdict(seed: int, index: int, seconds: float = SECONDS) -> Verdict:
+def verdict(seed: int, index: int, seconds: float = SECONDS) -> RunVerdict:
     """Make the run of an index in the series of a seed, of so much simulated time [s], and return what was found in it."""
     random = random_run(seed, index)
     settings = random.settings
@@ -121,7 +121,7 @@ def verdict(seed: int, index: int, seconds: float = SECONDS) -> Verdict:
     table, model, history = done.table, done.simulation.room.model, done.simulation.history
     q, dq, promised = history.positions(table), history.velocities(table), settings.law.entry.promises
     if not (np.isfinite(q).all() and np.isfinite(dq).all() and not np.isnan(table[:, : COLUMN["lever"] + 1]).any()):
-        return Verdict(index, ("a number is none: NaN or infinite",), promised, math.nan, ())
+        return RunVerdict(index, ("a number is none: NaN or infinite",), promised, math.nan, ())
     margin = float(table[:, COLUMN["law_d"]].min()) - settings.law.critical_distance
     faults: list[str] = []
     passed = max((model.lowerPositionLimit - q).max(), (q - model.upperPositionLimit).max())
@@ -134,12 +134,12 @@ def verdict(seed: int, index: int, seconds: float = SECONDS) -> Verdict:
     if over > ROUNDING and not settings.hardware.sees_wrong:
         faults.append(f"d_law is larger than d by {over:.3g} m")
     if not promised or settings.hardware != HardwareSettings():
-        return Verdict(index, tuple(faults), False, margin, ())
+        return RunVerdict(index, tuple(faults), False, margin, ())
     excesses = _excesses(random, broken_by(settings, table), seconds)
     if not explained(excesses):
         lost = ", ".join(f"{1000.0 * excess:.3f}" for excess in excesses)
         faults.append(f"d_law falls below d_m with every condition met, by {lost} mm at dt, dt/2, dt/4, …")
-    return Verdict(index, tuple(faults), True, margin, excesses)
+    return RunVerdict(index, tuple(faults), True, margin, excesses)
 
 
 def _excesses(random: RandomRun, first: float, seconds: float) -> tuple[float, ...]:

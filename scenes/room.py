@@ -9,7 +9,7 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-from controllers.choices import HoldTask
+from controllers.choices import HandTask
 from controllers.errors import BadSetting
 from controllers.kinematics import Arm, Array, Kinematics
 from controllers.laws.situation import AUTHORITY
@@ -69,7 +69,7 @@ class Room:
         """Return the arm opposite a side; the only one where one stands alone."""
         return self.arms[min(1 - SIDES.index(side), len(self.arms) - 1)]
 
-    def task(self, settings: RunSettings) -> HoldTask:
+    def task(self, settings: RunSettings) -> HandTask:
         """Return what a hand keeps: without six joints its place alone, whatever the settings ask for."""
         turns = all(arm.joints.stop - arm.joints.start >= TASK_DIMENSION["pose"] for arm in self.arms)
         return settings.task if turns else "position"

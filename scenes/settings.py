@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, fields, replace
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar, cast
 
-from controllers.choices import BoundsTreatment, HoldTask, Treatment
+from controllers.choices import BoundsTreatment, HandTask, Treatment
 from controllers.curve import read_curve
 from controllers.errors import BadSetting
 from scenes.experiments import EXPERIMENTS, HOLD, Experiment
@@ -170,8 +170,8 @@ class RunSettings:
         "KUKA LWR 4+", "Franka Panda", "UR5",
     )  # fmt: skip
     guided: ArmName = ARMS_WHO.choice("right", ArmName, "guided", "your arm", "The arm that you move.", "Left", "Right")
-    task: HoldTask = ARMS_TASK.choice(
-        "position", HoldTask, "task", "task", "What the avoiding hand keeps: its position, or its position and orientation.",
+    task: HandTask = ARMS_TASK.choice(
+        "position", HandTask, "task", "task", "What the avoiding hand keeps: its position, or its position and orientation.",
         "Hold position", "Hold pose",
     )  # fmt: skip
     avoid: AvoidChoice = ARMS_WHO.choice(

@@ -33,11 +33,11 @@ STILL: Final = 1e-9
 ECHO: Final = 20
 """Steps after a jump of the inputs that do not count: an arm that follows another one jumps one step later, and so on."""
 
-Verdict = Literal["measuring", "still", "smooth", "jump", "between"]
+StepTrend = Literal["measuring", "still", "smooth", "jump", "between"]
 
 
 @dataclass(frozen=True)
-class Measured:
+class StepStudy:
     """The largest step of q̇ against the time step.
 
     Attributes:
@@ -54,7 +54,7 @@ class Measured:
     largest: tuple[float | None, ...]
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> StepTrend:
         """What the numbers say."""
         if any(step is None for step in self.largest):
             return "measuring"
@@ -88,14 +88,14 @@ class Measured:
                 )
 
 
-def unmeasured(recorded: Recorded, settings: RunSettings) -> Measured:
+def unmeasured(recorded: Recorded, settings: RunSettings) -> StepStudy:
     """Return the measures of a recorded piece of a run, with some settings."""
     dt = recorded.stretches[-1].settings.dt
-    return Measured(settings, recorded.seconds, tuple(dt / k for k in SUBSTEPS), tuple(None for _ in SUBSTEPS))
+    return StepStudy(settings, recorded.seconds, tuple(dt / k for k in SUBSTEPS), tuple(None for _ in SUBSTEPS))
 
 
 def largest_step(recorded: Recorded, settings: RunSettings, substeps: int, stopped: Callable[[], bool] = never) -> float:
-    """Return the largest change of a joint's velocity from one step to the next [rad/s], see `Measured`.
+    """Return the largest change of a joint's velocity from one step to the next [rad/s], see `StepStudy`.
 
     What follows immediately upon the beginning, or upon another kind of target (the user took hold), is left out: there a jump is
     expected.

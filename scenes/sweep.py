@@ -170,17 +170,17 @@ def _range(text: str, parts: list[str]) -> list[float]:
 FIGURES: Final = ("d_min", "share_below", "e2_max", "e2_end", "dq_step_max", "ddq_max", "pair_switches", "out_of_authority_s")
 """What is kept of a run, as named in `scenes.headless.Summary`. No wall-clock times."""
 
-Figures = tuple[float, ...]
+SweepFigures = tuple[float, ...]
 """In the order of `FIGURES`."""
 
 
-def figures(settings: RunSettings, seconds: float) -> Figures:
+def figures(settings: RunSettings, seconds: float) -> SweepFigures:
     """Return the figures of a run of the scene with its own autopilot."""
     summary = run(settings, seconds).summary
     return tuple(getattr(summary, name) for name in FIGURES)
 
 
-def run_points(grid: Grid, todo: Sequence[int], compute: Compute[Figures] = computed) -> Iterator[tuple[int, Figures]]:
+def run_points(grid: Grid, todo: Sequence[int], compute: Compute[SweepFigures] = computed) -> Iterator[tuple[int, SweepFigures]]:
     """Yield (index, figures) of some points of a grid, each as soon as it is done: the figures of a point are always the same, the
     order is not, unless they are computed by one process.
 

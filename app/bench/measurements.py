@@ -18,7 +18,7 @@ from scenes.files import read_file
 BenchFigures = dict[str, dict[str, float]]
 """What was measured → figure → value."""
 
-Rows = Iterator[tuple[str, dict[str, float]]]
+BenchRows = Iterator[tuple[str, dict[str, float]]]
 """The same, one after the other."""
 
 MOST_BYTES: Final = 10_000_000
@@ -28,7 +28,7 @@ WATCHERS: Final = 30
 SESSIONS: Final = 8
 
 
-def measure(steps: int, seconds: float, robot: str = "lwr") -> Rows:
+def measure(steps: int, seconds: float, robot: str = "lwr") -> BenchRows:
     """Yield all figures.
 
     Args:
@@ -45,7 +45,7 @@ def measure(steps: int, seconds: float, robot: str = "lwr") -> Rows:
     yield f"{SESSIONS} private sessions", measure_crowd(SESSIONS, seconds, lecture=False)
 
 
-def measure_capacity(sessions: Iterable[int], seconds: float) -> Rows:
+def measure_capacity(sessions: Iterable[int], seconds: float) -> BenchRows:
     """Yield what so many private sessions cost, one number after the other.
 
     Args:
@@ -55,7 +55,7 @@ def measure_capacity(sessions: Iterable[int], seconds: float) -> Rows:
         yield f"{count} private sessions", measure_sessions(count, seconds)
 
 
-def printed(rows: Rows) -> dict[str, Any]:
+def printed(rows: BenchRows) -> dict[str, Any]:
     """Print every row as soon as it is measured, then what takes the server's time where that was measured.
 
     Returns:

@@ -29,10 +29,10 @@ class AssistantPanel:
         on_press(gui.add_button(tr(TAKE_OVER), order=ORDER - 0.4, icon=viser.Icon.HAND_GRAB), take_over)
         self._notes = None if notes is None else TeachersTab(gui, notes)
 
-    def show(self, presenter: Presenter, room: Classroom, poll: Poll | None, lessons: LessonSession) -> None:
+    def show(self, presenter: Presenter, classroom: Classroom, poll: Poll | None, lessons: LessonSession) -> None:
         """Update the notes; see `TeacherPanel.show`."""
-        if self._notes is not None and room.load is not None:
-            self._notes.show(lessons, room.load)
+        if self._notes is not None and classroom.load is not None:
+            self._notes.show(lessons, classroom.load)
 
     def close(self) -> None:
         """Do nothing: nothing is being made."""

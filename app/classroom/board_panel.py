@@ -7,7 +7,7 @@ from typing import Final, Literal
 import viser
 
 from app.classroom.classroom import Classroom
-from app.classroom.progress_board import Row
+from app.classroom.progress_board import BoardRow
 from app.i18n.speaking import N_, tr
 from app.lessons.bookmark import Bookmark
 from app.lessons.open_steps import LONGEST
@@ -45,17 +45,17 @@ class BoardPanel:
         on_press(answer, lambda: act("show", self._student.value))
         on_press(run, lambda: act("show run", self._student.value))
 
-    def show(self, room: Classroom, lessons: LessonSession) -> None:
+    def show(self, classroom: Classroom, lessons: LessonSession) -> None:
         """Update it; it is there while the class explores."""
         now = monotonic()
-        self._folder.visible = room.free
-        if not room.free or now < self._next:
+        self._folder.visible = classroom.free
+        if not classroom.free or now < self._next:
             return
         self._next = now + PERIOD
-        walk, pace = lessons.walk, room.pace
+        walk, pace = lessons.walk, classroom.pace
         place = walk.lesson.id, walk.step_index
         at = Bookmark(walk.book).at(*(place if pace is None else (pace.lesson, pace.nearest(*place))))
-        rows = room.board.rows(room.groups, at, now)
+        rows = classroom.board.rows(classroom.groups, at, now)
         shown = rows, at.lesson, pace
         if shown == self._shown:
             return
@@ -70,6 +70,6 @@ class BoardPanel:
             self._student.value = chosen if chosen in names else NO_ONE
 
 
-def _names(rows: Sequence[Row]) -> tuple[str, ...]:
+def _names(rows: Sequence[BoardRow]) -> tuple[str, ...]:
     """Return what can be chosen: no one, and every name."""
     return NO_ONE, *(row.name for row in rows)

@@ -25,10 +25,10 @@ class BreakoutHost:
     def __init__(self, context: AppContext, link: WorkerLink) -> None:
         self._context, self._link = context, link
         link.wake = context.wake
-        self.room = Classroom(context.workload.places)
+        self.classroom = Classroom(context.workload.places)
         self.participants: dict[int, Participant] = {}
-        self._posts = PostsToPlenary(link, self.room)
-        self._breakouts = BreakoutSessions(context, self.room)
+        self._posts = PostsToPlenary(link, self.classroom)
+        self._breakouts = BreakoutSessions(context, self.classroom)
         self._expected: dict[str, Exploring] = {}
         self._early: list[viser.ClientHandle] = []
         self._said: Present | None = None
@@ -55,8 +55,8 @@ class BreakoutHost:
         self._posts.queue.do()
         self._context.store.tidy()
         self._breakouts.frames(list(self.participants.values()), now, elapsed)
-        if (run := run_of(self.participants.values(), self.room.wanted)) is not None:
-            self.room.wanted = ""
+        if (run := run_of(self.participants.values(), self.classroom.wanted)) is not None:
+            self.classroom.wanted = ""
             self._link.to_plenary(run)
         present = tuple(sorted(one.id for one in self.participants.values()))
         said = Present(self._link.index, present, self._context.workload.report)
@@ -69,16 +69,21 @@ class BreakoutHost:
             match message:
                 case Exploring(student=student, report=report):
                     self._expected[student] = message
-                    self.room.places.groups[student] = message.group
+                    self.classroom.places.groups[student] = message.group
                     if report is None:
-                        self.room.work.take_back(student)
+                        self.classroom.work.take_back(student)
                     else:
-                        self.room.work.hand_in(student, report)
+                        self.classroom.work.hand_in(student, report)
                 case ClassState(free, paused, pace, wanted):
-                    self.room.free, self.room.paused, self.room.pace, self.room.wanted = free, paused, pace, wanted
+                    self.classroom.free, self.classroom.paused, self.classroom.pace, self.classroom.wanted = (
+                        free,
+                        paused,
+                        pace,
+                        wanted,
+                    )
                     if not free:
                         self._expected.clear()
-                        self.room.places.take_all()
+                        self.classroom.places.take_all()
                         for one in self.participants.values():
                             send_elsewhere(self._context.server, one.client)
                 case Replaced():
@@ -103,7 +108,7 @@ class BreakoutHost:
         for client in waiting:
             if tab_id(request_query(client)) in self._expected:
                 self.admission.come(client)
-            elif self.room.free:
+            elif self.classroom.free:
                 self._early.append(client)
             else:
                 send_elsewhere(self._context.server, client)

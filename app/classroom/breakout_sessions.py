@@ -33,12 +33,12 @@ class BreakoutWorkers:
     """Sends students to other processes, and knows who is there. Belongs to the plenary's thread.
 
     Args:
-        room: in which the students are present.
+        classroom: in which the students are present.
         posts: takes what they hand in.
     """
 
-    def __init__(self, link: WorkerLink, room: Classroom, posts: StudentPosts, changed: Callable[[], None]) -> None:
-        self._link, self._room, self._posts, self._changed = link, room, posts, changed
+    def __init__(self, link: WorkerLink, classroom: Classroom, posts: StudentPosts, changed: Callable[[], None]) -> None:
+        self._link, self._classroom, self._posts, self._changed = link, classroom, posts, changed
         self._present: dict[int, Present] = {}
         self._numbers = count(-1, -1)
         self._entered: dict[str, int] = {}
@@ -55,10 +55,10 @@ class BreakoutWorkers:
 
     def send(self, student: str, begin: VisitorRecord) -> None:
         """Send a student's next connection to a session in another process; see `Exploring`."""
-        room = self._room
-        group = room.places.groups[student]
-        handed_in, name = room.work.handed_in(student), room.board.name_of(group)
-        self._link.to_tab(student, group, Exploring(student, begin, room.has_work(student), handed_in, name, group))
+        classroom = self._classroom
+        group = classroom.places.groups[student]
+        handed_in, name = classroom.work.handed_in(student), classroom.board.name_of(group)
+        self._link.to_tab(student, group, Exploring(student, begin, classroom.has_work(student), handed_in, name, group))
 
     def exchange(self) -> None:
         """Take what the other processes say, and let them know what the teacher has decided."""
@@ -74,7 +74,7 @@ class BreakoutWorkers:
                     self._posts.post_work(message)
                 case _:
                     raise TypeError(f"the plenary does not understand {message!r}")
-        state = ClassState(self._room.free, self._room.paused, self._room.pace, self._room.wanted)
+        state = ClassState(self._classroom.free, self._classroom.paused, self._classroom.pace, self._classroom.wanted)
         if state != self._said:
             self._said = state
             if not state.free:
@@ -84,11 +84,11 @@ class BreakoutWorkers:
     def _update(self) -> None:
         here = {student for present in self._present.values() for student in present.students}
         for student in [student for student in self._entered if student not in here]:
-            self._room.leave(self._entered.pop(student))
+            self._classroom.leave(self._entered.pop(student))
         for student in sorted(here - self._entered.keys()):
             # Ids of connections to this process are 0 or more.
             self._entered[student] = next(self._numbers)
-            self._room.enter(self._entered[student], student)
+            self._classroom.enter(self._entered[student], student)
         self._changed()
 
 
@@ -122,8 +122,8 @@ class BreakoutSessions:
         workers: the processes that have the sessions; None where this one has them.
     """
 
-    def __init__(self, context: AppContext, room: Classroom, workers: BreakoutWorkers | None = None) -> None:
-        self._context, self._room, self.workers = context, room, workers
+    def __init__(self, context: AppContext, classroom: Classroom, workers: BreakoutWorkers | None = None) -> None:
+        self._context, self._classroom, self.workers = context, classroom, workers
         self._errors = ThrottledLog(log)
         self._next = 0.0
         self._operators: dict[str, str] = {}
@@ -132,7 +132,7 @@ class BreakoutSessions:
     def expects(self, query: dict[str, str]) -> bool:
         """Return whether the browser that connects with a query gets a breakout session; from any thread."""
         tab = None if self.workers is not None else tab_id(query)
-        return tab is not None and SCREEN not in query and self._room.free and self._room.places.holds(tab)
+        return tab is not None and SCREEN not in query and self._classroom.free and self._classroom.places.holds(tab)
 
     def load(self, here: ServerLoad) -> ServerLoad:
         """Return how busy all processes are. `here`: how busy this one is."""
@@ -150,12 +150,12 @@ class BreakoutSessions:
         if now < self._next:
             return
         self._next = now + SETTLE
-        room = self._room
+        classroom = self._classroom
         students = [one for one in participants if one.banner is not None or one.group]
         elsewhere = () if self.workers is None else self.workers.students
-        room.settle((*(one.id for one in students if one.lasting), *elsewhere), monotonic())
+        classroom.settle((*(one.id for one in students if one.lasting), *elsewhere), monotonic())
         for one in students:
-            wanted = room.free and one.lasting and room.places.holds(one.id)
+            wanted = classroom.free and one.lasting and classroom.places.holds(one.id)
             if wanted != bool(one.group) and not one.moved:
                 one.moved = True
                 if wanted and self.workers is not None:
@@ -184,7 +184,7 @@ class BreakoutSessions:
             # A student's lesson is open again by any link.
             record = replace(begin if found is None else found, query=query)
             visitor = yield from open_visitor(self._context, participant.client, record.settings, record=record, query=query)
-            if len(self._room.places.members(participant.group)) > 1 or participant.group != participant.id:
+            if len(self._classroom.places.members(participant.group)) > 1 or participant.group != participant.id:
                 # What the one before has chosen for the own page does not hold for this one.
                 for key, value in values(from_query(participant.query, self._context.options.settings)[0]).items():
                     if key in LOOKS:
@@ -207,7 +207,9 @@ class BreakoutSessions:
         for one in participants:
             if one.group:
                 groups.setdefault(one.group, []).append(one)
-        self._operators = {group: student for group, student in self._operators.items() if self._room.free or group in groups}
+        self._operators = {
+            group: student for group, student in self._operators.items() if self._classroom.free or group in groups
+        }
         self._left = {group: since for group, since in self._left.items() if group in groups}
         for group, members in groups.items():
             lead = self._seat(group, members, now)
@@ -216,7 +218,7 @@ class BreakoutSessions:
                 page = one.visitor or one.member
                 if page is not None:
                     set_language(page.language)
-                    one.show(self._room, None, None, page.view, page.lessons)
+                    one.show(self._classroom, None, None, page.view, page.lessons)
             if lead is not None and lead.visitor is not None:
                 lead.visitor.beside = tuple(one.member for one in members if one.member is not None)
                 self._frame(lead.client.client_id, lead.visitor, now, elapsed)
@@ -251,8 +253,8 @@ class BreakoutSessions:
 
     def _frame(self, client_id: int, visitor: Visitor, now: float, elapsed: float) -> None:
         try:
-            visitor.session.halt.set("teacher", self._room.paused)
-            visitor.lessons.pace = self._room.pace
+            visitor.session.halt.set("teacher", self._classroom.paused)
+            visitor.lessons.pace = self._classroom.pace
             visitor.frame(now, elapsed)
         except Exception as error:
             # One broken page must not stop the others; a tab that is just closing ends up here too.
@@ -264,4 +266,4 @@ class BreakoutSessions:
         saved = lessons.saved()
         if saved is None or not saved.open:
             return None
-        return SavedLesson(self._room.progress_of(student, lessons.walk), saved.own, True)
+        return SavedLesson(self._classroom.progress_of(student, lessons.walk), saved.own, True)

@@ -98,14 +98,14 @@ class PostsToPlenary:
     """Sends what students hand in to the plenary's process, and keeps it in this process for their pages.
 
     Args:
-        room: of this process.
+        classroom: of this process.
 
     Attributes:
-        queue: what the thread that `room` belongs to has to do.
+        queue: what the thread that `classroom` belongs to has to do.
     """
 
-    def __init__(self, link: WorkerLink, room: Classroom) -> None:
-        self._link, self._room = link, room
+    def __init__(self, link: WorkerLink, classroom: Classroom) -> None:
+        self._link, self._classroom = link, classroom
         self.queue = ActionQueue(self._handle)
 
     def post_work(self, work: WorkAction) -> None:
@@ -115,11 +115,11 @@ class PostsToPlenary:
     def _handle(self, action: Action) -> None:
         match action:
             case Progressed(student, progress):
-                self._room.work.note(student, progress)
+                self._classroom.work.note(student, progress)
             case Reported(student, name, progress):
                 # The plenary makes the whole report; the student's page shows that there is one.
-                self._room.work.hand_in(student, HandIn(clean_name(name), progress))
+                self._classroom.work.hand_in(student, HandIn(clean_name(name), progress))
             case TakenBack(student):
-                self._room.work.take_back(student)
+                self._classroom.work.take_back(student)
             case _:
                 raise TypeError(f"nothing here does {action!r}")

@@ -84,25 +84,25 @@ def _near(poll: Poll, curve: Curve) -> Markup:
     return drawing_verdict_html(judge_drawing(poll.drawing, curve, poll.truth, spoken().language))
 
 
-def heads_html(room: Classroom, expected: int = 0) -> Markup:
+def heads_html(classroom: Classroom, expected: int = 0) -> Markup:
     """Return how many students there are, what they do, and how busy the server is. `expected`: students; 0 where nobody has said."""
-    present, exploring = room.heads
-    students, places = max(present, expected), room.places.most
+    present, exploring = classroom.heads
+    students, places = max(present, expected), classroom.places.most
     pills = [("", tr("students here: {count}", count=present))]
-    if room.free:
+    if classroom.free:
         pills.append(("go", tr("exploring: {count}", count=exploring)))
-        if room.waiting:
-            pills.append(("halt", tr("without a place: {count}", count=room.waiting)))
+        if classroom.waiting:
+            pills.append(("halt", tr("without a place: {count}", count=classroom.waiting)))
     elif present:
         pills.append(("go", tr("all follow")))
     if (size := group_size(students, places)) > 1:
         said = tr("{students} students, {places} places: groups of {size}", students=students, places=places, size=size)
         pills.append(("halt", said))
-    if room.work.hand_ins:
-        pills.append(("go", tr("reports handed in: {count}", count=len(room.work.hand_ins))))
-    if room.paused:
+    if classroom.work.hand_ins:
+        pills.append(("go", tr("reports handed in: {count}", count=len(classroom.work.hand_ins))))
+    if classroom.paused:
         pills.append(("halt", tr("everybody is paused")))
-    rows = [pills] if room.load is None else [pills, load_pills(room.load)]
+    rows = [pills] if classroom.load is None else [pills, load_pills(classroom.load)]
     return macros("page/panels/pills.html").in_class(rows, live=True)
 
 

@@ -44,23 +44,23 @@ class LectureHost:
 
     def __init__(self, context: AppContext) -> None:
         self._context = context
-        self.room = Classroom(context.workload.places)
+        self.classroom = Classroom(context.workload.places)
         interrupted = context.store.interrupted_lecture()
         start = context.options.settings if interrupted is None or interrupted.state is None else interrupted.settings
         self.session = Session(start, context.wake, context.jobs, context.sources)
         self.lessons = LessonSession(self.session, in_language(context.book, language_of(context.options.settings, "en")))
-        self._breakouts = BreakoutSessions(context, self.room)
-        self.control = TeacherControl(self.room, self.session, self.lessons, self._breakouts.hurry)
+        self._breakouts = BreakoutSessions(context, self.classroom)
+        self.control = TeacherControl(self.classroom, self.session, self.lessons, self._breakouts.hurry)
         if context.link is not None:
             context.link.wake = context.wake
-            self._breakouts.workers = BreakoutWorkers(context.link, self.room, self.control, self._breakouts.hurry)
+            self._breakouts.workers = BreakoutWorkers(context.link, self.classroom, self.control, self._breakouts.hurry)
         self.control.presenter.expected = context.options.students
         self._leader = Leader(context.options.key)
         plenary = self.session, self.lessons
-        self._recorder = LectureRecorder(context.store, interrupted, plenary, self.room, self._leader, context.book)
+        self._recorder = LectureRecorder(context.store, interrupted, plenary, self.classroom, self._leader, context.book)
         self.controls = PlenaryControls(context, self.session, self.lessons, self.control, self._summaries)
         self.participants: dict[int, Participant] = {}
-        self.shared = PlenaryAudiences(context, self.session, self.lessons, self.room, self.control, self.participants)
+        self.shared = PlenaryAudiences(context, self.session, self.lessons, self.classroom, self.control, self.participants)
         self._errors = ThrottledLog(log)
         self._attention, self._heard, self._told = Attention(), (0, 0), (None, None)
         self.audiences = Audiences(context.server, self._look, self._leader.gone)
@@ -119,12 +119,12 @@ class LectureHost:
         set_language(self.controls.language)
         due = self._attention.due(now, False, self.session.paused, self._stirred())
         workload = self._context.workload
-        self.room.load, self.room.places.most = self._breakouts.load(workload.report), workload.places
+        self.classroom.load, self.classroom.places.most = self._breakouts.load(workload.report), workload.places
         frame = make_frame(self.session, self.lessons.decide, now, elapsed, workload.budget)
         workload.drew(self.session.stepping)
-        if self.room.paused and not self.room.free and not self.session.paused:
+        if self.classroom.paused and not self.classroom.free and not self.session.paused:
             # The teacher has pressed Run in the plenary.
-            self.room.paused = False
+            self.classroom.paused = False
         self._breakouts.settle(self.participants.values(), self.audiences, (self.session, self.lessons), now)
         self.control.presenter.screens = sum(one.screen and one.query[SCREEN] != SMALL for one in self.participants.values())
         self.control.present()
@@ -133,7 +133,7 @@ class LectureHost:
             self._attention.note(now, frame.state)
         self._recorder.save(now)
         self._tell_trouble()
-        if (run := run_of(self.participants.values(), self.room.wanted)) is not None:
+        if (run := run_of(self.participants.values(), self.classroom.wanted)) is not None:
             self.control.post_work(run)
         self._breakouts.frames(list(self.participants.values()), now, elapsed)
 
@@ -164,7 +164,7 @@ class LectureHost:
                 if client_id in self._context.server.get_clients():
                     self._errors.exception("a frame of a teacher's page failed", error, client_id)
         for audience, page in self.shared.pages.items():
-            page.cover(self._address("screens"), (self.room.heads[0], self.control.presenter.expected))
+            page.cover(self._address("screens"), (self.classroom.heads[0], self.control.presenter.expected))
             if audience.screen and self.control.presenter.frozen and page.shown:
                 page.flush()
                 continue
@@ -172,8 +172,8 @@ class LectureHost:
             poll = self.control.poll(page.book)
             page.show(frame, poll, self.control.record)
             for one in self.shared.watchers(audience):
-                mine = None if poll is None or one.answers is None else self.room.ballots.ballot_of(poll.question, one.id)
-                one.show(self.room, poll, mine, page.view, self.lessons)
+                mine = None if poll is None or one.answers is None else self.classroom.ballots.ballot_of(poll.question, one.id)
+                one.show(self.classroom, poll, mine, page.view, self.lessons)
                 one.invite(self._address("all"))
             page.flush()
 
@@ -187,13 +187,13 @@ class LectureHost:
         if teacher is self.controls.operator and operation is not None:
             with teacher.client.atomic():
                 operation.show(frame)
-        teacher.show_panel(self.control.presenter, self.room, poll, self.lessons)
+        teacher.show_panel(self.control.presenter, self.classroom, poll, self.lessons)
         page.flush()
 
     def _summaries(self) -> tuple[ClassSummary, ClassSummary | None]:
         """Return what this class leaves behind so far, and what the one before has left; a teacher without a key gets only the first."""
         last = None if self._context.options.key is None else self._recorder.last_class
-        return self.room.summary(self._context.book, time()), last
+        return self.classroom.summary(self._context.book, time()), last
 
     def _address(self, pages: InvitedPages) -> Address | None:
         """Return the address while such pages show it."""
@@ -227,11 +227,11 @@ class LectureHost:
         participant = Participant(client, self._leader.holds(client_id), audience, self.control)
         if not participant.teacher and participant.audience is None and self._breakouts.expects(participant.query):
             begin = self._breakouts.begin(participant.id, self.session, self.lessons)
-            participant.group = self.room.places.groups[participant.id]
-            participant.name = self.room.board.name_of(participant.group)
+            participant.group = self.classroom.places.groups[participant.id]
+            participant.name = self.classroom.board.name_of(participant.group)
             yield from self._breakouts.admit(participant, self.participants.values(), begin)
             self.participants[client_id] = participant
-            self.room.enter(client_id, participant.id)
+            self.classroom.enter(client_id, participant.id)
             return
         self.participants[client_id] = participant
         if participant.teacher:
@@ -255,7 +255,7 @@ class LectureHost:
 
     def _leave(self, client_id: int) -> None:
         participant = self.participants.pop(client_id, None)
-        self.room.leave(client_id)
+        self.classroom.leave(client_id)
         if participant is not None:
             participant.leave()
             self._breakouts.leave(participant)

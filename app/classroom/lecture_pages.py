@@ -151,12 +151,12 @@ class PlenaryAudiences:
         context: AppContext,
         session: Session,
         lessons: LessonSession,
-        room: Classroom,
+        classroom: Classroom,
         control: TeacherControl,
         participants: dict[int, Participant],
     ) -> None:
         self._context, self._session, self._lessons, self._control = context, session, lessons, control
-        self._room, self._participants = room, participants
+        self._classroom, self._participants = classroom, participants
         self.pages: dict[Audience, StagePage] = {}
 
     def update(self, audiences: Audiences) -> None:
@@ -185,7 +185,7 @@ class PlenaryAudiences:
         audience.contain_elements_of(client)
         page.view.welcome(client)
         if not watcher.screen:
-            self._room.enter(client.client_id, student, self._context.server.page_of(client.client_id))
+            self._classroom.enter(client.client_id, student, self._context.server.page_of(client.client_id))
             watcher.add_banner()
             watcher.invitation = Invitation(client.gui, page.view)
             watcher.answers = Answers(client, page.view.lesson_panel, self._control, student)

@@ -32,11 +32,11 @@ class LectureRecorder:
         store: SessionStore,
         record: VisitorRecord | None,
         plenary: tuple[Session, LessonSession],
-        room: Classroom,
+        classroom: Classroom,
         leader: Leader,
         book: LessonBook,
     ) -> None:
-        self._store, (self._session, self._lessons), self._room, self._leader = store, plenary, room, leader
+        self._store, (self._session, self._lessons), self._classroom, self._leader = store, plenary, classroom, leader
         self._book, self._save_at = book, 0.0
         self._last_class = _summary_in(store.last_lecture(), record is not None, book)
         if record is not None and record.room is not None:
@@ -48,26 +48,26 @@ class LectureRecorder:
         last = self._last_class
         return None if last is None or abs(time() - last.saved) > self._store.keep else last
 
-    def _restore(self, record: VisitorRecord, room: ClassRecord) -> None:
+    def _restore(self, record: VisitorRecord, classroom: ClassRecord) -> None:
         if record.lessons is not None:
             self._lessons.resume(record.lessons, reopen=True)
         for _ in run_again(self._session, self._lessons, record):
             pass
-        _take_up(self._room, room)
-        self._room.free = room.free
-        self._leader.restore(room.leader, room.students)
+        _take_up(self._classroom, classroom)
+        self._classroom.free = classroom.free
+        self._leader.restore(classroom.leader, classroom.students)
 
     def save(self, now: float) -> None:
         """Hand over the lecture every `SAVING`. `now`: wall time [s]."""
         if not self._store.lasting or now < self._save_at:
             return
         self._save_at = now + SAVING
-        voters = self._room.voters
-        ballots, work, (leader, students) = self._room.ballots, self._room.work, self._leader.tabs
+        voters = self._classroom.voters
+        ballots, work, (leader, students) = self._classroom.ballots, self._classroom.work, self._leader.tabs
         record = ClassRecord(
             time(),
             *ballots.everything,
-            self._room.free,
+            self._classroom.free,
             leader,
             students,
             ballots.earlier,
@@ -75,10 +75,10 @@ class LectureRecorder:
             work.hand_ins,
             voters.pages_only,
             tuple(sorted(voters.pageless)),
-            dict(self._room.board.names),
-            self._room.pace,
+            dict(self._classroom.board.names),
+            self._classroom.pace,
             dict(work.nearest),
-            dict(self._room.places.groups),
+            dict(self._classroom.places.groups),
         )
         session = self._session
         self._store.save_lecture(
@@ -86,17 +86,17 @@ class LectureRecorder:
         )
 
     def close(self) -> None:
-        summary = self._room.summary(self._book, time())
+        summary = self._classroom.summary(self._book, time())
         self._store.save_lecture(VisitorRecord({}, Settings(), None, last_class=self.last_class if summary.empty else summary))
 
 
-def _take_up(room: Classroom, record: ClassRecord) -> None:
-    room.ballots.restore(record.ballots, record.revealed, record.earlier)
-    room.work.restore(record.passed, record.hand_ins, record.nearest)
-    room.voters.restore(record.pages_only, record.pageless)
-    room.board.names, room.pace = dict(record.names), record.pace
-    room.places.groups = dict(record.groups)
-    room.count_pages_only(record.pages_only)
+def _take_up(classroom: Classroom, record: ClassRecord) -> None:
+    classroom.ballots.restore(record.ballots, record.revealed, record.earlier)
+    classroom.work.restore(record.passed, record.hand_ins, record.nearest)
+    classroom.voters.restore(record.pages_only, record.pageless)
+    classroom.board.names, classroom.pace = dict(record.names), record.pace
+    classroom.places.groups = dict(record.groups)
+    classroom.count_pages_only(record.pages_only)
 
 
 def _summary_in(record: VisitorRecord | None, goes_on: bool, book: LessonBook) -> ClassSummary | None:
@@ -105,9 +105,9 @@ def _summary_in(record: VisitorRecord | None, goes_on: bool, book: LessonBook) -
         return None
     if record.room is not None and not goes_on:
         # It broke off, and was not started again in time.
-        room = Classroom(0)
-        _take_up(room, record.room)
-        summary = room.summary(book, record.room.saved)
+        classroom = Classroom(0)
+        _take_up(classroom, record.room)
+        summary = classroom.summary(book, record.room.saved)
         if not summary.empty:
             return summary
     return record.last_class

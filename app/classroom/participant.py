@@ -93,13 +93,13 @@ class Participant:
             with contextlib.suppress(Exception), self.client.atomic():
                 self.invitation.show(address)
 
-    def show_panel(self, presenter: Presenter, room: Classroom, poll: Poll | None, lessons: LessonSession) -> None:
+    def show_panel(self, presenter: Presenter, classroom: Classroom, poll: Poll | None, lessons: LessonSession) -> None:
         """Update a teacher's panel. `poll`: the question in the plenary; `lessons`: the plenary's."""
         if self.panel is not None:
             with contextlib.suppress(Exception), self.client.atomic():
-                self.panel.show(presenter, room, poll, lessons)
+                self.panel.show(presenter, classroom, poll, lessons)
 
-    def show(self, room: Classroom, poll: Poll | None, mine: Ballot | None, view: View, lessons: LessonSession) -> None:
+    def show(self, classroom: Classroom, poll: Poll | None, mine: Ballot | None, view: View, lessons: LessonSession) -> None:
         """Update what a student's page has beside the plenary.
 
         Args:
@@ -113,9 +113,9 @@ class Participant:
         if self.banner is None or self.hand_in is None:
             return
         self.hand_in.post(lessons if self.group else None, self.member is None)
-        report = room.work.handed_in(self.id)
-        self.worked = self.worked or report is not None or room.has_work(self.id) or room.has_work(self.group)
-        line, tab = self._line(room), view.lesson_panel.tab if lessons.open and self.narrow else None
+        report = classroom.work.handed_in(self.id)
+        self.worked = self.worked or report is not None or classroom.has_work(self.id) or classroom.has_work(self.group)
+        line, tab = self._line(classroom), view.lesson_panel.tab if lessons.open and self.narrow else None
         answered = None if self.answers is None else (lessons.open, poll, mine, view.lesson_panel.tab)
         offers = self.member is not None
         shown = line, tab, answered, self.worked, report
@@ -132,18 +132,18 @@ class Participant:
             self.hand_in.show(self.worked, report, tab)
             if self.answers is not None:
                 self.answers.fold(lessons.open)
-                first = Ballot() if poll is None else room.ballots.first_ballot_of(poll.question, self.id)
+                first = Ballot() if poll is None else classroom.ballots.first_ballot_of(poll.question, self.id)
                 self.answers.show(poll, mine, first)
 
-    def _line(self, room: Classroom) -> tuple[str, str]:
+    def _line(self, classroom: Classroom) -> tuple[str, str]:
         """Return kind and text of the banner."""
-        if room.paused:
+        if classroom.paused:
             return "own halt" if self.group else "halt", tr(HALTED)
         if self.group:
-            pace = () if room.pace is None else (tr(room.pace.words),)
+            pace = () if classroom.pace is None else (tr(classroom.pace.words),)
             who = tr(OPERATING) if self.member is None else tr(WATCHING)
             begin = (tr(EXPLORING),) if self.mates == 1 else (tr(TOGETHER, count=self.mates), who)
             return "own", " ".join((*begin, *pace, tr(NAMED, name=self.name)))
-        if room.free and not self.lasting:
+        if classroom.free and not self.lasting:
             return "wait", tr(NAMELESS)
         return "follow", tr(FOLLOWING)

@@ -29,7 +29,7 @@ class Cell(NamedTuple):
     minutes: int = 0
 
 
-class Row(NamedTuple):
+class BoardRow(NamedTuple):
     """One student, or a group of `members`. `lesson`: number of the lesson where they are, 0 for the board's."""
 
     name: str
@@ -77,7 +77,7 @@ class ProgressBoard:
         """Return a student's newest progress."""
         return self._seen[student][0] if student in self._seen else Progress()
 
-    def rows(self, groups: Mapping[str, int], at: Bookmark, now: float) -> tuple[Row, ...]:
+    def rows(self, groups: Mapping[str, int], at: Bookmark, now: float) -> tuple[BoardRow, ...]:
         """Return the rows of those who explore, by name.
 
         Args:
@@ -87,7 +87,7 @@ class ProgressBoard:
         """
         return tuple(sorted(self._row(group, at, now)._replace(members=members) for group, members in groups.items()))
 
-    def _row(self, student: str, at: Bookmark, now: float) -> Row:
+    def _row(self, student: str, at: Bookmark, now: float) -> BoardRow:
         lesson, begin = at.lesson, (at.lesson.id, at.step.id)
         seen, _, since = self._seen.setdefault(student, (Progress(*begin), None, now))
         minutes = int((now - since) // 60.0) if now - since >= STUCK else 0
@@ -97,4 +97,4 @@ class ProgressBoard:
             finished, here = is_finished(step, done), (seen.lesson, seen.step) == (lesson.id, step.id)
             cells.append(Cell(finished, done.attempts, here, minutes if here and not finished else 0))
         elsewhere = next((one.number for one in at.book.lessons if one.id == seen.lesson != lesson.id), 0)
-        return Row(self.name_of(student), tuple(cells), elsewhere)
+        return BoardRow(self.name_of(student), tuple(cells), elsewhere)

@@ -62,8 +62,8 @@ class TeacherControl:
         presenter: what the projectors show.
     """
 
-    def __init__(self, room: Classroom, session: Session, lessons: LessonSession, decided: Callable[[], None]) -> None:
-        self._room, self._session, self._lessons, self._decided = room, session, lessons, decided
+    def __init__(self, classroom: Classroom, session: Session, lessons: LessonSession, decided: Callable[[], None]) -> None:
+        self._classroom, self._session, self._lessons, self._decided = classroom, session, lessons, decided
         self.answers = ActionQueue(self._take_answer)
         self.presenter = Presenter()
         self._replayed = ""
@@ -75,13 +75,13 @@ class TeacherControl:
 
     def poll(self, book: LessonBook | None = None) -> Poll | None:
         """Return the question in the plenary; None if there is none. `book`: the lessons in the reader's language; None for its own."""
-        return self._room.poll(self._walk, book)
+        return self._classroom.poll(self._walk, book)
 
     @property
     def record(self) -> float | None:
         """Return the smallest d less d_m of the students' pushes in the plenary's duel [m]; None where there is none."""
         walk = self._walk
-        return None if walk is None or not walk.duel else self._room.work.nearest.get((walk.lesson.id, walk.step.id))
+        return None if walk is None or not walk.duel else self._classroom.work.nearest.get((walk.lesson.id, walk.step.id))
 
     def post(self, action: TeacherAction, value: str = "") -> None:
         """Queue an action of the teacher's for the next frame; from any thread. `value`: see `Teach`."""
@@ -100,22 +100,22 @@ class TeacherControl:
         self.answers.put(work)
 
     def _take_answer(self, action: Action) -> None:
-        room = self._room
+        classroom = self._classroom
         match action:
             case Answer(student, choice):
-                room.answer(self._walk, student, choice)
+                classroom.answer(self._walk, student, choice)
             case Because(student, question, reason):
-                room.give_reason(self._walk, student, question, reason)
+                classroom.give_reason(self._walk, student, question, reason)
             case TakeDrawing(board, text):
                 board.take(text)
             case Progressed(student, progress):
-                room.note(student, progress, monotonic())
+                classroom.note(student, progress, monotonic())
             case Ran(student, recorded):
                 self._show_run(student, recorded)
             case Reported(student, name, progress):
-                room.hand_in(self._lessons.walk if self._lessons.begun else None, student, name, progress)
+                classroom.hand_in(self._lessons.walk if self._lessons.begun else None, student, name, progress)
             case TakenBack(student):
-                room.work.take_back(student)
+                classroom.work.take_back(student)
             case _:
                 raise TypeError(f"nothing here does {action!r}")
 
@@ -125,31 +125,31 @@ class TeacherControl:
         return isinstance(action, Teach)
 
     def _act(self, action: TeacherAction, value: str) -> None:
-        room, presenter = self._room, self.presenter
+        classroom, presenter = self._classroom, self.presenter
         match action:
             case "follow":
-                room.follow()
+                classroom.follow()
             case "free":
-                room.explore()
+                classroom.explore()
             case "pause":
-                room.paused = not room.paused
-                self._session.halt.set("class", room.paused)
+                classroom.paused = not classroom.paused
+                self._session.halt.set("class", classroom.paused)
             case "reveal":
                 self._reveal()
             case "again":
                 self._ask_again()
             case "pages":
-                room.count_pages_only(not room.voters.pages_only)
+                classroom.count_pages_only(not classroom.voters.pages_only)
             case "show":
-                self._show_work(room.board.student_of(value))
+                self._show_work(classroom.board.student_of(value))
             case "show run":
-                student = room.board.student_of(value)
-                room.wanted = student if student in room.groups else ""
+                student = classroom.board.student_of(value)
+                classroom.wanted = student if student in classroom.groups else ""
             case "pace":
                 self._open_steps(value)
             case "quote":
                 poll, numbers = self.poll(), map(int, re.findall(r"\d{1,4}", value))
-                reasons = {} if poll is None else room.ballots.reasons(poll.question)
+                reasons = {} if poll is None else classroom.ballots.reasons(poll.question)
                 presenter.quotes = tuple(reasons[number][1] for number in numbers if number in reasons)[:MOST_QUOTES]
             case "expect":
                 presenter.expected = int(value)
@@ -195,16 +195,16 @@ class TeacherControl:
         """Show what a student has done in the present step, or that it is the step of the run; None takes it away."""
         self.presenter.uncover()
         if student is not None:
-            progress = self._room.board.progress_of(student)
+            progress = self._classroom.board.progress_of(student)
             done = progress.at(progress.lesson, progress.step)
             self.presenter.work = ShownWork((progress.lesson, progress.step), done.choice, done.drawing, done.outcome, run)
 
     def _show_run(self, student: str, recorded: Recorded | None) -> None:
         """Replay a student's run on the stage, if the teacher still wants it."""
-        player, wanted = self._session.player, self._room.wanted
+        player, wanted = self._session.player, self._classroom.wanted
         if student != wanted or player is None:
             return
-        self._room.wanted = ""
+        self._classroom.wanted = ""
         if recorded is None:
             player.news.append((N_("There is nothing to replay yet"), N_("Let it run for a moment.")))
             return
@@ -262,7 +262,7 @@ class TeacherControl:
     def _open_steps(self, text: str) -> None:
         """Open the steps that the teacher has typed; a text that says none changes nothing, and is answered."""
         try:
-            self._room.pace = open_steps_from_text(text, self._lessons.walk.lesson)
+            self._classroom.pace = open_steps_from_text(text, self._lessons.walk.lesson)
         except BadSetting as error:
             self._lessons.notes.append(("This is not possible here", str(error)))
 
@@ -281,7 +281,7 @@ class TeacherControl:
         poll, lessons = self.poll(), self._lessons
         if poll is None or poll.revealed or not poll.tally.answered:
             return
-        self._room.ballots.reveal(poll.question)
+        self._classroom.ballots.reveal(poll.question)
         favourite = poll.tally.favourite
         if not lessons.locked:
             return
@@ -294,9 +294,9 @@ class TeacherControl:
     def _ask_again(self) -> None:
         poll = self.poll()
         if poll is not None:
-            self._room.ballots.ask_again(poll.question)
+            self._classroom.ballots.ask_again(poll.question)
             self._lessons.act(ResetStep())
 
     def draw(self, student: str, question: QuestionId, curve: Curve) -> None:
         """Take a student's curve for a question, as long as that takes answers."""
-        self._room.draw(self._walk, student, question, curve)
+        self._classroom.draw(self._walk, student, question, curve)

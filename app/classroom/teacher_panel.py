@@ -142,26 +142,37 @@ class TeacherPanel:
 
         on_command(command, act)
 
-    def show(self, presenter: Presenter, room: Classroom, poll: Poll | None, lessons: LessonSession) -> None:
+    def show(self, presenter: Presenter, classroom: Classroom, poll: Poll | None, lessons: LessonSession) -> None:
         """Update all tabs. `poll`: the question in the plenary; `lessons`: the plenary's."""
         self._screen.show(presenter, lessons)
-        self._board.show(room, lessons)
+        self._board.show(classroom, lessons)
         self._inviting = presenter.inviting != ""
         self._invite.show(2 if presenter.inviting == "all" else int(self._inviting))
         self._covers.content = covers_html(presenter)
-        self._joined.content = macros("page/panels/pills.html").note(joined_text(room.heads[0], presenter.expected))
+        self._joined.content = macros("page/panels/pills.html").note(joined_text(classroom.heads[0], presenter.expected))
         if self._notes is not None:
             self._notes.show(lessons)
         self._downloads.show()
-        reasons = {} if poll is None else room.ballots.reasons(poll.question)
-        voters, pages_only, reports = room.voters_of(poll), room.voters.pages_only, len(room.work.hand_ins)
-        heads = room.heads, presenter.expected, room.places.most
-        shown = heads, room.free, room.paused, room.waiting, reports, poll, room.load, voters, pages_only, reasons
+        reasons = {} if poll is None else classroom.ballots.reasons(poll.question)
+        voters, pages_only, reports = classroom.voters_of(poll), classroom.voters.pages_only, len(classroom.work.hand_ins)
+        heads = classroom.heads, presenter.expected, classroom.places.most
+        shown = (
+            heads,
+            classroom.free,
+            classroom.paused,
+            classroom.waiting,
+            reports,
+            poll,
+            classroom.load,
+            voters,
+            pages_only,
+            reasons,
+        )
         if shown == self._shown:
             return
-        self._shown, self._free = shown, room.free
-        self._heads.content = heads_html(room, presenter.expected)
-        self._mode.show(1 if room.free else 0)
+        self._shown, self._free = shown, classroom.free
+        self._heads.content = heads_html(classroom, presenter.expected)
+        self._mode.show(1 if classroom.free else 0)
         # Before the reveal only the teacher sees the tally; afterwards it is in the plenary, and here too.
         self._poll.content = poll_html(poll, live=not poll.revealed) if poll is not None else ""
         self._voters.content = voters_html(voters)
@@ -175,7 +186,7 @@ class TeacherPanel:
         self._reveal.disabled = poll is None or not poll.tally.answered
         # Two rounds with a talk between them: the first one need not be revealed.
         self._again.visible = poll is not None and (not poll.open or poll.tally.answered > 0)
-        self._pause.label = tr("Let everybody go on") if room.paused else tr("Pause everybody")
+        self._pause.label = tr("Let everybody go on") if classroom.paused else tr("Pause everybody")
 
     def close(self) -> None:
         """Drop every report that is being made."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from app.custom_law.law_limits import LawLimits, LawProblem, problem_of
 from app.custom_law.process import LawFailed, LawProcess
-from app.custom_law.wire import ActivationQuestion, ActivationsQuestion, Question, RatesQuestion, VelocityQuestion
+from app.custom_law.wire import ActivationQuestion, ActivationsQuestion, LawQuestion, RatesQuestion, VelocityQuestion
 from controllers.errors import BadInputFile, LazyText
 from controllers.kinematics import Array
 from controllers.laws.situation import Situation, Unanswered
@@ -90,9 +90,9 @@ class CustomLaw(LawOfFile):
         self._known: dict[float, float] = {}
         self._question: VelocityQuestion | None = None
         """The newest situation, as it was asked about."""
-        self._answers: dict[Question, Array] = {}
+        self._answers: dict[LawQuestion, Array] = {}
         """Answers for the present step, which may have to be repeated."""
-        self._curves: dict[type[Question], tuple[Question, Array]] = {}
+        self._curves: dict[type[LawQuestion], tuple[LawQuestion, Array]] = {}
         """The newest curves for charts: question and answer."""
         self._left = 0.0
         """How long calls may still wait [s]."""
@@ -275,7 +275,7 @@ class CustomLaw(LawOfFile):
             raise self._unanswered()
         return process
 
-    def _ask(self, question: Question) -> Array | None:
+    def _ask(self, question: LawQuestion) -> Array | None:
         """Return the answer to a question of the present step; None if the law has failed.
 
         Raises:
@@ -301,7 +301,7 @@ class CustomLaw(LawOfFile):
         self._since = self._since or monotonic()
         return Unanswered()
 
-    def _curve(self, question: Question, count: int) -> Array:
+    def _curve(self, question: LawQuestion, count: int) -> Array:
         """Return the newest curve (count,) of a kind, nan until there is one; ask for this one if it is another."""
         process, kind = self._ready(self._waits), type(question)
         if process is not None and self._curves.get(kind, (None,))[0] != question and not process.asked(kind):
@@ -311,7 +311,7 @@ class CustomLaw(LawOfFile):
         values = self._curves[kind][1] if kind in self._curves else ()
         return np.array(values) if len(values) == count else np.full(count, np.nan)
 
-    def _post(self, process: LawProcess, question: Question) -> None:
+    def _post(self, process: LawProcess, question: LawQuestion) -> None:
         try:
             process.ask(question)
         except LawFailed as failed:

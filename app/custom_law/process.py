@@ -22,7 +22,7 @@ from typing import IO, Final, Literal, TypeVar
 import app
 from app.custom_law.law_file import FILENAME, quoted
 from app.custom_law.law_limits import LawLimits, LawProblem, Patience, problem_of
-from app.custom_law.wire import BROKEN, Failure, FileLoaded, LoadFile, Numbers, Question, Reply, Started, decode_reply, encode
+from app.custom_law.wire import BROKEN, Failure, FileLoaded, LawQuestion, LoadFile, Numbers, Reply, Started, decode_reply, encode
 from controllers.errors import LazyText, joined
 from scenes.children import ONE_THREAD
 from scenes.files import readable
@@ -201,8 +201,8 @@ class LawProcess:
         self._child = Child(path, limits.memory)
         self._phase: Literal["starting", "loading", "ready"] = "starting"
         self._patience = Patience(self.pid, limits.start)
-        self._asked: deque[Question] = deque()
-        self._called: set[type[Question]] = set()
+        self._asked: deque[LawQuestion] = deque()
+        self._called: set[type[LawQuestion]] = set()
 
     @property
     def pid(self) -> int:
@@ -240,10 +240,10 @@ class LawProcess:
     def busy(self) -> bool:
         return bool(self._asked)
 
-    def asked(self, kind: type[Question]) -> bool:
+    def asked(self, kind: type[LawQuestion]) -> bool:
         return any(type(question) is kind for question in self._asked)
 
-    def ask(self, question: Question) -> None:
+    def ask(self, question: LawQuestion) -> None:
         """Ask a question; only once it is ready.
 
         Raises:
@@ -254,7 +254,7 @@ class LawProcess:
         if len(self._asked) == 1:
             self._be_patient()
 
-    def answer(self, seconds: float) -> tuple[Question, Numbers] | None:
+    def answer(self, seconds: float) -> tuple[LawQuestion, Numbers] | None:
         """Return the question that was asked first, and its answer; None if that is not there in time.
 
         Args:
@@ -308,7 +308,7 @@ class LawProcess:
             text = LazyText("it wrote to the line between its process and the page; descriptors are not its own")
         raise self._lost(text, line)
 
-    def _send(self, message: LoadFile | Question) -> None:
+    def _send(self, message: LoadFile | LawQuestion) -> None:
         try:
             self._child.line.send_bytes(encode(message))
         except OSError:

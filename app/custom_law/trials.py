@@ -61,18 +61,18 @@ def examine_law(law: Candidate, again: Callable[[], None] = lambda: None, only: 
     return verdicts
 
 
-Outcome = tuple[bool, str, dict[str, float], TrialCurve | None]
+TrialOutcome = tuple[bool, str, dict[str, float], TrialCurve | None]
 """Passed, reason, numbers, curve."""
 
 
 def _outcome(
     passed: bool, held: str, failed: str, numbers: dict[str, float], curve: TrialCurve | None = None, **parts: object
-) -> Outcome:
+) -> TrialOutcome:
     """Return the outcome with one of two reasons. `parts`: of both templates."""
     return passed, LazyText(held if passed else failed, **parts), numbers, curve
 
 
-def keeps_its_distance(law: Candidate) -> Outcome:
+def keeps_its_distance(law: Candidate) -> TrialOutcome:
     """d ≥ d_m against a hand that is slower than v (Fig. 5)."""
     simulation = arena.enter(HOLD, law)
     source = simulation.source()
@@ -92,7 +92,7 @@ def keeps_its_distance(law: Candidate) -> Outcome:
     return _outcome(missing <= SLACK, held, failed, numbers, arena.distance_curve(table), by=_mm(missing), **parts)
 
 
-def leaves_the_task_alone(law: Candidate) -> Outcome:
+def leaves_the_task_alone(law: Candidate) -> TrialOutcome:
     """|e| stays small where nothing is near: in an empty room (d = ∞), and beside a ball that is 2.5 d_m away."""
     empty = arena.enter(SOLO, law, path="circle")
     table = arena.play(empty, law, [None] * round(2.0 / arena.DT))
@@ -119,7 +119,7 @@ def leaves_the_task_alone(law: Candidate) -> Outcome:
     return _outcome(error <= UNHARMED, held, failed, numbers, arena.error_curve(table, UNHARMED), **parts)
 
 
-def gets_out(law: Candidate) -> Outcome:
+def gets_out(law: Candidate) -> TrialOutcome:
     """From 50 mm of overlap to d_m within 2 s, and out of it for good."""
     simulation = arena.enter(HOLD, law)
     simulation.reset(np.array(arena.overlapping()))
@@ -146,7 +146,7 @@ def gets_out(law: Candidate) -> Outcome:
     return _outcome(missing <= SLACK, held, failed, numbers, curve, d=_mm(numbers["d_min_after"]), **parts)
 
 
-def is_smooth(law: Candidate) -> Outcome:
+def is_smooth(law: Candidate) -> TrialOutcome:
     """Half the time step, half the largest step of q̇, past a ball with one control point (Fig. 1)."""
     largest: list[float] = []
     lines: dict[str, list[float | None]] = {}
@@ -167,7 +167,7 @@ def is_smooth(law: Candidate) -> Outcome:
     return _outcome(share <= HALVED, held, failed, numbers, curve, limit=HALVED, share=share, steps=steps, word=word)
 
 
-def is_bounded(law: Candidate) -> Outcome:
+def is_bounded(law: Candidate) -> TrialOutcome:
     """Finite, and lower ≤ q̇ ≤ upper, as |J_d| goes to 0 with an obstacle inside d_m, at d = 0, in overlap, and at d = ∞."""
     worst, where = 0.0, ""
     for situation in arena.hard_situations():
@@ -184,7 +184,7 @@ def is_bounded(law: Candidate) -> Outcome:
     return _outcome(worst <= arena.TOP_SPEED * (1.0 + 1e-9), held, failed, numbers, **parts)
 
 
-def is_quick(law: Candidate) -> Outcome:
+def is_quick(law: Candidate) -> TrialOutcome:
     """The median call takes less than 1 ms, so that a tick has time for everything else."""
     situations = arena.hard_situations()
     taken: list[float] = []
@@ -201,7 +201,7 @@ def is_quick(law: Candidate) -> Outcome:
     return True, held, numbers, None
 
 
-TRIALS: Final[dict[str, Callable[[Candidate], Outcome]]] = {
+TRIALS: Final[dict[str, Callable[[Candidate], TrialOutcome]]] = {
     "keeps its distance": keeps_its_distance,
     "leaves the task alone": leaves_the_task_alone,
     "gets out": gets_out,

@@ -79,7 +79,7 @@ class RatesQuestion(Struct, tag=True, array_like=True, frozen=True):
     square: float
 
 
-Question = VelocityQuestion | ActivationQuestion | ActivationsQuestion | RatesQuestion
+LawQuestion = VelocityQuestion | ActivationQuestion | ActivationsQuestion | RatesQuestion
 
 
 class TextParts(Struct, array_like=True):
@@ -141,7 +141,7 @@ Reply = Started | FileLoaded | Numbers | Failure
 
 encode: Final = Encoder(enc_hook=float).encode
 """Message → bytes; the hook is for the scalars of NumPy."""
-decode_question: Final = Decoder(LoadFile | Question).decode
+decode_question: Final = Decoder(LoadFile | LawQuestion).decode
 _decode_reply: Final = Decoder(Reply).decode
 
 

@@ -95,7 +95,7 @@ def _serve(line: "connection.Connection", path: str, memory: int) -> None:
         line.send_bytes(wire.encode(reply))
 
 
-def _answer(law: LawFile, question: wire.Question) -> wire.Numbers:
+def _answer(law: LawFile, question: wire.LawQuestion) -> wire.Numbers:
     if isinstance(question, wire.VelocityQuestion):
         velocities, seconds = law.velocities(question.situation())
         return wire.Numbers(velocities.tobytes(), seconds)

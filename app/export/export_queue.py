@@ -13,15 +13,15 @@ from app.export.jobs import file_name, picture, player, push_film
 from app.export.lab_report import Done, lab_bytes
 from app.export.python_snippet import Snippet, as_python
 from app.i18n.speaking import N_, spoken
-from app.recording.run_file import SUFFIX, Loaded, Verdict, load_run, saved_bytes
+from app.recording.run_file import SUFFIX, Agreement, Loaded, load_run, saved_bytes
 from app.session.replay_player import ReplayPlayer
 from app.session.session import Session
 from controllers.errors import LazyText
 from scenes.inputs import KEEP, Recorded
 from scenes.rerun import not_again
 
-Kind = Literal["run", "csv", "png", "svg", "html", "python"]
-KINDS: Final[tuple[Kind, ...]] = get_args(Kind)
+FileKind = Literal["run", "csv", "png", "svg", "html", "python"]
+KINDS: Final[tuple[FileKind, ...]] = get_args(FileKind)
 
 WORDS: Final[dict[str, str]] = {
     "run": N_("the file of the run"),
@@ -37,7 +37,7 @@ WORDS: Final[dict[str, str]] = {
 }
 """Kind of a job → its name on the page."""
 
-TITLES: Final[dict[Verdict, str]] = {
+TITLES: Final[dict[Agreement, str]] = {
     "exact": N_("Loaded: the same run"),
     "close": N_("Loaded: the same run, but for the last digits"),
     "differs": N_("Loaded, but it is not the same run"),
@@ -63,7 +63,7 @@ class ExportQueue:
         self._files: list[File] = []
         self._snippet: str | None = None
 
-    def ask(self, kind: Kind, seconds: float) -> None:
+    def ask(self, kind: FileKind, seconds: float) -> None:
         """Submit an export of the last `seconds` [s] of the run that is shown, live or replayed."""
         recorded = self.player.recorded(seconds)
         if recorded is None:

@@ -10,7 +10,7 @@ from app.lessons.lesson import LAST, Lesson, Step
 from app.lessons.progress import StepProgress
 from app.lessons.tally import QuestionId
 
-Pairs = Mapping[QuestionId, Sequence[tuple[int, int]]]
+AnswerPairs = Mapping[QuestionId, Sequence[tuple[int, int]]]
 """Question of the first test → answers before and after, from 0, of each student who gave both."""
 
 
@@ -57,7 +57,7 @@ class QuestionGain:
         return self.step.belief.partition("\n")[0] or self.step.title
 
 
-def gains(pairs: Pairs, lessons: Iterable[Lesson]) -> list[QuestionGain]:
+def gains(pairs: AnswerPairs, lessons: Iterable[Lesson]) -> list[QuestionGain]:
     """Return every question of the first test that students have answered twice, in order."""
     found: list[QuestionGain] = []
     for lesson in lessons:
@@ -79,7 +79,7 @@ def whole(questions: Iterable[QuestionGain]) -> Gain:
     return Gain(sum(one.students for one in each), sum(one.before for one in each), sum(one.after for one in each))
 
 
-def own_pairs(lessons: Iterable[Lesson], progress: Callable[[str, str], StepProgress]) -> Pairs:
+def own_pairs(lessons: Iterable[Lesson], progress: Callable[[str, str], StepProgress]) -> AnswerPairs:
     """Return the answers of one student to the tests, where the right answer was told.
 
     Args:

@@ -43,14 +43,14 @@ LONGEST: Final = 2.4
 LONGEST_CAPTION: Final = 112
 """Characters that have room above a picture; letters are smaller where there are more."""
 
-Kind = Literal["png", "svg"]
+PictureKind = Literal["png", "svg"]
 
 
 def picture_bytes(
     recorded: Recorded,
     seconds: float,
     details: Details,
-    kind: Kind,
+    kind: PictureKind,
     stopped: Callable[[], bool] = never,
     only: tuple[str, ...] = (),
 ) -> bytes:

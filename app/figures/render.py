@@ -18,7 +18,7 @@ from scipy.ndimage import gaussian_filter
 
 from app import theme
 from controllers.kinematics import Array
-from scenes.glb import Palette
+from scenes.glb import GlbPalette
 from scenes.lwr.shells import PALETTES, link_glbs
 from scenes.rigs import Camera
 from scenes.room import Room
@@ -230,7 +230,7 @@ def _srgb(light: Array) -> Array:
     return np.where(light <= 0.0031308, 12.92 * light, 1.055 * np.maximum(light, 1e-9) ** (1.0 / 2.4) - 0.055)
 
 
-def meshes(blob: bytes, palette: Palette) -> tuple[Mesh, ...]:
+def meshes(blob: bytes, palette: GlbPalette) -> tuple[Mesh, ...]:
     """Return the parts of a GLB in its own frame, each with the material of its name."""
     scene = trimesh.load(io.BytesIO(blob), file_type="glb", process=False)
     assert isinstance(scene, trimesh.Scene)

@@ -21,7 +21,7 @@ from app.plots.curve_chart import COLUMNS, Curve
 WRONG_PATHS: Final = 3
 """Wrong paths that a lesson has to have, at least."""
 
-Kind = Literal["reference", "answer", "drawing", "untouched", "attempt", "lesson"]
+PathKind = Literal["reference", "answer", "drawing", "untouched", "attempt", "lesson"]
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Walk:
 
     lesson: str
     step: str
-    kind: Kind
+    kind: PathKind
     name: str
     wrong: bool
     ok: bool
@@ -90,7 +90,7 @@ class NotAsDeclared(Exception):
     """A path did not go as declared; the message says how."""
 
 
-def _timed(lesson: Lesson, step: Step, kind: Kind, name: str, wrong: bool, walk: Callable[[], str]) -> Iterator[Walk]:
+def _timed(lesson: Lesson, step: Step, kind: PathKind, name: str, wrong: bool, walk: Callable[[], str]) -> Iterator[Walk]:
     begin = perf_counter()
     try:
         ok, text = True, walk()

@@ -13,7 +13,7 @@ from app.settings import Language
 from controllers.errors import BadSetting, LazyText
 from scenes.laws import LEVER_LAW
 
-Camera = Literal["room", "hand", "elbow", "between", "top"]
+LessonCamera = Literal["room", "hand", "elbow", "between", "top"]
 """From where one looks: at the whole, close to the hand or the elbow, at the line between the arms, from above."""
 
 AT_ONCE: Final = ("curve", "laws", "stability")
@@ -164,7 +164,7 @@ class Step:
     challenge: Challenge | None
     hints: tuple[str, ...]
     trials: tuple[Trial, ...]
-    camera: Camera
+    camera: LessonCamera
     plots: tuple[str, ...]
     numbers: tuple[Measurement, ...]
     marks: tuple[float, ...]

@@ -14,7 +14,7 @@ from app.lessons.lesson import Challenge, Criterion, Forecast, Measurement, Ques
 from app.lessons.measures.quantity import Value, measure, moment, shown_value
 from app.lessons.reference_runs import comparisons, drawn, measured, wanted
 from app.lessons.runs import Pairs, Setup, changes_text, settings_text, unlike, value_text
-from app.lessons.texts import Measured
+from app.lessons.texts import MeasuredValues
 from app.plots.curve_chart import Curve
 from app.session.shown import Mark
 from app.settings import Language
@@ -70,7 +70,7 @@ class StepOutcome:
         """Return what decides on the question; None if the run does not tell."""
         return question.answer(self.values[0]) if self.values else None
 
-    def known(self, step: Step) -> Measured:
+    def known(self, step: Step) -> MeasuredValues:
         """Return the values by the identity of their measurement."""
         return {m.id: v for m, v in zip(step.measurements, self.values, strict=True)}
 

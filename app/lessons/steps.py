@@ -15,8 +15,8 @@ from app.lessons.lesson import (
     MOST_CONTROLS,
     MOST_NUMBERS,
     MOST_PLOTS,
-    Camera,
     Challenge,
+    LessonCamera,
     Measurement,
     Question,
     Step,
@@ -146,7 +146,7 @@ def read_step(part: Chapter, common: Common) -> Step:
     drawing = log.take(lambda: read_drawing(table, setup), None)
     if drawing is not None and "Predict" not in part.sections:
         log.found.append(table.fault("drawing", "a drawing comes before the answers to a question; add a section “### Predict”."))
-    camera = log.take(lambda: table.choice("camera", get_args(Camera), "room"), "room")
+    camera = log.take(lambda: table.choice("camera", get_args(LessonCamera), "room"), "room")
     plots = log.take(lambda: table.words("plots", possible_plots(setup.run), MOST_PLOTS), ())
     offered = [key for key, spec in specs(RunSettings).items() if spec.read is None]
     controls = log.take(lambda: table.words("controls", offered, MOST_CONTROLS), ())
@@ -163,7 +163,7 @@ def read_step(part: Chapter, common: Common) -> Step:
         challenge=replace(challenge, text=texts.get("Challenge", "")) if challenge is not None else None,
         hints=hints,
         trials=trials,
-        camera=cast(Camera, camera),
+        camera=cast(LessonCamera, camera),
         plots=plots,
         numbers=numbers,
         marks=marks,

@@ -58,7 +58,7 @@ def _runs(m: Measurement, setup: Setup, language: Language) -> tuple[str, list[t
 
 _HOLE: Final = re.compile(r"\{(measured|setting|table):([^{}]*)\}")
 
-Measured = Mapping[str, tuple[Value, ...]]
+MeasuredValues = Mapping[str, tuple[Value, ...]]
 """Identity of a measurement → its value, then those of its comparisons."""
 
 
@@ -132,7 +132,7 @@ def _table_problems(name: str, line: str, by_id: Mapping[str, Measurement], befo
         yield f"{{table:{name}}} gives the answer away before the run; put it under Observe or Explain."
 
 
-def filled(text: str, measurements: tuple[Measurement, ...], measured: Measured, setup: Setup, language: Language) -> str:
+def filled(text: str, measurements: tuple[Measurement, ...], measured: MeasuredValues, setup: Setup, language: Language) -> str:
     """Return a text with its numbers in it; what is not known yet is a dash."""
     by_id, words = {m.id: m for m in measurements}, words_of(language)
 

@@ -93,7 +93,7 @@ LONGEST: Final = 660.0
 MADE: Final = "made"
 """Name of the part that says what made the file."""
 
-Verdict = Literal["exact", "close", "differs"]
+Agreement = Literal["exact", "close", "differs"]
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ class Verification:
         unlike: what of program, libraries and machine is not as it was.
     """
 
-    verdict: Verdict
+    verdict: Agreement
     words: LazyText
     comparison: outcomes.Comparison
     unlike: tuple[str, ...]
@@ -208,7 +208,7 @@ def verify(saved: SavedRun, stopped: Callable[[], bool] = never) -> Verification
     table = rerun(saved.recorded, stopped=stopped).table
     comparison = outcomes.compare(saved.outcome, table, outcomes.columns_of(simulation))
     changes = unlike(saved.made, made_here())
-    verdict: Verdict = "exact" if comparison.exact else "close" if comparison.close else "differs"
+    verdict: Agreement = "exact" if comparison.exact else "close" if comparison.close else "differs"
     law, words = saved.recorded.law, _words(verdict, comparison, changes, simulation.error_unit)
     if law is not None:
         said = made_with(law.file, law.sha256)
@@ -230,7 +230,7 @@ def load_run(data: bytes, name: str, stopped: Callable[[], bool] = never) -> Loa
         raise BadInputFile("{name}: {reason}", name=name, reason=str(error)) from None
 
 
-def _words(verdict: Verdict, comparison: outcomes.Comparison, changes: tuple[str, ...], error_unit: str) -> LazyText:
+def _words(verdict: Agreement, comparison: outcomes.Comparison, changes: tuple[str, ...], error_unit: str) -> LazyText:
     steps = comparison.steps_then
     if verdict == "exact":
         return LazyText("Made again: all {steps} steps are the same, to the last bit.", steps=steps)

@@ -13,7 +13,7 @@ from scenes.inputs import CHAPTER, InputsLog, Recorded
 from scenes.rerun import WHAT_IF_KEYS, WhatIf, warm, what_if
 from scenes.settings import RunSettings, values
 from scenes.simulation import Simulation
-from scenes.smoothness import SUBSTEPS, Measured, largest_step, unmeasured
+from scenes.smoothness import SUBSTEPS, StepStudy, largest_step, unmeasured
 
 REST: Final = 0.1
 """A slider that has not moved for so long rests [s of wall time]."""
@@ -37,8 +37,8 @@ LEAST: Final = 50
 class Smoothness:
     """The largest steps of q̇ of the run's law, and of the ghost's if there is one."""
 
-    law: Measured
-    ghost: Measured | None
+    law: StepStudy
+    ghost: StepStudy | None
 
     @property
     def finished(self) -> bool:
@@ -163,7 +163,7 @@ class Studies:
 
     def _take_measure(self, who: Who, place: int, step: float) -> None:
         if self.smoothness is not None:
-            measured: Measured = getattr(self.smoothness, who)
+            measured: StepStudy = getattr(self.smoothness, who)
             largest = (*measured.largest[:place], step, *measured.largest[place + 1 :])
             self.smoothness = replace(self.smoothness, **{who: replace(measured, largest=largest)})
 

@@ -53,7 +53,7 @@ class PathLine(StagePart):
             label.position = point + np.array([0.0, 0.03 * side, 0.0])
 
 
-class Memory(NamedTuple):
+class TraceMemory(NamedTuple):
     """How much a trace remembers.
 
     Attributes:
@@ -65,10 +65,10 @@ class Memory(NamedTuple):
     period: float
 
 
-STAY = Memory(60, 0.08)
+STAY = TraceMemory(60, 0.08)
 """For a hand that stays about its place."""
 
-TRAVEL = Memory(140, 0.12)
+TRAVEL = TraceMemory(140, 0.12)
 """For a hand on a long way: two laps, or there and back."""
 
 
@@ -82,7 +82,7 @@ class Trace(StagePart):
         memory: how long it is.
     """
 
-    def __init__(self, scene: viser.SceneApi, name: str, arm: Arm, memory: Memory) -> None:
+    def __init__(self, scene: viser.SceneApi, name: str, arm: Arm, memory: TraceMemory) -> None:
         self._arm, self._memory = arm, memory
         self._points: deque[Array] = deque(maxlen=memory.points)
         self._time = -np.inf

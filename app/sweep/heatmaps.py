@@ -12,7 +12,7 @@ from controllers.kinematics import Array
 from scenes.files import written
 from scenes.setting_spec import Spec
 from scenes.settings import RunSettings, specs, values
-from scenes.sweep import FIGURES, Axis, Figures, Grid, is_number
+from scenes.sweep import FIGURES, Axis, Grid, SweepFigures, is_number
 
 MOST_PANELS: Final = 12
 MOST_LINES: Final = 8
@@ -30,7 +30,7 @@ _DASHES: Final = ("-", "--", "-.", ":", "-", "--", "-.", ":")
 _MARKERS: Final = "osD^vPX*"
 
 
-def draw_maps(grid: Grid, rows: Mapping[int, Figures], folder: Path) -> list[Path]:
+def draw_maps(grid: Grid, rows: Mapping[int, SweepFigures], folder: Path) -> list[Path]:
     """Draw d_min, e2_max and ddq_max of a complete sweep and return the files; none if there would be too many panels.
 
     Numbers come first on the axes, choices as lines or side by side. The line on a heat map is where d_min = d_m.
@@ -64,7 +64,7 @@ class _Plan:
         critical: d_m at every point, of the grid's shape [m].
     """
 
-    def __init__(self, grid: Grid, rows: Mapping[int, Figures]) -> None:
+    def __init__(self, grid: Grid, rows: Mapping[int, SweepFigures]) -> None:
         self.grid, self.specs = grid, specs(RunSettings)
         order = sorted(grid.axes, key=lambda axis: not is_number(axis))
         self.x, *others = order

@@ -8,10 +8,10 @@ from typing import Any, Final, Literal
 
 from controllers.errors import BadInputFile, BadSetting
 from scenes.files import read_file, writable, written
-from scenes.sweep import FIGURES, Figures, Grid
+from scenes.sweep import FIGURES, Grid, SweepFigures
 
 Format = Literal["csv", "parquet"]
-Rows = Mapping[int, Figures]
+Rows = Mapping[int, SweepFigures]
 """Index of a point → its figures."""
 
 _WHOLE: Final = frozenset({"pair_switches"})
@@ -53,7 +53,7 @@ class SweepFiles:
         with writable(folder, "out"):
             folder.mkdir(parents=True, exist_ok=True)
         self._points = grid.points()
-        self.rows: dict[int, Figures] = {}
+        self.rows: dict[int, SweepFigures] = {}
         for path in (self.table, self.part):
             if path.exists():
                 self.rows |= self._read(path)
@@ -62,14 +62,14 @@ class SweepFiles:
         return [index for index in range(self.grid.size) if index not in self.rows]
 
     @contextmanager
-    def recording(self) -> Iterator[Callable[[int, Figures], None]]:
+    def recording(self) -> Iterator[Callable[[int, SweepFigures], None]]:
         """Yield a function that writes a point's row to disk at once."""
         # Rewritten: after a power failure the last row may be incomplete.
         self._write_csv(self.part, self.rows)
         with writable(self.part, "out"):
             out = self.part.open("a", encoding="utf-8", newline="\n")
 
-        def add(index: int, figures: Figures) -> None:
+        def add(index: int, figures: SweepFigures) -> None:
             with writable(self.part, "out"):
                 out.write(self._line(index, figures))
                 out.flush()
@@ -88,7 +88,7 @@ class SweepFiles:
         (self._write_csv if self.form == "csv" else self._write_parquet)(self.table, self.rows)
         self.part.unlink(missing_ok=True)
 
-    def _line(self, index: int, figures: Figures) -> str:
+    def _line(self, index: int, figures: SweepFigures) -> str:
         return ",".join(map(_cell, (*self._points[index], *figures))) + "\n"
 
     def _write_csv(self, path: Path, rows: Rows) -> None:
@@ -105,12 +105,12 @@ class SweepFiles:
         with written(path, "out") as new:
             pq.write_table(pa.table(columns).replace_schema_metadata({_HEAD: "\n".join(head_of(self.grid)).encode()}), new)
 
-    def _read(self, path: Path) -> dict[int, Figures]:
+    def _read(self, path: Path) -> dict[int, SweepFigures]:
         head, cells = _read_parquet(path) if path.suffix == ".parquet" else _read_csv(path)
         self._check_head(path, head)
         indices = {tuple(map(_cell, point)): index for index, point in enumerate(self._points)}
         width = len(self.grid.axes)
-        kept: dict[int, Figures] = {}
+        kept: dict[int, SweepFigures] = {}
         for row in cells:
             try:
                 numbers = tuple(

@@ -33,7 +33,7 @@ SLATE: Final = "#56616d"
 PARTS: Final = ("body", "cover", "trim", "ring", "dark", "metal", "grip", "mark")
 
 
-def _painted(body: Material, cover: Material, mark: Material) -> glb.Palette:
+def _painted(body: Material, cover: Material, mark: Material) -> glb.GlbPalette:
     """Return the palette of an arm of which only these parts have colours of their own."""
     return {
         "body": body,
@@ -47,7 +47,7 @@ def _painted(body: Material, cover: Material, mark: Material) -> glb.Palette:
     }
 
 
-PALETTES: Final[Mapping[str, glb.Palette]] = MappingProxyType(
+PALETTES: Final[Mapping[str, glb.GlbPalette]] = MappingProxyType(
     {
         "orange": _painted(Material(ORANGE, 0.4, 0.05), Material(SILVER, 0.34, 0.55), Material(ORANGE, 0.4, 0.05)),
         "silver": _painted(Material("#cdd2d7", 0.36, 0.1), Material(SLATE, 0.38, 0.2), Material(SLATE, 0.4, 0.2)),
@@ -296,7 +296,7 @@ def link_glbs(palette: str, coarse: bool = False) -> tuple[bytes, ...]:
     )
 
 
-def palette_named(name: str) -> glb.Palette:
+def palette_named(name: str) -> glb.GlbPalette:
     """The palette of that name, or a ValueError that names the valid ones."""
     if name not in PALETTES:
         raise ValueError(f"no palette {name!r}; there are {', '.join(PALETTES)}")

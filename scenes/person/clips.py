@@ -15,10 +15,10 @@ from controllers.kinematics import Array
 from scenes.settings import ClipName
 from scenes.targets import quintic
 
-Arm = tuple[float, float, float, float]
+ClipArm = tuple[float, float, float, float]
 """The four angles of one arm, see `scenes.person.angles`; degrees, in this file alone."""
 
-REST_ARM: Final[Arm] = (20.0, 14.0, 0.0, 75.0)
+REST_ARM: Final[ClipArm] = (20.0, 14.0, 0.0, 75.0)
 
 REST: Final[Array] = np.radians([REST_ARM, REST_ARM])
 """Where every clip starts and ends (2, 4) [rad]: elbows at the sides, forearms ahead. Only to be read."""
@@ -33,8 +33,8 @@ class Key(NamedTuple):
     """
 
     seconds: float
-    lead: Arm
-    other: Arm
+    lead: ClipArm
+    other: ClipArm
 
 
 class Clip:
@@ -77,7 +77,7 @@ class Clip:
         return self._poses[i] + quintic(s)[0] * (self._poses[j] - self._poses[i])
 
 
-def _about(random: np.random.Generator, arm: Arm, spread: float) -> Arm:
+def _about(random: np.random.Generator, arm: ClipArm, spread: float) -> ClipArm:
     f, a, r, e = (np.array(arm) + random.uniform(-spread, spread, 4)).tolist()
     return f, a, r, e
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import trimesh
     import yourdfpy
 
-Kind = Literal["visuals", "collisions"]
+ShapeKind = Literal["visuals", "collisions"]
 
 MOST_TRIANGLES: Final = 1_500_000
 """Of all meshes of a robot together."""
@@ -63,7 +63,7 @@ def load_arm(key: str) -> FileArm:
     return FileArm(file, urdf, model, column)
 
 
-def solids(arm: FileArm, kind: Kind) -> Iterator[tuple[int, trimesh.Trimesh, Array]]:
+def solids(arm: FileArm, kind: ShapeKind) -> Iterator[tuple[int, trimesh.Trimesh, Array]]:
     """Yield every shape: joint that carries it, its mesh in the frame of that joint [m], and its colour (3,) in 0 … 255.
 
     Raises:

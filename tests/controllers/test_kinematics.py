@@ -7,7 +7,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from controllers.choices import HoldTask
+from controllers.choices import HandTask
 from controllers.kinematics import DAMPING, Arm, Array, damped_solution, pseudo_inverse
 from controllers.tasks import TASK_DIMENSION, hold, pose_error
 from scenes.rigs import RIGS
@@ -147,7 +147,7 @@ def test_the_errors_rate_is_minus_the_jacobian_turned_by_the_logarithm(rig: RigN
 
 
 @pytest.mark.parametrize("task", ["position", "pose"])
-def test_holding_brings_the_error_back(task: HoldTask) -> None:
+def test_holding_brings_the_error_back(task: HandTask) -> None:
     """Eqs (7), (8): with q̇ = J^# K e the error falls as exp(−K t); with K = 0 it stays (positive control)."""
     room, kinematics, _ = bodies("torso")
     arm, dt, m = room.arms[0], 0.002, TASK_DIMENSION[task]

@@ -20,7 +20,7 @@ from scenes.laws import LAWS
 from scenes.rerun import LOOK, WHAT_IF_KEYS, Stopped, between, newest_piece, newest_steps, rerun, warm, what_if
 from scenes.settings import RunSettings, specs, values
 from scenes.simulation import Simulation
-from scenes.smoothness import SUBSTEPS, Measured, Verdict, largest_step, unmeasured
+from scenes.smoothness import SUBSTEPS, StepStudy, StepTrend, largest_step, unmeasured
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, LinkTarget, Target
 from tests.scenes.helpers import SCENES, column, given_settings, recorded_run, scene_settings
 
@@ -205,7 +205,7 @@ def test_between_two_of_the_other_kinds(share: float) -> None:
 @pytest.mark.parametrize(
     ("changes", "verdict"), [({"pairs": "soft"}, "smooth"), ({"pairs": "single"}, "jump"), ({"law": "strict_switched"}, "jump")]
 )
-def test_the_paper_is_smooth_over_all_pairs_only_and_a_hard_switch_never(changes: dict[str, str], verdict: Verdict) -> None:
+def test_the_paper_is_smooth_over_all_pairs_only_and_a_hard_switch_never(changes: dict[str, str], verdict: StepTrend) -> None:
     # Two seconds of the hold scene during which the hand comes near and the closest pair changes.
     _, recorded = recorded_run(RunSettings(), 6.0, 2.0)
     settings = given_settings(**changes)
@@ -231,6 +231,6 @@ def test_the_paper_is_smooth_over_all_pairs_only_and_a_hard_switch_never(changes
         ((None, None, None, None), "measuring", "Measuring"),
     ],
 )  # fmt: skip
-def test_verdicts(largest: tuple[float | None, ...], verdict: Verdict, words: str) -> None:
-    measured = Measured(RunSettings(), 10.0, tuple(0.005 / k for k in SUBSTEPS), largest)
+def test_verdicts(largest: tuple[float | None, ...], verdict: StepTrend, words: str) -> None:
+    measured = StepStudy(RunSettings(), 10.0, tuple(0.005 / k for k in SUBSTEPS), largest)
     assert measured.verdict == verdict and words in measured.words

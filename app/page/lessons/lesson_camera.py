@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from app.lessons.lesson import Camera as Where
+from app.lessons.lesson import LessonCamera
 from app.stage.camera_view import view_of
 from controllers.kinematics import Array
 from scenes.ball import BALL_RADIUS, PATH
@@ -25,7 +25,7 @@ TOP: Final = (0.35, 0.0, 1.0)
 """From the middle of the view to an eye above it, any length."""
 
 
-def lesson_view(simulation: Simulation, where: Where) -> Camera:
+def lesson_view(simulation: Simulation, where: LessonCamera) -> Camera:
     """Return a view of a simulation."""
     view = view_of(simulation)
     if where == "top":
@@ -49,7 +49,7 @@ def _axes(view: Camera) -> tuple[Array, Array, Array]:
     return right, np.cross(toward, right), toward
 
 
-def _near(simulation: Simulation, where: Where) -> Array:
+def _near(simulation: Simulation, where: LessonCamera) -> Array:
     """Return the points (k, 3) that a near view has to show [m]."""
     kinematics, room = simulation.kinematics, simulation.room
     arms = room.arms if where == "between" else (simulation.avoiding,)

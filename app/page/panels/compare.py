@@ -18,7 +18,7 @@ from app.session.studies import Smoothness, Studies
 from app.text.templates import element, lowered, macros, tr_html
 from scenes.counterexample import BROKEN
 from scenes.rerun import WhatIf
-from scenes.smoothness import Measured
+from scenes.smoothness import StepStudy
 
 
 class ComparePanel:
@@ -164,7 +164,7 @@ def smoothness_html(found: Smoothness) -> Markup:
     return macros("page/panels/compare.html").smoothness([name for name, _ in runs], rows, words, f"{found.law.seconds:.0f}")
 
 
-def _words(measured: Measured) -> str:
+def _words(measured: StepStudy) -> str:
     """Return the verdict as a sentence."""
     first, *_, finest = (step or 0.0 for step in measured.largest)
     match measured.verdict:

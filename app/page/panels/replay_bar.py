@@ -7,7 +7,7 @@ from typing import Final, Literal
 import viser
 from markupsafe import Markup
 
-from app.export.export_queue import KINDS, ExportQueue, Kind
+from app.export.export_queue import KINDS, ExportQueue, FileKind
 from app.i18n.speaking import tr
 from app.page import STATIC
 from app.page.panels.choice_buttons import ChoiceButtons
@@ -63,7 +63,7 @@ class ChooseLength(Action):
 class Export(Action, newest_by=("kind",)):
     """Make a file of the run."""
 
-    kind: Kind
+    kind: FileKind
 
 
 class LoadRun(Action):

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from playwright.sync_api import Page
 
+from app.classroom.teacher_panel import TeacherPanel
 from app.lessons.session.lesson_actions import GoTo
 from app.settings import Settings
 from scenes.settings import changed
@@ -150,7 +151,7 @@ def test_a_teacher_and_two_students(house: OpenHouse, page_at: PageAt) -> None:
     bo.locator("#duet-overlay section").wait_for()
     assert host.controls.operator is not None
     panel = host.controls.operator.panel
-    assert panel is not None
+    assert isinstance(panel, TeacherPanel)
     for away in ("×", "Escape", "PageDown", "Alt+Shift+J"):
         teacher.locator("#duet-overlay section").wait_for()
         if away == "×":
@@ -232,9 +233,9 @@ def test_one_student_is_one_voter_in_one_tab_at_a_time(house: OpenHouse, page_at
     )
     ask(host.session, lambda _: host.lessons.act(GoTo(lesson, drawn)))
     on_stage(ann, "2")
-    until(teacher, lambda: len(host.room.ballots.questions) == 2, "the second answer", WAIT)
-    (voters,) = {tuple(host.room.ballots.rounds_of(question)[0]) for question in host.room.ballots.questions}
-    assert len(voters) == 1 and len(host.room.ballots.ballots_of(voters[0])) == 2
+    until(teacher, lambda: len(host.classroom.ballots.questions) == 2, "the second answer", WAIT)
+    (voters,) = {tuple(host.classroom.ballots.rounds_of(question)[0]) for question in host.classroom.ballots.questions}
+    assert len(voters) == 1 and len(host.classroom.ballots.ballots_of(voters[0])) == 2
     # Another browser is another student.
     # On a long page of the phone the scene stays a strip, and the banner in view.
 
@@ -260,7 +261,7 @@ def test_one_student_is_one_voter_in_one_tab_at_a_time(house: OpenHouse, page_at
     come(second, opened.url)
     away = "Duet is open in another tab of this browser."
     ann.get_by_text(away).wait_for()
-    until(ann, lambda: len(host.room.here) == 2, "both students", WAIT)
+    until(ann, lambda: len(host.classroom.here) == 2, "both students", WAIT)
     ann.locator("body").click(position={"x": 400, "y": 60})
     second.get_by_text(away).wait_for()
     ann.get_by_text("You follow the teacher").first.wait_for()

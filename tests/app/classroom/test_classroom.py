@@ -84,10 +84,10 @@ def test_a_round_is_never_changed_by_a_later_one(rounds: list[dict[str, int]], r
 
 
 def test_what_a_student_reads_has_one_full_stop_and_on_a_phone_no_keys() -> None:
-    room, walk = Classroom(8), Walkthrough(BOOK)
+    classroom, walk = Classroom(8), Walkthrough(BOOK)
     for lesson in BOOK.lessons:
         walk.go(lesson.id, 0)
-        poll = room.poll(walk)
+        poll = classroom.poll(walk)
         for choice in range(len(poll.choices) if poll is not None else 0):
             assert ".." not in re.sub("<[^>]*>", "", str(mine_html(poll or fail(), Ballot(choice))))
         if poll is not None:
@@ -95,20 +95,20 @@ def test_what_a_student_reads_has_one_full_stop_and_on_a_phone_no_keys() -> None
 
 
 def test_both_rounds_stand_side_by_side_and_a_tie_is_said() -> None:
-    room, walk = Classroom(8), Walkthrough(BOOK)
+    classroom, walk = Classroom(8), Walkthrough(BOOK)
     walk.go("lambda", 1)
     question = (walk.lesson.id, walk.step.id)
     assert walk.step.question is not None and walk.step.question.right == 0
     for student, choice in (("ann", 1), ("bo", 1), ("cy", 0), ("di", 2)):
-        assert room.answer(walk, student, choice)
-    assert room.draw(walk, "ann", question, HALF)
-    shown = poll_html(room.poll(walk) or fail())
+        assert classroom.answer(walk, student, choice)
+    assert classroom.draw(walk, "ann", question, HALF)
+    shown = poll_html(classroom.poll(walk) or fail())
     assert "Round" not in shown and "A tie" not in shown
-    room.ballots.ask_again(question)
+    classroom.ballots.ask_again(question)
     for student, choice in (("ann", 0), ("bo", 1), ("cy", 1), ("ed", 0)):
-        assert room.answer(walk, student, choice)
-    assert room.draw(walk, "ann", question, FULL) and room.draw(walk, "ed", question, FULL)
-    poll = room.poll(walk) or fail()
+        assert classroom.answer(walk, student, choice)
+    assert classroom.draw(walk, "ann", question, FULL) and classroom.draw(walk, "ed", question, FULL)
+    poll = classroom.poll(walk) or fail()
     shown = poll_html(poll, live=True)
     HtmlReader(str(shown).replace("/>", "></path>"))
     assert shown.count(">Round 1<") == shown.count(">Round 2<") == 4 and "width:25%" in shown and "width:50%" in shown
@@ -118,78 +118,82 @@ def test_both_rounds_stand_side_by_side_and_a_tie_is_said() -> None:
     assert shown.count('class="first"') == 2, "the curve of the first round, and its median"
     mine = mine_html(poll, Ballot(), Ballot(1))
     assert "Your first answer: <b>" in mine and "Asked again" in mine
-    room.ballots.reveal(question)
+    classroom.ballots.reveal(question)
     walk.choose(0)
     walk.next()
-    shown = poll_html(room.poll(walk) or fail())
+    shown = poll_html(classroom.poll(walk) or fail())
     assert "The run is compared with each of them." in shown and "From wrong to right: 1; from right to wrong: 1." in shown
 
 
 def test_what_is_handed_in_is_what_was_done_on_the_stage_and_in_an_own_session() -> None:
-    room, walk, own = Classroom(8), Walkthrough(BOOK), Walkthrough(BOOK)
+    classroom, walk, own = Classroom(8), Walkthrough(BOOK), Walkthrough(BOOK)
     first = (walk.lesson.id, walk.step.id)
-    assert not room.hand_in(walk, "ann", "Ann", "") and room.work.handed_in("ann") is None, "nothing was done"
-    assert room.answer(walk, "ann", 1)
-    room.ballots.ask_again(first)
-    assert room.answer(walk, "ann", 2)
+    assert not classroom.hand_in(walk, "ann", "Ann", "") and classroom.work.handed_in("ann") is None, "nothing was done"
+    assert classroom.answer(walk, "ann", 1)
+    classroom.ballots.ask_again(first)
+    assert classroom.answer(walk, "ann", 2)
     walk.done.outcome = reference(walk.step, walk.step.setup)
     # In a session of her own she goes on to another lesson, and is called back.
     own.go("lambda", 1)
     own.choose(0)
     own.give_reason("it halves", "lambda", own.step.id)
     own.done.passed = True
-    room.work.note("ann", own.to_json())
-    assert room.hand_in(walk, "ann", "  Ann\n\u202eB ", "")
-    report = room.work.handed_in("ann")
+    classroom.work.note("ann", own.to_json())
+    assert classroom.hand_in(walk, "ann", "  Ann\n\u202eB ", "")
+    report = classroom.work.handed_in("ann")
     assert report is not None and report.name == "Ann B" and report.answers == {first: (1, 2)}
     steps = from_json(report.progress).steps
     assert steps[first] == StepProgress(choice=2, outcome=walk.done.outcome)
     assert steps["lambda", own.step.id].because == "it halves" and steps["lambda", own.step.id].choice == 0
-    summary = room.summary(BOOK, 5.0)
+    summary = classroom.summary(BOOK, 5.0)
     assert summary.students == 1 and summary.hand_ins == (report,) and summary.passed == {("lambda", own.step.id): 1}
     assert [tally.counts[:3] for tally in summary.asked[0].rounds] == [(0, 1, 0), (0, 0, 1)]
     # Taken back, nothing of hers is left but the counts.
-    room.work.take_back("ann")
-    assert "halves" not in str(room.summary(BOOK, 5.0)) and room.summary(BOOK, 5.0).asked == summary.asked
+    classroom.work.take_back("ann")
+    assert "halves" not in str(classroom.summary(BOOK, 5.0)) and classroom.summary(BOOK, 5.0).asked == summary.asked
 
 
 def test_the_poll_opens_with_the_question_and_closes_with_the_outcome() -> None:
-    room, walk = Classroom(8), Walkthrough(BOOK)
-    assert room.poll(None) is None and not room.answer(None, "ann", 0)
+    classroom, walk = Classroom(8), Walkthrough(BOOK)
+    assert classroom.poll(None) is None and not classroom.answer(None, "ann", 0)
     walk.go(0, 0)
     question = walk.step.question
     assert question is not None and walk.phase is Phase.PREDICT
-    room.enter(1, "ann")
-    room.enter(2, "bo")
-    room.enter(3, "bo")
-    assert room.answer(walk, "ann", question.right) and not room.answer(walk, "ann", 99) and not room.answer(walk, "ann", -1)
-    poll = room.poll(walk)
+    classroom.enter(1, "ann")
+    classroom.enter(2, "bo")
+    classroom.enter(3, "bo")
+    assert (
+        classroom.answer(walk, "ann", question.right)
+        and not classroom.answer(walk, "ann", 99)
+        and not classroom.answer(walk, "ann", -1)
+    )
+    poll = classroom.poll(walk)
     assert poll is not None and poll.open and not poll.revealed and poll.tally.waiting == 1 and poll.right is None
     assert not poll.verdicts and not poll.outcome and len(poll.choices) == len(question.choices)
     # While the run goes on, minds may change; with the outcome on the stage they may not.
     walk.choose(0)
-    assert room.answer(walk, "bo", (question.right + 1) % len(question.choices))
+    assert classroom.answer(walk, "bo", (question.right + 1) % len(question.choices))
     walk.done.outcome = reference(walk.step, walk.step.setup)
     walk.next()
-    assert walk.phase is Phase.OBSERVE and not room.answer(walk, "bo", question.right)
-    poll = room.poll(walk)
+    assert walk.phase is Phase.OBSERVE and not classroom.answer(walk, "bo", question.right)
+    poll = classroom.poll(walk)
     assert poll is not None and not poll.open and poll.right == question.right and poll.outcome and poll.tally.answered == 2
     assert [v is not None and v.right for v in poll.verdicts] == [i == question.right for i in range(len(poll.choices))]
     # Going back shows the question again, but not as one that is open.
     walk.back()
-    poll = room.poll(walk)
+    poll = classroom.poll(walk)
     assert poll is not None and not poll.open and poll.right is None and not poll.verdicts
 
 
 def test_a_step_that_begins_again_is_a_question_asked_again() -> None:
-    room, walk = Classroom(8), Walkthrough(BOOK)
-    room.enter(1, "ann")
-    assert room.answer(walk, "ann", 1)
-    room.ballots.reveal((walk.lesson.id, walk.step.id))
+    classroom, walk = Classroom(8), Walkthrough(BOOK)
+    classroom.enter(1, "ann")
+    assert classroom.answer(walk, "ann", 1)
+    classroom.ballots.reveal((walk.lesson.id, walk.step.id))
     walk.choose(1)
-    assert not room.answer(walk, "ann", 2)
+    assert not classroom.answer(walk, "ann", 2)
     walk.reset()
-    assert room.answer(walk, "ann", 2) and room.ballots.ballot_of((walk.lesson.id, walk.step.id), "ann").choice == 2
+    assert classroom.answer(walk, "ann", 2) and classroom.ballots.ballot_of((walk.lesson.id, walk.step.id), "ann").choice == 2
 
 
 HALF = (0.5,) * COLUMNS
@@ -197,29 +201,35 @@ FULL = (1.0,) * COLUMNS
 
 
 def test_a_curve_counts_like_an_answer_and_is_shown_without_its_name() -> None:
-    room, walk = Classroom(8), Walkthrough(BOOK)
+    classroom, walk = Classroom(8), Walkthrough(BOOK)
     walk.go("lambda", 1)
     question = (walk.lesson.id, walk.step.id)
     for number, student in enumerate(("ann", "bo", "cy"), 1):
-        room.enter(number, student)
-    assert room.draw(walk, "ann", question, HALF) and room.draw(walk, "bo", question, FULL) and room.answer(walk, "bo", 0)
-    assert not room.draw(walk, "cy", ("lambda", "tail"), HALF), "drawn for another step"
-    assert not room.draw(walk, "cy", question, (2.0,) * COLUMNS), "beyond the axis"
-    poll = room.poll(walk)
+        classroom.enter(number, student)
+    assert (
+        classroom.draw(walk, "ann", question, HALF)
+        and classroom.draw(walk, "bo", question, FULL)
+        and classroom.answer(walk, "bo", 0)
+    )
+    assert not classroom.draw(walk, "cy", ("lambda", "tail"), HALF), "drawn for another step"
+    assert not classroom.draw(walk, "cy", question, (2.0,) * COLUMNS), "beyond the axis"
+    poll = classroom.poll(walk)
     assert poll is not None and poll.tally == Tally((1, 0, 0, 0), 1, 2, (HALF, FULL)) and poll.truth == ()
-    assert room.draw(walk, "ann", question, ()) and room.ballots.tally(question, 4, room.here).waiting == 2, "taken back"
-    assert room.draw(walk, "ann", question, HALF)
-    shown = poll_html(room.poll(walk) or poll, live=True)
+    assert classroom.draw(walk, "ann", question, ()) and classroom.ballots.tally(question, 4, classroom.here).waiting == 2, (
+        "taken back"
+    )
+    assert classroom.draw(walk, "ann", question, HALF)
+    shown = poll_html(classroom.poll(walk) or poll, live=True)
     assert "2 drawn" in shown and "ann" not in shown and shown.count('stroke-opacity="0.3"') == 2 and "median" in shown
     assert "100 %" in shown, "the one who only drew is no answer"
     # A student who goes to explore finds the own curve there.
-    assert from_json(room.progress_of("ann", walk)).steps[question] == StepProgress(drawing=HALF)
+    assert from_json(classroom.progress_of("ann", walk)).steps[question] == StepProgress(drawing=HALF)
     walk.draw(HALF)
-    room.ballots.reveal(question)
-    assert not room.draw(walk, "cy", question, HALF)
+    classroom.ballots.reveal(question)
+    assert not classroom.draw(walk, "cy", question, HALF)
     walk.choose(0)
     walk.next()
-    poll = room.poll(walk)
+    poll = classroom.poll(walk)
     assert poll is not None and poll.truth == reference(walk.step, walk.step.setup).curve and "by the formula" in poll_html(poll)
     assert "Your curve is within 0.47 on average." in mine_html(poll, Ballot(None, HALF))
 
@@ -262,30 +272,30 @@ def test_every_student_has_a_group_and_there_are_never_more_sessions_than_places
 
 
 def test_who_follows_holds_no_place() -> None:
-    room = Classroom(1)
+    classroom = Classroom(1)
     for number, who in enumerate(("ann", "bo", "bo")):
-        room.enter(number, who)
-    room.settle(room.here, 0.0)
-    assert room.heads == (2, 0)
-    room.free = True
-    room.settle(room.here, 0.0)
-    assert room.heads == (2, 2) and room.groups == {"ann": 2}
+        classroom.enter(number, who)
+    classroom.settle(classroom.here, 0.0)
+    assert classroom.heads == (2, 0)
+    classroom.free = True
+    classroom.settle(classroom.here, 0.0)
+    assert classroom.heads == (2, 2) and classroom.groups == {"ann": 2}
     # Called back and sent again they are together again; with a place for each there are no groups.
-    room.note("ann", '{"version": 1}', 0.0)
-    assert room.has_work("bo") and room.has_work("ann")
-    room.follow()
-    room.explore()
-    room.settle(room.here, 0.0)
-    assert room.groups == {"ann": 2}
-    room.follow()
-    room.places.most = 2
-    room.explore()
-    room.settle(room.here, 0.0)
-    assert room.groups == {"ann": 1, "bo": 1}
-    room.follow()
-    room.leave(0)
-    room.leave(99)
-    assert room.heads == (1, 0) and not room.free
+    classroom.note("ann", '{"version": 1}', 0.0)
+    assert classroom.has_work("bo") and classroom.has_work("ann")
+    classroom.follow()
+    classroom.explore()
+    classroom.settle(classroom.here, 0.0)
+    assert classroom.groups == {"ann": 2}
+    classroom.follow()
+    classroom.places.most = 2
+    classroom.explore()
+    classroom.settle(classroom.here, 0.0)
+    assert classroom.groups == {"ann": 1, "bo": 1}
+    classroom.follow()
+    classroom.leave(0)
+    classroom.leave(99)
+    assert classroom.heads == (1, 0) and not classroom.free
 
 
 @given(st.text(max_size=40), st.text(max_size=40))

@@ -25,15 +25,15 @@ def test_a_lecture_that_breaks_off_goes_on_and_one_that_has_ended_does_not(house
     host = lecture_of(first)
     teacher = join(first, f"lesson=3&step=2&resume={TEACHER}")
     student = join(first, f"resume={STUDENT}")
-    student.wait_for(lambda _: host.operator is not None and STUDENT in host.room.here)
+    student.wait_for(lambda _: host.operator is not None and STUDENT in host.classroom.here)
     host.control.post_answer(STUDENT, 0)
-    teacher.wait_for(lambda _: any(host.room.ballots.everything[0].values()))
+    teacher.wait_for(lambda _: any(host.classroom.ballots.everything[0].values()))
     host.control.post("again")
-    teacher.wait_for(lambda _: host.room.ballots.earlier)
+    teacher.wait_for(lambda _: host.classroom.ballots.earlier)
     host.control.post_answer(STUDENT, 1)
     host.control.post_work(Reported(STUDENT, "Ann"))
-    teacher.wait_for(lambda _: host.room.work.hand_ins and any(host.room.ballots.everything[0].values()))
-    asked, _ = host.room.ballots.everything
+    teacher.wait_for(lambda _: host.classroom.work.hand_ins and any(host.classroom.ballots.everything[0].values()))
+    asked, _ = host.classroom.ballots.everything
     place = ask(host.session, lambda _: (host.lessons.walk.lesson.id, host.lessons.walk.step.id))
     ask(host.session, lambda s: s.change("dm", 0.12))
 
@@ -51,7 +51,7 @@ def test_a_lecture_that_breaks_off_goes_on_and_one_that_has_ended_does_not(house
     record = first.context.store.interrupted_lecture()
     first.close()
     ended = house(lecture=True, store=path, key="chalk")
-    assert not lecture_of(ended).lessons.open and lecture_of(ended).room.ballots.everything == ({}, ())
+    assert not lecture_of(ended).lessons.open and lecture_of(ended).classroom.ballots.everything == ({}, ())
     # Its counts and what was handed in are offered to the teacher with the key, also after a lecture in which nothing happened.
     for _ in range(2):
         empty, left = lecture_of(ended)._summaries()
@@ -68,17 +68,19 @@ def test_a_lecture_that_breaks_off_goes_on_and_one_that_has_ended_does_not(house
     store.close()
     again = lecture_of(house(lecture=True, store=saved))
     assert (again.lessons.walk.lesson.id, again.lessons.walk.step.id) == place and again.lessons.open
-    assert [len(one) for one in again.room.ballots.rounds_of(place)] == [1, 1] and set(again.room.work.hand_ins) == {STUDENT}
-    assert again.room.voters.pageless == {STUDENT} and not again.room.voters.pages_only
-    assert again.room.ballots.everything[0] == asked and again.session.settings == record.settings
+    assert [len(one) for one in again.classroom.ballots.rounds_of(place)] == [1, 1] and set(again.classroom.work.hand_ins) == {
+        STUDENT
+    }
+    assert again.classroom.voters.pageless == {STUDENT} and not again.classroom.voters.pages_only
+    assert again.classroom.ballots.everything[0] == asked and again.session.settings == record.settings
     assert record.state is not None and again.session.simulation.steps >= record.state.run.snapshot.steps
     # A student who is back first does not lead.
     assert not again._leader.admits(1, {"resume": STUDENT}) and again._leader.admits(2, {"resume": TEACHER})
 
 
 def test_a_class_that_broke_off_long_ago_is_one_that_has_ended() -> None:
-    room = ClassRecord(5.0, {("redundancy", "freedom"): {STUDENT: Ballot(1)}}, (), False, TEACHER, (STUDENT,))
-    record = VisitorRecord({}, Settings(), None, None, room)
+    classroom = ClassRecord(5.0, {("redundancy", "freedom"): {STUDENT: Ballot(1)}}, (), False, TEACHER, (STUDENT,))
+    record = VisitorRecord({}, Settings(), None, None, classroom)
     left = _summary_in(record, False, BOOK)
     assert left is not None and left.saved == 5.0 and left.asked[0].rounds[0].counts[1] == 1
     assert _summary_in(record, True, BOOK) is None and _summary_in(None, False, BOOK) is None
@@ -87,8 +89,8 @@ def test_a_class_that_broke_off_long_ago_is_one_that_has_ended() -> None:
 
 
 def test_a_record_of_a_class_from_before_the_rounds_is_read() -> None:
-    room = ClassRecord(5.0, {("redundancy", "freedom"): {STUDENT: Ballot(1)}}, (), True, TEACHER, (STUDENT,))
-    record = VisitorRecord({}, Settings(), None, None, room)
+    classroom = ClassRecord(5.0, {("redundancy", "freedom"): {STUDENT: Ballot(1)}}, (), True, TEACHER, (STUDENT,))
+    record = VisitorRecord({}, Settings(), None, None, classroom)
     data = msgspec.to_builtins(record)
     del data["last_class"]
     for later in ("earlier", "passed", "hand_ins", "pages_only", "pageless", "names", "pace", "groups"):

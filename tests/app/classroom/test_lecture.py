@@ -59,10 +59,10 @@ def secrets_of(lesson: str) -> list[str]:
 
 
 def test_only_the_key_opens_the_notes_and_a_wrong_one_is_named(house: OpenHouse, come: Come) -> None:
-    room = Class(house, come)
-    opened, host, teacher = room.opened, room.host, room.teacher
-    students = [*room.come("ann"), come(opened, "bo", "key=chal"), come(opened, query="screen=1")]
-    students += room.send("Explore freely", "ann")
+    classroom = Class(house, come)
+    opened, host, teacher = classroom.opened, classroom.host, classroom.teacher
+    students = [*classroom.come("ann"), come(opened, "bo", "key=chal"), come(opened, query="screen=1")]
+    students += classroom.send("Explore freely", "ann")
     some = [BOOK.lessons[i] for i in (5, 0)]
     for lesson in some:
         ask(host.session, lambda _, lesson=lesson: host.lessons.act(GoTo(lesson.number, 0)))
@@ -94,9 +94,9 @@ def test_alone_the_key_opens_the_notes_and_another_one_says_so(house: OpenHouse,
 
 
 def test_a_class_answers_on_its_own_devices(house: OpenHouse, come: Come) -> None:
-    room = Class(house, come)
-    host, teacher, (ann, bo, cy) = room.host, room.teacher, room.come("ann", "bo", "cy")
-    screen = come(room.opened, query="screen=1")
+    classroom = Class(house, come)
+    host, teacher, (ann, bo, cy) = classroom.host, classroom.teacher, classroom.come("ann", "bo", "cy")
+    screen = come(classroom.opened, query="screen=1")
     sees(ann, "Your prediction? Answer here")
     question = BOOK.lessons[0].steps[0].question
     assert question is not None
@@ -109,11 +109,11 @@ def test_a_class_answers_on_its_own_devices(house: OpenHouse, come: Come) -> Non
     # Ann changes her mind, and comes back twice; bo's connection is lost.
     click(ann, f"{right + 1} ")
     ann.close()
-    (ann,) = room.come("ann")
+    (ann,) = classroom.come("ann")
     sees(ann, "You may change it until the reveal.")
     bo.close()
     sees(teacher, "2 answered · 1 not yet", "students here: 2")
-    (bo,) = room.come("bo")
+    (bo,) = classroom.come("bo")
     sees(teacher, "2 answered · 1 not yet", "students here: 3")
     assert not any("The class sa" in everything(one) for one in (ann, bo, cy, screen))
     assert not any(label.startswith("1 ") for label in buttons(screen))
@@ -126,7 +126,7 @@ def test_a_class_answers_on_its_own_devices(house: OpenHouse, come: Come) -> Non
         sees(one, "The class said", "3 answered")
     sees(bo, "Answers are closed.")
     assert host.lessons.walk.done.choice == right and not host.lessons.locked
-    sent = ask(host.session, lambda _: host.room.answer(host.lessons.walk, "bo", right))
+    sent = ask(host.session, lambda _: host.classroom.answer(host.lessons.walk, "bo", right))
     assert not sent and not [label for label in buttons(bo) if label.startswith(f"{right + 1} ")]
     # The outcome stands beside the answers, and everybody gets the verdict on their own one.
     ask(host.session, lambda _: host.lessons.act(GoOn()))
@@ -153,19 +153,19 @@ def test_a_class_answers_on_its_own_devices(house: OpenHouse, come: Come) -> Non
 
 
 def test_votes_of_a_program_without_a_page_are_seen_and_can_be_left_out(house: OpenHouse, come: Come) -> None:
-    room = Class(house, come)
-    host, teacher, pages = room.host, room.teacher, room.come("ann", "bo")
+    classroom = Class(house, come)
+    host, teacher, pages = classroom.host, classroom.teacher, classroom.come("ann", "bo")
     for page in pages:
         page.send({"type": HELLO})
         click(page, "1 ")
-    programs = room.come(*(f"program {number}" for number in range(5)))
+    programs = classroom.come(*(f"program {number}" for number in range(5)))
     for program in programs:
         click(program, "2 ")
     sees(teacher, "7 answered · 0 not yet", "votes: 7", "addresses: 1", "votes without a page: 5")
     click(teacher, "Leave out votes without a page")
     sees(teacher, "2 answered · 0 not yet", "votes without a page: 5")
     # One that votes later and goes at once is left out, too.
-    (late,) = room.come("late")
+    (late,) = classroom.come("late")
     click(late, "2 ")
     late.close()
     sees(teacher, "2 answered · 0 not yet", "votes without a page: 6")
@@ -182,19 +182,19 @@ def test_votes_of_a_program_without_a_page_are_seen_and_can_be_left_out(house: O
 
 
 def test_two_students_and_a_teacher_do_not_reach_each_other(house: OpenHouse, come: Come) -> None:
-    room = Class(house, come)
-    host, teacher = room.host, room.teacher
+    classroom = Class(house, come)
+    host, teacher = classroom.host, classroom.teacher
     click(teacher, "Leave the lessons")
     click(teacher, "Leave with the class")
     teacher.wait_for(lambda _: not host.lessons.open, WAIT)
     ask(host.session, lambda s: s.change("dm", 0.12))
-    room.come("ann", "bo")
-    ann, bo = room.send("Explore freely", "ann", "bo")
-    a, b = room.number("ann"), room.number("bo")
+    classroom.come("ann", "bo")
+    ann, bo = classroom.send("Explore freely", "ann", "bo")
+    a, b = classroom.number("ann"), classroom.number("bo")
     sees(teacher, "exploring: 2")
     sees(ann, "this is your own session")
     # They begin where the teacher is, and see nothing of the stage.
-    assert room.critical_distance("ann") == room.critical_distance("bo") == 0.12
+    assert classroom.critical_distance("ann") == classroom.critical_distance("bo") == 0.12
     assert all(node.get("owner") == str(a) for name, node in list(ann.mirror.nodes.items()) if name.startswith("/arms/"))
 
     def state(number: int | None = None) -> tuple[Any, ...]:
@@ -209,71 +209,71 @@ def test_two_students_and_a_teacher_do_not_reach_each_other(house: OpenHouse, co
     bo.set_value("critical distance d_m [mm]", 200.0)
     open_lessons(bo)
     bo.wait_for(lambda _: values(host.sessions[b].settings)["scene"] == "solo", WAIT)
-    assert room.critical_distance("ann") == 0.07 and state() == stage
+    assert classroom.critical_distance("ann") == 0.07 and state() == stage
     ask(host.session, lambda s: s.change("dm", 0.25))
-    assert room.critical_distance("ann") == 0.07
+    assert classroom.critical_distance("ann") == 0.07
     # Ann's connection breaks off, and she is back where she was.
     ann.close()
-    room.come("ann")
-    assert room.critical_distance("ann") == 0.07
+    classroom.come("ann")
+    assert classroom.critical_distance("ann") == 0.07
     # Follow me: the stage, and nothing of their own.
-    ann, bo = room.send("Follow me", "ann", "bo")
+    ann, bo = classroom.send("Follow me", "ann", "bo")
     sees(ann, "You follow the teacher")
     # Bo's earlier connection may end later than ann's.
     ann.wait_for(lambda _: host.sessions == {}, WAIT)
     assert not bodies(ann, "GuiSliderMessage")
     # Released again, each has their own settings, and bo is in his lesson.
-    ann, bo = room.send("Explore freely", "ann", "bo")
-    assert room.critical_distance("ann") == 0.07
+    ann, bo = classroom.send("Explore freely", "ann", "bo")
+    assert classroom.critical_distance("ann") == 0.07
     sees(bo, "Lesson 1 · step 1")
-    b = room.number("bo")
+    b = classroom.number("bo")
     click(bo, "Leave the lessons")
     bo.wait_for(lambda _: host.sessions[b].settings.run.law.critical_distance == 0.2, WAIT)
 
 
 def test_a_second_tab_of_a_student_takes_the_place_of_the_first_one(house: OpenHouse, come: Come) -> None:
-    room = Class(house, come)
-    (ann,) = room.come("ann")
+    classroom = Class(house, come)
+    (ann,) = classroom.come("ann")
     click(ann, "2 ")
-    sees(room.teacher, "1 answered · 0 not yet")
+    sees(classroom.teacher, "1 answered · 0 not yet")
 
     def doubled(first: BlockingClient) -> BlockingClient:
-        (second,) = room.come("ann")
+        (second,) = classroom.come("ann")
         assert ended(first)[1] == TAKEN_OVER
         return second
 
     ann = doubled(ann)
     sees(ann, "You may change it until the reveal.")
-    sees(room.teacher, "1 answered · 0 not yet", "students here: 1")
+    sees(classroom.teacher, "1 answered · 0 not yet", "students here: 1")
     # The same holds in a session of her own, at the teacher's step and with her own answer; not for projectors and teachers.
-    ask(room.host.session, lambda _: room.host.lessons.act(GoTo(2, 1)))
-    (ann,) = room.send("Explore freely", "ann")
-    walk = room.host.participants[room.number("ann")].visitor.lessons.walk  # type: ignore[union-attr]
+    ask(classroom.host.session, lambda _: classroom.host.lessons.act(GoTo(2, 1)))
+    (ann,) = classroom.send("Explore freely", "ann")
+    walk = classroom.host.participants[classroom.number("ann")].visitor.lessons.walk  # type: ignore[union-attr]
     assert walk.done_in(BOOK.lessons[0].id, BOOK.lessons[0].steps[0].id).choice == 1
     ann = doubled(ann)
     sees(ann, "this is your own session", "Lesson 2 · step 2")
-    sees(room.teacher, "students here: 1")
-    screens = [come(room.opened, "s", query="screen=1") for _ in range(2)]
-    teachers = [come(room.opened, "t", key=KEY) for _ in range(2)]
-    sees(room.teacher, "screens: 2")
+    sees(classroom.teacher, "students here: 1")
+    screens = [come(classroom.opened, "s", query="screen=1") for _ in range(2)]
+    teachers = [come(classroom.opened, "t", key=KEY) for _ in range(2)]
+    sees(classroom.teacher, "screens: 2")
     assert all(one.closed is None for one in (ann, *screens, *teachers))
 
 
 def test_more_students_than_places_explore_in_groups_of_which_one_operates(house: OpenHouse, come: Come) -> None:
-    room = Class(house, come, sessions=1, students=3)
-    host, teacher = room.host, room.teacher
+    classroom = Class(house, come, sessions=1, students=3)
+    host, teacher = classroom.host, classroom.teacher
     sees(teacher, "3 students, 1 places: groups of 3")
-    room.students["bo"] = come(room.opened, "bo", query="lang=de&theme=dark")
-    room.come("ann", "cy")
-    nameless = come(room.opened)
+    classroom.students["bo"] = come(classroom.opened, "bo", query="lang=de&theme=dark")
+    classroom.come("ann", "cy")
+    nameless = come(classroom.opened)
     choose(teacher, "Explore freely")
     for name in ("ann", "bo", "cy"):
-        room.is_sent_away(name)
-    (ann,) = room.come("ann")
-    number = room.number("ann")
+        classroom.is_sent_away(name)
+    (ann,) = classroom.come("ann")
+    number = classroom.number("ann")
     sees(ann, "this is your own session")
-    bo = room.students["bo"] = come(room.opened, "bo", query="lang=de&theme=dark")
-    (cy,) = room.come("cy")
+    bo = classroom.students["bo"] = come(classroom.opened, "bo", query="lang=de&theme=dark")
+    (cy,) = classroom.come("cy")
     # All see the one session, each in their own language; who came first operates it.
     sees(ann, "You are 3 at this robot, and answer together. You operate it.", "Lesson 1 · step 1")
     sees(bo, "Sie sind zu 3 an diesem Roboter", "Lektion 1", 'data-words="de"')
@@ -304,46 +304,46 @@ def test_more_students_than_places_explore_in_groups_of_which_one_operates(house
     # Another one takes over, with the same session; who operated it watches.
     click(cy, "Take over")
     for name in ("ann", "cy"):
-        room.is_sent_away(name)
-    cy, ann = room.come("cy", "ann")
-    assert host.sessions[room.number("cy")] is session
+        classroom.is_sent_away(name)
+    cy, ann = classroom.come("cy", "ann")
+    assert host.sessions[classroom.number("cy")] is session
     sees(ann, "Another one of you operates it.")
     cy.wait_for(lambda _: bo.closed is None and "Jemand anderes von Ihnen bedient ihn." in shown(bo), WAIT)
     assert session.settings.page.speed == 0.5
     # Their report is everybody's: ann hands it in, though cy operates.
     click(ann, "Hand in")
     sees(teacher, "reports handed in: 1")
-    (report,) = host.room.work.hand_ins.values()
+    (report,) = host.classroom.work.hand_ins.values()
     assert '"choice": 1' in report.progress
     # A member who closes the tab comes back to the same group, and one who comes late is in it, too.
     bo.close()
     sees(cy, "You are 2 at this robot")
-    (di,) = room.come("di")
-    room.is_sent_away("di")
-    (di,) = room.come("di")
-    bo = come(room.opened, "bo", query="lang=de")
+    (di,) = classroom.come("di")
+    classroom.is_sent_away("di")
+    (di,) = classroom.come("di")
+    bo = come(classroom.opened, "bo", query="lang=de")
     sees(di, "You are 4 at this robot", "Another one of you")
     sees(bo, "Sie sind zu 4 an diesem Roboter")
     # The one who operates goes for good: after a while the page that was there first comes again, and does.
     cy.close()
-    room.is_sent_away("ann")
-    (ann,) = room.come("ann")
-    assert host.sessions[room.number("ann")] is session
+    classroom.is_sent_away("ann")
+    (ann,) = classroom.come("ann")
+    assert host.sessions[classroom.number("ann")] is session
     sees(ann, "You operate it.")
     # Called back and sent again they are together again.
     bo.close()
-    ann, di = room.send("Follow me", "ann", "di")
+    ann, di = classroom.send("Follow me", "ann", "di")
     sees(di, "You follow the teacher")
     sees(teacher, "students here: 3")
-    di, ann = room.send("Explore freely", "di", "ann")
+    di, ann = classroom.send("Explore freely", "di", "ann")
     sees(ann, "You are 2 at this robot")
     sees(di, "You are 2 at this robot", "Lesson 1 · step 1", "Your prediction")
 
 
 def test_a_teachers_second_tab_assists_until_it_takes_over(house: OpenHouse, come: Come) -> None:
-    room = Class(house, come)
-    host, first, (ann,) = room.host, room.teacher, room.come("ann")
-    second = come(room.opened, "t", key=KEY, query="lang=de")
+    classroom = Class(house, come)
+    host, first, (ann,) = classroom.host, classroom.teacher, classroom.come("ann")
+    second = come(classroom.opened, "t", key=KEY, query="lang=de")
     sees(second, "Sie assistieren", "Lektion 1", secrets_of(BOOK.lessons[0].id)[0])
     assert "Take over" not in buttons(first) and "You assist" not in shown(first)
     # The second one has nothing to lead with; a student has neither, and what belongs to a teacher's page does nothing there.
@@ -352,7 +352,7 @@ def test_a_teachers_second_tab_assists_until_it_takes_over(house: OpenHouse, com
         ann.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": True}})
     click(ann, "2 ")
     sees(first, "1 answered")
-    assert host.operator is not None and not host.room.paused
+    assert host.operator is not None and not host.classroom.paused
     led = host.operator
     click(second, "Übernehmen")
     sees(first, "You assist: another tab of the teacher leads.")
@@ -367,7 +367,7 @@ def test_a_teachers_second_tab_assists_until_it_takes_over(house: OpenHouse, com
     sees(ann, "You follow the teacher")
     click(second, "Übernehmen")
     second.wait_for(lambda _: "Sie assistieren" not in shown(second), WAIT)
-    doubled = come(room.opened, "t", key=KEY, query="lang=de")
+    doubled = come(classroom.opened, "t", key=KEY, query="lang=de")
     sees(second, "Sie assistieren")
     doubled.wait_for(lambda v: v.mirror.grabbable or bodies(v, "GuiButtonGroupMessage"), WAIT)
     assert "Sie assistieren" not in shown(doubled)
@@ -377,8 +377,8 @@ def test_a_teachers_second_tab_assists_until_it_takes_over(house: OpenHouse, com
 
 
 def test_every_button_of_the_teacher_has_a_key(house: OpenHouse, come: Come) -> None:
-    room = Class(house, come)
-    teacher, (ann,) = room.teacher, room.come("ann")
+    classroom = Class(house, come)
+    teacher, (ann,) = classroom.teacher, classroom.come("ann")
     names = {action: name for name, _, action in COMMANDS}
     # There is nothing to reveal yet; what comes after it is done after it.
     command(teacher, names["reveal"])
@@ -391,17 +391,17 @@ def test_every_button_of_the_teacher_has_a_key(house: OpenHouse, come: Come) -> 
         command(teacher, names[action])
         sees(ann, text)
     command(teacher, names["free"])
-    room.is_sent_away("ann")
+    classroom.is_sent_away("ann")
     sees(teacher, "exploring: ")
     command(teacher, names["free"])
-    teacher.wait_for(lambda _: not room.host.room.free, WAIT)
+    teacher.wait_for(lambda _: not classroom.host.classroom.free, WAIT)
 
 
 def test_the_address_is_shown_where_the_teacher_asks_for_it_and_ends_everywhere(house: OpenHouse, come: Come) -> None:
-    room = Class(house, come)
-    teacher, invite = room.teacher, next(name for name, _, action in COMMANDS if action == "invite")
-    address = room.opened.url.removeprefix("http://") + "/"
-    (ann,) = room.come("ann")
+    classroom = Class(house, come)
+    teacher, invite = classroom.teacher, next(name for name, _, action in COMMANDS if action == "invite")
+    address = classroom.opened.url.removeprefix("http://") + "/"
+    (ann,) = classroom.come("ann")
 
     def inviting(*pages: BlockingClient) -> bool:
         return all("Join the class" in shown(one) for one in pages)
@@ -411,7 +411,7 @@ def test_the_address_is_shown_where_the_teacher_asks_for_it_and_ends_everywhere(
             try:
                 one.wait_for(lambda _, one=one: not inviting(one), WAIT)
             except TimeoutError as error:
-                where = room.host.control.presenter.inviting
+                where = classroom.host.control.presenter.inviting
                 raise AssertionError(f"the page of {name} keeps the address, which is asked for on {where!r} pages") from error
 
     # In the tab it is the teacher's; without a projector the teacher's page is the screen.
@@ -420,7 +420,7 @@ def test_the_address_is_shown_where_the_teacher_asks_for_it_and_ends_everywhere(
     sees(teacher, "Join the class", "the address is on the screen")
     command(teacher, invite)
     no_longer(teacher=teacher)
-    screen = come(room.opened, query=f"screen=1&key={quote(KEY)}")
+    screen = come(classroom.opened, query=f"screen=1&key={quote(KEY)}")
     sees(teacher, "screens: 1")
     choose(teacher, "On the screen")
     sees(screen, "Join the class", address, "QR code")
@@ -429,18 +429,18 @@ def test_the_address_is_shown_where_the_teacher_asks_for_it_and_ends_everywhere(
     sees(teacher, "the screen is frozen")
     command(screen, "Class: the address away")
     no_longer(screen=screen)
-    assert room.host.control.presenter.frozen
+    assert classroom.host.control.presenter.frozen
     assert "Join the class" not in everything(ann) and address not in everything(ann) and not inviting(teacher)
     # On every page; one that opens later does not get it, but the next time.
     choose(teacher, "On every page")
     for one in (teacher, screen, ann):
         sees(one, "Join the class", address, "QR code")
-    (bo,) = room.come("bo")
+    (bo,) = classroom.come("bo")
     sees(bo, "You follow the teacher")
     sees(teacher, "students here: 2", "the address is on every page")
     command(teacher, "Class: the next thing on the screen")
     no_longer(teacher=teacher, screen=screen, ann=ann)
-    assert not room.host.control.presenter.frozen and "Join the class" not in everything(bo)
+    assert not classroom.host.control.presenter.frozen and "Join the class" not in everything(bo)
     choose(teacher, "On every page")
     sees(bo, "Join the class")
     choose(teacher, "Nowhere")
@@ -448,8 +448,8 @@ def test_the_address_is_shown_where_the_teacher_asks_for_it_and_ends_everywhere(
 
 
 def test_a_press_counts_though_the_mark_has_moved_meanwhile(house: OpenHouse, come: Come) -> None:
-    room = Class(house, come)
-    teacher, presenter = room.teacher, room.host.control.presenter
+    classroom = Class(house, come)
+    teacher, presenter = classroom.teacher, classroom.host.control.presenter
     choose(teacher, "On every page")
     sees(teacher, "the address is on every page")
     (row,) = (row["uuid"] for row in bodies(teacher, "GuiButtonGroupMessage") if "Nowhere" in row["options"])
@@ -461,8 +461,8 @@ def test_a_press_counts_though_the_mark_has_moved_meanwhile(house: OpenHouse, co
 
 
 def test_a_report_is_handed_in_on_the_stage_and_in_an_own_session_and_taken_back(house: OpenHouse, come: Come) -> None:
-    room = Class(house, come)
-    teacher, work, (ann, bo) = room.teacher, room.host.room.work, room.come("ann", "bo")
+    classroom = Class(house, come)
+    teacher, work, (ann, bo) = classroom.teacher, classroom.host.classroom.work, classroom.come("ann", "bo")
     ids = {name: f"{name.encode().hex():0<32}" for name in ("ann", "bo")}
     assert "Hand in" not in buttons(ann), "there is nothing to hand in"
     click(ann, "2 ")
@@ -473,19 +473,19 @@ def test_a_report_is_handed_in_on_the_stage_and_in_an_own_session_and_taken_back
     sees(teacher, "reports handed in: 1")
     assert "Hand in" not in buttons(bo) and "Ann =1" not in everything(bo)
     # In a session of her own she finds it handed in, goes on, and hands it in again, without a name.
-    ann, bo = room.send("Explore freely", "ann", "bo")
+    ann, bo = classroom.send("Explore freely", "ann", "bo")
     sees(ann, "Handed in as Ann =1.")
-    visitor = room.host.participants[room.number("ann")].visitor
+    visitor = classroom.host.participants[classroom.number("ann")].visitor
     assert visitor is not None
     ask(visitor.session, lambda _: [visitor.lessons.act(GoTo(4, 1)), visitor.lessons.act(Choose(1))])
     click(ann, "Hand in again")
     sees(ann, "Handed in without a name.")
     assert '"choice": 1' in work.hand_ins[ids["ann"]].progress and "lambda" in work.hand_ins[ids["ann"]].progress
     # Bo does something there, and hands it in from the stage.
-    his = room.host.participants[room.number("bo")].visitor
+    his = classroom.host.participants[classroom.number("bo")].visitor
     assert his is not None
     ask(his.session, lambda _: his.lessons.act(Choose(0)))
-    ann, bo = room.send("Follow me", "ann", "bo")
+    ann, bo = classroom.send("Follow me", "ann", "bo")
     click(bo, "Hand in")
     sees(bo, "Handed in without a name.")
     assert '"choice": 0' in work.hand_ins[ids["bo"]].progress

@@ -55,8 +55,17 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
     first.wait_for(lambda v: "Run (predict first)" in buttons(v))
 
     def state(s: Session) -> tuple[object, ...]:
-        room, lessons = host.room, host.lessons
-        return s.settings, s.paused, s.held, s.simulation.steps, room.free, room.paused, lessons.open, lessons.walk.to_json()
+        classroom, lessons = host.classroom, host.lessons
+        return (
+            s.settings,
+            s.paused,
+            s.held,
+            s.simulation.steps,
+            classroom.free,
+            classroom.paused,
+            lessons.open,
+            lessons.walk.to_json(),
+        )
 
     before, elements = ask(session, state), list(first.mirror.gui.values())
     for owner in (str(host.operator), "", str(int(host.operator or 0) + 1)):
@@ -94,7 +103,7 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
     first.close()
     second.wait_for(lambda _: host.operator is None)
     third = join(opened, f"resume={'3' * 32}")
-    third.wait_for(lambda _: len(host.room.here) == 2)
+    third.wait_for(lambda _: len(host.classroom.here) == 2)
     assert host.operator is None and session.held is None and not has_controls(second) and not has_controls(third)
     # It is back, before its next connection breaks off is noticed, too.
     again = join(opened, LEADER)
@@ -223,7 +232,7 @@ def test_every_tab_of_a_lecture_has_its_own_look_and_language(house: OpenHouse, 
     click(german, "1   ")
     walk = host.lessons.walk
     place = walk.lesson.id, walk.step.id
-    teacher.wait_for(lambda _: host.room.ballots.tally(place, 3, host.room.here).answered == 1, WAIT)
+    teacher.wait_for(lambda _: host.classroom.ballots.tally(place, 3, host.classroom.here).answered == 1, WAIT)
     host.control.post("reveal")
     ask(host.session, lambda _: host.lessons.act(GoOn()))
     for visitor, language in looks:

@@ -34,8 +34,8 @@ class Stage:
 
     def __init__(self) -> None:
         self.session, self._now = Session(Settings()), 100.0
-        self.lessons, self.room = LessonSession(self.session, BOOK), Classroom(8)
-        self.control = TeacherControl(self.room, self.session, self.lessons, lambda: None)
+        self.lessons, self.classroom = LessonSession(self.session, BOOK), Classroom(8)
+        self.control = TeacherControl(self.classroom, self.session, self.lessons, lambda: None)
         self.presenter = self.control.presenter = Presenter(lambda: self._now)
         self.lessons.enter(0, 0)
         self.frame()
@@ -55,8 +55,8 @@ class Stage:
 
     def answer(self, *choices: int) -> None:
         for i, choice in enumerate(choices):
-            self.room.enter(i, f"student {i}")
-            assert self.room.answer(self.lessons.walk, f"student {i}", choice)
+            self.classroom.enter(i, f"student {i}")
+            assert self.classroom.answer(self.lessons.walk, f"student {i}", choice)
 
     def until(self, station: Station) -> None:
         """Frames until the run is over, and what it is measured by is computed beside it, in a thread."""
@@ -240,12 +240,12 @@ def test_what_a_class_or_a_lesson_says_is_never_markup(stage: Stage) -> None:
 
 def test_reasons_are_taken_after_the_vote_and_shown_as_picked(stage: Stage) -> None:
     walk, question = stage.lessons.walk, (BOOK.lessons[0].id, BOOK.lessons[0].steps[0].id)
-    room, evil = stage.room, "<img src=x onerror=alert(1)>"
-    room.give_reason(walk, "student 0", question, "before the vote")
+    classroom, evil = stage.classroom, "<img src=x onerror=alert(1)>"
+    classroom.give_reason(walk, "student 0", question, "before the vote")
     stage.answer(0, 2, 2)
-    room.give_reason(walk, "student 9", question, "without a vote")
-    room.give_reason(walk, "student 0", ("other", "question"), "of another question")
-    assert not room.ballots.reasons(question)
+    classroom.give_reason(walk, "student 9", question, "without a vote")
+    classroom.give_reason(walk, "student 0", ("other", "question"), "of another question")
+    assert not classroom.ballots.reasons(question)
     for student, reason in (
         ("student 2", f" {evil}\n\u202e" + "x" * 500),
         ("student 0", "first"),
@@ -253,21 +253,21 @@ def test_reasons_are_taken_after_the_vote_and_shown_as_picked(stage: Stage) -> N
     ):
         stage.control.post_reason(student, question, reason)
         stage.control.answers.do()
-    reasons = room.ballots.reasons(question)
+    reasons = classroom.ballots.reasons(question)
     # A number stays with its ballot, and so does the reason when the answer is another one.
     assert list(reasons) == [1, 3] and reasons[1] == (0, "second thoughts") and reasons[3][1] == f"{evil} {'x' * 171}"
-    assert room.answer(walk, "student 0", 1) and room.ballots.reasons(question)[1] == (1, "second thoughts")
+    assert classroom.answer(walk, "student 0", 1) and classroom.ballots.reasons(question)[1] == (1, "second thoughts")
     stage.control.post("quote", "3, 1, 2, 77, no")
     stage.frame()
     assert stage.presenter.quotes == (reasons[3][1], "second thoughts")
     made = screen_html(Station.QUESTION, stage.lessons.view(), stage.control.poll(), None, (), stage.presenter.quotes)
     assert "second thoughts" in made and "<img" not in made and "&lt;img" in made and "student" not in made
     # What is shown is what was picked, whatever its author writes then; after the reveal nothing is taken.
-    room.give_reason(walk, "student 0", question, "something rude")
+    classroom.give_reason(walk, "student 0", question, "something rude")
     stage.act("reveal")
-    room.give_reason(walk, "student 0", question, "too late")
-    assert stage.presenter.quotes[1] == "second thoughts" and room.ballots.reasons(question)[1][1] == "something rude"
-    assert room.hand_in(walk, "student 0", "", "") and "something rude" in room.work.hand_ins["student 0"].progress
+    classroom.give_reason(walk, "student 0", question, "too late")
+    assert stage.presenter.quotes[1] == "second thoughts" and classroom.ballots.reasons(question)[1][1] == "something rude"
+    assert classroom.hand_in(walk, "student 0", "", "") and "something rude" in classroom.work.hand_ins["student 0"].progress
     stage.lessons.act(GoTo(3, 0))
     stage.frame()
     assert stage.presenter.quotes == ()

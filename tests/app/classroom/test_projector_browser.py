@@ -65,7 +65,7 @@ def test_a_projector_shows_what_the_clicker_asks_for(house: OpenHouse, page_at: 
     # The window has the key, though neither its address nor the teacher's shows it, and does not pass for the teacher's tab.
     assert "chalk" not in screen.url and "screen=1" in screen.url
     tabs = {page.evaluate("sessionStorage.getItem('duetResume')") for page in (teacher, screen)}
-    assert len(tabs) == 2 and host.room.here == ()
+    assert len(tabs) == 2 and host.classroom.here == ()
     teacher.get_by_text("screens: 1").wait_for()
     # The scene fills the window.
     canvas = "(() => { const box = __viserMutable.canvas.getBoundingClientRect(); return [box.width, box.height]; })()"
@@ -168,7 +168,15 @@ def test_a_student_has_no_clicker(house: OpenHouse, join: Join) -> None:
     def state() -> tuple[object, ...]:
         presenter = host.control.presenter
         covers = presenter.station, presenter.blank, presenter.frozen, presenter.panels, presenter.left
-        return *covers, presenter.work, presenter.quotes, presenter.expected, host.room.pace, host.room.wanted, host.room.paused
+        return (
+            *covers,
+            presenter.work,
+            presenter.quotes,
+            presenter.expected,
+            host.classroom.pace,
+            host.classroom.wanted,
+            host.classroom.paused,
+        )
 
     before = ask(host.session, lambda _: state())
     for k, one in enumerate(others):
@@ -186,4 +194,4 @@ def test_a_student_has_no_clicker(house: OpenHouse, join: Join) -> None:
     uuid = next(u for u, c in keyed.mirror.commands.items() if "next thing" in str(c["label"]))
     keyed.send({"type": "CommandTriggerMessage", "uuid": uuid})
     keyed.wait_for(lambda _: host.control.presenter.station is Station.QUESTION)
-    assert host.operator is not None and len(host.room.here) == 1
+    assert host.operator is not None and len(host.classroom.here) == 1

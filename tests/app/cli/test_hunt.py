@@ -10,7 +10,7 @@ import pytest
 from app.cli.main import main
 from scenes import random_runs
 from scenes.promise import Condition, missing
-from scenes.random_runs import RandomRun, Verdict, explained, random_run, verdict
+from scenes.random_runs import RandomRun, RunVerdict, explained, random_run, verdict
 from scenes.room import World, room_of
 from scenes.settings import RunSettings
 from tests.scenes.helpers import given_settings
@@ -72,8 +72,8 @@ def test_a_time_step_explains_what_vanishes_with_it(excesses: tuple[float, ...],
     assert explained(excesses) is fine
 
 
-def broken_once(seed: int, index: int, seconds: float) -> Verdict:
-    return Verdict(index, ("as an example",) if index == STARTED else (), True, 0.1, (0.0,))
+def broken_once(seed: int, index: int, seconds: float) -> RunVerdict:
+    return RunVerdict(index, ("as an example",) if index == STARTED else (), True, 0.1, (0.0,))
 
 
 STARTED = next(index for index in range(20) if random_run(1, index).start is not None)

@@ -13,7 +13,7 @@ from app.custom_law import law_limits
 from app.custom_law.custom_law import MOST, CustomLaw
 from app.custom_law.law_limits import LONGEST, SHARE, LawTimeShare, Patience
 from app.custom_law.process import LawProcess
-from app.custom_law.wire import Numbers, Question
+from app.custom_law.wire import LawQuestion, Numbers
 from app.page.panels.readout import custom_law_html, status_html
 from app.session.session import Session
 from scenes.headless import run
@@ -108,7 +108,7 @@ def test_a_frame_waits_no_longer_than_its_share(file: Path, tmp_path: Path, monk
     in_vain: list[float] = []
     answer = LawProcess.answer
 
-    def noted(process: LawProcess, seconds: float) -> tuple[Question, Numbers] | None:
+    def noted(process: LawProcess, seconds: float) -> tuple[LawQuestion, Numbers] | None:
         news = answer(process, seconds)
         if news is None:
             in_vain.append(seconds)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from app.export.csv_table import csv_bytes
-from app.export.export_queue import KINDS, ExportQueue, Kind
+from app.export.export_queue import KINDS, ExportQueue, FileKind
 from app.export.jobs import file_name
 from app.export.lab_report import Done, lab_bytes
 from app.export.player import player_html
@@ -79,7 +79,7 @@ def desk(monkeypatch: pytest.MonkeyPatch) -> Desk:
 
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind not in ("html", "python")])
-def test_a_file_is_made_in_the_background_and_handed_over_once(desk: Desk, kind: Kind) -> None:
+def test_a_file_is_made_in_the_background_and_handed_over_once(desk: Desk, kind: FileKind) -> None:
     desk.queue.ask(kind, 1.0)
     assert desk.queue.busy and not desk.queue.take_files()
     desk.run(0.1)  # the live run goes on meanwhile

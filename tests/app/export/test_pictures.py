@@ -13,7 +13,7 @@ from PIL import Image
 
 from app.export import csv_table as table_module
 from app.export.csv_table import changes, csv_bytes, csv_suffix, newest
-from app.export.plot_pictures import Kind, caption, embedded, inline_svg, mathtext, picture_bytes
+from app.export.plot_pictures import PictureKind, caption, embedded, inline_svg, mathtext, picture_bytes
 from app.export.recorded_curves import MOMENTS, OF_OTHER_RUNS, Curves, Panel, plain
 from app.export.thinning import POINTS, thinned
 from app.plots.plot_choice import possible_details
@@ -159,14 +159,14 @@ def test_caption_and_legend_name_settings_and_lines_as_the_page_does() -> None:
     assert plain("a <b class='d'>d</b> [m]") == "a d [m]" and mathtext("d<sub>m</sub>") == r"d$_{\mathrm{m}}$"
 
 
-PICTURES: list[tuple[str, Details, Kind]] = [
+PICTURES: list[tuple[str, Details, PictureKind]] = [
     *(("hold", "pairs", "png"), ("hold", "laws", "svg"), ("solo", "joints", "svg"), ("ball", "curve", "svg")),
     ("imitation", "follow", "svg"),
 ]
 
 
 @pytest.mark.parametrize(("scene", "details", "kind"), PICTURES)
-def test_every_experiment_has_its_picture_and_it_is_the_same_every_time(scene: str, details: Details, kind: Kind) -> None:
+def test_every_experiment_has_its_picture_and_it_is_the_same_every_time(scene: str, details: Details, kind: PictureKind) -> None:
     recorded, _ = piece(scene, 1.0, lively=True)
     picture = picture_bytes(recorded, 0.9, details, kind)
     assert picture == picture_bytes(recorded, 0.9, details, kind)

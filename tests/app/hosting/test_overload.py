@@ -200,9 +200,9 @@ def test_the_teacher_of_a_lecture_sees_them_too(house: OpenHouse, join: Join) ->
     opened = house(sessions=6, lecture=True, key="12345678")
     student, teacher = join(opened, "lang=en"), join(opened, "lang=en&key=12345678")
     teacher.wait_for(lambda v: "sessions at work: 1 of 6" in seen(v))
-    assert "sessions at work" not in seen(student) and lecture_of(opened).room.places.most == 6
+    assert "sessions at work" not in seen(student) and lecture_of(opened).classroom.places.most == 6
     opened.context.workload.places = 3
-    until(lambda: lecture_of(opened).room.places.most == 3)
+    until(lambda: lecture_of(opened).classroom.places.most == 3)
 
 
 def test_more_than_the_machine_carries_is_seen_at_a_glance() -> None:

@@ -22,7 +22,7 @@ from scenes.laws import LAWS
 from scenes.rerun import WhatIf
 from scenes.settings import RunSettings, changed, specs, values
 from scenes.simulation import Simulation
-from scenes.smoothness import Measured
+from scenes.smoothness import StepStudy
 from tests.app.conftest import Arrive, OpenHouse
 from tests.app.page.helpers import ON_PAGE, SPECS, shown
 from tests.app.page.helpers import another as other_value
@@ -113,8 +113,8 @@ def text(html: str) -> str:
 def test_smoothness_in_a_table() -> None:
     run = RunSettings()
     dts = (0.005, 0.0025, 0.00125, 0.000625)
-    smooth = Measured(run, 10.0, dts, (0.08, 0.04, 0.02, 0.01))
-    half = Measured(run, 10.0, dts, (0.5, None, 0.51, None))
+    smooth = StepStudy(run, 10.0, dts, (0.08, 0.04, 0.02, 0.01))
+    half = StepStudy(run, 10.0, dts, (0.5, None, 0.51, None))
     html = text(smoothness_html(Smoothness(smooth, half)))
     assert "5 ms 0.0800 0.5000" in html and "2.5 ms 0.0400 …" in html and "0.625 ms 0.0100 …" in html
     assert f"Law: {smooth.words}" in html and f"Ghost: {half.words}" in html

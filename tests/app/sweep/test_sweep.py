@@ -22,7 +22,7 @@ from scenes import sweep as scene_sweep
 from scenes.children import Compute
 from scenes.headless import run
 from scenes.settings import RunSettings, changed, specs
-from scenes.sweep import FIGURES, Figures, Grid, read_grid
+from scenes.sweep import FIGURES, Grid, SweepFigures, read_grid
 
 USUAL = RunSettings()
 SMALL = Sweep(over=("n=2,8", "pairs=single,soft"), seconds=0.2, workers=1, maps=False)
@@ -59,7 +59,7 @@ def interrupted(monkeypatch: pytest.MonkeyPatch, after: int) -> list[int]:
     """Let Ctrl+C come after some rows; return the list of points that are run."""
     real, seen = scene_sweep.run_points, []
 
-    def some(grid: Grid, todo: list[int], compute: Compute[Figures]):
+    def some(grid: Grid, todo: list[int], compute: Compute[SweepFigures]):
         # From the end, to see that the table has an order of its own.
         for index, figures in real(grid, todo[::-1]):
             if len(seen) == after:
@@ -196,8 +196,8 @@ def test_parquet_says_the_same_as_csv(monkeypatch: pytest.MonkeyPatch, tmp_path:
     assert sweep(replace(base, out=tmp_path)) == 0 and seen == []
 
 
-class InterruptedOnce(dict[int, Figures]):
-    def __setitem__(self, index: int, figures: Figures) -> None:
+class InterruptedOnce(dict[int, SweepFigures]):
+    def __setitem__(self, index: int, figures: SweepFigures) -> None:
         raise KeyboardInterrupt
 
 
@@ -212,7 +212,7 @@ def test_ctrl_c_between_a_line_and_its_count(tmp_path: Path) -> None:
     assert files.rows == {1: figures, 2: figures} and files.missing() == [0, 3]
 
 
-def made_up(over: list[str], d_min, settings: RunSettings = USUAL) -> tuple[Grid, dict[int, Figures]]:
+def made_up(over: list[str], d_min, settings: RunSettings = USUAL) -> tuple[Grid, dict[int, SweepFigures]]:
     """A grid and figures that were not run: d_min is a function of the point, all others are 1, 2, 3 …"""
     grid = read_grid(settings, over, 1.0)
     rows = {}

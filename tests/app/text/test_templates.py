@@ -16,7 +16,7 @@ from jinja2 import UndefinedError
 from app.classroom.classroom import Poll
 from app.classroom.classroom_html import join_html, mine_html, overlay_html, poll_html, tied_html
 from app.classroom.presenter import Station
-from app.classroom.progress_board import Cell, Row
+from app.classroom.progress_board import BoardRow, Cell
 from app.classroom.screen_html import screen_html
 from app.custom_law.arena import TrialCurve
 from app.custom_law.examination import ExaminationProgress
@@ -210,7 +210,7 @@ def league() -> str:
 
 def board() -> Iterator[str]:
     made = macros("classroom/board.html")
-    yield made.board([Row(NASTY, (Cell(True, 2), Cell(here=True, minutes=3)), 2)], 2)
+    yield made.board([BoardRow(NASTY, (Cell(True, 2), Cell(here=True, minutes=3)), 2)], 2)
     yield made.run(NASTY, NASTY)
     yield made.work(NASTY, NASTY, NASTY, [NASTY], 0, "", [NASTY])
 
