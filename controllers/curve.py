@@ -55,7 +55,7 @@ def read_curve(text: str) -> str:
     return curve_text(curve_points(text))
 
 
-class Curve(NamedTuple):
+class PiecewiseCubic(NamedTuple):
     """A cubic between every two points, with one slope at each: it passes no point's height between two of them.
 
     Attributes:
@@ -84,7 +84,7 @@ class Curve(NamedTuple):
 
 
 @lru_cache(maxsize=256)
-def curve_through(text: str) -> Curve:
+def curve_through(text: str) -> PiecewiseCubic:
     """Return the curve through points, monotone between any two: F. N. Fritsch and J. Butland, SIAM J. Sci. Stat. Comput. 5(2), 1984."""
     distances, heights = zip(*curve_points(text), strict=True)
     widths = [b - a for a, b in pairwise(distances)]
@@ -94,7 +94,7 @@ def curve_through(text: str) -> Curve:
         weights = (2.0 * k + h, k + 2.0 * h)
         turns = before * after <= 0.0
         slopes.append(0.0 if turns else sum(weights) / (weights[0] / before + weights[1] / after))
-    return Curve(distances, heights, (*slopes, 0.0))
+    return PiecewiseCubic(distances, heights, (*slopes, 0.0))
 
 
 def kept_distance(text: str) -> float | None:

@@ -17,7 +17,7 @@ from scenes.robots.robot_files import GivenAtStart, given_at_start
 
 T = TypeVar("T")
 
-Compute = Callable[[Callable[..., T], Sequence[tuple[Any, ...]]], Iterator[tuple[int, T]]]
+ComputeMany = Callable[[Callable[..., T], Sequence[tuple[Any, ...]]], Iterator[tuple[int, T]]]
 """Yields (index, result) of the calls of a function, each as soon as it is done; `computed`, or a cluster."""
 
 ONE_THREAD: Final = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "VECLIB_MAXIMUM", "NUMEXPR")}

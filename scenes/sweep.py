@@ -7,7 +7,7 @@ from itertools import product
 from typing import Any, Final, NamedTuple
 
 from controllers.errors import BadSetting
-from scenes.children import Compute, computed
+from scenes.children import ComputeMany, computed
 from scenes.headless import check_length, run
 from scenes.settings import RunSettings, changed, specs, validate, values
 
@@ -180,7 +180,9 @@ def figures(settings: RunSettings, seconds: float) -> SweepFigures:
     return tuple(getattr(summary, name) for name in FIGURES)
 
 
-def run_points(grid: Grid, todo: Sequence[int], compute: Compute[SweepFigures] = computed) -> Iterator[tuple[int, SweepFigures]]:
+def run_points(
+    grid: Grid, todo: Sequence[int], compute: ComputeMany[SweepFigures] = computed
+) -> Iterator[tuple[int, SweepFigures]]:
     """Yield (index, figures) of some points of a grid, each as soon as it is done: the figures of a point are always the same, the
     order is not, unless they are computed by one process.
 

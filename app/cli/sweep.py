@@ -19,7 +19,7 @@ from controllers.errors import BadSetting
 from scenes.settings import RunSettings
 
 if TYPE_CHECKING:
-    from scenes.children import Compute
+    from scenes.children import ComputeMany
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ def sweep(command: Sweep) -> int:
     return 0
 
 
-def computing(workers: int, scheduler: str | None) -> AbstractContextManager[Compute[Any]]:
+def computing(workers: int, scheduler: str | None) -> AbstractContextManager[ComputeMany[Any]]:
     """Return what computes, once entered: processes of this computer, 0 for one a core, or the workers of a Dask scheduler.
 
     Raises:

@@ -18,7 +18,7 @@ import controllers
 import scenes
 from app.version import duet_version
 from controllers.errors import BadInputFile, BadSetting, DuetError
-from scenes.children import Compute
+from scenes.children import ComputeMany
 from scenes.robots.robot_files import GivenAtStart, given_at_start, robot_file, take_over
 
 T = TypeVar("T")
@@ -49,7 +49,7 @@ _one_at_a_time: Final = threading.Lock()
 
 
 @contextmanager
-def on_dask(address: str) -> Iterator[Compute[Any]]:
+def on_dask(address: str) -> Iterator[ComputeMany[Any]]:
     """Connect to a scheduler, and yield a function that computes on its workers; at the end all calls are cancelled.
 
     Raises:

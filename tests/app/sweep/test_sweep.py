@@ -19,7 +19,7 @@ from app.sweep.heatmaps import MOST_PANELS, _drawn, _Plan, draw_maps
 from app.sweep.sweep_files import SweepFiles
 from controllers.errors import BadInputFile, BadSetting
 from scenes import sweep as scene_sweep
-from scenes.children import Compute
+from scenes.children import ComputeMany
 from scenes.headless import run
 from scenes.settings import RunSettings, changed, specs
 from scenes.sweep import FIGURES, Grid, SweepFigures, read_grid
@@ -59,7 +59,7 @@ def interrupted(monkeypatch: pytest.MonkeyPatch, after: int) -> list[int]:
     """Let Ctrl+C come after some rows; return the list of points that are run."""
     real, seen = scene_sweep.run_points, []
 
-    def some(grid: Grid, todo: list[int], compute: Compute[SweepFigures]):
+    def some(grid: Grid, todo: list[int], compute: ComputeMany[SweepFigures]):
         # From the end, to see that the table has an order of its own.
         for index, figures in real(grid, todo[::-1]):
             if len(seen) == after:
