@@ -239,7 +239,7 @@ def test_alone_or_behind_the_door_the_app_gets_all_that_the_command_was_given(
     files = {f"--{name}": str(tmp_path / name) for name in ("bvh", "pose-model", "law-file", "store")}
     (tmp_path / "playlist").touch()
     files["--playlist"] = str(tmp_path / "playlist")
-    others = "--sessions 3 --watchers 7 --keep 2 --store-size 20 --dm 0.2 --key chalk-dust --host 127.0.0.2"
+    others = "--sessions 3 --watchers 7 --keep 2 --students 60 --store-size 20 --dm 0.2 --key chalk-dust --host 127.0.0.2"
     here = ["--port", str(free_port()), "--lessons", str(tmp_path), "--allow-origin", "https://duet.example.org"]
     here += ["--embed-origin", "https://moodle.example.org"]
     given = ["serve", "--lecture", *(word for pair in files.items() for word in pair), *others.split(), *here]

@@ -263,6 +263,7 @@ SURFACES: dict[str, Callable[[], str | Iterator[str]]] = {
         [SimpleNamespace(shown=NASTY, text=NASTY)], (), 5, [(NASTY, NASTY)], NASTY, NASTY
     ),
     "page/panels/invite.html": lambda: macros("page/panels/invite.html").place(NASTY, NASTY, ""),
+    "page/panels/law_editor.html": lambda: macros("page/panels/law_editor.html").place(NASTY),
     "page/panels/notes.html": lambda: notes_html(read_notes(f"# {NASTY}\n\n{NASTY}\n\n## 1. {NASTY}\n\n{NASTY}"), 1),
     "page/panels/pills.html": lambda: iter(
         (custom_law_html(LawStatus(NASTY)), custom_law_html(LawStatus("a.py", problem=NASTY)))
