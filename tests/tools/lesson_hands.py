@@ -13,9 +13,9 @@ from tests.app.page.helpers import SPECS, page_label
 
 BUTTONS = {
     "run": (r"Run( again)?\s*$", "Space"),
-    "next": (r"(Next|Skip the run|Back to the outcome)", "n"),
+    "next": (r"(Next(?! push)|Skip the run|Back to the outcome)", "n"),
     "why": ("Show me why", "y"),
-    "check": ("(Check|Test) my", "c"),
+    "check": ("(Check|Test) my|Count this push", "c"),
     "hint": (r"Hint \d of", "h"),
     "reset": ("Reset step", None),
     "again": (r"Reset\s*$", "r"),
@@ -26,7 +26,7 @@ BUTTONS = {
 
 def press(page: Page, label: str) -> None:
     """Press a button of the panel by the beginning of its label, a regular expression."""
-    page.get_by_role("button", name=re.compile(rf"^\s*{label}")).first.click()
+    page.get_by_role("button", name=re.compile(rf"^\s*(?:{label})")).first.click()
 
 
 def control_of(key: str, value: Any) -> tuple[str, str, str]:
