@@ -4,6 +4,7 @@ It needs jupyterhub (`pip install jupyterhub`) and its proxy (`npm install -g co
 it is left out.
 """
 
+import json
 import re
 import shutil
 import socket
@@ -11,6 +12,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator, Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -18,7 +20,7 @@ from urllib.parse import urlsplit
 import pytest
 import requests
 import websockets
-from websockets.sync.client import connect
+from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin, Subprotocol
 
 from app.web.viser_internals import VISER_VERSION
@@ -78,18 +80,36 @@ class Hub:
         visitor.post(f"http://127.0.0.1:{self.port}/hub/login", form, headers={"Host": NAME}, allow_redirects=False, timeout=60)
         return visitor
 
-    def first_message(self, visitor: requests.Session, path: str, origin: str = f"http://{NAME}") -> bytes | str:
-        """Return what a page is sent first by its websocket."""
+    def ask(self, visitor: requests.Session, method: str, path: str) -> requests.Response:
+        """Ask an API of the hub or of a user's server, as its own pages do."""
+        (token,) = {one.value for one in visitor.cookies if one.name == "_xsrf" and path.startswith(one.path) and one.path != "/"}
+        headers = {"Host": NAME, "X-XSRFToken": str(token), "Referer": f"http://{NAME}/hub/home"}
+        return visitor.request(method, f"http://127.0.0.1:{self.port}{path}", headers=headers, timeout=60)
+
+    def websocket(
+        self, visitor: requests.Session, path: str, origin: str = f"http://{NAME}", protocol: str = f"viser-v{VISER_VERSION}"
+    ) -> ClientConnection:
+        """Open a websocket under the hub's public name."""
         cookies = "; ".join(f"{one.name}={one.value}" for one in visitor.cookies if path.startswith(one.path.rstrip("/")))
-        with connect(
+        return connect(
             f"ws://{NAME}{path}",
             sock=socket.create_connection(("127.0.0.1", self.port)),
             origin=Origin(origin),
-            subprotocols=[Subprotocol(f"viser-v{VISER_VERSION}")],
+            subprotocols=[Subprotocol(protocol)] if protocol else None,
             additional_headers={"Cookie": cookies} if cookies else {},
             proxy=None,
-        ) as connection:
+        )
+
+    def first_message(self, visitor: requests.Session, path: str, origin: str = f"http://{NAME}") -> bytes | str:
+        """Return what a page is sent first by its websocket."""
+        with self.websocket(visitor, path, origin) as connection:
             return connection.recv(30.0)
+
+    def wait_for_tile(self, visitor: requests.Session, user: str) -> None:
+        """Until the server is there, the hub answers with a page that says so."""
+        deadline = time.monotonic() + 120.0
+        while "duet-loading" not in self.get(visitor, f"/user/{user}/duet/").text:
+            assert time.monotonic() < deadline and goes_on(self.process)
 
 
 @pytest.fixture(scope="module")
@@ -127,11 +147,8 @@ def visitors(hub: Hub) -> dict[str, requests.Session]:
     found = {user: hub.login(user) for user in USERS}
     for visitor in found.values():
         hub.get(visitor, "/hub/spawn")
-    deadline = time.monotonic() + 120.0
     for user, visitor in found.items():
-        # Until the server is there, the hub answers with a page that says so.
-        while "duet-loading" not in hub.get(visitor, f"/user/{user}/duet/").text:
-            assert time.monotonic() < deadline and goes_on(hub.process)
+        hub.wait_for_tile(visitor, user)
     return found
 
 
@@ -139,6 +156,42 @@ def test_every_user_has_a_duet_of_their_own(hub: Hub, visitors: dict[str, reques
     for user, visitor in visitors.items():
         assert hub.first_message(visitor, f"/user/{user}/duet/")
     assert hub.get(visitors["bob"], "/user/ann/duet/").status_code == 403
+    with ExitStack() as opened:
+        # Two tiles of one user beside that of another one.
+        for user in ("ann", "ann", "bob"):
+            assert opened.enter_context(hub.websocket(visitors[user], f"/user/{user}/duet/")).recv(30.0)
+
+
+def test_a_server_that_was_culled_comes_back_with_its_tile(hub: Hub, visitors: dict[str, requests.Session]) -> None:
+    eve = visitors["eve"]
+    # What jupyterhub-idle-culler asks for.
+    assert hub.ask(eve, "DELETE", "/hub/api/users/eve/server").status_code in (202, 204)
+    deadline = time.monotonic() + 60.0
+    while "duet-loading" in hub.get(eve, "/user/eve/duet/").text:
+        assert time.monotonic() < deadline
+    hub.get(eve, "/hub/spawn")
+    hub.wait_for_tile(eve, "eve")
+    assert hub.first_message(eve, "/user/eve/duet/")
+
+
+def test_a_notebook_shows_a_lesson_in_a_cell(hub: Hub, visitors: dict[str, requests.Session]) -> None:
+    ann = visitors["ann"]
+    hub.get(ann, "/user/ann/api/status")
+    kernel = hub.ask(ann, "POST", "/user/ann/api/kernels").json()["id"]
+    header = {"msg_id": "1", "session": "2", "username": "ann", "msg_type": "execute_request", "version": "5.3"}
+    content = {"code": "from app.jupyter import duet\nduet.show(lesson=4)", "silent": False, "user_expressions": {}}
+    request = {"header": header, "parent_header": {}, "metadata": {}, "content": content, "channel": "shell"}
+    with hub.websocket(ann, f"/user/ann/api/kernels/{kernel}/channels", protocol="") as channels:
+        channels.send(json.dumps(request))
+        page = ""
+        while not page:
+            message = json.loads(channels.recv(60.0))
+            assert message["msg_type"] != "error", message["content"]
+            page = message["content"].get("data", {}).get("text/html", "")
+    (port,), (query,) = re.findall(r'"port": (\d+)', page), re.findall(r'"query": "([^"]*)"', page)
+    path = f"/user/ann/proxy/{port}/?{query}"
+    assert "duet-loading" in hub.get(ann, path).text and hub.first_message(ann, path)
+    assert hub.get(visitors["bob"], path).status_code == 403
 
 
 def test_all_have_one_by_the_service(hub: Hub, visitors: dict[str, requests.Session]) -> None:
