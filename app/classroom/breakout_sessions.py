@@ -97,6 +97,9 @@ log = logging.getLogger("duet.lecture")
 AWAY: Final = 5.0
 """How long a group waits for the member who operates its session [s]; then another one does."""
 
+RELOAD: Final = 30.0
+"""How long it waits for a member whose page was sent for to operate it [s]; on a slow computer a page takes longer than `AWAY`."""
+
 SETTLE: Final = 0.25
 """Time between two assignments of places [s]."""
 
@@ -128,6 +131,7 @@ class BreakoutSessions:
         self._next = 0.0
         self._operators: dict[str, str] = {}
         self._left: dict[str, float] = {}
+        self._coming: dict[str, float] = {}
 
     def expects(self, query: dict[str, str]) -> bool:
         """Return whether the browser that connects with a query gets a breakout session; from any thread."""
@@ -194,6 +198,7 @@ class BreakoutSessions:
             participant.visitor = visitor
         finally:
             self._left.pop(participant.group, None)
+            self._coming.pop(participant.group, None)
 
     def leave(self, participant: Participant) -> None:
         """Keep the session of a student who has disconnected."""
@@ -231,13 +236,15 @@ class BreakoutSessions:
         lead = next((one for one in reversed(members) if one.visitor is not None and not one.visitor.superseded), None)
         if any(one.id == self._operators.get(group) for one in members):
             self._left.pop(group, None)
-        elif now - self._left.setdefault(group, now) > AWAY:
+        elif now > max(self._left.setdefault(group, now) + AWAY, self._coming.get(group, 0.0)):
             self._operators[group] = members[0].id
         operator = self._operators.get(group)
         for one in members:
             operates = one.id == operator
             # Who takes over comes again once the page before has left the session in the store.
             if (not operates and one.visitor is not None) or (operates and lead is None):
+                if operates and not one.moved:
+                    self._coming[group] = now + RELOAD
                 self._move(one)
             elif lead is None or lead.visitor is None or one.visitor is not None:
                 continue
