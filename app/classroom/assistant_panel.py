@@ -13,7 +13,7 @@ from app.lessons.session.lesson_session import LessonSession
 from app.page.panels.teachers_tab import ORDER, TeachersTab
 from app.web.control_events import on_press
 
-ASSISTING: Final = N_("You assist: another tab of the teacher leads. Two never do at once.")
+ASSISTING: Final = N_("You assist: another tab of the teacher leads. One tab leads at a time.")
 
 
 class AssistantPanel:
