@@ -98,7 +98,7 @@ AWAY: Final = 5.0
 """How long a group waits for the member who operates its session [s]; then another one does."""
 
 RELOAD: Final = 30.0
-"""How long it waits for a member whose page was sent for to operate it [s]; on a slow computer a page takes longer than `AWAY`."""
+"""How long it waits for a member who was sent for to operate it [s]; on a slow computer a page takes longer than `AWAY` to come."""
 
 SETTLE: Final = 0.25
 """Time between two assignments of places [s]."""
