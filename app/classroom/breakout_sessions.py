@@ -175,7 +175,7 @@ class BreakoutSessions:
         operates it, and the others get their pages beside it; see `frames`."""
         if self._operators.setdefault(participant.group, participant.id) != participant.id:
             return
-        # Nobody else is to operate it meanwhile.
+        # No other member is to operate it meanwhile.
         self._left[participant.group] = inf
         try:
             for other in participants:

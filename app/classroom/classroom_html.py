@@ -85,7 +85,7 @@ def _near(poll: Poll, curve: Curve) -> Markup:
 
 
 def heads_html(classroom: Classroom, expected: int = 0) -> Markup:
-    """Return how many students there are, what they do, and how busy the server is. `expected`: students; 0 where nobody has said."""
+    """Return how many students there are, what they do, and how busy the server is. `expected`: students; 0 where it is not known."""
     present, exploring = classroom.heads
     students, places = max(present, expected), classroom.places.most
     pills = [("", tr("students here: {count}", count=present))]

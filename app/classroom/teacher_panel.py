@@ -56,7 +56,7 @@ class TeacherPanel:
         notes: Markdown by lesson id; None for a teacher without a key.
         page: of the teacher; a projector that is opened from here looks the same.
         downloads: of the class's reports.
-        expected: how many students are; 0 where nobody has said.
+        expected: how many students are; 0 where it is not known.
     """
 
     def __init__(

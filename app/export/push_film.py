@@ -2,7 +2,6 @@
 
 import io
 from collections.abc import Callable
-from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -48,7 +47,7 @@ def film_bytes(
     times = begin + np.arange(round(SECONDS * rate)) / rate
     steps = [replay.nearest(min(float(time), replay.end)) for time in times]
     # A picture that stands is drawn once.
-    seen = [step for before, step in pairwise([0, *steps]) if step != before]
+    seen = list(dict.fromkeys(steps))
     frames: list[Image.Image] = []
     for step in seen:
         if stopped():
@@ -64,7 +63,8 @@ def _frame(replay: Replay, step: int, size: tuple[int, int]) -> Image.Image:
     """Return one moment: the arms, the line between the closest points, and its length beside d_m."""
     replay.seek_step(step)
     simulation = replay.simulation
-    drawn = [*furniture(simulation.room), *arms(simulation.room, simulation.positions, ("silver", "orange"))]
+    colours = tuple("orange" if arm is simulation.guided else "silver" for arm in simulation.room.arms)
+    drawn = [*furniture(simulation.room), *arms(simulation.room, simulation.positions, colours)]
     camera = view_of(simulation)
     picture = Image.fromarray(render(drawn, camera, *size, samples=1))
     row = simulation.history.table(1)[0]

@@ -15,7 +15,7 @@ class ServeOptions:
         settings: of a link without a query.
         sessions: private sessions at once; None for as many as this machine carries.
         watchers: pages that may be open in a lecture at once; the teacher gets in besides.
-        students: that are expected in a lecture; 0 where nobody has said.
+        students: that are expected in a lecture; 0 where it is not known.
         lecture: whether all see one plenary session.
         key: the teacher's, or None.
         allowed_origins: web addresses from which pages may connect besides our own.
