@@ -62,17 +62,20 @@ class Patience:
         self.limit = limit
         self._process = process
         self._begin = time.monotonic()
-        self._used = _used(process)
+        self._used, self._without_core = _used(process), without_core(process)
 
     @property
     def over(self) -> bool:
         waited = time.monotonic() - self._begin
         if waited <= self.limit:
             return False
-        if waited > LONGEST * self.limit or self._used is None or not _wants_a_core(self._process):
-            return True
         used = _used(self._process)
-        return used is None or used - self._used > self.limit
+        if waited > LONGEST * self.limit or self._used is None or used is None:
+            return True
+        if _wants_a_core(self._process):
+            return used - self._used > self.limit
+        # It may have begun late, and sleep now.
+        return waited - (without_core(self._process) - self._without_core) > self.limit
 
 
 def without_core(process: int) -> float:

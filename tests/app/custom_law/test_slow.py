@@ -175,10 +175,11 @@ def test_a_curve_of_the_law_is_there_a_moment_later(file: Path) -> None:
 
 
 def test_time_limits_on_a_busy_machine(monkeypatch: pytest.MonkeyPatch) -> None:
-    machine = SimpleNamespace(now=0.0, used=0.0, wants=True)
+    machine = SimpleNamespace(now=0.0, used=0.0, wants=True, without_core=0.0)
     monkeypatch.setattr(law_limits.time, "monotonic", lambda: machine.now)
     monkeypatch.setattr(law_limits, "_used", lambda process: machine.used)
     monkeypatch.setattr(law_limits, "_wants_a_core", lambda process: machine.wants)
+    monkeypatch.setattr(law_limits, "without_core", lambda process: machine.without_core)
     # A process that computes or sleeps is too long.
     for used, wants in ((1.1, True), (0.0, False), (None, True)):
         machine.now, machine.used = 0.0, None if used is None else 0.0
@@ -193,6 +194,13 @@ def test_time_limits_on_a_busy_machine(monkeypatch: pytest.MonkeyPatch) -> None:
     machine.now, machine.used = LONGEST - 0.1, 0.9
     assert not patience.over
     machine.now = LONGEST + 0.1
+    assert patience.over
+    # One that has waited and sleeps by now began late.
+    machine.now, machine.used, machine.wants, machine.without_core = 0.0, 0.0, False, 3.0
+    patience = Patience(1, 1.0)
+    machine.now, machine.without_core = 1.4, 3.5
+    assert not patience.over
+    machine.now = 1.6
     assert patience.over
 
 
