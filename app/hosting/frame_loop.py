@@ -8,12 +8,10 @@ from time import perf_counter
 from typing import Final
 
 from app.runtime.throttled_log import ThrottledLog
+from app.session.clock import FRAME
 from app.web.sending import waking_together
 
 log = logging.getLogger("duet.hosts")
-
-FRAME: Final = 1.0 / 32.0
-"""Wall time of a frame [s]."""
 
 SOONEST: Final = 0.008
 """Least wall time between two frames when a visitor's action asks for one at once [s]."""

@@ -190,7 +190,7 @@ class Visitor:
         workload.drew(self.session.stepping)
         with self.client.atomic():
             self.view.show(frame)
-            self.operation.show(frame)
+            self.operation.show(frame, stirred)
             if self._welcome is not None:
                 self._welcome.show(frame)
             self._keep_record(now)

@@ -31,6 +31,9 @@ from app.session.session import Session
 from controllers.errors import BadSetting
 from scenes.laws import DEFAULT_LAW, NO_AVOIDANCE
 
+CALM: Final = 0.1
+"""Wall time between two looks at the controls while nothing is done with them [s]."""
+
 PANELS: Final[list[Callable[[viser.ClientHandle, Session, View], PagePanel]]] = [
     Lever,
     DetailsChooser,
@@ -95,6 +98,7 @@ class Operation:
         for hotkey in keys_of(hotkeys(), presenting):
             hotkey.add_to(client.gui, session.post)
         session.takers["page"] = self.take
+        self._next = 0.0
 
     def take(self, action: actions.Action) -> bool:
         """Do what a hotkey, a button or a handle asks for: the replay's and the lesson's meaning of it go first, on the session's thread.
@@ -173,8 +177,13 @@ class Operation:
         for problem in book.problems[:5]:
             self.notify("A lesson file has a fault", str(problem))
 
-    def show(self, frame: Frame) -> None:
-        """Bring controls and handles up to date."""
+    def show(self, frame: Frame, stirred: bool = True) -> None:
+        """Bring handles and controls up to date. `stirred`: whether anything was done, or has come, since the last frame."""
+        self._gizmos.show(frame)
+        self._hover.show(self._gizmos.hand)
+        if frame.now < self._next and not (stirred or frame.pace.paused or frame.replayed):
+            return
+        self._next = frame.after(CALM)
         lessons = self._view.lessons
         plays = not (self._presenting or lessons.open or lessons.listing or frame.replayed)
         self._controls.fold(self.whole, plays)
@@ -188,11 +197,9 @@ class Operation:
             self._link,
             self._lesson_controls,
             self._lab,
-            self._gizmos,
         ):
             if panel is not None:
                 panel.show(frame)
-        self._hover.show(self._gizmos.hand)
 
     def close(self) -> None:
         """Operate the session no more: go back to live, and drop every export that is being made."""

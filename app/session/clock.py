@@ -4,6 +4,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final, Literal
 
+FRAME: Final = 1.0 / 32.0
+"""Wall time of a frame [s]."""
+
 BUDGET: Final = 0.02
 """Wall time that one session may use for its steps in one frame [s]; beyond it simulated time slows down, but no step is dropped."""
 

@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import Final, NamedTuple
 
 from app.session.background_studies import BackgroundStudies
-from app.session.clock import BUDGET, Pace
+from app.session.clock import BUDGET, FRAME, Pace
 from app.session.microscope import Magnified
 from app.session.session import Session
 from app.session.shown import Past, Shown
@@ -74,6 +74,9 @@ class OpenInvitation(NamedTuple):
 
 NO_INVITATION: Final = OpenInvitation()
 
+LATEST: Final = 3.0
+"""Panels wait so many times their period at most."""
+
 
 @dataclass(frozen=True, eq=False)
 class Frame:
@@ -88,6 +91,7 @@ class Frame:
         sample: the newest step.
         settings: of the run that is shown, and of the page.
         pace: how fast it goes.
+        elapsed: wall time since the last frame [s]; 0 where there was none.
         invitation: of a second person.
     """
 
@@ -100,7 +104,15 @@ class Frame:
     sample: Sample
     settings: Settings
     pace: Pace
+    elapsed: float = 0.0
     invitation: OpenInvitation = NO_INVITATION
+
+    def after(self, period: float) -> float:
+        """Return when a panel is due again that is drawn once in a period [s].
+
+        Where frames come seldom it is later: then the time that there is goes into the picture.
+        """
+        return self.now + period * min(max(self.elapsed / FRAME, 1.0), LATEST)
 
     @property
     def replayed(self) -> bool:
@@ -158,20 +170,21 @@ def make_frame(session: Session, decide: Callable[[], None], now: float, elapsed
     if session.player is not None:
         session.player.advance(elapsed)
         shown = session.player.past or session
-    return freeze(session, now, shown)
+    return freeze(session, now, shown, elapsed)
 
 
-def freeze(live: Session | Past, now: float, shown: Shown | None = None) -> Frame:
+def freeze(live: Session | Past, now: float, shown: Shown | None = None, elapsed: float = 0.0) -> Frame:
     """Return the present moment of a run as a frame.
 
     Args:
         live: the session, or what stands for it where there is none.
         now: wall time [s].
         shown: what is seen in its place; None for itself.
+        elapsed: wall time since the last frame [s].
     """
     shown = shown or live
     simulation, studies = shown.simulation, live.studies if isinstance(live, Session) else None
     ghost = None if isinstance(live, Session) and live.ghost_hidden else shown.ghost
     invitation = OpenInvitation(live.invitation, live.guest is not None) if isinstance(live, Session) else NO_INVITATION
     sample, settings = simulation.sample(), shown.settings
-    return Frame(now, shown, live, studies, simulation, ghost, sample, settings, shown.pace, invitation)
+    return Frame(now, shown, live, studies, simulation, ghost, sample, settings, shown.pace, elapsed, invitation)

@@ -340,15 +340,12 @@ def _set_pose(
 
 
 def turn(node: viser.SceneNodeHandle, wxyz: tuple[float, float, float, float]) -> None:
-    """Set a node's `wxyz` without a look at whether that is four numbers: an arm turns seven nodes a frame."""
+    """Set a node's `wxyz` without a look at whether that is four numbers, or others than before: an arm turns seven nodes a frame."""
     state = node._impl
     if state.removed:
         node.wxyz = wxyz  # As viser refuses it.
-    for new, old in zip(wxyz, state.wxyz.tolist(), strict=True):
-        if not abs(new - old) <= 1e-8 + 1e-5 * abs(old):
-            state.wxyz[:] = wxyz
-            state.api._queue_scene_message(_messages.SetOrientationMessage(state.name, wxyz))
-            return
+    state.wxyz[:] = wxyz
+    state.api._queue_scene_message(_messages.SetOrientationMessage(state.name, wxyz))
 
 
 def aim(camera: viser.CameraHandle, eye: npt.NDArray[np.float64], look_at: npt.NDArray[np.float64], fov: float) -> None:

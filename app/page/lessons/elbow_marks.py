@@ -55,7 +55,7 @@ class Marks:
                 self._draw(frame.live.simulation)
         if step is None or frame.now < self._next:
             return
-        self._next = frame.now + PERIOD
+        self._next = frame.after(PERIOD)
         for i, (angle, reach) in enumerate(zip(step.marks, reaches(step), strict=True)):
             miss = measure(Evidence(frame.live.simulation), "mark_miss", (("angle", angle),))
             self._paint(i, miss is not None and miss <= reach)

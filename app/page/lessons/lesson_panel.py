@@ -106,7 +106,7 @@ class LessonPanel:
             panel.set_width(self._wide)
         state = run.version, run.computing, run.custom_law_state, len(self.openers)
         if opened or state != self._shown or (run.open and not run.listing and frame.now >= self._next):
-            self._next = frame.now + PERIOD
+            self._next = frame.after(PERIOD)
             self._shown = state
             blocks = self._list() if run.listing else self._step(frame)
             if opened and self._narrow:

@@ -80,7 +80,7 @@ class ContactCard:
         state = frame.state, more, asking
         if state == self._shown:
             return
-        self._shown, self._next = state, frame.now + PERIOD
+        self._shown, self._next = state, frame.after(PERIOD)
         if frame.sample.pair < 0:
             words, note, numbers = solo_words(frame.settings.run), solo_note(frame.settings.run), solo_numbers(frame.sample)
         else:

@@ -57,7 +57,7 @@ class JointSliders:
         self._container.visible = shown
         if not shown or frame.now < self._next:
             return
-        self._next = frame.now + PERIOD
+        self._next = frame.after(PERIOD)
         of = simulation.room, simulation.guided.name
         if of != self._of:
             self._of = of

@@ -62,7 +62,7 @@ class LinkBox:
         """Bring the link up to date, every `PERIOD`."""
         if frame.now < self._next:
             return
-        self._next = frame.now + PERIOD
+        self._next = frame.after(PERIOD)
         settings = frame.live.settings
         attack = None if frame.studies is None else frame.studies.counterexample.replayed
         if frame.shown.replayed_file == NAME and attack is not None:

@@ -129,12 +129,12 @@ class Plots:
                 continue
             self._drawn[name] = drawn
             if name in CHARTS:
-                self._next[name] = now + PERIOD
+                self._next[name] = frame.after(PERIOD)
                 self._charts[name].content = self._chart_html(name, frame)
             else:
                 time_plot, plot = self._time_plots[name]
                 data = self._data(time_plot, ghost is not None)
-                self._next[name] = now + max(PERIOD, sum(line.nbytes for line in data) / MOST_BYTES)
+                self._next[name] = frame.after(max(PERIOD, sum(line.nbytes for line in data) / MOST_BYTES))
                 plot.data = data
 
     def _uncover(self, visible: bool) -> None:

@@ -61,7 +61,7 @@ class Readout:
         """
         if (frame.now < self._next and not frame.pace.paused) or (frame.state, asking) == self._shown:
             return
-        self._shown, self._next = (frame.state, asking), frame.now + PERIOD
+        self._shown, self._next = (frame.state, asking), frame.after(PERIOD)
         shown, simulation, sample = frame.shown, frame.simulation, frame.sample
         self._tip.content = element("div", self._tip_text(shown), class_="duet duet-tip")
         law = shown.student_law
