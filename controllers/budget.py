@@ -56,7 +56,7 @@ def holds_distance(nominal_velocity: float, approach: float) -> bool:
     return approach <= nominal_velocity
 
 
-def loss_rate(nominal_velocity: float, approach: float) -> float:
+def distance_loss_rate(nominal_velocity: float, approach: float) -> float:
     """Return the speed w − v at which distance is lost below d_m, where λ = 1; 0 if none is lost [m/s]."""
     return max(0.0, approach - nominal_velocity)
 

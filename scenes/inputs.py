@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from scenes.law_answers import LawAnswers, LawOfFile
-from scenes.packing import WIDTHS, PackedTargets, decoded, encoded, joined
+from scenes.packing import WIDTHS, PackedTargets, decoded, encoded, joined_targets
 from scenes.roles import Roles
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation, Snapshot
@@ -116,7 +116,7 @@ class RecordedPerson:
 
     def __init__(self, recorded: Recorded) -> None:
         self.recorded = recorded
-        targets = joined([stretch.targets for stretch in recorded.stretches])
+        targets = joined_targets([stretch.targets for stretch in recorded.stretches])
         times = np.concatenate([stretch.targets.counts * stretch.settings.dt for stretch in recorded.stretches])
         self._targets, self._offsets, self._ends = targets, targets.offsets, np.cumsum(times)
 
@@ -300,7 +300,7 @@ class InputsLog:
         stretches = [stretch for chapter in reversed(chapters) for stretch in chapter.stretches] + open_stretch
         if not stretches:
             return None
-        return Recorded(chapters[-1].snapshot, merged(stretches))
+        return Recorded(chapters[-1].snapshot, merged_stretches(stretches))
 
 
 def law_of_file(simulation: Simulation) -> LawOfFile | None:
@@ -308,7 +308,7 @@ def law_of_file(simulation: Simulation) -> LawOfFile | None:
     return simulation.law if isinstance(simulation.law, LawOfFile) else None
 
 
-def merged(stretches: list[Stretch]) -> tuple[Stretch, ...]:
+def merged_stretches(stretches: list[Stretch]) -> tuple[Stretch, ...]:
     """Return the stretches with neighbours of the same settings put together."""
     groups: list[list[Stretch]] = []
     for stretch in stretches:
@@ -318,7 +318,8 @@ def merged(stretches: list[Stretch]) -> tuple[Stretch, ...]:
         else:
             groups.append([stretch])
     return tuple(
-        Stretch(group[0].settings, joined([stretch.targets for stretch in group]), _joined_answers(group)) for group in groups
+        Stretch(group[0].settings, joined_targets([stretch.targets for stretch in group]), _joined_answers(group))
+        for group in groups
     )
 
 

@@ -95,7 +95,7 @@ class PackedTargets(NamedTuple):
         return PackedTargets(self.codes[first:], counts, self.numbers[self.offsets[first] :])
 
 
-def joined(parts: list[PackedTargets]) -> PackedTargets:
+def joined_targets(parts: list[PackedTargets]) -> PackedTargets:
     """Return several as one, in their order."""
     if len(parts) == 1:
         return parts[0]

@@ -113,7 +113,7 @@ def _start(dice: np.random.Generator, room: Room) -> Array | None:
     return postures[int(np.argmin(distances))].clip(model.lowerPositionLimit, model.upperPositionLimit)
 
 
-def verdict(seed: int, index: int, seconds: float = SECONDS) -> RunVerdict:
+def run_verdict(seed: int, index: int, seconds: float = SECONDS) -> RunVerdict:
     """Make the run of an index in the series of a seed, of so much simulated time [s], and return what was found in it."""
     random = random_run(seed, index)
     settings = random.settings

@@ -13,7 +13,7 @@ from controllers.errors import BadSetting, LazyText
 from controllers.kinematics import Array
 from scenes.headless import Summary, summarise
 from scenes.history import COLUMN
-from scenes.inputs import Recorded, Stretch, merged
+from scenes.inputs import Recorded, Stretch, merged_stretches
 from scenes.law_answers import ReplayedLaw
 from scenes.setting_spec import Spec
 from scenes.settings import HardwareSettings, LawSettings, RunSettings, changed, specs
@@ -231,7 +231,7 @@ def _stretches(recorded: Recorded, overrides: Mapping[str, object]) -> tuple[Str
     def overridden(settings: RunSettings) -> RunSettings:
         return replace(settings, law=replace(settings.law, **law), hardware=replace(settings.hardware, **hardware), **run)
 
-    return merged([Stretch(overridden(s.settings), s.targets) for s in recorded.stretches])
+    return merged_stretches([Stretch(overridden(s.settings), s.targets) for s in recorded.stretches])
 
 
 def _named(settings: RunSettings | LawSettings | HardwareSettings, keys: Mapping[str, object]) -> dict[str, Any]:
@@ -247,7 +247,7 @@ def _finer(wishes: list[Target | None], substeps: int) -> Iterator[Target | None
     for target, following in itertools.pairwise(wishes):
         yield target
         for i in range(1, substeps):
-            yield between(target, following, i / substeps)
+            yield target_between(target, following, i / substeps)
 
 
 def _kind(target: Target | None) -> object:
@@ -260,10 +260,10 @@ def _kind(target: Target | None) -> object:
     return type(target)
 
 
-def between(first: Target | None, second: Target | None, share: float) -> Target | None:
+def target_between(first: Target | None, second: Target | None, share: float) -> Target | None:
     """Return the target a share of the way from one to another of its kind; the first one if they are of different kinds."""
     if isinstance(first, PairTarget) and isinstance(second, PairTarget):
-        of_first, of_second = between(first.first, second.first, share), between(first.second, second.second, share)
+        of_first, of_second = target_between(first.first, second.first, share), target_between(first.second, second.second, share)
         return PairTarget(cast(HeldTarget | None, of_first), cast(HeldTarget, of_second))
     if first is second or first is None or second is None or first[0] is None or _kind(first) != _kind(second):
         return first

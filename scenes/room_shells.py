@@ -14,7 +14,7 @@ import numpy as np
 from scenes import glb, rigs, surfaces
 from scenes.glb import Material
 from scenes.rigs import RIGS, TABLE_HEIGHT, TABLE_SEPARATION
-from scenes.surfaces import Array, join, moved, revolve, rounded, smooth_max, smooth_min, thinned
+from scenes.surfaces import Array, join, moved, revolve, rounded, smooth_max, smooth_min, thinned_mesh
 
 if TYPE_CHECKING:
     import trimesh
@@ -99,7 +99,7 @@ def torso_meshes(coarse: bool = False) -> dict[str, trimesh.Trimesh]:
     block = _shoulder_block(bases, heart)
     bolts = [] if coarse else [moved(_bolts(0.180, 8, 0.022, 0.009), shift=standing)]
     return {
-        "light": thinned(block, COARSE_SHARE) if coarse else block,
+        "light": thinned_mesh(block, COARSE_SHARE) if coarse else block,
         "dark": join(
             [moved(foot, shift=standing), moved(column, shift=standing)]
             + [moved(flange, R, tuple(position)) for position, R in bases]
@@ -178,7 +178,7 @@ def stands_glb(feet: tuple[tuple[float, float, float], ...], coarse: bool = Fals
 def _packed(parts: dict[str, trimesh.Trimesh], coarse: bool, whole: tuple[str, ...] = ()) -> bytes:
     """One GLB; of a coarse one, the parts named in `whole` keep all their triangles."""
     if coarse:
-        few = {name: part if name in whole else thinned(part, COARSE_SHARE) for name, part in parts.items()}
+        few = {name: part if name in whole else thinned_mesh(part, COARSE_SHARE) for name, part in parts.items()}
         return glb.merged_glb(few, MATERIALS)
     return glb.glb(parts, MATERIALS)
 

@@ -94,7 +94,7 @@ def unmeasured(recorded: Recorded, settings: RunSettings) -> StepStudy:
     return StepStudy(settings, recorded.seconds, tuple(dt / k for k in SUBSTEPS), tuple(None for _ in SUBSTEPS))
 
 
-def largest_step(recorded: Recorded, settings: RunSettings, substeps: int, stopped: Callable[[], bool] = never) -> float:
+def largest_velocity_step(recorded: Recorded, settings: RunSettings, substeps: int, stopped: Callable[[], bool] = never) -> float:
     """Return the largest change of a joint's velocity from one step to the next [rad/s], see `StepStudy`.
 
     What follows immediately upon the beginning, or upon another kind of target (the user took hold), is left out: there a jump is
@@ -127,7 +127,7 @@ FINER: Final = 2
 """Into how many a step is divided in the run beside it."""
 
 
-def largest_jump(times: Array, velocities: Array, dt: float) -> float:
+def time_of_largest_jump(times: Array, velocities: Array, dt: float) -> float:
     """Return when the velocity of any joint changes most from one step to the next [s]: the time of the later step.
 
     What follows immediately upon the beginning of a run is left out: there a jump is expected.

@@ -238,7 +238,7 @@ def swollen(part: trimesh.Trimesh, by: float) -> trimesh.Trimesh:
     return mesh(part.vertices + by * part.vertex_normals, np.array(part.faces), np.array(part.vertex_normals))
 
 
-def thinned(part: trimesh.Trimesh, share: float) -> trimesh.Trimesh:
+def thinned_mesh(part: trimesh.Trimesh, share: float) -> trimesh.Trimesh:
     """A mesh with only a share of the triangles, but no fewer than 64, kept where the shape needs them (quadric error metric).
 
     Every vertex is one of the original's: what was inside a capsule stays inside, and light falls on it as on the original.

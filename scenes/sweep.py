@@ -91,7 +91,7 @@ def read_grid(settings: RunSettings, over: Sequence[str], seconds: float) -> Gri
 
 def _rehearse(grid: Grid) -> None:
     """Check every point, and make one step with each combination of choices: what cannot be run is said before anything is."""
-    numbers = {axis.key for axis in grid.axes if is_number(axis)}
+    numbers = {axis.key for axis in grid.axes if is_scale(axis)}
     seen: set[Point] = set()
     for point in grid.points():
         settings = validate(grid.at(point))
@@ -102,7 +102,7 @@ def _rehearse(grid: Grid) -> None:
             run(settings, settings.dt)
 
 
-def is_number(axis: Axis) -> bool:
+def is_scale(axis: Axis) -> bool:
     """Return whether the axis is a scale, rather than a few choices."""
     return not isinstance(axis.values[0], (str, bool))
 
@@ -174,7 +174,7 @@ SweepFigures = tuple[float, ...]
 """In the order of `FIGURES`."""
 
 
-def figures(settings: RunSettings, seconds: float) -> SweepFigures:
+def sweep_figures(settings: RunSettings, seconds: float) -> SweepFigures:
     """Return the figures of a run of the scene with its own autopilot."""
     summary = run(settings, seconds).summary
     return tuple(getattr(summary, name) for name in FIGURES)
@@ -194,7 +194,7 @@ def run_points(
         DuetError: a worker was ended from outside, or as `compute` does.
     """
     points = grid.points()
-    for place, found in compute(figures, [(grid.at(points[index]), grid.seconds) for index in todo]):
+    for place, found in compute(sweep_figures, [(grid.at(points[index]), grid.seconds) for index in todo]):
         yield todo[place], found
 
 

@@ -28,7 +28,7 @@ WATCHERS: Final = 30
 SESSIONS: Final = 8
 
 
-def measure(steps: int, seconds: float, robot: str = "lwr") -> BenchRows:
+def measured_figures(steps: int, seconds: float, robot: str = "lwr") -> BenchRows:
     """Yield all figures.
 
     Args:
@@ -89,7 +89,7 @@ def read_figures(path: Path) -> dict[str, Any]:
     return result
 
 
-def compare(now: dict[str, Any], before: dict[str, Any]) -> str:
+def ratio_table(now: dict[str, Any], before: dict[str, Any]) -> str:
     """Return a table of the ratios new : old of every figure that both have."""
     ratios: BenchFigures = {}
     for name, figures in now["figures"].items():

@@ -15,7 +15,7 @@ from app.lessons.lesson import Lesson, LessonBook, Question, Step
 from app.lessons.open_steps import OpenSteps
 from app.lessons.outcomes import AnswerVerdict, StepOutcome
 from app.lessons.progress import LONGEST_REASON, Progress, StepProgress, from_json, to_json
-from app.lessons.step_view import StepPosition, fill, verdict
+from app.lessons.step_view import StepPosition, answer_verdict, fill
 from app.lessons.tally import Ballot, QuestionId, Switch, Tally, switches_between, tally_of
 from app.lessons.walkthrough import Walkthrough
 from app.page.panels.server_load import ServerLoad
@@ -299,7 +299,7 @@ def _make_texts(lesson: Lesson, step: Step, asked: Question, outcome: StepOutcom
         return choices, (), ()
     index = lesson.steps.index(step)
     verdicts = tuple(
-        verdict(StepPosition(lesson, step, index, Phase.OBSERVE, StepProgress(choice=i, outcome=outcome), None))
+        answer_verdict(StepPosition(lesson, step, index, Phase.OBSERVE, StepProgress(choice=i, outcome=outcome), None))
         for i in range(len(choices))
     )
     return choices, outcome.lines(step, lesson.language), verdicts

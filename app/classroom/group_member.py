@@ -5,7 +5,7 @@ import logging
 import viser
 
 from app.classroom.classroom_html import WATCHING
-from app.classroom.stage_page import StagePage
+from app.classroom.plenary_page import PlenaryPage
 from app.hosting.app_context import AppContext
 from app.hosting.visitor import Visitor
 from app.i18n.reader_language import look_of
@@ -34,7 +34,7 @@ class GroupMember:
         with client.atomic():
             # After a page of an earlier session.
             client.gui.reset()
-            self._page = StagePage(
+            self._page = PlenaryPage(
                 client,
                 lead.session,
                 lead.lessons,

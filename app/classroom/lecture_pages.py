@@ -10,7 +10,7 @@ from app.classroom.class_downloads import ClassDownloads, Summaries
 from app.classroom.classroom import Classroom
 from app.classroom.overlays import Invitation
 from app.classroom.participant import Participant
-from app.classroom.stage_page import StagePage
+from app.classroom.plenary_page import PlenaryPage
 from app.classroom.student_page import Answers
 from app.classroom.teacher_control import TeacherControl
 from app.classroom.teacher_panel import TeacherPanel
@@ -121,7 +121,7 @@ class PlenaryControls:
         with client.atomic():
             if teacher.page is not None:
                 client.gui.reset()
-            teacher.page = StagePage(client, self._session, self._lessons, context.book, language, look, lambda: [client])
+            teacher.page = PlenaryPage(client, self._session, self._lessons, context.book, language, look, lambda: [client])
             if leads:
                 self.operation = Operation(client, self._session, teacher.page.view, presenting=ALONE not in teacher.query)
             if teacher.panel is not None:
@@ -157,7 +157,7 @@ class PlenaryAudiences:
     ) -> None:
         self._context, self._session, self._lessons, self._control = context, session, lessons, control
         self._classroom, self._participants = classroom, participants
-        self.pages: dict[Audience, StagePage] = {}
+        self.pages: dict[Audience, PlenaryPage] = {}
 
     def update(self, audiences: Audiences) -> None:
         """Build pages for new audiences, and drop those of audiences without a watcher."""
@@ -167,14 +167,14 @@ class PlenaryAudiences:
         """Yield the participants of an audience."""
         return (one for one in list(self._participants.values()) if one.audience is audience)
 
-    def _build(self, audience: Audience) -> StagePage:
+    def _build(self, audience: Audience) -> PlenaryPage:
         look, book = audience.look, self._context.book
 
         def clients() -> list[viser.ClientHandle]:
             return [one.client for one in self.watchers(audience)]
 
         presenter = self._control.presenter if audience.screen else None
-        return StagePage(audience, self._session, self._lessons, book, look.language, look, clients, presenter)
+        return PlenaryPage(audience, self._session, self._lessons, book, look.language, look, clients, presenter)
 
     def admit(self, watcher: Participant) -> None:
         """Welcome a student or a projector; a student gets banner and answers, and a projector with the teacher's key a clicker's keys."""

@@ -10,8 +10,8 @@ from app.classroom.classroom import Classroom, Poll
 from app.classroom.classroom_html import EXPLORING, FOLLOWING, HALTED, NAMED, NAMELESS, OPERATING, TOGETHER, WATCHING
 from app.classroom.group_member import GroupMember
 from app.classroom.overlays import Invitation
+from app.classroom.plenary_page import PlenaryPage
 from app.classroom.presenter import Presenter
-from app.classroom.stage_page import StagePage
 from app.classroom.student_page import Answers, Banner, HandInBox, is_narrow
 from app.classroom.teacher_panel import TeacherPanel
 from app.hosting.visitor import Visitor
@@ -57,7 +57,7 @@ class Participant:
         tab = tab_id(self.query)
         self.id, self.lasting = tab or f"tab {client.client_id}", tab is not None
         self.screen, self.narrow, self.moved = SCREEN in self.query, is_narrow(client), False
-        self.page: StagePage | None = None
+        self.page: PlenaryPage | None = None
         self.banner: Banner | None = None
         self.answers: Answers | None = None
         self.hand_in: HandInBox | None = None

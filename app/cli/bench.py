@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from app.cli.options import RunOptions, chosen
+from app.cli.options import RunOptions, settings_of_options
 from app.runtime.terminal import ending_at_once
 from controllers.errors import BadSetting
 from scenes.files import written
@@ -53,11 +53,11 @@ def bench(command: Bench) -> int:
         raise BadSetting("--sessions must be at least 1.")
     with ending_at_once():
         from app.bench.fairness import measure_fairness
-        from app.bench.measurements import compare, measure, measure_capacity, printed, read_figures
+        from app.bench.measurements import measure_capacity, measured_figures, printed, ratio_table, read_figures
         from app.bench.peers import measure_peers, peers_table
 
     arms = {"robot": command.robot, "robot_left": command.robot_left, "robot_right": command.robot_right}
-    robot = chosen(RunOptions(**arms), RunSettings()).robot
+    robot = settings_of_options(RunOptions(**arms), RunSettings()).robot
     before = read_figures(command.compare) if command.compare else None
     if command.peers:
         result = measure_peers(command.steps)
@@ -66,10 +66,12 @@ def bench(command: Bench) -> int:
         result = printed(measure_fairness(command.seconds or FAIR))
     else:
         seconds = command.seconds or SECONDS
-        rows = measure_capacity(command.sessions, seconds) if command.sessions else measure(command.steps, seconds, robot)
+        rows = (
+            measure_capacity(command.sessions, seconds) if command.sessions else measured_figures(command.steps, seconds, robot)
+        )
         result = printed(rows)
     if before is not None:
-        print(compare(result, before))
+        print(ratio_table(result, before))
     if command.out is not None:
         with written(command.out, "out") as new:
             new.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8", newline="\n")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 from tqdm import tqdm
 
-from app.cli.options import Flat, RunOptions, chosen
+from app.cli.options import Flat, RunOptions, settings_of_options
 from app.cli.sweep import cores
 from app.runtime.terminal import INTERRUPTED, ending_at_once
 from controllers.errors import BadSetting
@@ -55,7 +55,7 @@ def falsify(command: Falsify) -> int:
     with ending_at_once():
         from scenes.children import computed
         from scenes.counterexample import BROKEN, check, searched
-    settings: RunSettings = chosen(command.settings, RunSettings())
+    settings: RunSettings = settings_of_options(command.settings, RunSettings())
     check(settings)
     if not 0.0 < command.seconds <= LONGEST:
         raise BadSetting(f"seconds = {command.seconds:g} is out of range; give a number up to {LONGEST:g}.")

@@ -24,7 +24,7 @@ class Figures:
     """Shorter runs and fewer points."""
 
 
-def figures(command: Figures) -> int:
+def draw_figures(command: Figures) -> int:
     """Draw, save and report; return the exit code.
 
     Raises:
@@ -33,14 +33,14 @@ def figures(command: Figures) -> int:
     with ending_at_once():
         import matplotlib
 
-        from app.figures.drawn_figure import Plan, save
-        from app.figures.figure_list import Section, chosen, report
+        from app.figures.drawn_figure import Plan, save_figure
+        from app.figures.figure_list import Section, chosen_figures, report
         from app.figures.figure_style import STYLE
         from app.version import duet_version
         from scenes.setting_spec import checked
         from scenes.settings import RunSettings, specs
 
-    entries = chosen(command.only)
+    entries = chosen_figures(command.only)
     seed = checked(specs(RunSettings)["seed"], 1, command.seed)
     try:
         command.out.mkdir(parents=True, exist_ok=True)
@@ -58,7 +58,7 @@ def figures(command: Figures) -> int:
             # The style is for these figures only, not for others of the same process.
             with matplotlib.rc_context(STYLE):
                 drawn = entry.draw(plan)
-                save(drawn, command.out, entry.stem)
+                save_figure(drawn, command.out, entry.stem)
             sections.append(Section(entry, drawn.found))
             bar.update()
     path = command.out / "report.md"

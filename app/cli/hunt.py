@@ -44,7 +44,7 @@ def hunt(command: Hunt) -> int:
     """
     with ending_at_once():
         from scenes.children import computed
-        from scenes.random_runs import EXCESS, random_run, verdict
+        from scenes.random_runs import EXCESS, random_run, run_verdict
     if command.runs < 1 or command.seed < 0 or command.workers < 0:
         raise BadSetting("hunt needs at least 1 run, a seed from 0, and workers from 1, or 0 for one a core.")
     if not 0.0 < command.seconds <= 600.0:
@@ -52,7 +52,7 @@ def hunt(command: Hunt) -> int:
     if not command.out.is_dir():
         raise BadSetting(f"out = {command.out}: there is no such folder; make it first.")
     calls = [(command.seed, index, command.seconds) for index in range(command.runs)]
-    done = computed(verdict, calls, command.workers or cores())
+    done = computed(run_verdict, calls, command.workers or cores())
     verdicts = [found for _, found in tqdm(done, total=command.runs, unit="run", disable=None, leave=False)]
     broken = sorted((found for found in verdicts if found.faults), key=lambda found: found.index)
     for found in broken:

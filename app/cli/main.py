@@ -8,13 +8,13 @@ import tyro
 
 from app.cli.bench import Bench, bench
 from app.cli.falsify import Falsify, falsify
-from app.cli.figures import Figures, figures
+from app.cli.figures import Figures, draw_figures
 from app.cli.grade import Grade, LawTest, NewLaw, grade, law_test, new_law
 from app.cli.hunt import Hunt, hunt
 from app.cli.league import League, league
 from app.cli.lessons import Handout, Lessons, NewLesson, handout, lessons, new_lesson
 from app.cli.robots import Robots, robots
-from app.cli.run import RunCommand, run
+from app.cli.run import RunCommand, simulate
 from app.cli.serve import Serve, serve
 from app.cli.sweep import Sweep, sweep
 from app.runtime.terminal import write_log
@@ -22,9 +22,9 @@ from controllers.errors import DuetError
 
 COMMANDS: Final[dict[str, tuple[type, Callable[[Any], int]]]] = {
     "serve": (Serve, serve),
-    "run": (RunCommand, run),
+    "run": (RunCommand, simulate),
     "bench": (Bench, bench),
-    "figures": (Figures, figures),
+    "figures": (Figures, draw_figures),
     "sweep": (Sweep, sweep),
     "hunt": (Hunt, hunt),
     "falsify": (Falsify, falsify),

@@ -78,7 +78,7 @@ StartOptions = _options(
 AllOptions = _options(Settings, "AllOptions")
 
 
-def chosen(options: object, start: Any) -> Any:
+def settings_of_options(options: object, start: Any) -> Any:
     """Return the settings that the options ask for.
 
     Raises:

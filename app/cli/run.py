@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from tqdm import tqdm
 
-from app.cli.options import Flat, StartOptions, chosen
+from app.cli.options import Flat, StartOptions, settings_of_options
 from app.runtime.terminal import ending_at_once
 from controllers.errors import BadInputFile, BadSetting
 from scenes.experiments import IMITATION
@@ -43,7 +43,7 @@ class RunCommand:
     """The experiment."""
 
 
-def run(command: RunCommand) -> int:
+def simulate(command: RunCommand) -> int:
     """Simulate, print the summary and return the exit code.
 
     Raises:
@@ -60,7 +60,7 @@ def run(command: RunCommand) -> int:
 
     start_file = _start_file(command)
     options = command.settings if start_file is None else replace(command.settings, start=RunSettings().start)
-    settings: RunSettings = chosen(options, RunSettings())
+    settings: RunSettings = settings_of_options(options, RunSettings())
     start = None if start_file is None else read_start(start_file, room_of(settings))
     check_length(settings, command.seconds)
     source = _target_source(command, settings)

@@ -12,7 +12,7 @@ from urllib.parse import quote
 
 import tyro
 
-from app.cli.options import AllOptions, Flat, chosen
+from app.cli.options import AllOptions, Flat, settings_of_options
 from app.cli.sweep import cores
 from app.hosting.dispatcher import Dispatcher
 from app.hosting.serve_options import ServeOptions
@@ -123,7 +123,7 @@ def serve(command: Serve) -> int:
         raise BadSetting(f"lessons = {command.lessons}: there is no such folder; name one with lesson files.")
     if command.playlist is not None and not command.playlist.is_file():
         raise BadSetting(f"playlist = {command.playlist}: there is no such file; see app/lessons/README.md.")
-    settings = chosen(command.settings, Settings())
+    settings = settings_of_options(command.settings, Settings())
     given = command.key or os.environ.get(KEY_VARIABLE)
     key = chosen_key(None if given is None else readable(given))
     workers = _workers(command)

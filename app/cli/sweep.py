@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 from tqdm import tqdm
 
-from app.cli.options import Flat, RunOptions, chosen
+from app.cli.options import Flat, RunOptions, settings_of_options
 from app.runtime.terminal import INTERRUPTED, ending_at_once
 from controllers.errors import BadSetting
 from scenes.settings import RunSettings
@@ -57,7 +57,7 @@ def sweep(command: Sweep) -> int:
         from app.sweep.sweep_files import SweepFiles
         from scenes.sweep import read_grid, run_points
 
-    settings: RunSettings = chosen(command.settings, RunSettings())
+    settings: RunSettings = settings_of_options(command.settings, RunSettings())
     place = computing(command.workers, command.scheduler)
     grid = read_grid(settings, command.over, command.seconds)
     files = SweepFiles(command.out, grid, command.format)

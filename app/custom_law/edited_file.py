@@ -70,7 +70,7 @@ def check_text(path: Path, text: str) -> None:
         raise BadInputFile("{path}: holds a zero byte, which no Python file has.", path=path)
 
 
-def save(path: Path, text: str, base: str) -> Version:
+def save_text(path: Path, text: str, base: str) -> Version:
     """Write a text, as a whole or not at all, and return it as it stands.
 
     Args:

@@ -16,7 +16,7 @@ from app.lessons.curve_drawing import drawing_svg
 from app.lessons.labels import sentence
 from app.lessons.lesson import LAST, Lesson, Step
 from app.lessons.progress import StepProgress
-from app.lessons.reference_runs import begin, person_of
+from app.lessons.reference_runs import begin_reference_run, person_of
 from app.lessons.runs import Setup, settings_text
 from app.lessons.step_view import StepPosition, make_view
 from app.settings import Language, Settings
@@ -166,7 +166,7 @@ def _made_again(one: Done) -> Recorded | None:
 def recorded_of(setup: Setup) -> Recorded | None:
     """Return the recorded run of a lesson's setup, computed without a page."""
     simulation, log = Simulation(setup.run, 1), InputsLog()
-    begin(simulation, setup)
+    begin_reference_run(simulation, setup)
     person = person_of(simulation, setup)
     for _ in range(max(1, round(setup.seconds / setup.run.dt))):
         target = person.target(simulation.time)

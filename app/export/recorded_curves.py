@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from app.export.thinning import thinned
+from app.export.thinning import thinned_table
 from app.i18n.speaking import tr
 from app.plots.pair_strips import ROWS, pair_name
 from app.plots.plot_choice import cells
@@ -115,7 +115,7 @@ class Curves:
         self._palette: Palette = PALETTES[theme]
         self._simulation = begun(recorded)
         self._simulation.apply(self.settings)
-        self.table, ends = thinned(table)
+        self.table, ends = thinned_table(table)
         """Of at most `POINTS` rows."""
         self._steps = ends + (recorded.steps - len(table))
         self._bounds = np.cumsum([stretch.targets.steps for stretch in recorded.stretches])
@@ -152,7 +152,7 @@ class Curves:
             for line in plot.lines
             if line.run == "own"
         )
-        return Panel(plain(tr(plot.title)), plot.unit, self.times, strokes, plot.span, plot.positive, plot.top)
+        return Panel(without_tags(tr(plot.title)), plot.unit, self.times, strokes, plot.span, plot.positive, plot.top)
 
     def column(self, name: str) -> Array:
         """Return the column (k,) of a name of `app.plots.time_series.NAMES`."""
@@ -246,6 +246,6 @@ class Curves:
         return Panel(title, "", self.times[picked], strokes, None, positive=False)
 
 
-def plain(html: str) -> str:
+def without_tags(html: str) -> str:
     """Return the text without its HTML tags."""
     return re.sub(r"<[^>]*>", "", html)

@@ -15,7 +15,7 @@ from app.lessons.runs import page_value
 from app.recording.run_file import made_here
 from app.session.relevant_settings import matters
 from app.settings import Settings
-from app.text.templates import render
+from app.text.templates import page_of_template
 from app.theme import css_variables, symbol_rules
 from scenes.settings import RunSettings, specs, values
 
@@ -112,7 +112,7 @@ def locked_page(template: str, title: str, styles: Sequence[str], **values: obje
     """
     files = "".join(Path(__file__).with_name(name).read_text(encoding="utf-8") for name in styles)
     sheet = Markup(f":root{{color-scheme:only light}}{css_variables()}{files}{symbol_rules('svg')}")
-    return render(template, title=title, language=spoken().language, locked=Markup(LOCKED), sheet=sheet, **values)
+    return page_of_template(template, title=title, language=spoken().language, locked=Markup(LOCKED), sheet=sheet, **values)
 
 
 _FOREIGN: Final = frozenset({"script", "foreignObject", "iframe", "image", "a", "animate", "set"})

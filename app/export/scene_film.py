@@ -134,7 +134,7 @@ def _look(server: viser.ViserServer, simulation: Simulation) -> None:
 # {"__binary_index": number, "dtype": …}.
 
 
-def unpacked(data: bytes) -> tuple[dict[str, Any], list[bytes]]:
+def unpack_recording(data: bytes) -> tuple[dict[str, Any], list[bytes]]:
     """Return the content of a recording and its arrays."""
     (size,) = _SIZE.unpack_from(data)
     body = zstandard.ZstdDecompressor().decompress(data[8:], max_output_size=size)
@@ -148,7 +148,7 @@ def unpacked(data: bytes) -> tuple[dict[str, Any], list[bytes]]:
     return content, arrays
 
 
-def packed(content: dict[str, Any], arrays: list[bytes]) -> bytes:
+def pack_recording(content: dict[str, Any], arrays: list[bytes]) -> bytes:
     """Return a recording; the inverse of `unpacked`."""
     text = msgspec.msgpack.encode({**content, "binaryBufferLengths": [len(array) for array in arrays]})
     body = bytearray(_SIZE.pack(len(text)) + text)
@@ -159,7 +159,7 @@ def packed(content: dict[str, Any], arrays: list[bytes]) -> bytes:
 
 def _split(data: bytes, times: tuple[float, ...]) -> Filmed:
     """Return the still scene and the tracks of a recording."""
-    content, arrays = unpacked(data)
+    content, arrays = unpack_recording(data)
     still: list[list[Any]] = []
     tracks: dict[tuple[str, str], Track] = {}
     made: dict[str, dict[str, Any]] = {}
@@ -185,7 +185,7 @@ def _split(data: bytes, times: tuple[float, ...]) -> Filmed:
         if frame > 0:
             _hide_before(tracks.setdefault((node, SEEN), Track(node, SEEN, [0], [True])), frame)
     used = {old: new for new, old in enumerate(sorted(_indices(still)))}
-    scene = packed({**content, "durationSeconds": 0.0, "messages": _with(still, used)}, [arrays[i] for i in used])
+    scene = pack_recording({**content, "durationSeconds": 0.0, "messages": _with(still, used)}, [arrays[i] for i in used])
     bodies = tuple(node for node, frame in since.items() if frame == 0 and made[node]["type"] == "GlbMessage")
     return Filmed(scene, tuple(track for track in tracks.values() if len(track.frames) > 1), times, bodies)
 

@@ -25,7 +25,7 @@ _HIDDEN: Final = [COLUMN[name] for name in SCALARS if name not in ("d", "lambda"
 """Columns of no plot over time, or of strips."""
 
 
-def thinned(table: Array) -> tuple[Array, np.ndarray]:
+def thinned_table(table: Array) -> tuple[Array, np.ndarray]:
     """Return at most `POINTS` rows of a table, and which ones they are (k,): extremes and jumps of every signal are among them."""
     count = len(table)
     if count <= POINTS:

@@ -69,7 +69,7 @@ class Drawn:
     found: Sequence[str]
 
 
-def shown(settings: RunSettings, **more: Any) -> dict[str, Any]:
+def csv_head(settings: RunSettings, **more: Any) -> dict[str, Any]:
     """Return the settings of a run and more, for the head of a CSV file."""
     return {**values(settings), **more}
 
@@ -90,7 +90,7 @@ def _cell(value: Any) -> str:
     return f'"{text}"' if "," in text else text
 
 
-def save(drawn: Drawn, folder: Path, stem: str) -> None:
+def save_figure(drawn: Drawn, folder: Path, stem: str) -> None:
     """Write `stem`.png, .svg and .csv.
 
     Raises:

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from app.figures.drawn_figure import Drawn, Plan, shown
+from app.figures.drawn_figure import Drawn, Plan, csv_head
 from app.figures.figure_style import COLOURS, DASHES, MARKERS, SERIES, sheet
 from app.figures.laws_compared import JUMPS, growth
 from controllers.kinematics import Array
@@ -94,7 +94,7 @@ def draw(plan: Plan) -> Drawn:
     figure.legend(*near.get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=8.5)
     prices = [price for curve in curves if (price := _price(plan, curve, base, length)) is not None]
     columns = ["law", "w_added", "knob", "value", "seed", "d_min", "e2_max", "ddq_max"]
-    settings = {key: value for key, value in shown(base, seconds=length).items() if key not in ("law", "ff", "seed")}
+    settings = {key: value for key, value in csv_head(base, seconds=length).items() if key not in ("law", "ff", "seed")}
     return Drawn(figure, columns, [row for curve in curves for row in curve.rows], settings, _found(curves, prices, base))
 
 

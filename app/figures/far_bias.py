@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from app.figures.drawn_figure import Drawn, Plan, shown
+from app.figures.drawn_figure import Drawn, Plan, csv_head
 from app.figures.figure_style import COLOURS, DASHES, sheet
 from controllers import budget
 from scenes.headless import Run
@@ -68,5 +68,5 @@ def draw(plan: Plan) -> Drawn:
         "So the joints are never quite unconstrained, since λ is never 0; with a large n it is too small to see.",
     ]
     columns = ["n", "d", "lambda", "e", "e_closed_form"]
-    settings = {key: value for key, value in shown(base, seconds=length).items() if key != "n"}
+    settings = {key: value for key, value in csv_head(base, seconds=length).items() if key != "n"}
     return Drawn(figure, columns, rows, settings, found)

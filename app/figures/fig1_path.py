@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 from matplotlib.patheffects import withStroke
 
-from app.figures.drawn_figure import Drawn, Plan, shown
+from app.figures.drawn_figure import Drawn, Plan, csv_head
 from app.figures.figure_style import COLOURS, DASHES, INK, sheet
 from app.figures.render import Viewpoint, arms, ball, furniture, render
 from controllers.kinematics import Array, Kinematics
@@ -53,7 +53,7 @@ def draw(plan: Plan) -> Drawn:
     ]
     columns = ["t", *(f"{name}_{axis}" for name in ("desired", "actual") for axis in "xyz"), "d", "lambda"]
     rows = np.column_stack([table[:, 0], wanted, hand, d, table[:, COLUMN["lambda"]]]).tolist()
-    header = shown(settings, seconds=length, ball_x=centre[0], ball_y=centre[1], ball_z=centre[2], ball_radius=BALL_RADIUS)
+    header = csv_head(settings, seconds=length, ball_x=centre[0], ball_y=centre[1], ball_z=centre[2], ball_radius=BALL_RADIUS)
     return Drawn(figure, columns, rows, header | {"point_radius": POINT_RADIUS}, found)
 
 

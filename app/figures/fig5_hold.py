@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from app.figures.drawn_figure import Drawn, Plan, shown
+from app.figures.drawn_figure import Drawn, Plan, csv_head
 from app.figures.figure_style import COLOURS, DASHES, stack, tag
 from app.plots.time_plots import CEILING
 from app.plots.time_series import resting
@@ -59,7 +59,7 @@ def draw(plan: Plan) -> Drawn:
     picked = [paper.table[:, COLUMN[name]] for name in ("lambda", "e2", "u", "w")]
     soft = [ours.table[:, COLUMN[name]] for name in ("d", "e2")]
     rows = np.column_stack([time, d, rest, *picked, *soft]).tolist()
-    return Drawn(figure, columns, rows, shown(single, seconds=length), found)
+    return Drawn(figure, columns, rows, csv_head(single, seconds=length), found)
 
 
 def kept(run: Run) -> str:
@@ -78,7 +78,7 @@ def switches(run: Run) -> int:
     return int(np.count_nonzero((np.diff(pair) != 0.0) & (lam[1:] > FELT)))
 
 
-def largest_step(run: Run) -> float:
+def largest_change(run: Run) -> float:
     """Return the largest change of any joint's velocity from one time step to the next [rad/s]."""
     return float(np.abs(np.diff(run.simulation.history.velocities(run.table), axis=0)).max())
 

@@ -7,8 +7,8 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.axes import Axes
 
-from app.figures.drawn_figure import Drawn, Plan, shown
-from app.figures.fig5_hold import FELT, kept, largest_step, switches
+from app.figures.drawn_figure import Drawn, Plan, csv_head
+from app.figures.fig5_hold import FELT, kept, largest_change, switches
 from app.figures.figure_style import COLOURS, DASHES, INK, sheet, stack
 from controllers.kinematics import Array
 from scenes.experiments import IMITATION, MASTER_SLAVE
@@ -51,7 +51,7 @@ def master_slave(plan: Plan) -> Drawn:
     ]
     names = [f"q{i + 1}" for i in range(wanted.shape[1])]
     columns = ["t", "d", "lambda", *(f"master_{name}" for name in names), *(f"slave_{name}" for name in names)]
-    return Drawn(figure, columns, _rows(run, wanted, actual), shown(settings, seconds=length), found)
+    return Drawn(figure, columns, _rows(run, wanted, actual), csv_head(settings, seconds=length), found)
 
 
 def imitation(plan: Plan) -> Drawn:
@@ -86,7 +86,7 @@ def imitation(plan: Plan) -> Drawn:
         _slow(plan, settings, length),
         _smooth(run),
     ]
-    return Drawn(figure, columns, _rows(run, *blocks), shown(settings, seconds=length), found)
+    return Drawn(figure, columns, _rows(run, *blocks), csv_head(settings, seconds=length), found)
 
 
 def imitation_settings(plan: Plan) -> RunSettings:
@@ -102,7 +102,7 @@ def imitation_seconds(plan: Plan) -> float:
 
 def _smooth(run: Run) -> str:
     return (
-        f"The largest step of q̇ is {largest_step(run):.3f} rad/s at dt = {1000 * run.simulation.settings.dt:g} ms, with "
+        f"The largest step of q̇ is {largest_change(run):.3f} rad/s at dt = {1000 * run.simulation.settings.dt:g} ms, with "
         f"{switches(run)} changes of the closest pair while λ > {FELT:g}."
     )
 

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
 
 from app.figures import fig5_hold as hold
-from app.figures.drawn_figure import Drawn, Plan, shown
+from app.figures.drawn_figure import Drawn, Plan, csv_head
 from app.figures.fig6_fig7_followers import imitation_seconds, imitation_settings
 from app.figures.figure_style import COLOURS, INK, sheet
 from app.figures.render import Mesh, Viewpoint, arms, furniture, meshes, render
@@ -50,7 +50,7 @@ def film(plan: Plan) -> Drawn:
     for axes, row in zip(figure.subplots(2, FRAMES // 2).flat, run.table[picked], strict=True):
         wanted = person.target(float(row[COLUMN["t"]]))
         angles = wanted.angles if isinstance(wanted, AnglesTarget) else None
-        _frame(axes, run, row, FILM_CAMERA, size, person_meshes(angles) if angles is not None else [], ("silver", "orange"))
+        _frame(axes, run, row, FILM_CAMERA, size, posed_person(angles) if angles is not None else [], ("silver", "orange"))
         axes.text(0.025, 0.955, f"{row[0]:.1f} s", transform=axes.transAxes, va="top", fontsize=13, path_effects=[OUTLINE])
         rows.append([row[0], row[COLUMN["d"]], row[COLUMN["lambda"]], *run.simulation.history.positions(row[None])[0]])
     d = [float(row[1]) for row in rows]  # pyright: ignore[reportArgumentType]
@@ -63,7 +63,7 @@ def film(plan: Plan) -> Drawn:
         "Orange is the right arm, silver the left one; the person's own arms are those of the input at the same moment.",
     ]
     columns = ["t", "d", "lambda", *(name.format("q") for name in run.simulation.room.columns)]
-    return Drawn(figure, columns, rows, shown(settings, seconds=length), found)
+    return Drawn(figure, columns, rows, csv_head(settings, seconds=length), found)
 
 
 def _moments(run: Run) -> list[int]:
@@ -108,7 +108,7 @@ def still(plan: Plan) -> Drawn:
     ]
     columns = ["t", "d", "lambda", *(name.format("q") for name in run.simulation.room.columns)]
     rows = [[row[0], row[COLUMN["d"]], row[COLUMN["lambda"]], *run.simulation.history.positions(row[None])[0]]]
-    return Drawn(figure, columns, rows, shown(settings, seconds=length), found)
+    return Drawn(figure, columns, rows, csv_head(settings, seconds=length), found)
 
 
 @cache
@@ -120,7 +120,7 @@ def person_parts() -> tuple[tuple[BodyPart, tuple[Mesh, ...]], ...]:
         return ()
 
 
-def person_meshes(angles: Array) -> list[Mesh]:
+def posed_person(angles: Array) -> list[Mesh]:
     """Return the person with arms at angles (2, 4) [rad]."""
     poses, turns = {"": pin.SE3.Identity()}, body_poses(angles)
     drawn: list[Mesh] = []

@@ -165,7 +165,7 @@ CATALOGUE: Final = (
 )
 
 
-def chosen(only: str) -> tuple[FigureEntry, ...]:
+def chosen_figures(only: str) -> tuple[FigureEntry, ...]:
     """Return the figures that a list such as "2,5,laws" asks for, in the order of the catalogue; all for an empty one.
 
     Raises:

@@ -7,7 +7,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 
-from app.figures.drawn_figure import Drawn, Plan, shown
+from app.figures.drawn_figure import Drawn, Plan, csv_head
 from app.figures.figure_style import COLOURS, DASHES, MARKERS, SERIES, sheet
 from controllers.kinematics import Kinematics
 from controllers.laws.situation import AUTHORITY
@@ -158,7 +158,7 @@ def draw(plan: Plan) -> Drawn:
         for dt, s in zip(steps, summaries, strict=True)
     ]
     columns = ["law", "w_added", "dt", "d_min", "share_below", "e2_max", "dq_step_max", "ddq_max", "pair_switches"]
-    settings = {key: value for key, value in shown(base, seconds=length).items() if key not in ("law", "ff", "dt")}
+    settings = {key: value for key, value in csv_head(base, seconds=length).items() if key not in ("law", "ff", "dt")}
     return Drawn(figure, columns, rows, settings, _found(runs, steps, base.law.critical_distance, jumps))
 
 

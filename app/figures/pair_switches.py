@@ -4,7 +4,7 @@ from typing import Final
 
 import numpy as np
 
-from app.figures.drawn_figure import Drawn, Plan, shown
+from app.figures.drawn_figure import Drawn, Plan, csv_head
 from app.figures.figure_style import COLOURS, DASHES, stack
 from controllers.choices import Treatment
 from scenes.headless import Summary
@@ -59,7 +59,7 @@ def draw(plan: Plan) -> Drawn:
         for pairs, summaries in runs.items()
         for dt, s in zip(steps, summaries, strict=True)
     ]
-    settings = {key: value for key, value in shown(base, seconds=length).items() if key not in ("dt", "pairs")}
+    settings = {key: value for key, value in csv_head(base, seconds=length).items() if key not in ("dt", "pairs")}
     return Drawn(figure, ["pairs", "dt", "pair_switches", "dq_step_max", "ddq_max", "d_min"], rows, settings, found)
 
 

@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 
 from app.figures import fig5_hold as hold
-from app.figures.drawn_figure import Drawn, Plan, shown
+from app.figures.drawn_figure import Drawn, Plan, csv_head
 from app.figures.figure_style import COLOURS, DASHES, INK, stack
 from controllers.activation import activation
 from controllers.kinematics import Array, Kinematics
@@ -66,7 +66,7 @@ def draw(plan: Plan) -> Drawn:
         ]
     ).tolist()
     columns = ["t", "lambda", "e2", "eigenvalue", "survival", "rho", "coupling", "independent"]
-    header = shown(settings, seconds=length, k_a=settings.gain)
+    header = csv_head(settings, seconds=length, k_a=settings.gain)
     return Drawn(figure, columns, rows, header, [_sentence("position", found), _sentence("pose", posed), *_verdict(e2, found)])
 
 

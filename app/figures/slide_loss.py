@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import Final, get_args
 
-from app.figures.drawn_figure import Drawn, Plan, shown
+from app.figures.drawn_figure import Drawn, Plan, csv_head
 from app.figures.figure_style import COLOURS, DASHES, MARKERS, sheet
 from controllers.choices import Treatment
 from scenes.settings import RunSettings, specs
@@ -55,4 +55,4 @@ def draw(plan: Plan) -> Drawn:
         ),
         f"Time out of authority, all runs together: {sum(float(row[4]) for row in rows):.2f} s.",  # pyright: ignore[reportArgumentType]
     ]
-    return Drawn(figure, ["pairs", "v", "d_min", "lost_mm", "out_of_authority_s"], rows, shown(base, seconds=SECONDS), found)
+    return Drawn(figure, ["pairs", "v", "d_min", "lost_mm", "out_of_authority_s"], rows, csv_head(base, seconds=SECONDS), found)

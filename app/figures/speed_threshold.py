@@ -4,7 +4,7 @@ from typing import Final
 
 import numpy as np
 
-from app.figures.drawn_figure import Drawn, Plan, shown
+from app.figures.drawn_figure import Drawn, Plan, csv_head
 from app.figures.fig5_hold import approach
 from app.figures.figure_style import COLOURS, DASHES, sheet
 from scenes.headless import Run
@@ -86,4 +86,4 @@ def draw(plan: Plan) -> Drawn:
     ]
     assert np.isfinite([row[4] for row in rows]).all()
     columns = ["w_added", "pace", "w_max", "v_over_w", "d_min", "share_below"]
-    return Drawn(figure, columns, rows, shown(base), [sentence for sentence in found if sentence])
+    return Drawn(figure, columns, rows, csv_head(base), [sentence for sentence in found if sentence])

@@ -28,7 +28,7 @@ NO_PROXY: Final = N_(
 )
 
 
-def inline_html(server: NotebookRun, height: int) -> str:
+def cell_html(server: NotebookRun, height: int) -> str:
     """Return the output of a cell. `height`: of the page [px]."""
     place = f"duet-{secrets.token_hex(8)}"
     texts = {language: {"ended": words_of(language)(ENDED), "noProxy": words_of(language)(NO_PROXY)} for language in LANGUAGES}
@@ -78,7 +78,7 @@ def show(height: int = HEIGHT, lesson: int | str | None = None, step: int = 1, *
         _running.change(**settings)
     if lesson is not None:
         _running.open_lesson(lesson, step)
-    display(HTML(inline_html(_running, height)))
+    display(HTML(cell_html(_running, height)))
     return _running
 
 

@@ -30,7 +30,7 @@ class HubService(StandaloneProxyServer):
         return Authenticated, arguments
 
 
-def serve(options: Sequence[str]) -> None:
+def serve_hub(options: Sequence[str]) -> None:
     """Serve until the hub ends the process. `options`: of `lwr-duet serve`."""
     service = HubService(name="duet", **proxied(options))
     service.initialize([])
@@ -38,4 +38,4 @@ def serve(options: Sequence[str]) -> None:
 
 
 if __name__ == "__main__":
-    serve(sys.argv[1:])
+    serve_hub(sys.argv[1:])

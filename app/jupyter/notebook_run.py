@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from app.classroom.lecture import LectureHost
 from app.hosting.serve_options import ServeOptions
 from app.hosting.teacher_key import is_teacher
-from app.recording.outcome import columns_of
+from app.recording.outcome import history_columns
 from app.session.actions import Action
 from app.session.session import Session
 from app.settings import Settings
@@ -152,7 +152,7 @@ class NotebookRun:
         def read(session: Session) -> tuple[tuple[str, ...], Array]:
             simulation = session.simulation
             newest = None if seconds is None else max(round(seconds / simulation.settings.dt), 0)
-            return columns_of(simulation), simulation.history.table(newest)
+            return history_columns(simulation), simulation.history.table(newest)
 
         names, table = self._ask(read)
         return dict(zip(names, table.T, strict=True))

@@ -17,7 +17,7 @@ from app.figures.figure_style import COLOURS, MARKERS, SERIES, STYLE, sheet
 from app.league.entrants import Entrant
 from app.league.league_files import Played
 from app.league.league_table import COLUMNS, LeagueRow
-from app.text.templates import render
+from app.text.templates import page_of_template
 from app.theme import css_variables
 from scenes.experiments import EXPERIMENTS
 from scenes.laws import DEFAULT_LAW
@@ -42,7 +42,7 @@ def league_page(
 ) -> str:
     """Return the page."""
     pictures = [(title, Markup(_picture(entrants, outcomes, level))) for level, title in LEVELS.items()]
-    return render(
+    return page_of_template(
         "league/league.html",
         language="en",
         title=f"League of laws, edition {EDITION}",

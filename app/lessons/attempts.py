@@ -114,7 +114,7 @@ def attempt_of(verdicts: Sequence[TrialResult]) -> Attempt:
     return Attempt.of(judgements)
 
 
-def examine(law: StandIn, only: Sequence[str] = TESTS) -> Attempt:
+def examine_built_in(law: StandIn, only: Sequence[str] = TESTS) -> Attempt:
     """Return the result of a built-in law. `only`: names of the tests to run."""
     return attempt_of(examine_law(law, only=only))
 

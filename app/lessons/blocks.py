@@ -66,7 +66,7 @@ class Table:
         """Take a text; without a default it must be there."""
         value = self.any(key, default)
         if not isinstance(value, str):
-            raise self.fault(key, f"{key} = {shown(value)} is not a text; write it in quotes.")
+            raise self.fault(key, f"{key} = {quoted_value(value)} is not a text; write it in quotes.")
         if len(value) > most:
             raise self.fault(key, f"{key} is too long; use at most {most} characters.")
         return value
@@ -75,14 +75,14 @@ class Table:
         """Take one of a few words."""
         value, choices = self.text(key, default), tuple(choices)
         if value not in choices:
-            raise self.fault(key, f"{key} = {shown(value)} is not possible; choose from {', '.join(choices)}.")
+            raise self.fault(key, f"{key} = {quoted_value(value)} is not possible; choose from {', '.join(choices)}.")
         return value
 
     def number(self, key: str, default: float = NEEDED, low: float = -LARGEST, high: float = LARGEST) -> float:
         """Take a number within bounds."""
         value = self.any(key, default)
-        if not is_number(value) or not low <= value <= high:
-            raise self.fault(key, f"{key} = {shown(value)} is not possible; give a number from {low:g} to {high:g}.")
+        if not is_toml_number(value) or not low <= value <= high:
+            raise self.fault(key, f"{key} = {quoted_value(value)} is not possible; give a number from {low:g} to {high:g}.")
         return float(value)
 
     def whole(self, key: str, default: int = NEEDED, low: int = 0, high: int = 1000) -> int:
@@ -96,14 +96,14 @@ class Table:
         """Take true or false; false if it is not there."""
         value = self.any(key, False)
         if not isinstance(value, bool):
-            raise self.fault(key, f"{key} = {shown(value)} is neither true nor false.")
+            raise self.fault(key, f"{key} = {quoted_value(value)} is neither true nor false.")
         return value
 
     def numbers(self, key: str, count: int | None = None) -> tuple[float, ...]:
         """Take a list of finite numbers, of a certain length if that is given."""
         value = self.any(key, ())
-        if not isinstance(value, (list, tuple)) or not all(is_number(x) and abs(x) <= LARGEST for x in value):
-            raise self.fault(key, f"{key} = {shown(value)} is not a list of numbers; write it like [0.0, 1.0, 0.0].")
+        if not isinstance(value, (list, tuple)) or not all(is_toml_number(x) and abs(x) <= LARGEST for x in value):
+            raise self.fault(key, f"{key} = {quoted_value(value)} is not a list of numbers; write it like [0.0, 1.0, 0.0].")
         if count is not None and len(value) != count:
             raise self.fault(key, f"{key} has {len(value)} numbers; give {count}.")
         return tuple(float(x) for x in value)
@@ -114,10 +114,10 @@ class Table:
         if isinstance(value, str):
             value = [value]
         if not isinstance(value, (list, tuple)) or not all(isinstance(x, str) for x in value):
-            raise self.fault(key, f'{key} = {shown(value)} is not a list of words; write it like ["a", "b"].')
+            raise self.fault(key, f'{key} = {quoted_value(value)} is not a list of words; write it like ["a", "b"].')
         for word in value:
             if word not in choices:
-                raise self.fault(key, f"{key}: there is no {shown(word)}; choose from {', '.join(choices)}.")
+                raise self.fault(key, f"{key}: there is no {quoted_value(word)}; choose from {', '.join(choices)}.")
         if len(set(value)) < len(value):
             raise self.fault(key, f"{key} names something twice; name each once.")
         if len(value) > most:
@@ -130,14 +130,16 @@ class Table:
             return None
         if not isinstance(value, dict):
             raise self.fault(
-                key, f"{key} = {shown(value)} is not a table; write it like {key} = {{ … }} or [{self._child(key)}]."
+                key, f"{key} = {quoted_value(value)} is not a table; write it like {key} = {{ … }} or [{self._child(key)}]."
             )
         return self._sub(key, value, 0)
 
     def tables(self, key: str) -> "list[Table]":
         value = self.any(key, ())
         if isinstance(value, dict) or not isinstance(value, (list, tuple)) or not all(isinstance(x, dict) for x in value):
-            raise self.fault(key, f"{key} = {shown(value)} is not a list of tables; begin each with [[{self._child(key)}]].")
+            raise self.fault(
+                key, f"{key} = {quoted_value(value)} is not a list of tables; begin each with [[{self._child(key)}]]."
+            )
         return [self._sub(key, entry, i) for i, entry in enumerate(value)]
 
     def rest(self) -> dict[str, Any]:
@@ -153,7 +155,7 @@ class Table:
         """
         log, where = FaultLog(), f" in {self._path}" if self._path else ""
         known = ", ".join(dict.fromkeys(self._known))
-        log.found += [self.fault(key, f"there is no key {shown(key)}{where}; choose from {known}.") for key in self._data]
+        log.found += [self.fault(key, f"there is no key {quoted_value(key)}{where}; choose from {known}.") for key in self._data]
         log.close()
 
     def checked(self, key: str, check: Callable[[], T]) -> T:
@@ -188,12 +190,12 @@ class Table:
         return Table(data, lines, lines[0][0], path)
 
 
-def is_number(value: object) -> TypeGuard[int | float]:
+def is_toml_number(value: object) -> TypeGuard[int | float]:
     """Return whether a value of TOML is a number that is not nan."""
     return isinstance(value, (int, float)) and not isinstance(value, bool) and not math.isnan(value)
 
 
-def shown(value: object) -> str:
+def quoted_value(value: object) -> str:
     """Return a value as it is quoted in a message."""
     text = repr(value)
     return text if len(text) <= 60 else text[:57] + "…"

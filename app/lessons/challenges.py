@@ -5,13 +5,13 @@ from functools import partial
 from typing import Final
 
 from app.lessons.attempts import TESTS
-from app.lessons.blocks import Table, is_number, shown
+from app.lessons.blocks import Table, is_toml_number, quoted_value
 from app.lessons.lesson import Challenge, Compared, Criterion, Forecast, Measurement, Trial
 from app.lessons.markdown import FaultLog
 from app.lessons.measures.quantity import QUANTITIES, checked_parameters, read_parameters
 from app.lessons.room_places import start_positions
 from app.lessons.runs import Setup
-from app.lessons.setups import read_changes, read_setup, read_start
+from app.lessons.setups import read_changes, read_setup, start_of_table
 from scenes.laws import LAWS
 from scenes.null_motions import has_null_motions
 from scenes.room import room_of
@@ -28,7 +28,7 @@ def read_identity(table: Table, key: str, default: str) -> str:
     """Return the name of a step, a measurement or an inequality."""
     found = table.text(key, default, 40)
     if not IDENTITY.match(found):
-        raise table.fault(key, f"{key} = {shown(found)} is not possible; use small letters, digits and _, a letter first.")
+        raise table.fault(key, f"{key} = {quoted_value(found)} is not possible; use small letters, digits and _, a letter first.")
     return found
 
 
@@ -56,14 +56,14 @@ def read_measurement(table: Table, setup: Setup) -> Measurement:
         )
     parameters = table.checked("name", lambda: checked_parameters(name, given))
     if name == "setting" and given["key"] not in specs():
-        raise table.fault("key", f"There is no setting {shown(given['key'])}; choose from {', '.join(specs())}.")
+        raise table.fault("key", f"There is no setting {quoted_value(given['key'])}; choose from {', '.join(specs())}.")
     table.close()
     return Measurement(id, name, parameters, unit, digits, tuple(compare))
 
 
 def _compared(table: Table, setup: Setup) -> Compared:
     """Return a further run: `start` if it has one of its own; everything else in the table is a setting."""
-    start = read_start(table) if table.has("start") else None
+    start = start_of_table(table) if table.has("start") else None
     compared = Compared(read_changes(table, ""), start)
     if not compared.changes and start is None:
         raise table.fault("compare", "a comparison needs settings that differ, as in compare = [{ dt = 0.01 }].")
@@ -119,7 +119,9 @@ def _criterion(table: Table, setup: Setup) -> Criterion:
         elif isinstance(equals, (int, float)) and spec.is_number:
             low = high = float(equals)
         else:
-            raise table.fault("equals", f"equals = {shown(equals)} is not possible; choose from {', '.join(spec.choices)}.")
+            raise table.fault(
+                "equals", f"equals = {quoted_value(equals)} is not possible; choose from {', '.join(spec.choices)}."
+            )
     if low is None and high is None:
         raise table.fault("name", "the inequality has no bound; add at_least = … or at_most = … in SI units.")
     if low is not None and high is not None and low > high:
@@ -164,7 +166,7 @@ def read_trials(
 def _said(table: Table, value: object, measurements: tuple[Measurement, ...]) -> float | str:
     if isinstance(value, str) and value in [m.id for m in measurements]:
         return value
-    if is_number(value):
+    if is_toml_number(value):
         return float(value)
     ids = ", ".join(m.id for m in measurements) or "none"
-    raise table.fault("forecasts", f"forecasts: {shown(value)} is neither a number nor a measurement of the step ({ids}).")
+    raise table.fault("forecasts", f"forecasts: {quoted_value(value)} is neither a number nor a measurement of the step ({ids}).")

@@ -8,7 +8,7 @@ from typing import Final, Literal
 
 from app.custom_law import template
 from app.lessons import FOLDER
-from app.lessons.attempts import StandIn, examine, stand_in
+from app.lessons.attempts import StandIn, examine_built_in, stand_in
 from app.lessons.bookmark import Phase
 from app.lessons.curve_drawing import ENOUGH, Drawing, flat_line
 from app.lessons.lesson import AT_ONCE, Challenge, Lesson, LessonBook, Question, Step, Trial
@@ -252,7 +252,7 @@ def _untouched(book: LessonBook, lesson: Lesson, number: int) -> str:
     challenge, texts = walk.step.challenge, list[str]()
     assert challenge is not None
     if challenge.custom_law:
-        attempts = [walk.attempt_custom_law(examine(StandIn(template.law)).judgements)]
+        attempts = [walk.attempt_custom_law(examine_built_in(StandIn(template.law)).judgements)]
     else:
         attempts = [walk.attempt(simulated(setup)) for setup in untouched(challenge, walk.step.trials)]
     for attempt in attempts:
@@ -294,7 +294,7 @@ def _attempt(book: LessonBook, lesson: Lesson, number: int, trial: Trial) -> str
 def _tried(walk: Walkthrough, step: Step, trial: Trial) -> tuple[str, ...]:
     """Return by which inequalities a trial fails."""
     if trial.law:
-        attempt = walk.attempt_custom_law(examine(stand_in(trial.law)).judgements)
+        attempt = walk.attempt_custom_law(examine_built_in(stand_in(trial.law)).judgements)
     else:
         attempt = walk.attempt(simulated(trial.setup), said_by(step, trial))
     _ensure(attempt is not None, "the challenge took no attempt")

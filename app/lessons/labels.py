@@ -11,7 +11,7 @@ from app.lessons.lesson import Compared, Measurement
 from app.lessons.measures.quantity import QUANTITIES, shown_parameter
 from app.lessons.question import Choice
 from app.lessons.room_places import Anchor
-from app.lessons.runs import Pairs, Setup, page_value, settings_text, unlike
+from app.lessons.runs import Pairs, Setup, deviations, page_value, settings_text
 from app.settings import Language, Settings
 from controllers.errors import LazyText, NumberText
 from scenes.settings import specs, values
@@ -90,7 +90,7 @@ def contrast_of(asked: Setup, beside: Setup, answer: Choice | None, language: La
     """Return in what a run differs from the step's own. `answer`: the wrong one that it belongs to; None if the student's curve runs."""
     words, run = words_of(language), asked.run
     # The points of a curve are on the board.
-    changes = tuple(change for change in unlike(run, beside.run) if change[0] != "curve")
+    changes = tuple(change for change in deviations(run, beside.run) if change[0] != "curve")
     start = beside.start if beside.start != asked.start else None
     here = compared_text(Compared(changes, start), language) or _done(asked, beside, language)
     before = values(run)

@@ -13,7 +13,7 @@ from app.lessons.labels import compared_text, label_of, label_text
 from app.lessons.lesson import Challenge, Criterion, Forecast, Measurement, Question, Step
 from app.lessons.measures.quantity import Value, measure, moment, shown_value
 from app.lessons.reference_runs import comparisons, drawn, measured, wanted
-from app.lessons.runs import Pairs, Setup, changes_text, settings_text, unlike, value_text
+from app.lessons.runs import Pairs, Setup, changes_text, deviations, settings_text, value_text
 from app.lessons.texts import MeasuredValues
 from app.plots.curve_chart import Curve
 from app.session.shown import Mark
@@ -113,7 +113,7 @@ def observed(step: Step, setup: Setup, evidence: Evidence, time: float) -> StepO
         found.append((value, *comparisons(setup, m, needed), *(None for _ in m.compare[len(needed) :])))
     complete = time >= setup.seconds - 0.5 * evidence.settings.dt and evidence.rows > 0
     curve = true_curve(step.drawing, evidence) if own and step.drawing is not None else ()
-    return StepOutcome(tuple(found), complete, False, unlike(setup.run, evidence.settings), curve)
+    return StepOutcome(tuple(found), complete, False, deviations(setup.run, evidence.settings), curve)
 
 
 def reference(step: Step, setup: Setup) -> StepOutcome:

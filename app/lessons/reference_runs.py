@@ -22,7 +22,7 @@ KEPT_RUNS = 6
 """Whole runs that are kept in memory; of all others only the numbers are."""
 
 
-def begin(simulation: Simulation, setup: Setup) -> None:
+def begin_reference_run(simulation: Simulation, setup: Setup) -> None:
     """Put a simulation, which has the setup's settings, to where the run begins."""
     simulation.reset(start_positions(simulation.room, setup.start))
 
@@ -59,7 +59,7 @@ def simulated(setup: Setup) -> Simulation:
     run = setup.run
     steps = max(1, round(setup.seconds / run.dt))
     simulation = Simulation(run, steps)
-    begin(simulation, setup)
+    begin_reference_run(simulation, setup)
     person = simulation.source() if setup.input.kind == "yours" else person_of(simulation, setup)
     for _ in range(steps):
         simulation.step(person.target(simulation.time))

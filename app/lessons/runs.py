@@ -74,15 +74,15 @@ class Setup:
         return self.settings(Settings()).run
 
     def with_changes(self, changes: Pairs) -> "Setup":
-        return replace(self, changes=merged(self.changes, changes))
+        return replace(self, changes=merged_pairs(self.changes, changes))
 
 
-def merged(first: Pairs, then: Pairs) -> Pairs:
+def merged_pairs(first: Pairs, then: Pairs) -> Pairs:
     """Return both; what is in both is as in the second."""
     return tuple((dict(first) | dict(then)).items())
 
 
-def unlike(asked: RunSettings, had: RunSettings) -> Pairs:
+def deviations(asked: RunSettings, had: RunSettings) -> Pairs:
     """Return the settings of a run, by key, that differ from those asked for; a lever is there to be moved."""
     before, after = values(asked), values(had)
     return tuple((key, value) for key, value in after.items() if before[key] != value and key != "lever")

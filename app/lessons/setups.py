@@ -4,10 +4,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final, cast, get_args
 
-from app.lessons.blocks import NEEDED, Table, is_number, shown
+from app.lessons.blocks import NEEDED, Table, is_toml_number, quoted_value
 from app.lessons.markdown import Fault, FaultLog
 from app.lessons.room_places import Anchor, RoomPlace, Start, ball_centre, start_positions
-from app.lessons.runs import AUTOPILOT, LONGEST, Input, Pairs, Setup, merged
+from app.lessons.runs import AUTOPILOT, LONGEST, Input, Pairs, Setup, merged_pairs
 from app.lessons.scripts import checked_script
 from app.settings import Settings
 from controllers.errors import BadInputFile, BadSetting
@@ -39,8 +39,8 @@ def read_changes(table: Table, key: str = "settings") -> Pairs:
         return ()
     found, settings, log = [], Settings(), FaultLog()
     for name, value in given.rest().items():
-        if not isinstance(value, (str, bool)) and not is_number(value):
-            log.found.append(given.fault(name, f"{name} = {shown(value)} is not a value of a setting."))
+        if not isinstance(value, (str, bool)) and not is_toml_number(value):
+            log.found.append(given.fault(name, f"{name} = {quoted_value(value)} is not a value of a setting."))
             continue
         settings = log.take(partial(given.checked, name, partial(changed, settings, name, value)), settings)
         found.append((name, value))
@@ -60,11 +60,11 @@ def read_setup(table: Table, folder: Path, changes: Pairs, base: Setup | None = 
         Fault: something is not possible.
     """
     line = "settings" if table.has("settings") else "seconds"
-    changes = merged(changes, read_changes(table))
+    changes = merged_pairs(changes, read_changes(table))
     seconds = table.number("seconds", base.seconds if base else USUAL, SHORTEST, LONGEST)
     setup = Setup(changes, AUTOPILOT, None, seconds, folder)
     table.checked(line, lambda: room_of(setup.run))
-    start = read_start(table) if table.has("start") else base.start if base else None
+    start = start_of_table(table) if table.has("start") else base.start if base else None
     given = read_input(table, setup) if table.has("input") else base.input if base else AUTOPILOT
     setup = Setup(changes, given, start, seconds, folder)
     table.checked("start" if start else line, lambda: start_positions(room_of(setup.run), start))
@@ -73,7 +73,7 @@ def read_setup(table: Table, folder: Path, changes: Pairs, base: Setup | None = 
     return setup
 
 
-def read_start(table: Table) -> Start | None:
+def start_of_table(table: Table) -> Start | None:
     """Return how the run begins."""
     given = table.table("start")
     if given is None:
@@ -91,10 +91,10 @@ def _place(table: Table) -> RoomPlace:
     toward: Any = table.any("toward")
     if toward == "upper_arm":
         direction: Any = toward
-    elif isinstance(toward, list) and len(toward) == 3 and all(is_number(x) and abs(x) < 1e6 for x in toward):
+    elif isinstance(toward, list) and len(toward) == 3 and all(is_toml_number(x) and abs(x) < 1e6 for x in toward):
         direction = (float(toward[0]), float(toward[1]), float(toward[2]))
     else:
-        raise table.fault("toward", f'toward = {shown(toward)} is not a direction; write [0.0, 1.0, 0.0], or "upper_arm".')
+        raise table.fault("toward", f'toward = {quoted_value(toward)} is not a direction; write [0.0, 1.0, 0.0], or "upper_arm".')
     table.close()
     return RoomPlace(origin, direction, gap, tilt)
 
@@ -108,17 +108,17 @@ def read_input(table: Table, setup: Setup) -> Input:
         if value in PLAIN:
             return Input(cast(Any, value))
         remedy = f"choose from {', '.join(PLAIN)}, or {{ script = … }}."
-        raise table.fault("input", f"input = {shown(value)} is not possible; {remedy}")
+        raise table.fault("input", f"input = {quoted_value(value)} is not possible; {remedy}")
     if not isinstance(value, dict):
         remedy = 'write "yours" or { script = "push", speed = 0.2 }.'
-        raise table.fault("input", f"input = {shown(value)} is not possible; {remedy}")
+        raise table.fault("input", f"input = {quoted_value(value)} is not possible; {remedy}")
     return _read_input(table, dict(value), setup)
 
 
 def _read_input(table: Table, value: dict[str, Any], setup: Setup) -> Input:
     kinds = [kind for kind in ("script", "file", "kept") if kind in value]
     if len(kinds) != 1 or not isinstance(value[kinds[0]], str):
-        raise table.fault("input", f"input = {shown(value)} must name one of script, file and kept.")
+        raise table.fault("input", f"input = {quoted_value(value)} must name one of script, file and kept.")
     kind, name = kinds[0], str(value.pop(kinds[0]))
     if kind == "script":
         return Input("script", name, table.checked("input", lambda: _script(name, value, setup)))

@@ -132,7 +132,7 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
         because=done.because,
         drawing=drawn_curves(at),
         locked=at.phase is Phase.PREDICT and not done.predicted,
-        verdict=verdict(at),
+        verdict=answer_verdict(at),
         outcome=outcome.lines(step, language) if outcome else (),
         why_outcome=done.why.lines(step, language) if outcome and done.why else (),
         why=has_why(at),
@@ -191,7 +191,7 @@ def drawn_curves(at: StepPosition) -> DrawnCurves | None:
     return DrawnCurves(done.drawing, truth, judge_drawing(drawing, done.drawing, truth, at.lesson.language))
 
 
-def verdict(at: StepPosition) -> AnswerVerdict | None:
+def answer_verdict(at: StepPosition) -> AnswerVerdict | None:
     """Return the verdict on the prediction; None before the outcome is known."""
     question, done, language = at.step.question, at.done, at.lesson.language
     if question is None or done.choice is None or done.outcome is None or not knows_outcome(at.phase):

@@ -42,7 +42,7 @@ def map_html(points: tuple[TradeOff, ...], size: float, run: RunSettings, height
         if row:
             last = row[-1]
             chart.mark(last.d_min, last.e2_max**0.5, "name faint", f"n = {order:g}")
-    here = place_of(points, run)
+    here = place_on_map(points, run)
     if here is not None:
         chart.mark(*here, "dot lam")
     low, high = TRADE_OFF_VELOCITIES[0], TRADE_OFF_VELOCITIES[-1]
@@ -54,7 +54,7 @@ def map_html(points: tuple[TradeOff, ...], size: float, run: RunSettings, height
     return macros("plots/charts.html").below(chart.html(height - 16), words, size)
 
 
-def place_of(points: tuple[TradeOff, ...], run: RunSettings) -> tuple[float, float] | None:
+def place_on_map(points: tuple[TradeOff, ...], run: RunSettings) -> tuple[float, float] | None:
     """Return d_min and the largest |e| [m] of the present n and v, between the points of the map; None while it is not complete."""
     if len(points) < len(TRADE_OFF_ORDERS) * len(TRADE_OFF_VELOCITIES):
         return None

@@ -106,7 +106,7 @@ class Comparison:
         return self.steps_then == self.steps_now and (self.largest is None or self.largest.by <= CLOSE)
 
 
-def columns_of(simulation: Simulation) -> tuple[str, ...]:
+def history_columns(simulation: Simulation) -> tuple[str, ...]:
     """Return the names of the columns of a history table: `scenes.history.SCALARS`, then "left_q1" …, "left_dq1" …, "left_qd1" …"""
     names = simulation.room.columns
     return (*SCALARS, *(name.format(kind) for kind in ("q", "dq", "qd") for name in names))
@@ -124,7 +124,7 @@ def outcome_of(table: Array, columns: tuple[str, ...]) -> RunOutcome:
     return RunOutcome(columns, hashlib.sha256(table.tobytes()).hexdigest(), _hashes(table), places, table[places])
 
 
-def compare(outcome: RunOutcome, table: Array, columns: tuple[str, ...]) -> Comparison:
+def compare_run(outcome: RunOutcome, table: Array, columns: tuple[str, ...]) -> Comparison:
     """Return how a run made again, (steps ≥ 1, columns), differs from what came out then."""
     table = _plain(table)
     steps = len(table)

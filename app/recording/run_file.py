@@ -75,7 +75,7 @@ def made_from(data: object) -> dict[str, str]:
     return {key: str(data[key])[:LONGEST_ENTRY] for key in NAMES if isinstance(data.get(key), str)}
 
 
-def unlike(then: dict[str, str], now: dict[str, str]) -> tuple[LazyText, ...]:
+def changed_versions(then: dict[str, str], now: dict[str, str]) -> tuple[LazyText, ...]:
     """Return "numpy 2.3.1 then, 2.4.0 now" for everything that is not the same."""
     return tuple(
         LazyText("{name} {then} then, {now} now", name=name, then=then.get(key, _UNKNOWN), now=now.get(key, _UNKNOWN))
@@ -148,7 +148,7 @@ def saved_bytes(recorded: Recorded, last: bytes | None = None, stopped: Callable
     table = rerun(recorded, stopped=stopped).table
     if last is not None and table[-1].tobytes() != last:
         raise BadSetting("Computed again, this run comes out differently, so it was not saved. Restart it with R.")
-    outcome = outcomes.outcome_of(table, outcomes.columns_of(Simulation(recorded.settings, 1)))
+    outcome = outcomes.outcome_of(table, outcomes.history_columns(Simulation(recorded.settings, 1)))
     made = np.frombuffer(json.dumps(made_here()).encode(), np.uint8)
     out = io.BytesIO(recorded_bytes(recorded))
     with zipfile.ZipFile(out, "a", zipfile.ZIP_DEFLATED) as archive:
@@ -206,8 +206,8 @@ def verify(saved: SavedRun, stopped: Callable[[], bool] = never) -> Verification
     """
     simulation = Simulation(saved.recorded.settings, 1)
     table = rerun(saved.recorded, stopped=stopped).table
-    comparison = outcomes.compare(saved.outcome, table, outcomes.columns_of(simulation))
-    changes = unlike(saved.made, made_here())
+    comparison = outcomes.compare_run(saved.outcome, table, outcomes.history_columns(simulation))
+    changes = changed_versions(saved.made, made_here())
     verdict: Agreement = "exact" if comparison.exact else "close" if comparison.close else "differs"
     law, words = saved.recorded.law, _words(verdict, comparison, changes, simulation.error_unit)
     if law is not None:

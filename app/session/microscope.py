@@ -12,7 +12,7 @@ from controllers.kinematics import Array
 from scenes.history import COLUMN, History
 from scenes.inputs import Recorded
 from scenes.simulation import Simulation
-from scenes.smoothness import AROUND, avoiding_rates, finer_rows, largest_jump, rows_around
+from scenes.smoothness import AROUND, avoiding_rates, finer_rows, rows_around, time_of_largest_jump
 
 Signal = Literal["d", "lambda", "dq", "e"]
 
@@ -111,7 +111,7 @@ class Microscope:
         time = self._time
         if time is None:
             newest = history.table(round(WINDOW / dt))
-            time = largest_jump(newest[:, COLUMN["t"]], avoiding_rates(simulation, newest), dt)
+            time = time_of_largest_jump(newest[:, COLUMN["t"]], avoiding_rates(simulation, newest), dt)
         # The times ascend.
         place = min(int(np.searchsorted(times, time)), len(times) - 1)
         place -= place > 0 and time - times[place - 1] < times[place] - time

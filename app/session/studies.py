@@ -13,7 +13,7 @@ from scenes.inputs import CHAPTER, InputsLog, Recorded
 from scenes.rerun import WHAT_IF_KEYS, WhatIf, warm, what_if
 from scenes.settings import RunSettings, values
 from scenes.simulation import Simulation
-from scenes.smoothness import SUBSTEPS, StepStudy, largest_step, unmeasured
+from scenes.smoothness import SUBSTEPS, StepStudy, largest_velocity_step, unmeasured
 
 REST: Final = 0.1
 """A slider that has not moved for so long rests [s of wall time]."""
@@ -159,7 +159,7 @@ class Studies:
         for place, substeps in enumerate(SUBSTEPS):
             for who, (recorded, run) in known.items():
                 kind = f"smoothness {who} {substeps}"
-                self._jobs.submit(kind, partial(self._take_measure, who, place), largest_step, recorded, run, substeps)
+                self._jobs.submit(kind, partial(self._take_measure, who, place), largest_velocity_step, recorded, run, substeps)
 
     def _take_measure(self, who: Who, place: int, step: float) -> None:
         if self.smoothness is not None:

@@ -12,7 +12,7 @@ from controllers.kinematics import Array
 from scenes.files import written
 from scenes.setting_spec import Spec
 from scenes.settings import RunSettings, specs, values
-from scenes.sweep import FIGURES, Axis, Grid, SweepFigures, is_number
+from scenes.sweep import FIGURES, Axis, Grid, SweepFigures, is_scale
 
 MOST_PANELS: Final = 12
 MOST_LINES: Final = 8
@@ -66,9 +66,9 @@ class _Plan:
 
     def __init__(self, grid: Grid, rows: Mapping[int, SweepFigures]) -> None:
         self.grid, self.specs = grid, specs(RunSettings)
-        order = sorted(grid.axes, key=lambda axis: not is_number(axis))
+        order = sorted(grid.axes, key=lambda axis: not is_scale(axis))
         self.x, *others = order
-        self.y = others.pop(0) if others and is_number(others[0]) else None
+        self.y = others.pop(0) if others and is_scale(others[0]) else None
         self.series = others.pop(0) if self.y is None and others and len(others[0].values) <= MOST_LINES else None
         self.beside = others
         self.panels = list(product(*(range(len(axis.values)) for axis in others)))
@@ -127,7 +127,7 @@ class _Plan:
 
     def places(self, axis: Axis) -> Array:
         """Return where an axis's values are drawn (k,): to scale in the page's unit, or one after the other."""
-        if not is_number(axis):
+        if not is_scale(axis):
             return np.arange(len(axis.values), dtype=float)
         return np.array(axis.values, float) * self.spec(axis).page_scale
 
@@ -220,7 +220,7 @@ def _scale(plan: _Plan, name: str) -> tuple[Any, str]:
 
 def _ticks(plan: _Plan, axis: Axis, scale: Any) -> None:
     places = plan.places(axis)
-    if not is_number(axis):
+    if not is_scale(axis):
         scale.set_ticks(places, [plan.shown(axis, i) for i in range(len(places))])
     elif len(places) <= 10:
         scale.set_ticks(places, [f"{place:g}" for place in places])
@@ -236,13 +236,13 @@ def _draw_lines(plan: _Plan, name: str, figure: Any, used: list[Any]) -> None:
             style = {
                 "color": _COLOURS[i % len(_COLOURS)],
                 "marker": _MARKERS[i % len(_MARKERS)],
-                "linestyle": _DASHES[i % len(_DASHES)] if is_number(plan.x) else "none",
+                "linestyle": _DASHES[i % len(_DASHES)] if is_scale(plan.x) else "none",
             }
             ax.plot(x, line, markersize=5, label=label, **style)
         if name == "d_min":
             critical = plan.part(plan.critical, panel)[0] * 1000.0
             ax.plot(x, critical, color="black", linewidth=1.0, linestyle=(0, (1, 1)), label="$d_m$")
-        if not is_number(plan.x):
+        if not is_scale(plan.x):
             ax.margins(x=0.15)
         ax.grid(color=_LIGHT.edge, linewidth=0.6)
     if plan.series or name == "d_min":

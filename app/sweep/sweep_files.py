@@ -26,7 +26,7 @@ def head_of(grid: Grid) -> tuple[str, ...]:
     return (*fixed, f"seconds = {grid.seconds!r}", *swept)
 
 
-def columns_of(grid: Grid) -> tuple[str, ...]:
+def sweep_columns(grid: Grid) -> tuple[str, ...]:
     """Return the table's columns: the swept keys, then the figures."""
     return (*(axis.key for axis in grid.axes), *FIGURES)
 
@@ -93,7 +93,7 @@ class SweepFiles:
 
     def _write_csv(self, path: Path, rows: Rows) -> None:
         lines = [f"# {line}\n" for line in head_of(self.grid)]
-        lines.append(",".join(columns_of(self.grid)) + "\n")
+        lines.append(",".join(sweep_columns(self.grid)) + "\n")
         lines += [self._line(index, rows[index]) for index in sorted(rows)]
         with written(path, "out") as new:
             new.write_text("".join(lines), encoding="utf-8", newline="\n")
@@ -101,7 +101,7 @@ class SweepFiles:
     def _write_parquet(self, path: Path, rows: Rows) -> None:
         pa, pq = _pyarrow()
         table = [(*self._points[index], *rows[index]) for index in sorted(rows)]
-        columns = dict(zip(columns_of(self.grid), map(list, zip(*table, strict=True)), strict=True))
+        columns = dict(zip(sweep_columns(self.grid), map(list, zip(*table, strict=True)), strict=True))
         with written(path, "out") as new:
             pq.write_table(pa.table(columns).replace_schema_metadata({_HEAD: "\n".join(head_of(self.grid)).encode()}), new)
 

@@ -11,7 +11,7 @@ from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_
 from app.settings import Language
 from app.text.lesson_text import markdown_reader
-from app.text.templates import render
+from app.text.templates import page_of_template
 from app.theme import css_variables, symbol_rules
 
 FOLDER: Final = Path(__file__).parents[1]
@@ -51,7 +51,7 @@ def document_page(name: str, language: Language = "en") -> bytes:
         language: of the reader.
     """
     words = words_of(language)
-    return render(
+    return page_of_template(
         "text/document.html",
         name=name,
         title=words(DOCUMENTS[name][1]),

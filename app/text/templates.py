@@ -58,7 +58,7 @@ def macros(file: str) -> Any:
     return _environment().get_template(file).module
 
 
-def render(file: str, **values: object) -> str:
+def page_of_template(file: str, **values: object) -> str:
     """Return a page: a template with its values.
 
     Raises:

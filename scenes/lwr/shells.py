@@ -20,7 +20,7 @@ import numpy as np
 from scenes import glb, surfaces
 from scenes.glb import Material
 from scenes.lwr import facts
-from scenes.surfaces import Array, join, moved, revolve, rounded, smooth_max, smooth_min, swollen, thinned
+from scenes.surfaces import Array, join, moved, revolve, rounded, smooth_max, smooth_min, swollen, thinned_mesh
 
 if TYPE_CHECKING:
     import trimesh
@@ -283,7 +283,7 @@ def _coarse(name: str, part: trimesh.Trimesh) -> trimesh.Trimesh:
     if name in RAISED:
         # Where both have few triangles, a ring would dive in and out of the shell that it lies on.
         return swollen(part, PROUD)
-    return thinned(part, COARSE_SHARE) if name == "body" else part
+    return thinned_mesh(part, COARSE_SHARE) if name == "body" else part
 
 
 @functools.cache
@@ -292,7 +292,7 @@ def link_glbs(palette: str, coarse: bool = False) -> tuple[bytes, ...]:
     palette_named(palette)
     key = glb.source_key([__file__, glb.__file__, surfaces.__file__, facts.__file__], palette, coarse)
     return glb.cached(
-        f"lwr-{palette}-{coarse:d}", key, lambda: tuple(packed(parts, palette, coarse) for parts in link_meshes(coarse))
+        f"lwr-{palette}-{coarse:d}", key, lambda: tuple(packed_glb(parts, palette, coarse) for parts in link_meshes(coarse))
     )
 
 
@@ -303,7 +303,7 @@ def palette_named(name: str) -> glb.GlbPalette:
     return PALETTES[name]
 
 
-def packed(parts: Parts, palette: str, coarse: bool) -> bytes:
+def packed_glb(parts: Parts, palette: str, coarse: bool) -> bytes:
     materials = PALETTES[palette]
     if palette not in SEEN_THROUGH:
         return (glb.merged_glb if coarse else glb.glb)(parts, materials)

@@ -126,7 +126,7 @@ def _human_urdf() -> Path:
 
 def _build() -> tuple[bytes, ...]:
     meshes = person_meshes()
-    return tuple(glb.glb({name: surfaces.thinned(meshes[name], SHARE)}, {name: MATERIAL}) for name in ("body", *_CUTS))
+    return tuple(glb.glb({name: surfaces.thinned_mesh(meshes[name], SHARE)}, {name: MATERIAL}) for name in ("body", *_CUTS))
 
 
 def person_meshes() -> dict[str, "trimesh.Trimesh"]:

@@ -107,13 +107,13 @@ def robot_glbs(name: str, palette: str, coarse: bool = False) -> tuple[bytes, ..
     key = glb.source_key(sources, importlib.metadata.version(PACKAGE), palette, coarse)
 
     def build() -> tuple[bytes, ...]:
-        return tuple(shells.packed(parts, palette, coarse) for parts in link_meshes(name, coarse))
+        return tuple(shells.packed_glb(parts, palette, coarse) for parts in robot_link_meshes(name, coarse))
 
     return glb.cached(f"{name}-{palette}-{coarse:d}", key, build)
 
 
 @functools.cache
-def link_meshes(name: str, coarse: bool = False) -> tuple[Parts, ...]:
+def robot_link_meshes(name: str, coarse: bool = False) -> tuple[Parts, ...]:
     """Base and links of a robot that is not the LWR: material name → mesh in the joint's frame [m]. Shared: do not change them.
 
     Raises:

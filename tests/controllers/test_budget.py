@@ -72,7 +72,7 @@ def test_the_threshold_is_the_obstacles_speed(dm: float, n: float, v: float, u: 
     at_threshold = rate_at(dm, dm, n, v, u, w)
     assert at_threshold == pytest.approx(v - w, abs=1e-12)
     assert budget.holds_distance(v, w) is (w <= v)
-    assert budget.loss_rate(v, w) == pytest.approx(max(0.0, -at_threshold), abs=1e-12)
+    assert budget.distance_loss_rate(v, w) == pytest.approx(max(0.0, -at_threshold), abs=1e-12)
 
 
 @given(CRITICAL, ORDERS, NOMINAL, PULL, st.floats(-1.0, 1.0), st.floats(1e-6, 1.0))

@@ -17,10 +17,10 @@ from controllers.errors import BadSetting
 from scenes.headless import summarise
 from scenes.inputs import InputsLog, Recorded
 from scenes.laws import LAWS
-from scenes.rerun import LOOK, WHAT_IF_KEYS, Stopped, between, newest_piece, newest_steps, rerun, warm, what_if
+from scenes.rerun import LOOK, WHAT_IF_KEYS, Stopped, newest_piece, newest_steps, rerun, target_between, warm, what_if
 from scenes.settings import RunSettings, specs, values
 from scenes.simulation import Simulation
-from scenes.smoothness import SUBSTEPS, StepStudy, StepTrend, largest_step, unmeasured
+from scenes.smoothness import SUBSTEPS, StepStudy, StepTrend, largest_velocity_step, unmeasured
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, LinkTarget, Target
 from tests.scenes.helpers import SCENES, column, given_settings, recorded_run, scene_settings
 
@@ -165,12 +165,12 @@ def test_seams_and_kinds() -> None:
         *(JointTarget(np.zeros(7)), BallTarget(np.zeros(3)), AnglesTarget(None), AnglesTarget(np.zeros((2, 4)))),
     ]
     for first, second in permutations(kinds, 2):
-        assert between(first, second, 0.5) is first
-    assert between(AnglesTarget(None), AnglesTarget(None), 0.5) == AnglesTarget(None)
+        assert target_between(first, second, 0.5) is first
+    assert target_between(AnglesTarget(None), AnglesTarget(None), 0.5) == AnglesTarget(None)
     # A jump of the settings is not held against the law.
     changes = {share: {"dm": 0.15 + 0.05 * (i % 2)} for i, share in enumerate((0.75, 0.8, 0.9))}
     simulation, recorded = recorded_run(RunSettings(), 6.0, 2.0, changes)
-    assert rerun(recorded).summary.dq_step_max > 20.0 * largest_step(recorded, simulation.settings, 1)
+    assert rerun(recorded).summary.dq_step_max > 20.0 * largest_velocity_step(recorded, simulation.settings, 1)
 
 
 PLACE = st.lists(st.floats(-2.0, 2.0), min_size=3, max_size=3).map(np.array)
@@ -179,7 +179,7 @@ TURN = st.lists(st.floats(-1.5, 1.5), min_size=3, max_size=3).map(lambda w: pin.
 
 @given(PLACE, PLACE, TURN, TURN, st.floats(0.0, 1.0))
 def test_between_two_poses(a: np.ndarray, b: np.ndarray, A: np.ndarray, B: np.ndarray, share: float) -> None:
-    target = between(HandTarget(a, A, b), HandTarget(b, B, a), share)
+    target = target_between(HandTarget(a, A, b), HandTarget(b, B, a), share)
     assert isinstance(target, HandTarget) and target.rotation is not None and target.elbow is not None
     assert np.allclose(target.position, (1.0 - share) * a + share * b)
     assert np.allclose(target.position + target.elbow, a + b)
@@ -191,15 +191,15 @@ def test_between_two_poses(a: np.ndarray, b: np.ndarray, A: np.ndarray, B: np.nd
 @given(st.floats(0.0, 1.0))
 def test_between_two_of_the_other_kinds(share: float) -> None:
     for kind, shape in ((JointTarget, 3), (BallTarget, 3), (AnglesTarget, (2, 4))):
-        target = between(kind(np.zeros(shape)), kind(np.ones(shape)), share)
+        target = target_between(kind(np.zeros(shape)), kind(np.ones(shape)), share)
         assert isinstance(target, kind) and np.allclose(np.array(target[0]), share)
     first = LinkTarget(4, np.ones(3), np.zeros(3))
-    pulled = between(first, first._replace(position=np.ones(3)), share)
+    pulled = target_between(first, first._replace(position=np.ones(3)), share)
     assert isinstance(pulled, LinkTarget) and (pulled.joint, pulled.offset.tolist()) == (4, [1.0, 1.0, 1.0])
     assert np.allclose(pulled.position, share)
     # Another point, or another link, is taken hold of at once.
-    assert between(first, first._replace(joint=5), share) is first
-    assert between(first, first._replace(offset=np.zeros(3)), share) is first
+    assert target_between(first, first._replace(joint=5), share) is first
+    assert target_between(first, first._replace(offset=np.zeros(3)), share) is first
 
 
 @pytest.mark.parametrize(
@@ -209,7 +209,7 @@ def test_the_paper_is_smooth_over_all_pairs_only_and_a_hard_switch_never(changes
     # Two seconds of the hold scene during which the hand comes near and the closest pair changes.
     _, recorded = recorded_run(RunSettings(), 6.0, 2.0)
     settings = given_settings(**changes)
-    largest = tuple(largest_step(recorded, settings, substeps) for substeps in SUBSTEPS)
+    largest = tuple(largest_velocity_step(recorded, settings, substeps) for substeps in SUBSTEPS)
     measured = replace(unmeasured(recorded, settings), largest=largest)
     assert measured.verdict == verdict, largest
     low, high = (0.4, 0.6) if verdict == "smooth" else (0.95, 1.05)

@@ -19,7 +19,19 @@ from controllers.errors import BadSetting, DuetError
 from scenes.children import ONE_THREAD, computed
 from scenes.headless import run
 from scenes.settings import RunSettings, changed, specs, values
-from scenes.sweep import FIGURES, MOST_POINTS, Axis, Grid, figures, is_number, read_axis, read_grid, run_points, spread, trade_off
+from scenes.sweep import (
+    FIGURES,
+    MOST_POINTS,
+    Axis,
+    Grid,
+    is_scale,
+    read_axis,
+    read_grid,
+    run_points,
+    spread,
+    sweep_figures,
+    trade_off,
+)
 
 USUAL = RunSettings()
 
@@ -37,7 +49,7 @@ USUAL = RunSettings()
 def test_axis(text: str, expected: tuple[object, ...]) -> None:
     axis = read_axis(text, USUAL)
     assert axis.values == expected and list(map(type, axis.values)) == list(map(type, expected))
-    assert is_number(axis) is (type(expected[0]) in (int, float))
+    assert is_scale(axis) is (type(expected[0]) in (int, float))
 
 
 @given(st.floats(0.0, 0.9), st.floats(0.01, 0.1), st.integers(2, 40))
@@ -92,7 +104,7 @@ def test_grids_and_their_figures() -> None:
     assert grid.fixed() == {key: value for key, value in at.items() if key not in ("n", "pairs", "v")}
     settings = changed(changed(USUAL, "n", 3.0), "pairs", "single")
     summary = run(settings, 8.0).summary
-    assert figures(settings, 8.0) == tuple(getattr(summary, name) for name in FIGURES)
+    assert sweep_figures(settings, 8.0) == tuple(getattr(summary, name) for name in FIGURES)
     assert "step_us_median" not in FIGURES and summary.e2_max > 0.0
     grid = Grid(USUAL, (Axis("v", (0.1, 0.2)),), 0.01)
     assert [index for index, _ in run_points(grid, [0, 1])] == [0, 1]

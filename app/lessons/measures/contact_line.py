@@ -136,4 +136,4 @@ def loss_formula(evidence: Evidence) -> Value:
     row = _fall(evidence)
     if row is None:
         return None
-    return budget.loss_rate(evidence.settings.law.nominal_velocity, float(evidence.column("w_law")[row]))
+    return budget.distance_loss_rate(evidence.settings.law.nominal_velocity, float(evidence.column("w_law")[row]))

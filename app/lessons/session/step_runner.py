@@ -12,7 +12,7 @@ from app.lessons.attempts import attempt_of
 from app.lessons.bookmark import Phase
 from app.lessons.lesson import Setup, Step
 from app.lessons.outcomes import reference
-from app.lessons.reference_runs import begin as begin_run
+from app.lessons.reference_runs import begin_reference_run as begin_run
 from app.lessons.reference_runs import measured, person_of, wanted
 from app.lessons.runs import LONGEST
 from app.lessons.walkthrough import Walkthrough
@@ -105,7 +105,7 @@ def asks_for_custom_law(walk: Walkthrough) -> bool:
     return walk.phase is Phase.CHALLENGE and challenge is not None and challenge.custom_law
 
 
-def begin(session: Session, walk: Walkthrough) -> None:
+def begin_step_run(session: Session, walk: Walkthrough) -> None:
     """Begin the present run of a walkthrough in a session that has its settings: from its start, with its target source."""
     session.let_custom_law_run(asks_for_custom_law(walk))
     session.reset()
@@ -161,7 +161,7 @@ class StepRunner:
         self._further.prepare(walk.lesson.id, walk.step, walk.setup if walk.showing else None)
         if not own_settings:
             self.apply(walk.settings(with_look(Settings(), self._session)))
-        begin(self._session, walk)
+        begin_step_run(self._session, walk)
 
     def apply(self, settings: Settings) -> None:
         """Apply settings; a notice names the one that is not possible."""

@@ -7,7 +7,7 @@ from typing import Final
 
 import viser
 
-from app.custom_law.edited_file import MOST, ChangedMeanwhile, Version, read_version, save
+from app.custom_law.edited_file import MOST, ChangedMeanwhile, Version, read_version, save_text
 from app.custom_law.examination import ExaminationProgress
 from app.custom_law.trials import TRIALS
 from app.i18n.speaking import N_, tr
@@ -90,7 +90,7 @@ class LawEditor(PagePanel):
         self._number, _, base = head.partition(" ")
         self._said, self._refused = "saved", ""
         try:
-            self._version = save(self._path, text, base)
+            self._version = save_text(self._path, text, base)
             self._run()
         except ChangedMeanwhile as changed:
             self._said, self._version = "conflict", changed.version

@@ -7,14 +7,14 @@ from typing import Final
 from viser import theme
 
 from app.i18n.speaking import tr
-from app.text.templates import render
+from app.text.templates import page_of_template
 from app.theme import PALETTES
 
 _LIGHT: Final = PALETTES["light"]
 
 
 def _mark(ink: str, motto: str) -> str:
-    svg = render("page/panels/title_bar.svg", ink=ink, motto=motto, brand=_LIGHT.brand, faint=_LIGHT.faint)
+    svg = page_of_template("page/panels/title_bar.svg", ink=ink, motto=motto, brand=_LIGHT.brand, faint=_LIGHT.faint)
     return "data:image/svg+xml;base64," + base64.b64encode(svg.encode()).decode()
 
 

@@ -18,7 +18,7 @@ import pytest
 
 from app.bench import fairness, peers, processes, visitors
 from app.bench.fairness import LEAST_FRAMES, LONGEST_GAP, measure_fairness
-from app.bench.measurements import compare, measure_capacity, printed
+from app.bench.measurements import measure_capacity, printed, ratio_table
 from app.bench.peer_method import Baked, bake
 from app.bench.peer_ours import Ours
 from app.bench.peers import PACKAGES, gate, measure_peers, needs_peers, peers_table
@@ -61,7 +61,7 @@ def test_what_limits_is_said_below_the_table(capsys: pytest.CaptureFixture[str])
     result = printed(iter(figures.items()))
     assert capsys.readouterr().out.splitlines()[2:] == [f"{'many':36s} {said}"]
     twice = {"figures": {"many": {name: 2.0 * value for name, value in figures["many"].items()}}}
-    assert compare(twice, result).count("2.00x") == 6
+    assert ratio_table(twice, result).count("2.00x") == 6
 
 
 def test_a_row_is_printed_before_the_next_one_is_measured(capsys: pytest.CaptureFixture[str]) -> None:

@@ -19,7 +19,7 @@ import pinocchio as pin
 import pytest
 
 from app.cli.main import COMMANDS, main
-from app.cli.options import PLACES, AllOptions, RunOptions, chosen
+from app.cli.options import PLACES, AllOptions, RunOptions, settings_of_options
 from app.cli.serve import Serve
 from app.cli.sweep import cores
 from app.hosting.serve_options import ServeOptions
@@ -181,7 +181,7 @@ def test_no_command_means_serve(monkeypatch: pytest.MonkeyPatch, arguments: list
     assert command.watchers == 200
     assert command.port == (9000 if "9000" in arguments else 8080)
     assert command.open is ("--no-open" not in arguments)
-    assert values(chosen(command.settings, Settings()))["rig"] == ("table" if "table" in arguments else "torso")
+    assert values(settings_of_options(command.settings, Settings()))["rig"] == ("table" if "table" in arguments else "torso")
 
 
 def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
@@ -283,7 +283,10 @@ def test_the_command_line_loads_no_heavy_library() -> None:
 def test_every_setting_is_an_option_and_a_key_of_a_link_and_both_read_a_text_alike() -> None:
     assert list(AllOptions.__dataclass_fields__) == [*specs(Settings), *PLACES]
     assert list(RunOptions.__dataclass_fields__) == [*specs(RunSettings), *PLACES]
-    assert chosen(AllOptions(), Settings()) == Settings() and chosen(RunOptions(), RunSettings()) == RunSettings()
+    assert (
+        settings_of_options(AllOptions(), Settings()) == Settings()
+        and settings_of_options(RunOptions(), RunSettings()) == RunSettings()
+    )
     for key, spec in specs(Settings).items():
         present = values(Settings())[key]
         if spec.choices:
@@ -295,7 +298,7 @@ def test_every_setting_is_an_option_and_a_key_of_a_link_and_both_read_a_text_ali
             text = f"{other:g}"
         from_link, problems = from_query({key: text}, Settings())
         option: Any = text == "1" if isinstance(present, bool) else text
-        from_option = chosen(AllOptions(**{key: option}), Settings())
+        from_option = settings_of_options(AllOptions(**{key: option}), Settings())
         assert problems == () and from_link == from_option, key
         assert values(from_link)[key] != present or len(spec.choices) == 1, key
 

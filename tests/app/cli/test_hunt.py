@@ -10,7 +10,7 @@ import pytest
 from app.cli.main import main
 from scenes import random_runs
 from scenes.promise import Condition, missing
-from scenes.random_runs import RandomRun, RunVerdict, explained, random_run, verdict
+from scenes.random_runs import RandomRun, RunVerdict, explained, random_run, run_verdict
 from scenes.room import World, room_of
 from scenes.settings import RunSettings
 from tests.scenes.helpers import given_settings
@@ -47,13 +47,13 @@ def test_the_runs_are_drawn_from_everything() -> None:
 def test_a_promise_that_a_smaller_step_does_not_mend_is_a_fault(monkeypatch: pytest.MonkeyPatch) -> None:
     """Between two pairs, where the condition is not known that explains it."""
     monkeypatch.setattr(random_runs, "random_run", lambda seed, index: RandomRun(BETWEEN, None))
-    assert verdict(1, 0, 6.0).faults == ()
+    assert run_verdict(1, 0, 6.0).faults == ()
 
     def without(settings: RunSettings, table: np.ndarray) -> dict[Condition, np.ndarray]:
         return {condition: steps for condition, steps in missing(settings, table).items() if condition is not Condition.PAIRS}
 
     monkeypatch.setattr("scenes.promise.missing", without)
-    (fault,) = verdict(1, 0, 6.0).faults
+    (fault,) = run_verdict(1, 0, 6.0).faults
     assert fault.startswith("d_law falls below d_m with every condition met, by 42.")
 
 
@@ -82,7 +82,7 @@ STARTED = next(index for index in range(20) if random_run(1, index).start is not
 def test_a_broken_run_comes_with_the_command_that_repeats_it(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(random_runs, "verdict", broken_once)
+    monkeypatch.setattr(random_runs, "run_verdict", broken_once)
     options = ("--runs", str(STARTED + 1), "--seconds", "0.2", "--workers", "1", "--out", str(tmp_path))
     assert main(["hunt", *options]) == 1
     found, command, *_ = capsys.readouterr().out.splitlines()

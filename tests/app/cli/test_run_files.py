@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from app.cli.main import main
-from app.cli.options import RunOptions, chosen
+from app.cli.options import RunOptions, settings_of_options
 from app.export.scene_film import film_scene
 from app.recording.run_file import load_run, saved_bytes
 from app.settings import PageSettings, Settings, from_query, to_query
@@ -111,11 +111,11 @@ def urdf(tmp_path: Path, registry: None) -> Path:
 
 
 def test_options_name_robots_and_files(urdf: Path) -> None:
-    left = chosen(RunOptions(robot_left=str(urdf), robot_right="ur5"), RunSettings()).robot  # type: ignore[call-arg]
+    left = settings_of_options(RunOptions(robot_left=str(urdf), robot_right="ur5"), RunSettings()).robot  # type: ignore[call-arg]
     assert makes(left)[0] in FILES and makes(left)[1] == "ur5"
-    one = chosen(RunOptions(robot_right="panda"), RunSettings()).robot  # type: ignore[call-arg]
+    one = settings_of_options(RunOptions(robot_right="panda"), RunSettings()).robot  # type: ignore[call-arg]
     assert one == "lwr_panda"
-    assert chosen(RunOptions(robot_left="ur5", robot_right="ur5"), RunSettings()).robot == "ur5"  # type: ignore[call-arg]
+    assert settings_of_options(RunOptions(robot_left="ur5", robot_right="ur5"), RunSettings()).robot == "ur5"  # type: ignore[call-arg]
 
 
 @pytest.mark.parametrize(
@@ -137,14 +137,14 @@ def test_what_cannot_be_is_one_line_and_exit_code_2(
 
 
 def test_a_link_keeps_a_pair_and_names_no_file(urdf: Path) -> None:
-    start = Settings(chosen(RunOptions(robot_left="panda", robot_right="ur5"), RunSettings()))  # type: ignore[call-arg]
+    start = Settings(settings_of_options(RunOptions(robot_left="panda", robot_right="ur5"), RunSettings()))  # type: ignore[call-arg]
     assert from_query(to_query(start), Settings()) == (start, ())
     settings, problems = from_query({"robot": str(urdf)}, Settings())
     assert settings == Settings() and len(problems) == 1
 
 
 def test_a_run_file_needs_the_same_robot(urdf: Path) -> None:
-    settings = chosen(RunOptions(robot_left=str(urdf), robot_right="panda", rig="table"), RunSettings())  # type: ignore[call-arg]
+    settings = settings_of_options(RunOptions(robot_left=str(urdf), robot_right="panda", rig="table"), RunSettings())  # type: ignore[call-arg]
     _, recorded = recorded_run(settings, 1.0, 99.0, {})
     data = saved_bytes(recorded)
     assert load_run(data, "run.duet.npz").verification.verdict == "exact"

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 import websockets
 
-from app.custom_law.edited_file import MOST, ChangedMeanwhile, Version, first_text, read_version, save
+from app.custom_law.edited_file import MOST, ChangedMeanwhile, Version, first_text, read_version, save_text
 from app.settings import Settings
 from app.start import App
 from app.web.origin_policy import PROOF
@@ -24,34 +24,34 @@ STATE = re.compile(r'duet-law-state" data-text="(\{.*\})"></i>')
 
 def test_a_file_is_saved_whole_and_only_over_the_version_that_was_read(file: Path) -> None:
     assert read_version(file) == Version(first_text(file), "")
-    mine = save(file, LAW, "")
+    mine = save_text(file, LAW, "")
     assert read_version(file) == mine == Version(LAW, mine.sha256)
     file.write_text("x = 1\n", encoding="utf-8")
     with pytest.raises(ChangedMeanwhile) as found:
-        save(file, LAW + "# more\n", mine.sha256)
+        save_text(file, LAW + "# more\n", mine.sha256)
     assert found.value.version == read_version(file) and file.read_text(encoding="utf-8") == "x = 1\n"
-    assert save(file, LAW, found.value.version.sha256) == mine == save(file, LAW, "")
+    assert save_text(file, LAW, found.value.version.sha256) == mine == save_text(file, LAW, "")
     assert [path.name for path in file.parent.iterdir()] == [file.name]
     file.write_bytes(b"x = 1\r\n")
-    assert save(file, "x = 2\n", read_version(file).sha256) == read_version(file)
+    assert save_text(file, "x = 2\n", read_version(file).sha256) == read_version(file)
     assert file.read_bytes() == b"x = 2\r\n"
 
 
 @pytest.mark.parametrize(("text", "said"), [("a\0b", "zero byte"), ("é" * (MOST // 2 + 1), "48 kB")])
 def test_what_is_no_text_for_a_file_leaves_it_alone(file: Path, text: str, said: str) -> None:
-    version = save(file, LAW, "")
+    version = save_text(file, LAW, "")
     with pytest.raises(BadInputFile, match=said):
-        save(file, text, version.sha256)
+        save_text(file, text, version.sha256)
     assert read_version(file) == version
 
 
 def test_what_cannot_be_edited_is_named(file: Path) -> None:
     file.write_bytes(b"\xff\xfe law")
     with pytest.raises(BadInputFile, match="not UTF-8"):
-        save(file, LAW, "")
+        save_text(file, LAW, "")
     assert file.read_bytes() == b"\xff\xfe law"
     with pytest.raises(BadInputFile, match="cannot be written"):
-        save(file.parent / "missing" / "my_law.py", LAW, "")
+        save_text(file.parent / "missing" / "my_law.py", LAW, "")
 
 
 def state_of(visitor: Client) -> dict[str, Any] | None:

@@ -14,8 +14,8 @@ from PIL import Image
 from app.export import csv_table as table_module
 from app.export.csv_table import changes, csv_bytes, csv_suffix, newest
 from app.export.plot_pictures import PictureKind, caption, embedded, inline_svg, mathtext, picture_bytes
-from app.export.recorded_curves import MOMENTS, OF_OTHER_RUNS, Curves, Panel, plain
-from app.export.thinning import POINTS, thinned
+from app.export.recorded_curves import MOMENTS, OF_OTHER_RUNS, Curves, Panel, without_tags
+from app.export.thinning import POINTS, thinned_table
 from app.plots.plot_choice import possible_details
 from app.plots.time_plots import time_plot_of
 from app.plots.time_series import COLUMNS, NAMES, RollingSeries
@@ -112,13 +112,13 @@ def test_thinning_keeps_every_dip_every_peak_and_every_jump() -> None:
     table[4321, COLUMN["d"]], table[77, COLUMN["e2"]], table[500, COLUMN["e2_b"]] = 0.1, 9.0, 5.0
     table[6543:, 30] = 2.0
     table[9000:9900:2, 35] = 1.0
-    rows, chosen = thinned(table)
+    rows, chosen = thinned_table(table)
     assert rows.tobytes() == table[chosen].tobytes() and len(rows) <= POINTS and chosen[-1] == len(table) - 1
     assert {77, 500, 4321, 6542, 6543} <= set(chosen.tolist())
     # Chatter is a band: both ends of it in every bin.
     chatter = rows[(chosen > 9000) & (chosen < 9900), 35]
     assert np.count_nonzero(chatter == 1.0) > 20 and np.count_nonzero(chatter == 0.0) > 20 and len(chatter) < 450
-    few, ends = thinned(table[:10])
+    few, ends = thinned_table(table[:10])
     assert few.tobytes() == table[:10].tobytes() and ends.tolist() == list(range(10))
 
 
@@ -156,7 +156,7 @@ def test_caption_and_legend_name_settings_and_lines_as_the_page_does() -> None:
     assert "Hold (Fig. 5)" in line and "switched at $d_m$" in line and "$d_m$ = 200 mm" in line and "K = 3/s" in line
     slave = time_plot_of("follow", Simulation(given_settings(scene="master_slave", following="identical"), 1))
     assert slave.legend() == (*(((f"j{i}", "", str(i))) for i in range(1, 5)), ("", "dash", "master"))
-    assert plain("a <b class='d'>d</b> [m]") == "a d [m]" and mathtext("d<sub>m</sub>") == r"d$_{\mathrm{m}}$"
+    assert without_tags("a <b class='d'>d</b> [m]") == "a d [m]" and mathtext("d<sub>m</sub>") == r"d$_{\mathrm{m}}$"
 
 
 PICTURES: list[tuple[str, Details, PictureKind]] = [

@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import Page
 
 from app.export.player import LOCKED, packed_film, player_html
-from app.export.scene_film import PLACE, RATE, SEEN, TURN, Filmed, Track, film_scene, packed, unpacked
+from app.export.scene_film import PLACE, RATE, SEEN, TURN, Filmed, Track, film_scene, pack_recording, unpack_recording
 from app.session.replay import Replay
 from app.settings import PageSettings
 from controllers.kinematics import Array
@@ -40,8 +40,8 @@ def wrists(recorded: Recorded, time: float) -> dict[str, Array]:
 
 
 def test_a_still_scene_goes_through_viser_s_format() -> None:
-    content, arrays = unpacked(filmed("hold").scene)
-    assert unpacked(packed(content, arrays)) == (content, arrays) and content["durationSeconds"] == 0.0
+    content, arrays = unpack_recording(filmed("hold").scene)
+    assert unpack_recording(pack_recording(content, arrays)) == (content, arrays) and content["durationSeconds"] == 0.0
     names = {message.get("name") for _, message in content["messages"]}
     assert {"/room", "/floor", f"/arms/left{WRIST}", "/closest/line", "/place/ball"} <= names
     assert {"/room", f"/arms/left{WRIST}", f"/arms/right{WRIST}"} <= set(filmed("hold").bodies) <= names
@@ -80,7 +80,7 @@ def test_every_turn_is_the_joint_s_own() -> None:
 def test_what_is_put_up_on_the_way_is_not_seen_before() -> None:
     # How the arms ought to stand is drawn from where they do not.
     film = film_scene(piece("imitation", 14.0)[0], 1.0, FAST)
-    content, _ = unpacked(film.scene)
+    content, _ = unpack_recording(film.scene)
     late = {m["name"] for _, m in content["messages"] if m["type"] == "GlbMessage" and m["name"].startswith("/wish/")}
     assert f"/wish/left{WRIST}" in late
     tracks = {(t.node, t.what): t for t in film.tracks}

@@ -15,8 +15,18 @@ from hypothesis import strategies as st
 
 from app.recording import outcome as outcome_module
 from app.recording import run_file as run_file_module
-from app.recording.outcome import CLOSE, columns_of, compare, outcome_of
-from app.recording.run_file import NAMES, SavedRun, load_run, made_from, made_here, saved_bytes, saved_from, unlike, verify
+from app.recording.outcome import CLOSE, compare_run, history_columns, outcome_of
+from app.recording.run_file import (
+    NAMES,
+    SavedRun,
+    changed_versions,
+    load_run,
+    made_from,
+    made_here,
+    saved_bytes,
+    saved_from,
+    verify,
+)
 from controllers.errors import BadInputFile, BadSetting
 from scenes.history import unit_of
 from scenes.inputs_file import recorded_from
@@ -77,7 +87,7 @@ def test_another_setting_is_another_run_and_the_first_step_is_named() -> None:
     by = np.abs(np.nan_to_num(table) - np.nan_to_num(again.history.table()))
     assert comparison.largest.by == by.max() > CLOSE
     row, column = np.unravel_index(int(by.argmax()), by.shape)
-    assert (comparison.largest.step, comparison.largest.column) == (row, columns_of(again)[int(column)])
+    assert (comparison.largest.step, comparison.largest.column) == (row, history_columns(again)[int(column)])
     assert comparison.largest.words(again.error_unit) in found.words
     assert "the file or the program was changed" in found.words
 
@@ -91,15 +101,15 @@ def test_last_bits_of_another_machine_count_as_the_same_run() -> None:
 
 def test_runs_of_another_length_and_columns_of_another_version_are_compared() -> None:
     recorded, table = piece("hold")
-    columns = columns_of(Simulation(recorded.settings, 1))
-    found = compare(outcome_of(table, columns), table[:-7], columns)
+    columns = history_columns(Simulation(recorded.settings, 1))
+    found = compare_run(outcome_of(table, columns), table[:-7], columns)
     assert (found.exact, found.close, found.first_step) == (False, False, len(table) - 7)
     assert (found.steps_then, found.steps_now, found.largest) == (len(table), len(table) - 7, None)
     older = outcome_of(table[:, 1:], columns[1:])
-    assert compare(older, table, columns).largest is None
+    assert compare_run(older, table, columns).largest is None
     other = table.copy()
     other[5, columns.index("left_q2")] += 0.25
-    found = compare(older, other, columns)
+    found = compare_run(older, other, columns)
     assert found.first_step is None and found.largest is not None
     assert (found.largest.column, found.largest.by, found.largest.step) == ("left_q2", 0.25, 5)
 
@@ -111,7 +121,7 @@ def test_long_runs_keep_evenly_spread_steps_and_find_the_first_one_all_the_same(
     assert len(kept.places) <= 51 and (kept.places[0], kept.places[-1]) == (0, 599)
     other = table.copy()
     other[307:, 1] += 3.0
-    found = compare(kept, other, ("t", "d", "u"))
+    found = compare_run(kept, other, ("t", "d", "u"))
     assert found.first_step == 307 and found.first is not None
     assert 307 <= found.first.step < 307 + 12 and (found.first.column, found.first.by) == ("d", 3.0)
 
@@ -122,10 +132,10 @@ def test_numbers_that_are_not_there_are_not_the_same_as_numbers() -> None:
     # Which bits stand for nan does not matter, but nan is not 0.
     same = table.copy()
     same[:, 2] = -np.float64(np.nan)
-    assert compare(kept, same, kept.columns).exact
+    assert compare_run(kept, same, kept.columns).exact
     other = table.copy()
     other[1, 2] = 0.0
-    found = compare(kept, other, kept.columns)
+    found = compare_run(kept, other, kept.columns)
     assert found.largest is not None and math.isinf(found.largest.by) and not found.close
     assert "e2_b (nan then, 0 now), at step 2" in found.largest.words("m²")
 
@@ -223,5 +233,5 @@ def test_nothing_in_a_file_is_run(data: bytes) -> None:
 
 def test_what_made_a_file() -> None:
     here = made_here()
-    assert set(here) == set(NAMES) and made_from(here) == here and not unlike(here, here)
-    assert unlike({}, here)[0].startswith("Duet unknown then, ")
+    assert set(here) == set(NAMES) and made_from(here) == here and not changed_versions(here, here)
+    assert changed_versions({}, here)[0].startswith("Duet unknown then, ")

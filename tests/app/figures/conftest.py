@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.cli.figures import Figures, figures
+from app.cli.figures import Figures, draw_figures
 from app.figures.figure_list import CATALOGUE, FigureEntry
 from controllers.kinematics import Array
 
@@ -38,7 +38,7 @@ def read(text: str) -> Table:
 @pytest.fixture(scope="session")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("figures")
-    assert figures(Figures(out=out, quick=True)) == 0
+    assert draw_figures(Figures(out=out, quick=True)) == 0
     return out
 
 

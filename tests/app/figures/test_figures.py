@@ -12,11 +12,11 @@ import pytest
 from numpy.testing import assert_allclose
 from PIL import Image
 
-from app.cli.figures import Figures, figures
+from app.cli.figures import Figures, draw_figures
 from app.figures import laws_compared as laws
 from app.figures.drawn_figure import Plan, write_csv
 from app.figures.fig4_scheme import BLOCKS
-from app.figures.figure_list import CATALOGUE, FigureEntry, chosen
+from app.figures.figure_list import CATALOGUE, FigureEntry, chosen_figures
 from controllers import budget
 from controllers.activation import activation
 from controllers.errors import BadSetting
@@ -251,15 +251,15 @@ def test_report_gives_the_numbers_of_the_files(folder: Path, table: Numbers) -> 
 
 def test_numbers_and_names_in_any_order_once_and_all_unless_asked() -> None:
     for only, found in (("5,2", (2, 5)), (" hold, activation ,2", (2, 5)), ("", range(1, 9)), (" , ", range(1, 9))):
-        assert [figure.number for figure in chosen(only) if figure.number] == list(found)
-    assert chosen("") == chosen(" , ") == CATALOGUE
-    assert [figure.name for figure in chosen("LAWS")] == ["laws"]
+        assert [figure.number for figure in chosen_figures(only) if figure.number] == list(found)
+    assert chosen_figures("") == chosen_figures(" , ") == CATALOGUE
+    assert [figure.name for figure in chosen_figures("LAWS")] == ["laws"]
 
 
 @pytest.mark.parametrize("only", ["9", "0", "two", "2;5", "-1"])
 def test_no_such_figure(only: str) -> None:
     with pytest.raises(BadSetting) as refusal:
-        chosen(f"2,{only}")
+        chosen_figures(f"2,{only}")
     message = str(refusal.value)
     assert repr(only) in message and "\n" not in message
     for figure in CATALOGUE:
@@ -269,7 +269,7 @@ def test_no_such_figure(only: str) -> None:
 def test_only_what_is_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     before = dict(matplotlib.rcParams)
     out = tmp_path / "new" / "folder"
-    assert figures(Figures(only="2", out=out, quick=True)) == 0
+    assert draw_figures(Figures(only="2", out=out, quick=True)) == 0
     assert {path.name for path in out.iterdir()} == {"report.md", *(f"fig2_activation.{kind}" for kind in ("csv", "png", "svg"))}
     assert str(out / "report.md") in capsys.readouterr().out
     assert dict(matplotlib.rcParams) == before
@@ -278,7 +278,7 @@ def test_only_what_is_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[st
 
 def test_same_drawing_each_time(tmp_path: Path) -> None:
     for name in ("a", "b"):
-        assert figures(Figures(only="2,4", out=tmp_path / name, quick=True)) == 0
+        assert draw_figures(Figures(only="2,4", out=tmp_path / name, quick=True)) == 0
     for path in (tmp_path / "a").iterdir():
         assert path.read_bytes() == (tmp_path / "b" / path.name).read_bytes(), path.name
 
@@ -286,10 +286,10 @@ def test_same_drawing_each_time(tmp_path: Path) -> None:
 def test_a_folder_and_a_seed_that_cannot_be(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(BadSetting, match="another folder"):
-        figures(Figures(only="2", out=tmp_path / "file" / "inside"))
+        draw_figures(Figures(only="2", out=tmp_path / "file" / "inside"))
     (tmp_path / "out" / "fig2_activation.png").mkdir(parents=True)
     with pytest.raises(BadSetting, match="cannot be written"):
-        figures(Figures(only="2", out=tmp_path / "out"))
+        draw_figures(Figures(only="2", out=tmp_path / "out"))
     for seed in (-1, 10_000):
         with pytest.raises(BadSetting, match="seed"):
-            figures(Figures(only="2", out=tmp_path, seed=seed))
+            draw_figures(Figures(only="2", out=tmp_path, seed=seed))

@@ -109,14 +109,14 @@ def test_a_single_arm_stands_on_a_bench() -> None:
 def test_the_film_shows_the_robots_alone_where_the_model_of_the_person_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(film, "body_parts", lambda: (_ for _ in ()).throw(MissingPackage("not installed")))
     film.person_parts.cache_clear()
-    assert film.person_meshes(np.zeros((2, 4))) == []
+    assert film.posed_person(np.zeros((2, 4))) == []
     film.person_parts.cache_clear()
 
 
 def test_the_person_bends_an_elbow() -> None:
     if not film.person_parts():
         pytest.skip("the drawing of a person is not installed")
-    straight, bent = (film.person_meshes(np.array([[0.0, 0.0, 0.0, angle], [0.0] * 4])) for angle in (0.0, 1.2))
+    straight, bent = (film.posed_person(np.array([[0.0, 0.0, 0.0, angle], [0.0] * 4])) for angle in (0.0, 1.2))
     moved = [not np.array_equal(a.vertices, b.vertices) for a, b in zip(straight, bent, strict=True)]
     names = [part.name for part, looks in film.person_parts() for _ in looks]
     assert [name for name, flag in zip(names, moved, strict=True) if flag] == ["left_forearm"]

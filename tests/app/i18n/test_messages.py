@@ -25,7 +25,7 @@ from app.lessons.loading import load_lessons
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.walkthrough import Walkthrough
 from app.recording.outcome import Comparison, Difference
-from app.recording.run_file import Agreement, _words, load_run, saved_bytes, unlike
+from app.recording.run_file import Agreement, _words, changed_versions, load_run, saved_bytes
 from app.session.session import Session
 from app.settings import Settings, from_query
 from controllers.errors import BadInputFile, BadSetting, DuetError, LazyText, joined
@@ -148,10 +148,10 @@ def test_a_loaded_run_is_compared_in_the_page_s_language() -> None:
     assert words_of("de")(exact) == "Wiederholt: Alle 200 Schritte sind gleich, bis aufs letzte Bit."
     change = Difference(3, 0.015, "d", 0.2, 0.3, 0.1)
     other = Comparison(False, 3, change, replace(change, column="pair"), 200, 190)
-    made = unlike({"duet": "0", "system": "🦆"}, {"duet": "1", "system": "1"})
+    made = changed_versions({"duet": "0", "system": "🦆"}, {"duet": "1", "system": "1"})
     set_language("pseudo")
     verdicts: tuple[Agreement, ...] = ("close", "differs", "differs")
-    for verdict, differs in zip(verdicts, ((), made, unlike({}, {"machine": "1"})), strict=True):
+    for verdict, differs in zip(verdicts, ((), made, changed_versions({}, {"machine": "1"})), strict=True):
         said = _words(verdict, other, differs, "m")
         # Columns and programs have names.
         assert {*untranslated(tr(said))} <= {"pair", "Pinocchio", "Python", "numpy"}

@@ -24,7 +24,7 @@ from app.i18n.client_texts import translations
 from app.i18n.pseudo import FIRST, GROWTH, LAST, pseudo
 from app.i18n.reader_language import language_asked, language_of, preferred
 from app.i18n.speaking import decimal, set_language, tr
-from app.jupyter.duet import inline_html
+from app.jupyter.duet import cell_html
 from app.jupyter.notebook_run import NotebookRun
 from app.lessons.loading import load_lessons
 from app.page.panels.controls import TABS
@@ -194,7 +194,7 @@ def answers(folder: Path) -> dict[str, object]:
         "number": decimal("0.5"),
         "asked": [language_asked({"lang": "eo"}, "de"), language_asked({}, "fr, eo;q=0.5, en;q=0.1")],
         "browser": translations()["eo"]["Loading …"],
-        "notebook": "Ĉi tiu Duet finiĝis." in inline_html(server, 400),
+        "notebook": "Ĉi tiu Duet finiĝis." in cell_html(server, 400),
         "lessons": [str(problem) for problem in load_lessons().problems],
         "handout": main(["handout", "--lesson", "1", "--lang", "eo", "--out", str(folder)]),
     }

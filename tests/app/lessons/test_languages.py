@@ -10,7 +10,7 @@ from app.classroom.classroom import Classroom
 from app.export.lab_report import Done, lab_bytes
 from app.i18n.catalogue import FOLDER, read_texts
 from app.i18n.speaking import set_language, tr
-from app.lessons.attempts import examine, stand_in
+from app.lessons.attempts import examine_built_in, stand_in
 from app.lessons.bookmark import Phase, phases_of
 from app.lessons.evidence import Evidence
 from app.lessons.labels import label_of, sentence
@@ -49,7 +49,7 @@ def attempts(step: Step) -> Iterator[Attempt]:
     if challenge is None:
         return
     if challenge.custom_law:
-        yield examine(stand_in("unprotected"), only=("leaves the task alone", "gets out"))
+        yield examine_built_in(stand_in("unprotected"), only=("leaves the task alone", "gets out"))
     for missed in (None, -1e-3, 1e-3, 0.0):
         judgements = []
         for c in challenge.criteria:

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from app.lessons import FOLDER
 from app.lessons.lesson import Start
-from app.lessons.reference_runs import begin, measured, person_of, simulated
+from app.lessons.reference_runs import begin_reference_run, measured, person_of, simulated
 from app.lessons.room_places import RoomPlace, ball_centre, mark_places, start_positions
 from app.lessons.runs import Input, Setup
 from app.lessons.scripts import SCRIPTS, checked_script, script, to_and_fro
@@ -161,7 +161,7 @@ def test_a_run_without_a_page_is_the_run_of_a_page() -> None:
     changes = (("scene", "ball"), ("pairs", "single"), ("dt", 0.02))
     setup = Setup(changes, Input("script", "ball_push", (("speed", 0.3),)), Start(PLACE), 2.0, FOLDER)
     simulation = Simulation(setup.run)
-    begin(simulation, setup)
+    begin_reference_run(simulation, setup)
     person = person_of(simulation, setup)
     for _ in range(100):
         simulation.step(person.target(simulation.time))

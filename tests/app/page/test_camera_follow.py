@@ -12,7 +12,7 @@ from app.lessons.evidence import Evidence
 from app.lessons.lesson import Step
 from app.lessons.loading import load_lessons
 from app.lessons.outcomes import decisive_moment
-from app.lessons.reference_runs import begin, person_of
+from app.lessons.reference_runs import begin_reference_run, person_of
 from app.page.camera_follow import CameraFollow
 from app.page.lessons.lesson_camera import lesson_view
 from app.page.picture_size import FreePicture, PictureSize, free_picture
@@ -137,7 +137,7 @@ def test_every_scene(scene: str, rig: str) -> None:
 )
 def test_every_step_of_a_lesson(step: Step) -> None:
     simulation = Simulation(step.setup.run)
-    begin(simulation, step.setup)
+    begin_reference_run(simulation, step.setup)
     source = simulation.source() if step.yours else person_of(simulation, step.setup)
     view = lambda: lesson_view(simulation, step.camera)  # noqa: E731
     moment = lambda: decisive_moment(step.measurements, Evidence(simulation))  # noqa: E731

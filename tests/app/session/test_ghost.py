@@ -21,7 +21,7 @@ from scenes.laws import LAWS
 from scenes.rerun import rerun
 from scenes.settings import LawSettings, RunSettings, values
 from scenes.simulation import Simulation
-from scenes.smoothness import AROUND, ECHO, avoiding_rates, largest_jump
+from scenes.smoothness import AROUND, ECHO, avoiding_rates, time_of_largest_jump
 from scenes.targets import HandTarget
 from tests.app.inline import Inline
 from tests.app.session.conftest import go
@@ -197,7 +197,7 @@ SWITCHED = RunSettings(scene="ball", point="hand", law=LawSettings(law="strict_s
 def test_the_largest_jump_is_between_two_steps_that_count(steps: int, joints: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     times, velocities = np.linspace(0.0, (steps - 1) * 0.01, steps), rng.normal(size=(steps, joints))
-    time = largest_jump(times, velocities, 0.01)
+    time = time_of_largest_jump(times, velocities, 0.01)
     jumps = np.abs(np.diff(velocities, axis=0)).max(axis=1)
     counted = [jump for jump, later in zip(jumps.tolist(), times[1:].tolist(), strict=True) if later >= ECHO * 0.01]
     if counted:

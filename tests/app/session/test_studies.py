@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.plots.trade_off_charts import map_html, place_of, safety_html
+from app.plots.trade_off_charts import map_html, place_on_map, safety_html
 from app.runtime.job_pool import JobPool
 from app.session.background_studies import SafetyPoint, safety_curves, trade_off_map
 from app.session.session import Session
@@ -298,11 +298,11 @@ def test_the_present_settings_lie_on_the_map(n: float, v: float) -> None:
     def run(n: float, v: float) -> RunSettings:
         return RunSettings(law=LawSettings(order=n, nominal_velocity=v))
 
-    assert place_of(whole, run(n, v)) == pytest.approx((n / 100.0, v))
-    between = place_of(whole, run(3.0, 0.25))
+    assert place_on_map(whole, run(n, v)) == pytest.approx((n / 100.0, v))
+    between = place_on_map(whole, run(3.0, 0.25))
     assert between is not None and 0.02 < between[0] < 0.04 and 0.2 < between[1] < 0.3
-    assert place_of(whole, run(20.0, 1.0)) == pytest.approx((0.16, 0.7))
-    assert place_of(whole[:-1], run(n, v)) is None
+    assert place_on_map(whole, run(20.0, 1.0)) == pytest.approx((0.16, 0.7))
+    assert place_on_map(whole[:-1], run(n, v)) is None
     text = map_html(whole, 1.0, run(n, v), 200)
     assert text.count("n = ") == len(TRADE_OFF_ORDERS) and "computed" not in text
     assert "40 % computed" in map_html(whole[:10], 0.4, run(n, v), 200)

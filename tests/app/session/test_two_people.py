@@ -15,7 +15,7 @@ from controllers.errors import BadInputFile
 from scenes.inputs import Recorded, Stretch
 from scenes.inputs_file import recorded_bytes, recorded_from
 from scenes.packing import PAIRS, PARTS, WIDTHS, decoded, encoded
-from scenes.rerun import between
+from scenes.rerun import target_between
 from scenes.settings import RunSettings
 from scenes.targets import HandTarget, LinkTarget, PairTarget
 
@@ -91,12 +91,12 @@ def test_a_pull_at_the_silver_hand_moves_its_ring_and_a_nudge_too() -> None:
 
 def test_finer_steps_go_between_what_both_want() -> None:
     a, b = np.zeros(3), np.ones(3)
-    middle = between(PairTarget(HandTarget(a), LinkTarget(3, a, a)), PairTarget(HandTarget(b), LinkTarget(3, a, b)), 0.5)
+    middle = target_between(PairTarget(HandTarget(a), LinkTarget(3, a, a)), PairTarget(HandTarget(b), LinkTarget(3, a, b)), 0.5)
     assert isinstance(middle, PairTarget) and middle.first is not None
     assert isinstance(middle.first, HandTarget) and middle.first.position[0] == 0.5
     assert isinstance(middle.second, LinkTarget) and middle.second.position[0] == 0.5
     # Only one of them has let go.
-    other = between(PairTarget(HandTarget(a), HandTarget(a)), PairTarget(None, HandTarget(b)), 0.5)
+    other = target_between(PairTarget(HandTarget(a), HandTarget(a)), PairTarget(None, HandTarget(b)), 0.5)
     assert isinstance(other, PairTarget) and np.array_equal(other.second[0], 0.5 * b)
 
 

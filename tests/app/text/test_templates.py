@@ -56,7 +56,7 @@ from app.session.student_law import LawStatus
 from app.settings import Settings
 from app.text.documents import document_html, document_page
 from app.text.equations import equation_html
-from app.text.templates import element, lowered, macros, render, tr_html
+from app.text.templates import element, lowered, macros, page_of_template, tr_html
 from app.web.address import Address
 from controllers.errors import LazyText
 from scenes.laws import DEFAULT_LAW
@@ -269,7 +269,9 @@ SURFACES: dict[str, Callable[[], str | Iterator[str]]] = {
         (custom_law_html(LawStatus(NASTY)), custom_law_html(LawStatus("a.py", problem=NASTY)))
     ),
     "page/panels/readout.html": lambda: macros("page/panels/readout.html").error(NASTY, NASTY),
-    "page/panels/title_bar.svg": lambda: render("page/panels/title_bar.svg", ink=NASTY, motto=NASTY, brand=NASTY, faint=NASTY),
+    "page/panels/title_bar.svg": lambda: page_of_template(
+        "page/panels/title_bar.svg", ink=NASTY, motto=NASTY, brand=NASTY, faint=NASTY
+    ),
     "page/panels/welcome.html": lambda: re.sub("<style>.*?</style>", "", macros("page/panels/welcome.html").card(NASTY, NASTY)),
     "plots/charts.html": charts,
     "plots/curve_chart.html": drawing,
@@ -306,7 +308,7 @@ def test_no_template_lets_text_through_or_computes() -> None:
 
 def test_a_value_that_is_not_given_is_an_error() -> None:
     with pytest.raises(UndefinedError):
-        render("text/document.html", name="model")
+        page_of_template("text/document.html", name="model")
 
 
 def test_only_the_breaks_of_a_template_are_left_out() -> None:

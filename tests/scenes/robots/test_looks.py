@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from controllers.kinematics import Array
 from scenes.lwr import shells
 from scenes.robots import RobotName, drawing, robot
-from scenes.robots.drawing import joint_frames, link_meshes, robot_glbs
+from scenes.robots.drawing import joint_frames, robot_glbs, robot_link_meshes
 from scenes.robots.example_data import EXAMPLES
 from scenes.robots.fitting import GRID, SHORTEST, build_example, enclosing_capsule
 from tests.scenes.helpers import glb_head, own_cache
@@ -53,7 +53,7 @@ def test_palettes_and_normals(name: RobotName) -> None:
     orange, silver = (robot_glbs(name, palette) for palette in ("orange", "silver"))
     # Base and flange of the UR5 are bare metal.
     assert sum(a != b for a, b in zip(orange, silver, strict=True)) >= len(orange) - 2
-    for parts in link_meshes(name):
+    for parts in robot_link_meshes(name):
         for part in parts.values():
             assert_allclose(np.linalg.norm(part.vertex_normals, axis=1), 1, atol=1e-6)
             agree = np.einsum("ij,ij->i", part.face_normals, part.vertex_normals[part.faces].mean(1))
@@ -72,7 +72,7 @@ def test_shells_are_as_large_as_the_shapes_that_collide(name: RobotName, coarse:
         joint, pose = model.frames[model.getFrameId(link)].parentJoint, poses[link]
         world = cloud @ pose[:3, :3].T + pose[:3, 3]
         clouds.setdefault(joint, []).append((world - data.oMi[joint].translation) @ data.oMi[joint].rotation)
-    for joint, parts in enumerate(link_meshes(name, coarse)):
+    for joint, parts in enumerate(robot_link_meshes(name, coarse)):
         seen, solid = np.vstack([part.vertices for part in parts.values()]), np.vstack(clouds[joint])
         if joint == 0 and EXAMPLES[name].column:
             assert seen[:, 2].min() == pytest.approx(0.0, abs=1e-9)
@@ -103,7 +103,7 @@ def test_an_unknown_palette_names_the_valid_ones(name: RobotName) -> None:
 def test_shells_come_from_the_cache(monkeypatch: pytest.MonkeyPatch) -> None:
     first = robot_glbs("ur5", "silver", coarse=True)
     robot_glbs.cache_clear()
-    monkeypatch.setattr(drawing, "link_meshes", lambda *_: pytest.fail("built again"))
+    monkeypatch.setattr(drawing, "robot_link_meshes", lambda *_: pytest.fail("built again"))
     assert robot_glbs("ur5", "silver", coarse=True) == first
 
 
@@ -114,7 +114,9 @@ def test_what_is_seen_is_inside_the_capsules(name: RobotName, coarse: bool, slac
     data = arm.model.createData()
     for q in postures(arm.model, 5):
         pin.forwardKinematics(arm.model, data, q)
-        drawn = [(data.oMi[joint], part) for joint, parts in enumerate(link_meshes(name, coarse)) for part in parts.values()]
+        drawn = [
+            (data.oMi[joint], part) for joint, parts in enumerate(robot_link_meshes(name, coarse)) for part in parts.values()
+        ]
         world = np.vstack([part.vertices @ pose.rotation.T + pose.translation for pose, part in drawn])
         assert np.min([away(capsule, data, world, {}) for capsule in arm.capsules], axis=0).max() < slack
 

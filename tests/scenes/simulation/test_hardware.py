@@ -201,4 +201,4 @@ def test_the_true_joints_keep_stops_and_top_speeds_whatever_their_sensors_show(
     drawn = random_run(5, index)
     seen_badly = replace(drawn, settings=real(replace(drawn.settings, hardware=HardwareSettings()), **sensors))
     monkeypatch.setattr(random_runs, "random_run", lambda seed, index: seen_badly)
-    assert random_runs.verdict(5, index, 3.0).faults == ()
+    assert random_runs.run_verdict(5, index, 3.0).faults == ()

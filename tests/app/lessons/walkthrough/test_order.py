@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from app.custom_law.trials import WHY
-from app.lessons.attempts import StandIn, examine, stand_in
+from app.lessons.attempts import StandIn, examine_built_in, stand_in
 from app.lessons.bookmark import Phase
 from app.lessons.labels import Contrast
 from app.lessons.lesson import LessonBook
-from app.lessons.reference_runs import begin, person_of, simulated
+from app.lessons.reference_runs import begin_reference_run, person_of, simulated
 from app.lessons.walkthrough import Walkthrough
 from app.settings import PageSettings, Settings
 from controllers.errors import BadSetting
@@ -59,7 +59,7 @@ def test_the_outcome_is_that_of_this_run(walk: Walkthrough) -> None:
     walk.choose(0)
     settings = walk.settings().run
     simulation = Simulation(changed(settings, "n", 1.0))
-    begin(simulation, walk.setup)
+    begin_reference_run(simulation, walk.setup)
     for _ in range(100):
         simulation.step(None)
     outcome = walk.observe(simulation)
@@ -274,7 +274,7 @@ def textbook(s: Situation) -> np.ndarray:
 
 
 def test_the_textbooks_law_fails_where_there_is_no_lever() -> None:
-    attempt = examine(StandIn(textbook), ("gets out", "bounded where J_d is singular"))
+    attempt = examine_built_in(StandIn(textbook), ("gets out", "bounded where J_d is singular"))
     assert attempt.failed == ("bounded where J_d is singular",)
     (judgement,) = [j for j in attempt.judgements if not j.passed]
     assert judgement.text.startswith("bounded where J_d is singular: |q̇| ≤ 1.92 rad/s")
@@ -287,7 +287,7 @@ def test_custom_law_attempts_are_noted() -> None:
     assert walk.attempt_custom_law(()) is None
     to_challenge(walk)
     assert walk.attempt(simulated(walk.setup)) is None
-    judgements = examine(stand_in("unprotected"), only=("leaves the task alone", "gets out")).judgements
+    judgements = examine_built_in(stand_in("unprotected"), only=("leaves the task alone", "gets out")).judgements
     failed = walk.attempt_custom_law(judgements)
     assert failed is not None and failed.failed == ("gets out",) and "fails by" in failed.text
     passed = walk.attempt_custom_law([judgement for judgement in judgements if judgement.passed])

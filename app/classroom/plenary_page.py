@@ -1,4 +1,4 @@
-"""The stage of a lecture in the language and look of one audience, or of one teacher; over it the class's answers."""
+"""The plenary of a lecture in the language and look of one audience, or of one teacher; over it the class's answers."""
 
 from collections.abc import Callable
 
@@ -23,8 +23,8 @@ from app.web.address import Address
 from app.web.audiences import Audience
 
 
-class StagePage:
-    """A page that shows the stage. Belongs to the frame loop's thread.
+class PlenaryPage:
+    """A page that shows the plenary. Belongs to the frame loop's thread.
 
     Args:
         host: the audience, or the teacher's client.
