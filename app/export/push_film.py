@@ -36,7 +36,7 @@ def film_bytes(
     """Return the film: a WebP file; the last picture stands where the push is shorter.
 
     Args:
-        recorded: a push of two arms of ours.
+        recorded: a push of two arms.
         stopped: asked now and then; when it says True, everything ends with `Stopped`.
         size: width and height [px].
         rate: frames a second.

@@ -19,8 +19,9 @@ from scipy.ndimage import gaussian_filter
 from app import theme
 from controllers.kinematics import Array
 from scenes.glb import GlbPalette
-from scenes.lwr.shells import PALETTES, link_glbs
+from scenes.lwr.shells import PALETTES
 from scenes.rigs import Camera
+from scenes.robots.drawing import robot_glbs
 from scenes.room import Room
 from scenes.room_shells import MATERIALS, table_glb, torso_glb
 
@@ -249,9 +250,9 @@ def meshes(blob: bytes, palette: GlbPalette) -> tuple[Mesh, ...]:
 
 
 @cache
-def links(palette: str) -> tuple[tuple[Mesh, ...], ...]:
-    """Return the parts of links 0 … 7, each in its link's frame."""
-    return tuple(meshes(blob, PALETTES[palette]) for blob in link_glbs(palette))
+def links(palette: str, robot: str = "lwr") -> tuple[tuple[Mesh, ...], ...]:
+    """Return the parts of a robot's base and links, each in its joint's frame."""
+    return tuple(meshes(blob, PALETTES[palette]) for blob in robot_glbs(robot, palette))
 
 
 def furniture(room: Room) -> tuple[Mesh, ...]:
@@ -278,7 +279,7 @@ def arms(room: Room, positions: Array, palettes: tuple[str, ...]) -> list[Mesh]:
     for arm, robot, base, palette in zip(room.arms, room.robots, room.bases(), palettes, strict=True):
         before = arm.shoulder - robot.shoulder
         poses = [base, *(data.oMi[before + i] for i in range(1, robot.model.njoints))]
-        for parts, pose in zip(links(palette), poses, strict=True):
+        for parts, pose in zip(links(palette, robot.key), poses, strict=True):
             drawn += [part.moved(pose.rotation, pose.translation) for part in parts]
     return drawn
 

@@ -82,16 +82,20 @@ def test_light_comes_from_above_and_casts_a_shadow() -> None:
     assert (shaded[both_red, 0] <= alone[both_red, 0] + 1.0).all()
 
 
-def test_links_are_where_the_joints_put_them() -> None:
-    room = build_room("torso")
+@pytest.mark.parametrize("makes", ["lwr", "panda_ur5"])
+def test_links_are_where_the_joints_put_them(makes: str) -> None:
+    room = build_room("torso", makes)
+    left, right = (robot.key for robot in room.robots)
     q = room.start + np.linspace(-0.3, 0.3, len(room.start))
     data = room.model.createData()
     pin.forwardKinematics(room.model, data, q)
     drawn = arms(room, q, ("silver", "orange"))
-    count = [sum(len(parts) for parts in links(name)) for name in ("silver", "orange")]
+    looks = ("silver", left), ("orange", right)
+    count = [sum(len(parts) for parts in links(*look)) for look in looks]
     assert len(drawn) == sum(count)
-    for palette, last, joint in (("silver", count[0], 7), ("orange", sum(count), 14)):
-        pose, own = data.oMi[joint], links(palette)[-1]
+    ends = room.robots[0].model.nq, room.model.nq
+    for look, last, joint in zip(looks, (count[0], sum(count)), ends, strict=True):
+        pose, own = data.oMi[joint], links(*look)[-1]
         for mesh, part in zip(drawn[last - len(own) : last], own, strict=True):
             assert_allclose((mesh.vertices - pose.translation) @ pose.rotation, part.vertices, atol=1e-12)
             assert_allclose(mesh.normals @ pose.rotation, part.normals, atol=1e-12)
