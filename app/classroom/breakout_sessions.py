@@ -188,8 +188,9 @@ class BreakoutSessions:
             # A student's lesson is open again by any link.
             record = replace(begin if found is None else found, query=query)
             visitor = yield from open_visitor(self._context, participant.client, record.settings, record=record, query=query)
-            if len(self._classroom.places.members(participant.group)) > 1 or participant.group != participant.id:
-                # What the one before has chosen for the own page does not hold for this one.
+            of_many = len(self._classroom.places.members(participant.group)) > 1 or participant.group != participant.id
+            if of_many or (found is None and not visitor.is_back):
+                # What the teacher, or the one before, has chosen for the own page does not hold for this one.
                 for key, value in values(from_query(participant.query, self._context.options.settings)[0]).items():
                     if key in LOOKS:
                         visitor.session.change(key, value)

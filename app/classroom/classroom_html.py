@@ -96,7 +96,7 @@ def heads_html(classroom: Classroom, expected: int = 0) -> Markup:
     elif present:
         pills.append(("go", tr("all follow")))
     if (size := group_size(students, places)) > 1:
-        said = tr("{students} students, {places} places: groups of {size}", students=students, places=places, size=size)
+        said = tr("{students} students, room for {places}: groups of {size}", students=students, places=places, size=size)
         pills.append(("halt", said))
     if classroom.work.hand_ins:
         pills.append(("go", tr("reports handed in: {count}", count=len(classroom.work.hand_ins))))

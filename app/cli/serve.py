@@ -262,7 +262,7 @@ def _announce(command: Serve, key: str | None, port: int, places: int) -> None:
 
         print(f"The class opens {find_address('', command.host, port).url}", flush=True)
         if (size := group_size(command.students, places)) > 1:
-            print(f"{command.students} students, {places} places: groups of {size}.", flush=True)
+            print(f"{command.students} students, room for {places}: groups of {size}.", flush=True)
     if command.sessions == "auto":
         print(f"This machine carries about {places} sessions at once.", flush=True)
     if command.open:

@@ -262,7 +262,7 @@ def test_a_second_tab_of_a_student_takes_the_place_of_the_first_one(house: OpenH
 def test_more_students_than_places_explore_in_groups_of_which_one_operates(house: OpenHouse, come: Come) -> None:
     classroom = Class(house, come, sessions=1, students=3)
     host, teacher = classroom.host, classroom.teacher
-    sees(teacher, "3 students, 1 places: groups of 3")
+    sees(teacher, "3 students, room for 1: groups of 3")
     classroom.students["bo"] = come(classroom.opened, "bo", query="lang=de&theme=dark")
     classroom.come("ann", "cy")
     nameless = come(classroom.opened)
@@ -338,6 +338,18 @@ def test_more_students_than_places_explore_in_groups_of_which_one_operates(house
     di, ann = classroom.send("Explore freely", "di", "ann")
     sees(ann, "You are 2 at this robot")
     sees(di, "You are 2 at this robot", "Lesson 1 · step 1", "Your prediction")
+
+
+def test_an_own_session_has_the_look_of_the_students_link(house: OpenHouse, come: Come) -> None:
+    classroom = Class(house, come)
+    ask(classroom.host.session, lambda s: s.change("theme", "dark"))
+    classroom.students["ann"] = come(classroom.opened, "ann", query="lang=sl")
+    choose(classroom.teacher, "Explore freely")
+    classroom.is_sent_away("ann")
+    ann = classroom.students["ann"] = come(classroom.opened, "ann", query="lang=sl")
+    sees(ann, 'data-words="sl"')
+    page = classroom.host.sessions[classroom.number("ann")].settings.page
+    assert (page.language, page.theme) == ("sl", "light")
 
 
 def test_a_teachers_second_tab_assists_until_it_takes_over(house: OpenHouse, come: Come) -> None:

@@ -191,11 +191,11 @@ def test_students_explore_in_other_processes_and_the_teacher_reaches_them(served
 def test_a_group_has_one_session_in_another_process_and_outlives_it(served: Served, come: Come, tmp_path: Path) -> None:
     assert served.process.stdout is not None
     lines = [served.process.stdout.readline() for _ in range(2)]
-    assert lines[1] == "3 students, 1 places: groups of 3.\n"
+    assert lines[1] == "3 students, room for 1: groups of 3.\n"
     teacher = come(key=True)
     open_lessons(teacher)
     pages = [come(name) for name in NAMES]
-    sees(teacher, "students here: 3", "3 students, 1 places: groups of 3")
+    sees(teacher, "students here: 3", "3 students, room for 1: groups of 3")
     choose(teacher, "Explore freely")
     assert {ended(one)[0] for one in pages} == {MOVED_CODE}
 
