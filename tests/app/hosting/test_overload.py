@@ -4,22 +4,27 @@ import itertools
 import subprocess
 import sys
 import threading
+from collections import Counter
 from collections.abc import Callable
+from time import perf_counter
 from typing import Any
 
 import pytest
 
 from app.hosting import workload
-from app.hosting.frame_loop import FRAME, FrameLoop
+from app.hosting.frame_loop import FrameLoop
 from app.hosting.private_host import PrivateHost
 from app.hosting.workload import BAND, ENOUGH, HEADROOM, Workload, affordable, places, step_seconds
+from app.page.operation import CALM
+from app.page.panels.controls import Controls
 from app.page.panels.server_load import ServerLoad, combined, load_pills
 from app.session import session as session_module
-from app.session.clock import BUDGET, SLOWEST
+from app.session.actions import SetSetting
+from app.session.clock import BUDGET, FRAME, SLOWEST
 from app.session.session import Session
 from app.settings import Settings
 from controllers.compiled import GAIN
-from tests.app.conftest import Arrive, Join, Made, OpenHouse, lecture_of
+from tests.app.conftest import Arrive, ByHand, Join, Made, OpenHouse, lecture_of, live_sessions
 from tests.app.runtime.processes import until
 
 STEP = 200e-6
@@ -106,6 +111,48 @@ def test_after_an_overload_all_is_as_before(monkeypatch: pytest.MonkeyPatch) -> 
     for session, time in zip(machine.sessions, times, strict=True):
         assert session.simulation.time - time == pytest.approx(machine.now - begin, rel=0.03), "nothing is made up for"
         assert not session.pace.slowed
+
+
+def counted(opened: ByHand, seconds: float, rounds: int = 96) -> Counter[str]:
+    """How many messages of each kind the one visitor is sent in so many frames, `seconds` apart [s]."""
+    (visitor,) = opened.visitors
+    before = visitor.received.messages.copy()
+    for _ in range(rounds):
+        frames = visitor.received.frames
+        opened.now += seconds
+        opened.host.frame(opened.now, seconds)
+        visitor.wait_for(lambda v, frames=frames: v.received.frames > frames)
+    return visitor.received.messages - before
+
+
+def test_where_frames_are_rare_panels_are_drawn_in_fewer_of_them_and_the_picture_in_all(by_hand: Made) -> None:
+    opened = by_hand(sessions=2)
+    opened.let_in()
+    # By the clock by which the page was built.
+    opened.now = perf_counter()
+    counted(opened, FRAME, 32)
+    often, rare = counted(opened, FRAME), counted(opened, 3.0 * FRAME)
+    assert rare["SetOrientationMessage"] > 0.8 * often["SetOrientationMessage"] > 500
+    assert rare["GuiUpdateMessage"] < 1.5 * often["GuiUpdateMessage"], "a third of them in a second"
+
+
+def test_controls_are_looked_at_now_and_then_and_at_once_when_anything_is_done(
+    by_hand: Made, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened = by_hand(sessions=2)
+    opened.let_in()
+    looks: list[float] = []
+    look = Controls.show
+    monkeypatch.setattr(Controls, "show", lambda self, frame: [looks.append(frame.now), look(self, frame)])
+    for _ in range(96):
+        opened.frame()
+    assert len(looks) == pytest.approx(96 * FRAME / CALM, rel=0.4)
+    while looks[-1] == opened.now:
+        opened.frame()
+    (session,) = live_sessions(opened.house).values()
+    session.post(SetSetting("dm", 0.2))
+    opened.frame()
+    assert looks[-1] == opened.now
 
 
 # --- places --------------------------------------------------------------------------------------------------------------------
