@@ -132,6 +132,9 @@ class Actuation:
                 del self._times[0], self._commands[0]
             newest = bisect_right(self._times, time - hardware.dead_time + SLACK) - 1
             command = self._commands[newest] if newest >= 0 else before
+        else:
+            self._times.clear()
+            self._commands.clear()
         lag = hardware.lag
         if lag == 0.0:
             self._end = np.empty(0)

@@ -92,6 +92,7 @@ class Simulation:
         self.avoiding: Arm = self.roles.avoiding
         """The arm with the task that is shown: the one that keeps its place and keeps clear, the slave, …"""
         self._followers = [task for task in self.roles.tasks if task.desired is not None]
+        self._desired[:] = np.nan
         self._form()
 
     def _form(self) -> None:
@@ -115,7 +116,7 @@ class Simulation:
         if self._custom_law is None:
             self.law = settings.law.made()
         self.world.bounds.gain = settings.limit_gain
-        if settings.hardware.dead_time == 0.0:
+        if settings.hardware == IDEAL:
             self._actuation.clear()
         if settings.hardware.frame_rate == 0.0:
             self._sensing.clear()
@@ -378,8 +379,8 @@ class Simulation:
         except Unanswered:
             lam = 0.0
         q, dq, desired = self.positions.copy(), self.velocities.copy(), np.full(len(self.positions), np.nan)
-        second = Second(0.0, 0.0, 0.0, 0.0, 0, -1, 0.0) if len(self._groups) > 1 else None
-        s = _lever(near.row[self.avoiding.joints])
+        s, *others = (_lever(near.row[group.joints]) for group in self._groups)
+        second = Second(0.0, 0.0, 0.0, 0.0, 0, -1, others[0]) if others else None
         return Sample(
             self.time, near.distance, lam, 0.0, 0.0, 0.0, near.pair, near.law_distance, 0.0, 0, -1, s, second, q, dq, desired
         )

@@ -56,6 +56,17 @@ def test_again_to_the_last_bit(scene: str) -> None:
     assert run(settings, 0.5).table.tobytes() != run(changed(settings, "seed", 7), 0.5).table.tobytes()
 
 
+def test_a_lag_alone_goes_on_after_a_slider_and_in_what_is_made_again() -> None:
+    settings = real(scene_settings("hold", pairs="single"), lag=0.03)
+    simulation, recorded = recorded_run(settings, 5.0, 2.0, {4.0: {"k": 1.5}})
+    assert recorded.begin > 1.5
+    assert rerun(recorded).table.tobytes() == simulation.history.table(recorded.steps).tobytes()
+    # A setting that the joints do not feel changes nothing.
+    touched, _ = recorded_run(settings, 4.0, 1.0, {3.0: {"beta": 90.0}})
+    left_alone, _ = recorded_run(settings, 4.0, 1.0)
+    assert touched.history.table().tobytes() == left_alone.history.table().tobytes()
+
+
 @pytest.mark.parametrize("key", REAL)
 def test_each_of_them_alone_changes_the_run(key: str) -> None:
     settings = scene_settings("master_slave")
