@@ -9,7 +9,7 @@ from app.plots.microscope_chart import ticks_of
 from app.text.templates import macros
 from controllers.errors import NumberText
 from controllers.kinematics import Array, Kinematics
-from scenes.history import COLUMN
+from scenes.arm_tasks.hold_task import HoldTask
 from scenes.simulation import Simulation
 from scenes.solo import LAP
 
@@ -36,11 +36,13 @@ def laps_html(simulation: Simulation, ghost: Simulation | None, joints: bool, he
     """
     if simulation.history.count < 2:
         return Markup()
-    times, places, names = _way(simulation, joints)
-    unit = "°" if joints else "mm"
     first, last = _laps(simulation)
-    ends = [int(np.abs(times - lap * LAP).argmin()) for lap in range(first, last + 1)]
-    gaps = places[ends] - places[0]
+    times, places, names = _way(simulation, first, joints)
+    unit = "°" if joints else "mm"
+    # Between two steps, and of a replay between two moments that are kept.
+    laps = np.arange(first, last + 1)
+    ends = np.stack([np.interp(laps * LAP, times, line) for line in places.T], axis=1)
+    gaps = ends - ends[:1]
     reach = np.ptp(places, axis=0)
     # The gap need not lie in the plane of the circle.
     most, open_most = (
@@ -48,19 +50,20 @@ def laps_html(simulation: Simulation, ghost: Simulation | None, joints: bool, he
     )
     whole, near = places[:, most], places[:, open_most]
     edge = np.maximum(0.08 * np.ptp(whole, axis=0), LEAST[unit])
-    half = max(1.6 * float(np.abs(gaps[:, open_most]).max()), LEAST[unit])
+    half = max(1.6 * float(np.abs(gaps[:, open_most]).max(initial=0.0)), LEAST[unit])
     left = _chart(whole.min(axis=0) - edge, whole.max(axis=0) + edge)
-    right = _chart(near[0] - half, near[0] + half)
+    middle = ends[0, open_most] if len(ends) else near[0]
+    right = _chart(middle - half, middle + half)
     left.line(whole[:, 0], whole[:, 1], "d", 1.6)
     left.mark(whole[0, 0], whole[0, 1], "dot d")
     if ghost is not None and ghost.history.count > 1:
-        before, others, _ = _way(ghost, joints)
+        before, others, _ = _way(ghost, first, joints)
         for piece in _pieces(before, others[:, open_most]):
             right.line(piece[:, 0], piece[:, 1], "d", 1.2, "5 4")
     for piece in _pieces(times, near):
         right.line(piece[:, 0], piece[:, 1], "d", 1.6)
-    for lap, end in enumerate(ends, first):
-        right.mark(near[end, 0], near[end, 1], "digit d", str(lap))
+    for lap, (x, y) in zip(laps.tolist(), ends[:, open_most].tolist(), strict=True):
+        right.mark(x, y, "digit d", str(lap))
     said = [
         tr("lap {lap}: {gap}", lap=lap, gap=NumberText(f"{float(np.linalg.norm(gap)):.2f} {unit}"))
         for lap, gap in enumerate(gaps[1:], first + 1)
@@ -71,11 +74,16 @@ def laps_html(simulation: Simulation, ghost: Simulation | None, joints: bool, he
     return macros("plots/charts.html").laps(left.html(size), right.html(size), size + 20, words, said)
 
 
-def _way(simulation: Simulation, joints: bool) -> tuple[Array, Array, tuple[str, ...]]:
-    """Return times (k,) [s], places (k, axes) [mm or °] and the names of the axes, at the steps that are drawn."""
+def _way(simulation: Simulation, first: int, joints: bool) -> tuple[Array, Array, tuple[str, ...]]:
+    """Return times since the first lap began (k,) [s], places (k, axes) [mm or °] and the names of the axes, at the steps that are drawn.
+
+    Args:
+        first: the end of a lap with which the way begins.
+    """
     arm, dt = simulation.avoiding, simulation.settings.dt
-    table = simulation.history.table(round((simulation.time - _laps(simulation)[0] * LAP) / dt))
-    times = table[:, COLUMN["t"]]
+    kept = _times(simulation)
+    start = int(np.searchsorted(kept, first * LAP - 0.5 * dt))
+    times, table = kept[start:], simulation.history.table(len(kept) - start)
     every = max(round(LAP / dt / COARSE), 1)
     from_end = np.abs((times + LAP / 2.0) % LAP - LAP / 2.0)
     rows = np.flatnonzero((np.arange(len(times)) % every == 0) | (from_end < NEAR))
@@ -90,10 +98,17 @@ def _way(simulation: Simulation, joints: bool) -> tuple[Array, Array, tuple[str,
     return times[rows], np.array(hands) - hands[0], ("x", "y", "z")
 
 
+def _times(simulation: Simulation) -> Array:
+    """Return the times of the steps that are kept, since the first lap began (k,) [s]."""
+    task = simulation.roles.task
+    return simulation.history.column("t") - (task.path_began if isinstance(task, HoldTask) else 0.0)
+
+
 def _laps(simulation: Simulation) -> tuple[int, int]:
-    """Return which ends of laps the drawn way begins at and has come to last."""
-    last = int((simulation.time - 0.75 * simulation.settings.dt) / LAP)
-    return max(last - SHOWN, 0), last
+    """Return the first end of a lap from which on all is kept and drawn, and the last one that was come to; less where there is none."""
+    times, dt = _times(simulation), simulation.settings.dt
+    last = int((times[-1] + 0.25 * dt) // LAP)
+    return max(last - SHOWN, 0, int(np.ceil((times[0] - 0.5 * dt) / LAP))), last
 
 
 def _pieces(times: Array, places: Array) -> list[Array]:

@@ -48,7 +48,8 @@ class HoldTask:
         self.place_rotation: Array = np.eye(3)
         """How it should be turned (3, 3)."""
         self._home = self.place
-        self._since = -1.0
+        self.path_began = -1.0
+        """When the place began to move by itself [s]; −1 before that."""
         self._overdriven = overdriven
         self._room, self._kinematics, self._arm = world.room, world.kinematics, arm
         self._path, self._movable = path, movable
@@ -63,17 +64,17 @@ class HoldTask:
         self.place = self._pose.translation.copy()
         self.place_rotation = self._pose.rotation.copy()
         self._home = self.place.copy()
-        self._since = -1.0
+        self.path_began = -1.0
 
     def nominal(self, target: Target | None, settings: RunSettings, time: float) -> Array:
         """Return q̇_n (n,) inside the arm's bounds [rad/s]."""
         kinematics, arm, task = self._kinematics, self._arm, self._room.task(settings)
         speed: Array | None = None
         if self._path is not None:
-            if self._since < 0.0:
+            if self.path_began < 0.0:
                 # The way begins where the hand is, whenever it is chosen.
-                self._since = time
-            self.place, speed = self._path(time - self._since, self._home)
+                self.path_began = time
+            self.place, speed = self._path(time - self.path_began, self._home)
         swing: Array | None = None
         # A second person holds this arm; the first one does only where it is the only arm.
         target = target.second if isinstance(target, PairTarget) else target if self._movable else None
@@ -127,9 +128,9 @@ class HoldTask:
 
     def memory(self) -> Memory:
         """Return the place, how the hand is to be turned, and where the path begins."""
-        return self.place.copy(), self.place_rotation.copy(), self._home.copy(), np.array(self._since)
+        return self.place.copy(), self.place_rotation.copy(), self._home.copy(), np.array(self.path_began)
 
     def remember(self, memory: Memory) -> None:
         """Keep this place."""
         self.place, self.place_rotation, self._home = (array.copy() for array in memory[:3])
-        self._since = float(memory[3])
+        self.path_began = float(memory[3])

@@ -265,3 +265,24 @@ def test_the_ends_of_laps_stand_apart_as_far_as_the_circle_fails_to_close(joints
     (begin, end) = marks(html, "digit d")
     assert begin == (0.5, 0.5) and math.hypot(end[0] - 0.5, end[1] - 0.5) > 0.2, "magnified"
     assert laps_html(Simulation(RunSettings(scene="solo", path="circle")), None, joints, 150) == ""
+
+
+@pytest.mark.parametrize("joints", [False, True])
+def test_laps_count_from_where_the_circle_begins_and_in_a_replay_too(joints: bool) -> None:
+    def gaps(simulation: Simulation) -> list[float]:
+        return [float(gap) for gap in re.findall(r"lap \d: ([\d.]+)", laps_html(simulation, None, joints, 150))]
+
+    at_once = moved(RunSettings(scene="solo", path="circle", gain=0.0), lambda s: s.time >= 17.0)
+    later = Simulation(RunSettings(scene="solo", gain=0.0))
+    for end, path in ((5.0, later.settings.path), (22.0, "circle")):
+        later.apply(replace(later.settings, path=path))
+        while later.time < end:
+            later.step(None)
+    assert len(gaps(at_once)) == 2 and gaps(later) == pytest.approx(gaps(at_once), abs=0.011)
+    # A replay keeps a row every 1/32 s, and not all of them from the beginning.
+    history, rows = at_once.history, at_once.history.table()
+    for begin in (0, 40):
+        kept = rows[begin::6]
+        history._rows[: len(kept)] = kept
+        history.count = len(kept)
+        assert gaps(at_once) == pytest.approx(gaps(later)[: 1 if begin else 2], abs=0.05)
