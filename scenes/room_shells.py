@@ -13,7 +13,7 @@ import numpy as np
 
 from scenes import glb, rigs, surfaces
 from scenes.glb import Material
-from scenes.rigs import RIGS, TABLE_HEIGHT, TABLE_SEPARATION
+from scenes.rigs import ALONE, RIGS, TABLE_HEIGHT, TABLE_SEPARATION, Rig
 from scenes.surfaces import Array, join, moved, revolve, rounded, smooth_max, smooth_min, thinned_mesh
 
 if TYPE_CHECKING:
@@ -185,3 +185,18 @@ def _packed(parts: dict[str, trimesh.Trimesh], coarse: bool, whole: tuple[str, .
 
 def _key(*more: object) -> str:
     return glb.source_key([__file__, glb.__file__, rigs.__file__, surfaces.__file__], *more)
+
+
+def furniture_glb(rig: Rig, coarse: bool) -> bytes:
+    """Return what the arms of a rig stand on; coarse for a browser without a graphics card."""
+    if rig.name == "torso":
+        return torso_glb(coarse=coarse)
+    if rig.name != "table":
+        feet = (rig.left_base, rig.right_base)
+        return stands_glb(tuple((float(x), float(y), float(z)) for x, y, z in (foot.translation for foot in feet)), coarse=coarse)
+    if rig is ALONE:
+        return table_glb(-2.0 * float(ALONE.left_base.translation[0]), coarse=coarse, plates=1)
+    if rig is RIGS["table"]:
+        return table_glb(coarse=coarse)
+    # Short arms stand nearer.
+    return table_glb(float(rig.right_base.translation[0] - rig.left_base.translation[0]), coarse=coarse)

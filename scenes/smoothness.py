@@ -152,11 +152,14 @@ def avoiding_rates(simulation: Simulation, table: Array) -> Array:
     return simulation.history.velocities(table)[:, simulation.avoiding.joints]
 
 
-def finer_rows(recorded: Recorded, time: float, stopped: Callable[[], bool] = never) -> Array:
+def finer_rows(recorded: Recorded, time: float, dt: float, stopped: Callable[[], bool] = never) -> Array:
     """Return the steps about an instant [s] of a recorded piece that is made again in finer steps (rows, columns of `scenes.history`).
+
+    Args:
+        dt: of the steps that are shown beside them [s].
 
     Raises:
         Stopped: see `scenes.rerun.rerun`.
     """
     table = rerun(recorded, substeps=FINER, stopped=stopped).table
-    return table[rows_around(table[:, COLUMN["t"]], time, recorded.dt)]
+    return table[rows_around(table[:, COLUMN["t"]], time, dt)]

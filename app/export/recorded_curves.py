@@ -12,7 +12,7 @@ from app.export.thinning import thinned_table
 from app.i18n.speaking import tr
 from app.plots.pair_strips import ROWS, pair_name
 from app.plots.plot_choice import cells
-from app.plots.stability_text import task_error
+from app.plots.stability_text import keeps_its_task_clear, task_error
 from app.plots.time_plots import LEAST, colour_of, time_plot_of
 from app.plots.time_series import DRIVEN, FARTHEST, JOINTS, resting
 from app.session.elbow_swivel import Swivel
@@ -223,10 +223,11 @@ class Curves:
     def _section(self) -> Panel:
         run, title = self.settings, tr("smallest eigenvalue of sym(M) over K, and 1 − λρ²")
         by_eq_12 = all(stretch.settings.law.entry.of_section_iii for stretch in self._recorded.stretches)
-        if self._recorded.law is not None or not by_eq_12 or run.one_row or run.gain <= 0.0:
+        replay = Replay(self._recorded)
+        of_one = not run.one_row and keeps_its_task_clear(replay.simulation)
+        if self._recorded.law is not None or not by_eq_12 or not of_one or run.gain <= 0.0:
             note = tr("Section III is about eq. (12), one arm and a gain K > 0; of this run it says nothing.")
             return Panel(title, "", self.times, (), (0.0, 1.0), note=note)
-        replay = Replay(self._recorded)
         picked = np.unique(np.linspace(0, len(self._steps) - 1, MOMENTS).astype(int))
         least, survival = [], []
         for step in self._steps[picked].tolist():

@@ -23,7 +23,7 @@ from scenes.lwr.shells import PALETTES
 from scenes.rigs import Camera
 from scenes.robots.drawing import robot_glbs
 from scenes.room import Room
-from scenes.room_shells import MATERIALS, table_glb, torso_glb
+from scenes.room_shells import MATERIALS, furniture_glb
 
 Picture = NDArray[np.uint8]
 Integers = NDArray[np.int64]
@@ -256,15 +256,13 @@ def links(palette: str, robot: str = "lwr") -> tuple[tuple[Mesh, ...], ...]:
 
 
 def furniture(room: Room) -> tuple[Mesh, ...]:
-    """Return the bench or the torso."""
-    # The length of a bench is the distance between its arms; a single arm has the place of the left one.
-    separation = 0.0 if room.rig.name == "torso" else 2.0 * abs(float(room.bases()[0].translation[0]))
-    return _furniture(separation)
+    """Return what the arms stand on."""
+    return _furniture(furniture_glb(room.rig, coarse=False))
 
 
 @cache
-def _furniture(separation: float) -> tuple[Mesh, ...]:
-    return meshes(table_glb(separation) if separation else torso_glb(), MATERIALS)
+def _furniture(blob: bytes) -> tuple[Mesh, ...]:
+    return meshes(blob, MATERIALS)
 
 
 def arms(room: Room, positions: Array, palettes: tuple[str, ...]) -> list[Mesh]:

@@ -12,7 +12,6 @@ from app.lessons.lesson import LessonBook
 from app.lessons.loading import in_language
 from app.runtime.job_pool import Jobs
 from app.settings import LANGUAGES
-from app.stage.stage import furniture_glb
 from controllers.errors import DuetError
 from scenes.glb import NotStored, stored_only
 from scenes.lwr.shells import PALETTES
@@ -20,6 +19,7 @@ from scenes.person.body import body_parts
 from scenes.rigs import ALONE, RIGS, Rig
 from scenes.robots import FILES, RobotName, robot
 from scenes.robots.drawing import robot_glbs
+from scenes.room_shells import furniture_glb
 
 log = logging.getLogger("duet.hosts")
 

@@ -103,7 +103,8 @@ def laws_html(simulation: Simulation, ghost: Simulation | None, now: Contact, he
     chart.level(0.0, "zero", 1.2)
     xs = distances(settings.critical_distance, settings.influence_distance)
     lines = {name: _rates(law, xs, now) for name, law in all_laws(settings).items()}
-    present = settings.law
+    own = simulation.law if isinstance(simulation.law, LawOfFile) else None
+    present, thick = settings.law if own is None else "", law_class(settings.law)
     for name, ys in lines.items():
         if name != present:
             chart.line(xs, ys, law_class(name), 1.5)
@@ -111,7 +112,7 @@ def laws_html(simulation: Simulation, ghost: Simulation | None, now: Contact, he
         other = ghost.settings.law
         ghost_xs = distances(other.critical_distance, other.influence_distance)
         chart.line(ghost_xs, _rates(ghost.law, ghost_xs, now), law_class(other.law), 3.0, "7 5")
-    chart.line(xs, lines[present], law_class(present), 3.2)
+    chart.line(xs, lines[present] if own is None else _rates(own, xs, now), thick, 3.2)
     if abs(now.approach) > 0.005:
         chart.level(now.approach, "w", 1.2, "2 4")
         chart.mark(0.0, now.approach, "name w", "w")
@@ -119,9 +120,9 @@ def laws_html(simulation: Simulation, ghost: Simulation | None, now: Contact, he
         x = LAW_TEXTS[name].anchor(settings, LawLine(xs, ys, span))
         chart.mark(x, float(np.interp(x, xs, ys)), f"digit {law_class(name)}", str(i + 1))
     if math.isfinite(now.distance):
-        chart.mark(now.distance, now.rate, f"dot {law_class(present)}")
+        chart.mark(now.distance, now.rate, f"dot {thick}")
     u, lever = (f"{value:.2f}".replace("-", "−") for value in (now.pull + 0.0, math.sqrt(now.square)))
-    return macros("plots/charts.html").laws(chart.html(height), list(_legend(present, ghost)), u, lever)
+    return macros("plots/charts.html").laws(chart.html(height), list(_legend(simulation, ghost)), u, lever)
 
 
 def _rates(law: Law, xs: np.ndarray, now: Contact) -> np.ndarray:
@@ -135,7 +136,11 @@ def law_class(name: str) -> str:
     return f"law{list(LAWS).index(name) + 1}"
 
 
-def _legend(present: str, ghost: Simulation | None) -> Iterator[tuple[str, str, str, str, tuple[()]]]:
+def _legend(simulation: Simulation, ghost: Simulation | None) -> Iterator[tuple[str, str, str, str, tuple[()]]]:
+    present = simulation.settings.law.law
+    if isinstance(simulation.law, LawOfFile):
+        yield "thick", "", law_class(present), simulation.law.file, ()
+        present = ""
     for i, (name, law) in enumerate(LAWS.items(), 1):
         yield "thick" if name == present else "", str(i), law_class(name), tr(law.short), ()
     if ghost is not None:

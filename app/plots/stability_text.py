@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from markupsafe import Markup
 
-from app.i18n.speaking import tr
+from app.i18n.speaking import N_, tr
 from app.session.frame import Contact
 from app.text.templates import macros, tr_html
 from controllers.kinematics import Array
@@ -14,6 +14,7 @@ from controllers.laws.situation import FIRM_LEVER, lever
 from controllers.stability import Analysis, analyse, barrier
 from controllers.tasks import TASK_DIMENSION, pose_error, position_error
 from scenes.history import COLUMN, Sample
+from scenes.law_answers import LawOfFile
 from scenes.simulation import Simulation
 
 NO_ERROR: Final = 5e-4
@@ -137,10 +138,12 @@ SPAN: Final = 0.3
 def section_html(simulation: Simulation, sample: Sample, now: Contact) -> Markup:
     """Return the panel, or one sentence on why there is none."""
     run, law = simulation.settings, simulation.settings.law
-    if not law.entry.of_section_iii:
-        return _nothing("Section III is about eq. (12). Of this law it says nothing; take smooth priority to see it.")
+    if not law.entry.of_section_iii or isinstance(simulation.law, LawOfFile):
+        return _nothing(N_("Section III is about eq. (12). Of this law it says nothing; take smooth priority to see it."))
     if run.one_row:
-        return _nothing("Section III is about one arm and its task; here one row is shared by both arms.")
+        return _nothing(N_("Section III is about one arm and its task; here one row is shared by both arms."))
+    if not keeps_its_task_clear(simulation):
+        return _nothing(N_("Section III is about one arm and its task; here the arm that you lead keeps clear."))
     error, J = task_error(simulation, sample)
     gain = run.gain
     analysis = analyse(now.row, J, sample.activation, gain, gain, damped=True)
@@ -150,6 +153,11 @@ def section_html(simulation: Simulation, sample: Sample, now: Contact) -> Markup
     if J is None and law.entry.promises:
         W = barrier(error, gain, now.row, now.distance, law.critical_distance, law.order, law.nominal_velocity)
     return stability_html(analysis, sample.error, error_rate(simulation), analysis.lyapunov(e), analysis.lyapunov_rate(e), W)
+
+
+def keeps_its_task_clear(simulation: Simulation) -> bool:
+    """Return whether the first arm that keeps clear is the one with the task that is shown."""
+    return simulation.roles.avoiders(simulation.settings.avoid)[0] is simulation.roles.task
 
 
 def task_error(simulation: Simulation, sample: Sample) -> tuple[Array, Array | None]:
@@ -170,7 +178,9 @@ def error_rate(simulation: Simulation) -> float:
     table = simulation.history.table(round(SPAN / simulation.settings.dt) + 1)
     if len(table) < 2:
         return float("nan")
-    first, last = table[0], table[-1]
+    # In a replay rows may be further apart.
+    times = table[:, COLUMN["t"]]
+    first, last = table[min(int(np.searchsorted(times, times[-1] - SPAN - 1e-9)), len(table) - 2)], table[-1]
     change = np.sqrt(last[COLUMN["e2"]]) - np.sqrt(first[COLUMN["e2"]])
     return float(change / (last[COLUMN["t"]] - first[COLUMN["t"]]))
 

@@ -127,7 +127,7 @@ class Microscope:
         if self._asked != (asked := (history, time, dt, whole)) and self._jobs is not None:
             self._asked = asked
             if (recorded := window(max(WINDOW, float(times[-1]) - time) + AROUND * dt)) is not None:
-                self._jobs.submit("microscope", self._take, finer_rows, recorded, time)
+                self._jobs.submit("microscope", self._take, finer_rows, recorded, time, dt)
         of = self.quantity
         steps = Steps(dt, table[:, COLUMN["t"]], _signal(simulation, table, of, joint))
         finer = self._finer

@@ -13,8 +13,7 @@ from app.stage.person_figure import FigureView
 from app.stage.stage_part import StagePart
 from app.stage.target_marks import GripMark, TargetPlace
 from app.theme import PALETTES, Palette
-from scenes.rigs import ALONE, RIGS, Rig
-from scenes.room_shells import stands_glb, table_glb, torso_glb
+from scenes.room_shells import furniture_glb
 from scenes.simulation import Simulation
 
 
@@ -64,21 +63,6 @@ def _lay_floor(scene: viser.SceneApi, palette: Palette, fine: bool) -> None:
     along = np.stack([np.stack([ticks, -ends, zero], -1), np.stack([ticks, ends, zero], -1)], 1)
     lines = np.concatenate([along, along[..., [1, 0, 2]]]).astype(np.float32)
     scene.add_line_segments("/floor", lines, palette.section, thickness=1, thickness_units="screen")
-
-
-def furniture_glb(rig: Rig, coarse: bool) -> bytes:
-    """Return what the arms of a rig stand on; coarse for a browser without a graphics card."""
-    if rig.name == "torso":
-        return torso_glb(coarse=coarse)
-    if rig.name != "table":
-        feet = (rig.left_base, rig.right_base)
-        return stands_glb(tuple((float(x), float(y), float(z)) for x, y, z in (foot.translation for foot in feet)), coarse=coarse)
-    if rig is ALONE:
-        return table_glb(-2.0 * float(ALONE.left_base.translation[0]), coarse=coarse, plates=1)
-    if rig is RIGS["table"]:
-        return table_glb(coarse=coarse)
-    # Short arms stand nearer.
-    return table_glb(float(rig.right_base.translation[0] - rig.left_base.translation[0]), coarse=coarse)
 
 
 class Stage:

@@ -9,11 +9,12 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from app.figures import fig8_film as film
-from app.figures.render import Mesh, Viewpoint, arms, ball, furniture, links, render
+from app.figures.render import Mesh, Viewpoint, arms, ball, furniture, links, meshes, render
 from controllers.kinematics import Array
 from scenes.person.source import MissingPackage
 from scenes.rigs import Camera
 from scenes.room import build_room
+from scenes.room_shells import MATERIALS, furniture_glb
 from scenes.solo import build_alone
 
 WIDE, HIGH = 90, 60
@@ -108,6 +109,17 @@ def test_a_single_arm_stands_on_a_bench() -> None:
     top = max(mesh.vertices[:, 2].max() for mesh in furniture(room))
     assert foot == pytest.approx(room.bases()[0].translation[2], abs=2e-3)
     assert top == pytest.approx(foot, abs=0.02)
+
+
+@pytest.mark.parametrize("rig", ["torso", "table", "0,0.6,1,0:0.3,-0.6,1,0", "0,0.5,1,0:0,-0.5,1,0"])
+def test_arms_stand_on_what_the_page_shows(rig: str) -> None:
+    room = build_room(rig)
+    drawn = furniture(room)
+    shown = meshes(furniture_glb(room.rig, coarse=False), MATERIALS)
+    assert [len(mesh.vertices) for mesh in drawn] == [len(mesh.vertices) for mesh in shown]
+    for base in room.bases():
+        near = [np.linalg.norm(mesh.vertices - base.translation, axis=1).min() for mesh in drawn]
+        assert min(near) < 0.12, "something is below each foot"
 
 
 def test_the_film_shows_the_robots_alone_where_the_model_of_the_person_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:

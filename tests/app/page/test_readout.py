@@ -29,6 +29,7 @@ from controllers.limits import Authority
 from controllers.stability import analyse
 from scenes.experiments import EXPERIMENTS
 from scenes.history import Sample
+from scenes.law_answers import LawAnswers, ReplayedLaw
 from scenes.laws import LAWS
 from scenes.promise import Condition, missing_now
 from scenes.rigs import MIRROR
@@ -233,6 +234,11 @@ def test_section_three_speaks_of_its_custom_law_only() -> None:
     for query, shown in (("scene=master_slave", True), ("scene=master_slave&coupled=1", False), ("scene=ball", True)):
         words = text(section_html(*seen(query)))
         assert ("sym(M)" in words) == shown and ("W" in words and shown) == (shown and "master" in query)
+    # The row would be of one arm and the Jacobian of the other one, which may have fewer joints.
+    assert "keeps clear" in text(section_html(*seen("scene=hold&robot=lwr_ur5&avoid=guided")))
+    simulation, sample, now = seen("scene=hold")
+    simulation.use(ReplayedLaw([LawAnswers("mine.py", "0" * 64, np.zeros((1, 8)))], simulation, 0))
+    assert "Of this law it says nothing" in text(section_html(simulation, sample, now))
 
 
 @pytest.mark.parametrize("query", ["scene=hold", "scene=hold&task=pose", "scene=master_slave", "scene=ball&point=elbow"])

@@ -23,6 +23,7 @@ from app.session.frame import contact
 from controllers.kinematics import Array
 from controllers.stability import Analysis, analyse, barrier
 from scenes.history import COLUMN
+from scenes.law_answers import LawAnswers, ReplayedLaw
 from scenes.laws import LAWS
 from scenes.settings import LawSettings, RunSettings
 from scenes.simulation import Simulation
@@ -100,6 +101,22 @@ def test_the_ghost_of_all_laws_is_dashed() -> None:
     simulation, ghost = played("hold"), played("hold", "barrier_qp")
     html = laws_html(simulation, ghost, contact(simulation, simulation.sample()), 150)
     assert re.findall(r'<path class="law(\d)"[^>]*stroke-dasharray', html) == ["6"] and "ghost" in text(html)
+
+
+def test_a_law_of_a_file_is_the_thick_line_and_all_others_stand_beside_it() -> None:
+    simulation = played("hold")
+    now = contact(simulation, simulation.sample())
+
+    class Mine(ReplayedLaw):
+        def line_rates(self, distances: Array, pull: float, approach: float, square: float) -> Array:
+            return np.full(len(distances), 0.1)
+
+    simulation.use(Mine([LawAnswers("mine.py", "0" * 64, np.zeros((1, 8)))], simulation, 0))
+    html = laws_html(simulation, None, now, 150)
+    own, built_in = paths(html, "law1")[::-1]
+    assert np.ptp(own[:, 1]) == 0.0 < np.ptp(built_in[:, 1])
+    assert "<b>mine.py</b>" in html and html.count("<b>") == html.replace("<b>mine.py</b>", "").count("<b>") + 1
+    assert f"<b>{LAWS['smooth_priority'].short}</b>" not in html
 
 
 def test_the_axis_of_speeds_does_not_breathe() -> None:

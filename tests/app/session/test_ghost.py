@@ -251,6 +251,20 @@ def test_what_is_seen_is_the_history_and_the_finer_steps_are_a_rerun() -> None:
     assert [(name, path.count("h0")) for name, path in dots] == [("u", 2 * AROUND + 1), ("ghost", 4 * AROUND + 1)]
 
 
+def test_after_another_time_step_the_finer_steps_are_those_of_the_stretch_that_is_shown() -> None:
+    desk = Inline()
+    session = looking(desk, RunSettings(dt=0.01), 2.0)
+    session.toggle_pause()
+    session.change("dt", 0.0025)
+    while session.simulation.time < 4.0:
+        session.advance(0.1)
+    session.toggle_pause()
+    session.studies.microscope.go_to(3.0)
+    found = seen(session, desk)
+    assert found.finer is not None and len(found.finer.times) == 4 * AROUND + 1
+    assert found.finer.times[[0, -1]] == pytest.approx(found.steps.times[[0, -1]])
+
+
 def test_another_signal_and_another_instant() -> None:
     desk = Inline()
     session = looking(desk, RunSettings(), 3.0)
