@@ -14,10 +14,9 @@ from scenes.history import COLUMN
 from scenes.law_knobs import LawKnob, knob_range, sought
 from scenes.laws import LAWS
 from scenes.promise import fallen
-from scenes.roles import TargetSource
+from scenes.roles import Paced
 from scenes.settings import HardwareSettings, LawSettings, RunSettings
 from scenes.simulation import Simulation
-from scenes.targets import Target
 
 EDITION: Final = "2026"
 """Of the runs; another one where anything below changes, or a default, so that figures of two editions are not compared."""
@@ -159,17 +158,6 @@ class Outcome:
 
 Applied = Callable[[RunSettings, float | None], tuple[RunSettings, Law | None]]
 """Puts a law with a value of its knob, None for its own settings, into settings, or beside them where they do not know it."""
-
-
-class Paced:
-    """A person who does the same as another one, but faster. `factor`: so many times."""
-
-    def __init__(self, source: TargetSource, factor: float) -> None:
-        self._source, self._factor = source, factor
-
-    def target(self, time: float) -> Target | None:
-        """Return what is wanted at a time [s]."""
-        return self._source.target(self._factor * time)
 
 
 NO_KNOB: Final = "no setting of it chooses a distance"

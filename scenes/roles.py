@@ -55,6 +55,17 @@ class NoSource:
         del time
 
 
+class Paced:
+    """A person who does the same as another one, but faster. `factor`: so many times."""
+
+    def __init__(self, source: TargetSource, factor: float) -> None:
+        self._source, self._factor = source, factor
+
+    def target(self, time: float) -> Target | None:
+        """Return what is wanted at a time [s]."""
+        return self._source.target(self._factor * time)
+
+
 class Scenario:
     """What an experiment is made of: where it takes place, who does what, and who moves what can be moved."""
 

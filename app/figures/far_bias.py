@@ -7,14 +7,7 @@ from app.figures.figure_style import COLOURS, DASHES, sheet
 from controllers import budget
 from scenes.headless import Run
 from scenes.history import COLUMN
-from scenes.targets import HandTarget
-
-
-class Still:
-    """A source without a target."""
-
-    def target(self, time: float) -> HandTarget | None:
-        del time
+from scenes.roles import NoSource
 
 
 def expected(run: Run) -> float:
@@ -39,7 +32,7 @@ def draw(plan: Plan) -> Drawn:
     base = plan.settings({"pairs": "soft"}, rig="table")
     rows: list[list[float]] = []
     for n in orders:
-        run = plan.run(plan.settings({"pairs": "soft", "order": n}, rig="table"), length, Still())
+        run = plan.run(plan.settings({"pairs": "soft", "order": n}, rig="table"), length, NoSource())
         d = float(run.table[-1, COLUMN["d"]])
         rows.append([n, d, float(run.table[-1, COLUMN["lambda"]]), run.summary.e2_end**0.5, expected(run)])
     table = np.array(rows)

@@ -8,30 +8,12 @@ from app.figures.drawn_figure import Drawn, Plan, csv_head
 from app.figures.fig5_hold import approach
 from app.figures.figure_style import COLOURS, DASHES, sheet
 from scenes.headless import Run
+from scenes.roles import Paced
 from scenes.room import build_room
-from scenes.settings import RunSettings
-from scenes.targets import HandTarget
 from scenes.two_arms import Autopilot
 
 SCRIPT: Final = 46.0
 """Length of the person's script at its own pace [s]."""
-
-
-class Hurried:
-    """The autopilot at another pace.
-
-    Args:
-        settings: of the run.
-        pace: factor of its speed.
-    """
-
-    def __init__(self, settings: RunSettings, pace: float) -> None:
-        self._person = Autopilot(build_room(settings.rig), settings.guided, settings.seed)
-        self._pace = pace
-
-    def target(self, time: float) -> HandTarget:
-        """Return where the hand should be at a time [s]."""
-        return self._person.target(time * self._pace)
 
 
 def draw(plan: Plan) -> Drawn:
@@ -42,7 +24,8 @@ def draw(plan: Plan) -> Drawn:
     for feed_forward, runs in results.items():
         settings = plan.settings({"feed_forward": feed_forward}, rig="table", hand_speed=1.0)
         for pace in paces:
-            run = plan.run(settings, plan.either(SCRIPT, 20.0) / pace, Hurried(settings, pace))
+            person = Autopilot(build_room(settings.rig), settings.guided, settings.seed)
+            run = plan.run(settings, plan.either(SCRIPT, 20.0) / pace, Paced(person, pace))
             runs.append((approach(run), run))
     figure = sheet(3.1)
     axes = figure.subplots()

@@ -4,11 +4,11 @@ import math
 from dataclasses import dataclass
 
 from controllers.curve import curve_through
-from controllers.laws.row_law import RowLaw
+from controllers.laws.row_law import RetreatLaw
 
 
 @dataclass(frozen=True)
-class DrawnCurve(RowLaw):
+class DrawnCurve(RetreatLaw):
     """J_d q̇ = λ(d) v − (1 − λ(d)) u with λ(d) through given points.
 
     Attributes:
@@ -22,8 +22,3 @@ class DrawnCurve(RowLaw):
     def activation(self, distance: float) -> float:
         """Return λ(d)."""
         return 0.0 if distance == math.inf else curve_through(self.curve).height(distance)
-
-    def correction(self, distance: float, pull: float, approach: float) -> float:
-        """Return c = λ (v + u) [m/s]."""
-        del approach
-        return self.activation(distance) * (self.nominal_velocity + pull)

@@ -3,11 +3,11 @@
 import math
 from dataclasses import dataclass
 
-from controllers.laws.row_law import RowLaw
+from controllers.laws.row_law import RetreatLaw
 
 
 @dataclass(frozen=True)
-class HandLever(RowLaw):
+class HandLever(RetreatLaw):
     """J_d q̇ = λ v − (1 − λ) u with λ from a lever, whatever the distance is.
 
     Attributes:
@@ -21,8 +21,3 @@ class HandLever(RowLaw):
     def activation(self, distance: float) -> float:
         """Return λ."""
         return 0.0 if distance == math.inf else self.hand_lever
-
-    def correction(self, distance: float, pull: float, approach: float) -> float:
-        """Return c = λ (v + u) [m/s]."""
-        del approach
-        return self.activation(distance) * (self.nominal_velocity + pull)

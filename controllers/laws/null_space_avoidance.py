@@ -7,20 +7,21 @@ import numpy as np
 
 from controllers.activation import buffered_activation
 from controllers.kinematics import Array
-from controllers.laws.row_law import RowLaw
+from controllers.laws.row_law import RetreatLaw
 from controllers.laws.situation import Situation, row_damping
 from controllers.laws.task_space import free_part
 
 
 @dataclass(frozen=True)
-class NullSpaceAvoidance(RowLaw):
+class NullSpaceAvoidance(RetreatLaw):
     """q̇ = q̇_n + N (J_d N)^# α(d) (v + u), with N = I − J^# J of the hand's task and u = −J_d q̇_n.
 
     After L. Žlajpah and B. Nemec, Kinematic control algorithms for on-line obstacle avoidance for redundant manipulators, IROS
     2002: the order of the tasks is the reverse of the paper's, J q̇ = J q̇_n whatever the obstacle does. α rises from 0 at the
     influence distance to 1 at the critical distance as half a cosine. The retreat at α = 1 is v here, for comparison with the other
     laws. It is damped where J_d N vanishes: an elbow can swing aside, but the hand itself does not get out of anything's way.
-    A task that uses every joint (no `task_jacobian`) leaves nothing, and q̇ = q̇_n.
+    A task that uses every joint (no `task_jacobian`) leaves nothing, and q̇ = q̇_n. c = α (v + u) is reached where the hand leaves enough
+    freedom.
 
     Bounds, if the situation has any, shorten the whole evasive motion: q̇_n + s Δ with the largest s ≤ 1 inside them. Clipping
     joint by joint would move the hand.
@@ -40,11 +41,6 @@ class NullSpaceAvoidance(RowLaw):
     def activation(self, distance: float) -> float:
         """Return α(d), see `buffered_activation`."""
         return buffered_activation(distance, self.critical_distance, self.influence_distance)
-
-    def correction(self, distance: float, pull: float, approach: float) -> float:
-        """Return c = α (v + u) [m/s], reached where the hand leaves enough freedom."""
-        del approach
-        return self.activation(distance) * (self.nominal_velocity + pull)
 
     def __call__(self, situation: Situation) -> Array:
         """Return q̇ (n,) [rad/s]."""

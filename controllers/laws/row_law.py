@@ -38,8 +38,23 @@ class RowLaw(ABC):
         return along_row(situation.nominal, situation.row, c)
 
 
+class RetreatLaw(RowLaw):
+    """J_d q̇ = λ(d) v − (1 − λ(d)) u: as far as avoidance has taken over, retreat at v takes the place of the pull.
+
+    Attributes:
+        nominal_velocity: v [m/s].
+    """
+
+    nominal_velocity: float
+
+    def correction(self, distance: float, pull: float, approach: float) -> float:
+        """Return c = λ (v + u) [m/s]."""
+        del approach
+        return self.activation(distance) * (self.nominal_velocity + pull)
+
+
 @dataclass(frozen=True)
-class BlendLaw(RowLaw):
+class BlendLaw(RetreatLaw):
     """J_d q̇ = λ(d) v − (1 − λ(d)) u: a law with the activation of the paper, eq. (31), that blends retreat and pull.
 
     Attributes:
@@ -55,8 +70,3 @@ class BlendLaw(RowLaw):
     def activation(self, distance: float) -> float:
         """Return λ(d), eq. (31)."""
         return activation(distance, self.critical_distance, self.order)
-
-    def correction(self, distance: float, pull: float, approach: float) -> float:
-        """Return c = λ (v + u) [m/s]."""
-        del approach
-        return self.activation(distance) * (self.nominal_velocity + pull)

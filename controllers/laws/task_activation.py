@@ -8,7 +8,7 @@ import numpy as np
 
 from controllers.activation import buffered_activation
 from controllers.kinematics import Array
-from controllers.laws.row_law import RowLaw
+from controllers.laws.row_law import RetreatLaw
 from controllers.laws.situation import Situation, row_damping, row_dampings
 
 DIRECTION_WEIGHT: Final = 1.0
@@ -16,7 +16,7 @@ DIRECTION_WEIGHT: Final = 1.0
 
 
 @dataclass(frozen=True)
-class TaskActivation(RowLaw):
+class TaskActivation(RetreatLaw):
     """Level by level, from ρ_0 = q̇_n and Q_0 = I: ρ_k = ρ_{k−1} + Q_{k−1} X^{#,A,I} W_k (ẋ_k − J_k ρ_{k−1}), with X = J_k Q_{k−1},
     Q_k = Q_{k−1} (I − X^{#,A,I} X),  W_k = X X^{#,A,Q},  X^{#,A,Q} = (Xᵀ A X + η (I−Q)ᵀ(I−Q) + Vᵀ P V)^{−1} Xᵀ A A,  Q = Q_{k−1}.
 
@@ -28,7 +28,8 @@ class TaskActivation(RowLaw):
 
     For one row, level 1 is J_d^{#,a,I} = a J_d^# and W_1 = a, so that J_d ρ_1 = a² v − (1 − a²) u, and Q_1 = I − a J_d^# J_d is the
     paper's N', eq. (13). While a < 1, Q_1 leaves the share 1 − a of J_d to the hand, which uses it to undo its own error: the
-    distance rate lies between −u and that of level 1. At a = 1 it is v, whatever the hand wants. Where the hand needs J_d itself,
+    distance rate lies between −u and that of level 1, c = a² (v + u) − u, which is reached where the hand does not feel the row.
+    At a = 1 it is v, whatever the hand wants. Where the hand needs J_d itself,
     η makes it let go by degrees as a → 1; a task that uses every joint (no `task_jacobian`) is J = I.
 
     P is the damping of `row_damping`, for the row and for the singular values of the hand's level.
@@ -52,11 +53,6 @@ class TaskActivation(RowLaw):
     def activation(self, distance: float) -> float:
         """Return a², the share of v in the distance rate of level 1."""
         return self.row_activation(distance) ** 2
-
-    def correction(self, distance: float, pull: float, approach: float) -> float:
-        """Return c = a² (v + u) [m/s], of level 1: reached where the hand does not feel the row, or a = 1."""
-        del approach
-        return self.activation(distance) * (self.nominal_velocity + pull)
 
     def __call__(self, situation: Situation) -> Array:
         """Return q̇ (n,) [rad/s]."""

@@ -16,10 +16,10 @@ from scenes.league_runs import (
     NO_KNOB,
     NOMINAL_VELOCITY,
     Event,
-    Paced,
     Schedule,
     law_held,
 )
+from scenes.roles import Paced
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget
 
