@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from markupsafe import Markup
 
-from app.i18n.speaking import N_, tr
+from app.i18n.speaking import tr
 from app.session.frame import Contact
 from app.text.templates import macros, tr_html
 from controllers.kinematics import Array
@@ -139,11 +139,11 @@ def section_html(simulation: Simulation, sample: Sample, now: Contact) -> Markup
     """Return the panel, or one sentence on why there is none."""
     run, law = simulation.settings, simulation.settings.law
     if not law.entry.of_section_iii or isinstance(simulation.law, LawOfFile):
-        return _nothing(N_("Section III is about eq. (12). Of this law it says nothing; take smooth priority to see it."))
+        return _nothing("Section III is about eq. (12). Of this law it says nothing; take smooth priority to see it.")
     if run.one_row:
-        return _nothing(N_("Section III is about one arm and its task; here one row is shared by both arms."))
+        return _nothing("Section III is about one arm and its task; here one row is shared by both arms.")
     if not keeps_its_task_clear(simulation):
-        return _nothing(N_("Section III is about one arm and its task; here the arm that you lead keeps clear."))
+        return _nothing("Section III is about one arm and its task; here the arm that you lead keeps clear.")
     error, J = task_error(simulation, sample)
     gain = run.gain
     analysis = analyse(now.row, J, sample.activation, gain, gain, damped=True)

@@ -1,8 +1,8 @@
 """Every text of the page that the catalogues translate.
 
-A text is found as an argument of `tr("…")`, also in a template, of `N_("…")` and of functions that show it, such as
-`notify("…", "…")`; as the text or template of an error that may appear on the page, or of another `LazyText`; as label, hint or choice of a
-setting; as name of a row of buttons; and in the tables below.
+A text is found as an argument of `tr("…")`, also in a template, of `N_("…")`, of functions that give it to `tr`, and of functions that
+show it, such as `notify("…", "…")`; as the text or template of an error that may appear on the page, or of another `LazyText`; as label,
+hint or choice of a setting; as name of a row of buttons; and in the tables below.
 """
 
 import ast
@@ -65,7 +65,7 @@ FORMULAS: Final = {
 """Labels that are symbols, …"""
 
 NAMES: Final = {
-    *("CSV", "HTML", "PNG", "SVG", "Python", *specs(Settings)["robot"].options().values(), *LANGUAGES.values()),
+    *("Duet", "CSV", "HTML", "PNG", "SVG", "Python", *specs(Settings)["robot"].options().values(), *LANGUAGES.values()),
     *(
         "Pseudo (a test)",
         "Faverjon & Tournassoud 1987",
@@ -135,6 +135,7 @@ def _of_tables() -> Iterator[str]:
 def _of_sources(folder: Path = _APP) -> Iterator[str]:
     trees = [ast.parse(path.read_text(encoding="utf-8")) for path in sorted(folder.rglob("*.py"))]
     named = {name: value for tree in trees for name, value in _constants(tree)}
+    passed_on = {found for tree in trees for found in _passed_on(tree)}
     for tree in trees:
         here = (*_SAID, *(_imported(tree) & {"tr", "N_"}))
         for node in ast.walk(tree):
@@ -142,6 +143,22 @@ def _of_sources(folder: Path = _APP) -> Iterator[str]:
                 yield from _texts((*node.args, *(keyword.value for keyword in node.keywords)), named)
             elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith("notes.append"):
                 yield from _texts(node.args, named)
+            elif isinstance(node, ast.Call):
+                for _, place, parameter in (found for found in passed_on if found[0] == _name(node.func)):
+                    given = [keyword.value for keyword in node.keywords if keyword.arg == parameter]
+                    yield from _texts((*node.args[place : place + 1], *given), named)
+
+
+def _passed_on(tree: ast.Module) -> Iterator[tuple[str, int, str]]:
+    """Yield name of a function, place and name of its parameter, for every parameter that it gives to `tr` as it is."""
+    for function in ast.walk(tree):
+        if isinstance(function, ast.FunctionDef):
+            parameters = [argument.arg for argument in function.args.args if argument.arg != "self"]
+            for node in ast.walk(function):
+                if isinstance(node, ast.Call) and _name(node.func) in ("tr", "tr_html") and node.args:
+                    given = _name(node.args[0])
+                    if given in parameters:
+                        yield function.name, parameters.index(given), given
 
 
 def _of_templates() -> Iterator[str]:
