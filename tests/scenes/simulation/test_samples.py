@@ -11,7 +11,7 @@ from controllers.limits import Authority
 from scenes.headless import FELT, run, summarise
 from scenes.history import COLUMN, SCALARS, History
 from scenes.room import build_room
-from scenes.settings import RigName, changed
+from scenes.settings import AvoidChoice, RigName, changed
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget
 from scenes.two_arms import Autopilot
@@ -25,6 +25,7 @@ from tests.scenes.helpers import (
     overlapping_start,
     place_of,
     play,
+    scene_settings,
     true_distance,
     wander,
 )
@@ -47,6 +48,27 @@ def test_a_sample_before_any_step(rig: RigName, pairs: Treatment) -> None:
         assert getattr(later, name) == getattr(first, name)
     first.positions[:] = 9.0
     assert np.abs(simulation.positions).max() < 9.0
+
+
+@pytest.mark.parametrize("avoid", ["free", "guided", "both"])
+def test_the_levers_before_any_step_are_those_of_the_first_one(avoid: AvoidChoice) -> None:
+    simulation = Simulation(scene_settings("master_slave", avoid=avoid))
+    first = simulation.sample()
+    simulation.step(None)
+    later = simulation.sample()
+    assert first.lever == later.lever > 0.0
+    if avoid == "both":
+        assert first.second is not None and later.second is not None and first.second.lever == later.second.lever > 0.0
+
+
+def test_an_arm_that_leads_from_now_on_follows_no_more() -> None:
+    simulation = Simulation(scene_settings("master_slave"))
+    play(simulation, [None] * 5)
+    assert not np.isnan(simulation.sample().desired[simulation.avoiding.joints]).any()
+    simulation.apply(changed(simulation.settings, "guided", simulation.avoiding.name))
+    simulation.step(None)
+    desired = simulation.sample().desired
+    assert np.isnan(desired[simulation.guided.joints]).all() and not np.isnan(desired[simulation.avoiding.joints]).any()
 
 
 def test_samples_and_tables() -> None:
