@@ -15,7 +15,7 @@ import tyro
 from app.cli.options import AllOptions, Flat, settings_of_options
 from app.cli.sweep import cores
 from app.hosting.dispatcher import Dispatcher
-from app.hosting.serve_options import ServeOptions
+from app.hosting.serve_options import MOST_STUDENTS, ServeOptions
 from app.hosting.store_file import StoreLock, usual_path
 from app.hosting.teacher_key import AUTO, chosen_key
 from app.hosting.worker_messages import WorkerStart
@@ -115,6 +115,8 @@ def serve(command: Serve) -> int:
     for name, count in (("sessions", command.sessions), ("watchers", command.watchers)):
         if isinstance(count, int) and count < 1:
             raise BadSetting(f"--{name} must be at least 1{', or auto' if name == 'sessions' else ''}.")
+    if not 0 <= command.students <= MOST_STUDENTS:
+        raise BadSetting(f"--students must be 0 to {MOST_STUDENTS}; 0 where it is not known.")
     if not 0.0 < command.keep <= LONGEST_KEEP:
         raise BadSetting(f"--keep = {command.keep:g} h is not possible; give hours up to {LONGEST_KEEP:g}, or --store memory.")
     if not command.store_size >= SMALLEST_STORE:

@@ -134,7 +134,11 @@ class PrivateHost:
             return
         settings, problems = from_query(query, context.options.settings)
         # The tab's earlier connection may not have been noticed to be gone, or the tab was doubled and keeps a session of its own.
-        before = [one for one in self.visitors.values() if tab_id(query) is not None and tab_id(one.query) == tab_id(query)]
+        before = [
+            one
+            for one in self.visitors.values()
+            if not one.superseded and tab_id(query) is not None and tab_id(one.query) == tab_id(query)
+        ]
         for visitor in before:
             visitor.save()
         record = yield from context.store.recall(query)

@@ -141,6 +141,8 @@ ERRORS = {
     "run --inputs {}/noise.csv": "noise.csv|not a text",
     "serve --sessions 0": "--sessions must be at least 1, or auto",
     "serve --watchers 0": "--watchers must be at least 1",
+    "serve --lecture --students 2001": "--students must be 0 to 2000",
+    "serve --lecture --students -1": "--students must be 0 to 2000",
     "serve --key chalk": "key has fewer than 8 characters|--key auto",
     "serve --n 0": "n = |1 to 20",
     "serve --theme pink": "theme = 'pink'|light|dark",
