@@ -151,7 +151,7 @@ class Classroom:
 
     def follow(self) -> None:
         """Call all students back to the plenary."""
-        self.free = False
+        self.free, self.wanted = False, ""
         self.places.take_all()
 
     def settle(self, able: tuple[str, ...], now: float) -> None:

@@ -1,7 +1,7 @@
 """Carries out the teacher's actions and takes the students' answers, in the plenary."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from time import monotonic
 from typing import Final
 
@@ -29,11 +29,19 @@ RUN: Final = N_("a student's run")
 """Name of the replay of what a student has done."""
 
 
+EVERY_PRESS: Final[frozenset[TeacherAction]] = frozenset({"on", "back", "pause", "pages", "freeze", "blank"})
+"""Steps, and what is switched on and off: two presses between two frames are two."""
+
+
 class Teach(Action, newest_by=("what",)):
     """Do what a teacher asks for. `value`: the name or the text that belongs to it."""
 
     what: TeacherAction
     value: str = ""
+
+    @property
+    def control(self) -> Hashable:
+        return None if self.what in EVERY_PRESS else super().control
 
 
 class Answer(Action, newest_by=("student",)):

@@ -292,7 +292,9 @@ def test_who_follows_holds_no_place() -> None:
     classroom.explore()
     classroom.settle(classroom.here, 0.0)
     assert classroom.groups == {"ann": 1, "bo": 1}
+    classroom.wanted = "ann"
     classroom.follow()
+    assert not classroom.wanted, "a run that was asked for does not come to the stage when they explore again"
     classroom.leave(0)
     classroom.leave(99)
     assert classroom.heads == (1, 0) and not classroom.free

@@ -153,6 +153,16 @@ def test_a_page_key_first_brings_back_a_covered_picture(stage: Stage) -> None:
     assert not (presenter.blank or presenter.frozen)
 
 
+def test_two_presses_between_two_frames_are_two(stage: Stage) -> None:
+    stage.answer(1, 1)
+    for action, value in (("on", ""), ("on", ""), ("blank", ""), ("blank", ""), ("expect", "20"), ("expect", "30")):
+        stage.control.post(action, value)  # type: ignore[arg-type]
+    assert len(stage.session.posts) == 5, "of a number the newest counts"
+    while len(stage.session.posts):
+        stage.frame()
+    assert stage.presenter.station is Station.ANSWERS and not stage.presenter.blank and stage.presenter.expected == 30
+
+
 def test_the_timer_runs_down_forces_nothing_and_ends_with_the_question(stage: Stage) -> None:
     presenter = stage.presenter
     assert presenter.left is None and presenter.asked_for is None
