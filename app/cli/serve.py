@@ -72,7 +72,7 @@ class Serve:
     """A class: all tabs see one stage, students answer on their own; the first tab, or the one with the key, leads."""
     key: str | None = None
     """Visitors who open the page with ?key=KEY are teachers: they see the notes to the lessons, and lead the class in a lecture.
-    8 characters or more; `auto` makes one and prints the link. Without this option, the environment variable DUET_KEY, which the list of
+    12 characters or more; `auto` makes one and prints the link. Without this option, the environment variable DUET_KEY, which the list of
     processes does not show."""
     allow_origin: tyro.conf.UseAppendAction[tuple[str, ...]] = ()
     """A further web address under which the page may be opened, such as https://duet.example.org behind a proxy; may be given several
