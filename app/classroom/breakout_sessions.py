@@ -16,7 +16,7 @@ from app.hosting.admission import Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.visitor import Visitor, open_visitor
 from app.hosting.visitor_record import VisitorRecord, tab_id
-from app.hosting.worker_messages import Replaced, WorkerLink
+from app.hosting.worker_messages import ForgetTabs, Replaced, WorkerLink
 from app.i18n.speaking import set_language
 from app.lessons.progress import SavedLesson
 from app.lessons.session.lesson_session import LessonSession
@@ -84,7 +84,7 @@ class BreakoutWorkers:
             self._said = state
             if not state.free:
                 self._begun.clear()
-                self._link.forget_tabs()
+                self._link.send(ForgetTabs())
             self._link.to_all(state)
 
     def _update(self) -> None:
