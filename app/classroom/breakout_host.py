@@ -71,7 +71,7 @@ class BreakoutHost:
                     self._expected[student] = message
                     self.classroom.places.groups[student] = message.group
                     if report is None:
-                        self.classroom.work.take_back(student)
+                        self.classroom.work.hand_ins.pop(student, None)
                     else:
                         self.classroom.work.hand_in(student, report)
                 case ClassState(free, paused, pace, wanted):

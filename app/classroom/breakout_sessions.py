@@ -58,7 +58,7 @@ class BreakoutWorkers:
         """Send a student's next connection to a session in another process; see `Exploring`."""
         classroom, self._begun[student] = self._classroom, begin
         group = classroom.places.groups[student]
-        handed_in, name = classroom.work.handed_in(student), classroom.board.name_of(group)
+        handed_in, name = classroom.work.hand_ins.get(student), classroom.board.name_of(group)
         self._link.to_tab(student, group, Exploring(student, begin, classroom.has_work(student), handed_in, name, group))
 
     def exchange(self) -> None:

@@ -95,14 +95,6 @@ class TeacherControl:
         """Queue an action of the teacher's for the next frame; from any thread. `value`: see `Teach`."""
         self._session.post(Teach(action, value))
 
-    def post_answer(self, student: str, choice: int) -> None:
-        """Queue a student's answer for the next frame; from any thread. `student`: id of the tab."""
-        self.answers.put(Answer(student, choice))
-
-    def post_reason(self, student: str, question: QuestionId, reason: str) -> None:
-        """Queue the reason of a student's answer for the next frame; from any thread."""
-        self.answers.put(Because(student, question, reason))
-
     def post_work(self, work: WorkAction) -> None:
         """Queue what a student hands in for the next frame; from any thread."""
         self.answers.put(work)
@@ -123,7 +115,7 @@ class TeacherControl:
             case Reported(student, name, progress):
                 classroom.hand_in(self._lessons.walk if self._lessons.begun else None, student, name, progress)
             case TakenBack(student):
-                classroom.work.take_back(student)
+                classroom.work.hand_ins.pop(student, None)
             case _:
                 raise TypeError(f"nothing here does {action!r}")
 

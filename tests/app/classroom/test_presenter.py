@@ -13,7 +13,7 @@ from app.classroom.classroom_html import poll_html, tied_html
 from app.classroom.presenter import Presenter, Station, stations_of
 from app.classroom.screen_html import screen_html
 from app.classroom.screen_panel import next_station_label
-from app.classroom.teacher_control import TeacherControl
+from app.classroom.teacher_control import Because, TeacherControl
 from app.lessons.bookmark import Phase
 from app.lessons.loading import in_language, load_lessons
 from app.lessons.session.lesson_actions import Choose, GoTo, ShowWhy, StartOrPause
@@ -261,7 +261,7 @@ def test_reasons_are_taken_after_the_vote_and_shown_as_picked(stage: Stage) -> N
         ("student 0", "first"),
         ("student 0", "second thoughts"),
     ):
-        stage.control.post_reason(student, question, reason)
+        stage.control.answers.put(Because(student, question, reason))
         stage.control.answers.do()
     reasons = classroom.ballots.reasons(question)
     # A number stays with its ballot, and so does the reason when the answer is another one.
