@@ -2,10 +2,11 @@
 where they come from."""
 
 from collections.abc import Callable, Collection, Iterable, Mapping
-from typing import Any, NamedTuple, Protocol, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from app.lessons.tally import Ballot, QuestionId, Switch, Tally, switches_between, tally_of
 from app.plots.curve_chart import Curve
+from app.web.connection import FilteredConnection
 
 T = TypeVar("T")
 
@@ -161,16 +162,6 @@ def _read(ballots: Round) -> dict[str, Ballot]:
     return {student: Ballot(*one) for student, one in ballots.items()}
 
 
-class Origin(Protocol):
-    """The connection of a student; see `app.web.connection.FilteredConnection`."""
-
-    @property
-    def address(self) -> str: ...
-
-    @property
-    def is_page(self) -> bool: ...
-
-
 class VoterCount(NamedTuple):
     """How many votes a round has, from how many addresses, and how many of them without a page."""
 
@@ -195,7 +186,7 @@ class Voters:
     def restore(self, pages_only: bool, pageless: Iterable[str]) -> None:
         self.pages_only, self.pageless = pages_only, set(pageless)
 
-    def note(self, student: str, origin: Origin) -> None:
+    def note(self, student: str, origin: FilteredConnection) -> None:
         """Note where a student comes from now."""
         self._addresses[student] = origin.address
         (self.pageless.discard if origin.is_page else self.pageless.add)(student)

@@ -43,9 +43,9 @@ class BreakoutHost:
         return {key: one.visitor.session for key, one in list(self.participants.items()) if one.visitor is not None}
 
     def close(self) -> None:
+        """Keep what every student has done, and close every session."""
         self.admission.close()
-        for session in self.sessions.values():
-            session.close()
+        self._breakouts.close(self.participants.values())
         self._context.store.close()
 
     def frame(self, now: float, elapsed: float) -> None:
@@ -71,7 +71,7 @@ class BreakoutHost:
                     self._expected[student] = message
                     self.classroom.places.groups[student] = message.group
                     if report is None:
-                        self.classroom.work.take_back(student)
+                        self.classroom.work.hand_ins.pop(student, None)
                     else:
                         self.classroom.work.hand_in(student, report)
                 case ClassState(free, paused, pace, wanted):

@@ -16,7 +16,7 @@ from app.hosting.admission import Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.visitor import Visitor, open_visitor
 from app.hosting.visitor_record import VisitorRecord, tab_id
-from app.hosting.worker_messages import Replaced, WorkerLink
+from app.hosting.worker_messages import ForgetTabs, Replaced, WorkerLink
 from app.i18n.speaking import set_language
 from app.lessons.progress import SavedLesson
 from app.lessons.session.lesson_session import LessonSession
@@ -42,6 +42,7 @@ class BreakoutWorkers:
         self._present: dict[int, Present] = {}
         self._numbers = count(-1, -1)
         self._entered: dict[str, int] = {}
+        self._begun: dict[str, VisitorRecord] = {}
         self._said: ClassState | None = None
 
     @property
@@ -55,9 +56,9 @@ class BreakoutWorkers:
 
     def send(self, student: str, begin: VisitorRecord) -> None:
         """Send a student's next connection to a session in another process; see `Exploring`."""
-        classroom = self._classroom
+        classroom, self._begun[student] = self._classroom, begin
         group = classroom.places.groups[student]
-        handed_in, name = classroom.work.handed_in(student), classroom.board.name_of(group)
+        handed_in, name = classroom.work.hand_ins.get(student), classroom.board.name_of(group)
         self._link.to_tab(student, group, Exploring(student, begin, classroom.has_work(student), handed_in, name, group))
 
     def exchange(self) -> None:
@@ -68,7 +69,11 @@ class BreakoutWorkers:
                     self._present[worker] = message
                     self._update()
                 case Replaced(worker):
-                    self._present.pop(worker, None)
+                    before = self._present.pop(worker, None)
+                    for student in () if before is None else before.students:
+                        # What it was sent first does not know what has been handed in since then.
+                        if student in self._begun and self._classroom.places.holds(student):
+                            self.send(student, self._begun[student])
                     self._update()
                 case Progressed() | Reported() | TakenBack() | Ran():
                     self._posts.post_work(message)
@@ -78,7 +83,8 @@ class BreakoutWorkers:
         if state != self._said:
             self._said = state
             if not state.free:
-                self._link.forget_tabs()
+                self._begun.clear()
+                self._link.send(ForgetTabs())
             self._link.to_all(state)
 
     def _update(self) -> None:
@@ -200,6 +206,13 @@ class BreakoutSessions:
         finally:
             self._left.pop(participant.group, None)
             self._coming.pop(participant.group, None)
+
+    def close(self, participants: Iterable[Participant]) -> None:
+        """Keep what every student has done, and close the sessions."""
+        for visitor in [one.visitor for one in participants if one.visitor is not None]:
+            if not visitor.superseded:
+                visitor.save()
+            visitor.session.close()
 
     def leave(self, participant: Participant) -> None:
         """Keep the session of a student who has disconnected."""

@@ -3,7 +3,7 @@
 from collections import Counter
 from dataclasses import dataclass, replace
 
-from app.classroom.ballots import Ballots, Origin, VoterCount, Voters
+from app.classroom.ballots import Ballots, VoterCount, Voters
 from app.classroom.breakout_places import BreakoutPlaces
 from app.classroom.paired_answers import paired_answers
 from app.classroom.progress_board import ProgressBoard
@@ -20,6 +20,7 @@ from app.lessons.tally import Ballot, QuestionId, Switch, Tally, switches_betwee
 from app.lessons.walkthrough import Walkthrough
 from app.page.panels.server_load import ServerLoad
 from app.plots.curve_chart import Curve
+from app.web.connection import FilteredConnection
 
 
 @dataclass(frozen=True)
@@ -93,12 +94,12 @@ class Classroom:
         self.board, self.wanted = ProgressBoard(), ""
         self.pace: OpenSteps | None = None
         self._here: dict[int, str] = {}
-        self._origins: dict[int, Origin] = {}
+        self._origins: dict[int, FilteredConnection] = {}
         self._texts: dict[str, tuple[Step, StepOutcome | None, _Texts]] = {}
 
     # ---- the students -------------------------------------------------------------------------------------------------------
 
-    def enter(self, client_id: int, student: str, origin: Origin | None = None) -> None:
+    def enter(self, client_id: int, student: str, origin: FilteredConnection | None = None) -> None:
         """Add a student's connection. `student`: id of the tab; `origin`: the connection, where it can vote."""
         self._here[client_id] = student
         if origin is not None:
@@ -151,7 +152,7 @@ class Classroom:
 
     def follow(self) -> None:
         """Call all students back to the plenary."""
-        self.free = False
+        self.free, self.wanted = False, ""
         self.places.take_all()
 
     def settle(self, able: tuple[str, ...], now: float) -> None:

@@ -90,14 +90,15 @@ class LectureHost:
         return {key: one.visitor.session for key, one in list(self.participants.items()) if one.visitor is not None}
 
     def close(self, goes_on: bool = False) -> None:
-        """Close every session. `goes_on`: whether the lecture is left to the next server, as if this one had broken off."""
+        """Keep what every student has done, and close every session. `goes_on`: whether the lecture is left to the next server, as if this
+        one had broken off."""
         self.admission.close()
         if goes_on:
             self._recorder.save(inf)
         else:
             self._recorder.close()
-        for session in (self.session, *self.sessions.values()):
-            session.close()
+        self._breakouts.close(self.participants.values())
+        self.session.close()
         self._context.store.close()
 
     # ---- frame by frame ----------------------------------------------------------------------------------------------------

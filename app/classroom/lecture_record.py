@@ -72,7 +72,7 @@ class LectureRecorder:
             students,
             ballots.earlier,
             work.passed,
-            work.hand_ins,
+            dict(work.hand_ins),
             voters.pages_only,
             tuple(sorted(voters.pageless)),
             dict(self._classroom.board.names),

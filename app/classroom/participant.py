@@ -113,7 +113,7 @@ class Participant:
         if self.banner is None or self.hand_in is None:
             return
         self.hand_in.post(lessons if self.group else None, self.member is None)
-        report = classroom.work.handed_in(self.id)
+        report = classroom.work.hand_ins.get(self.id)
         self.worked = self.worked or report is not None or classroom.has_work(self.id) or classroom.has_work(self.group)
         line, tab = self._line(classroom), view.lesson_panel.tab if lessons.open and self.narrow else None
         answered = None if self.answers is None else (lessons.open, poll, mine, view.lesson_panel.tab)

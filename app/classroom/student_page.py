@@ -11,7 +11,7 @@ from app.classroom.class_messages import Progressed, Reported, StudentPosts, Tak
 from app.classroom.classroom import Poll
 from app.classroom.classroom_html import TAKE_OVER, banner_html, mine_html
 from app.classroom.student_work import LONGEST_NAME, clean_name
-from app.classroom.teacher_control import TeacherControl
+from app.classroom.teacher_control import Answer, Because, TeacherControl
 from app.export.class_summary import HandIn
 from app.i18n.speaking import N_, tr
 from app.lessons.progress import LONGEST_REASON
@@ -136,13 +136,13 @@ class Answers:
             hint, order = tr(ONE_LINE, count=LONGEST_REASON), ORDER["choices"] + 8.7
             with self._panel.tab:
                 box = self._client.gui.add_text(tr("Because …"), mine.reason, hint=hint, order=order)
-            post, student, question = self._control.post_reason, self._student, asked[0]
-            self._reasons[asked] = on_entry(box, lambda text: post(student, question, text[:LONGEST_REASON]))
+            put, student, question = self._control.answers.put, self._student, asked[0]
+            self._reasons[asked] = on_entry(box, lambda text: put(Because(student, question, text[:LONGEST_REASON])))
         for place, box in self._reasons.items():
             box.visible = place == asked
 
     def _answer(self, choice: int) -> None:
-        self._control.post_answer(self._student, choice)
+        self._control.answers.put(Answer(self._student, choice))
 
     def show(self, poll: Poll | None, ballot: Ballot | None, first: Ballot) -> None:
         """Update everything. `ballot`: the student's newest one; `first`: see `mine_html`."""

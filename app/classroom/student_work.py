@@ -17,14 +17,18 @@ MOST: Final = 1000
 
 
 class StudentWork:
-    """Progress, passed challenges and handed-in reports. What a student has done is in a report only if the student hands it in."""
+    """Progress, passed challenges and handed-in reports. What a student has done is in a report only if the student hands it in.
+
+    Attributes:
+        hand_ins: all reports, by student; see `hand_in`.
+        nearest: lesson and step of a duel → the smallest d less d_m of all students' pushes [m].
+    """
 
     def __init__(self) -> None:
         self._progress: dict[str, str] = {}
         self._passed: dict[QuestionId, set[str]] = {}
-        self._hand_ins: dict[str, HandIn] = {}
+        self.hand_ins: dict[str, HandIn] = {}
         self.nearest: dict[QuestionId, float] = {}
-        """Lesson and step of a duel → the smallest d less d_m of all students' pushes [m]."""
 
     def note(self, student: str, progress: str) -> None:
         """Take a student's progress, as JSON, in place of an earlier one; a challenge once passed stays passed, and a record is kept."""
@@ -52,20 +56,7 @@ class StudentWork:
 
     def hand_in(self, student: str, report: HandIn) -> None:
         """Take a report in place of the student's earlier one."""
-        _put(self._hand_ins, student, report)
-
-    def take_back(self, student: str) -> None:
-        """Delete a student's report."""
-        self._hand_ins.pop(student, None)
-
-    def handed_in(self, student: str) -> HandIn | None:
-        """Return a student's report, if it is handed in."""
-        return self._hand_ins.get(student)
-
-    @property
-    def hand_ins(self) -> dict[str, HandIn]:
-        """Return all reports by student."""
-        return dict(self._hand_ins)
+        _put(self.hand_ins, student, report)
 
     @property
     def passed(self) -> dict[QuestionId, tuple[str, ...]]:
@@ -75,10 +66,10 @@ class StudentWork:
     def restore(
         self, passed: Mapping[QuestionId, Iterable[str]], hand_ins: Mapping[str, HandIn], nearest: Mapping[QuestionId, float]
     ) -> None:
-        """Take up what `passed` and `hand_ins` have returned, and `nearest`."""
+        """Take up what `passed` has returned, `hand_ins` and `nearest`."""
         self.nearest = dict(nearest)
         self._passed = {question: set(students) for question, students in passed.items()}
-        self._hand_ins = dict(hand_ins)
+        self.hand_ins = dict(hand_ins)
         # What is handed in again is no less than before.
         self._progress = {student: report.progress for student, report in hand_ins.items()}
 

@@ -1,7 +1,7 @@
 """Carries out the teacher's actions and takes the students' answers, in the plenary."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from time import monotonic
 from typing import Final
 
@@ -29,11 +29,19 @@ RUN: Final = N_("a student's run")
 """Name of the replay of what a student has done."""
 
 
+EVERY_PRESS: Final[frozenset[TeacherAction]] = frozenset({"on", "back", "pause", "pages", "freeze", "blank"})
+"""Steps, and what is switched on and off: two presses between two frames are two."""
+
+
 class Teach(Action, newest_by=("what",)):
     """Do what a teacher asks for. `value`: the name or the text that belongs to it."""
 
     what: TeacherAction
     value: str = ""
+
+    @property
+    def control(self) -> Hashable:
+        return None if self.what in EVERY_PRESS else super().control
 
 
 class Answer(Action, newest_by=("student",)):
@@ -87,14 +95,6 @@ class TeacherControl:
         """Queue an action of the teacher's for the next frame; from any thread. `value`: see `Teach`."""
         self._session.post(Teach(action, value))
 
-    def post_answer(self, student: str, choice: int) -> None:
-        """Queue a student's answer for the next frame; from any thread. `student`: id of the tab."""
-        self.answers.put(Answer(student, choice))
-
-    def post_reason(self, student: str, question: QuestionId, reason: str) -> None:
-        """Queue the reason of a student's answer for the next frame; from any thread."""
-        self.answers.put(Because(student, question, reason))
-
     def post_work(self, work: WorkAction) -> None:
         """Queue what a student hands in for the next frame; from any thread."""
         self.answers.put(work)
@@ -115,7 +115,7 @@ class TeacherControl:
             case Reported(student, name, progress):
                 classroom.hand_in(self._lessons.walk if self._lessons.begun else None, student, name, progress)
             case TakenBack(student):
-                classroom.work.take_back(student)
+                classroom.work.hand_ins.pop(student, None)
             case _:
                 raise TypeError(f"nothing here does {action!r}")
 

@@ -11,6 +11,7 @@ from app.classroom.classroom import Classroom, Poll
 from app.classroom.classroom_html import heads_html, join_html, joined_text, poll_html, voters_html
 from app.classroom.presenter import Presenter
 from app.classroom.screen_panel import ScreenAction, ScreenPanel, covers_html
+from app.hosting.serve_options import MOST_STUDENTS
 from app.i18n.speaking import N_, tr
 from app.lessons.session.lesson_session import LessonSession
 from app.page.panels.choice_buttons import ChoiceButtons
@@ -38,9 +39,6 @@ COMMANDS: Final[tuple[tuple[str, HotkeyKey, ClassAction], ...]] = (
     (N_("Class: the address on the screen, or away"), "J", "invite"),
 )
 """Label, key with Alt and Shift, action."""
-
-MOST_EXPECTED: Final = 2000
-"""Students that can be expected."""
 
 LONGEST_QUOTE: Final = 40
 """Characters of a list of reasons for the screen."""
@@ -104,7 +102,7 @@ class TeacherPanel:
         with tabs.add_tab(tr("Join"), viser.Icon.QRCODE):
             gui.add_html(join_html(address))
             self._joined = gui.add_html("")
-            number = gui.add_number(tr("students expected"), expected, min=0, max=MOST_EXPECTED, step=1)
+            number = gui.add_number(tr("students expected"), expected, min=0, max=MOST_STUDENTS, step=1)
             on_entry(number, lambda count: act("expect", str(int(count))))
             self._invite = ChoiceButtons(
                 gui,

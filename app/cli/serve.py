@@ -15,7 +15,7 @@ import tyro
 from app.cli.options import AllOptions, Flat, settings_of_options
 from app.cli.sweep import cores
 from app.hosting.dispatcher import Dispatcher
-from app.hosting.serve_options import ServeOptions
+from app.hosting.serve_options import MOST_STUDENTS, ServeOptions
 from app.hosting.store_file import StoreLock, usual_path
 from app.hosting.teacher_key import AUTO, chosen_key
 from app.hosting.worker_messages import WorkerStart
@@ -72,7 +72,7 @@ class Serve:
     """A class: all tabs see one stage, students answer on their own; the first tab, or the one with the key, leads."""
     key: str | None = None
     """Visitors who open the page with ?key=KEY are teachers: they see the notes to the lessons, and lead the class in a lecture.
-    8 characters or more; `auto` makes one and prints the link. Without this option, the environment variable DUET_KEY, which the list of
+    12 characters or more; `auto` makes one and prints the link. Without this option, the environment variable DUET_KEY, which the list of
     processes does not show."""
     allow_origin: tyro.conf.UseAppendAction[tuple[str, ...]] = ()
     """A further web address under which the page may be opened, such as https://duet.example.org behind a proxy; may be given several
@@ -115,6 +115,8 @@ def serve(command: Serve) -> int:
     for name, count in (("sessions", command.sessions), ("watchers", command.watchers)):
         if isinstance(count, int) and count < 1:
             raise BadSetting(f"--{name} must be at least 1{', or auto' if name == 'sessions' else ''}.")
+    if not 0 <= command.students <= MOST_STUDENTS:
+        raise BadSetting(f"--students must be 0 to {MOST_STUDENTS}; 0 where it is not known.")
     if not 0.0 < command.keep <= LONGEST_KEEP:
         raise BadSetting(f"--keep = {command.keep:g} h is not possible; give hours up to {LONGEST_KEEP:g}, or --store memory.")
     if not command.store_size >= SMALLEST_STORE:

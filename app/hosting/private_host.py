@@ -10,7 +10,7 @@ from app.hosting.guest import Guest
 from app.hosting.teacher_key import is_mistaken, is_teacher
 from app.hosting.visitor import Visitor, open_visitor
 from app.hosting.visitor_record import same_tab, tab_id
-from app.hosting.worker_messages import Invited, MakeRoom, WorkerLink
+from app.hosting.worker_messages import Invited, LetGo, MakeRoom, WorkerLink
 from app.page.panels.teachers_tab import TeachersTab, name_mistake
 from app.page.view import View
 from app.runtime.throttled_log import ThrottledLog
@@ -90,7 +90,7 @@ class PrivateHost:
             elif isinstance(message, MakeRoom):
                 too_many = self._context.server.count_clients() - message.share
                 for client in self.admission.send_on(too_many, self._may_go):
-                    link.let_go(tab_id(request_query(client)) or "")
+                    link.send(LetGo(tab_id(request_query(client)) or ""))
                     send_elsewhere(self._context.server, client)
 
     @property
@@ -110,7 +110,7 @@ class PrivateHost:
         if self._context.link is not None:
             for word in hosts.keys() - self._announced:
                 self._announced.add(word)
-                self._context.link.invite(word)
+                self._context.link.send(Invited(word))
 
     def _admit_guest(self, client: viser.ClientHandle) -> Pieces:
         guest = Guest(self._context, client)
@@ -134,7 +134,11 @@ class PrivateHost:
             return
         settings, problems = from_query(query, context.options.settings)
         # The tab's earlier connection may not have been noticed to be gone, or the tab was doubled and keeps a session of its own.
-        before = [one for one in self.visitors.values() if tab_id(query) is not None and tab_id(one.query) == tab_id(query)]
+        before = [
+            one
+            for one in self.visitors.values()
+            if not one.superseded and tab_id(query) is not None and tab_id(one.query) == tab_id(query)
+        ]
         for visitor in before:
             visitor.save()
         record = yield from context.store.recall(query)

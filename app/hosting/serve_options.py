@@ -2,8 +2,12 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Final
 
 from app.settings import Settings
+
+MOST_STUDENTS: Final = 2000
+"""Students that can be expected in a lecture."""
 
 
 @dataclass(frozen=True)
@@ -15,7 +19,7 @@ class ServeOptions:
         settings: of a link without a query.
         sessions: private sessions at once; None for as many as this machine carries.
         watchers: pages that may be open in a lecture at once; the teacher gets in besides.
-        students: that are expected in a lecture; 0 where it is not known.
+        students: that are expected in a lecture, up to `MOST_STUDENTS`; 0 where it is not known.
         lecture: whether all see one plenary session.
         key: the teacher's, or None.
         allowed_origins: web addresses from which pages may connect besides our own.

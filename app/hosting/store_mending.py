@@ -78,8 +78,9 @@ def set_aside(path: Path, most_bytes: int, now: float) -> tuple[Path, int]:
 
 def last_aside(path: Path) -> tuple[str, float]:
     """Return the name of the file that was set aside last and still lies there, and when it was [s since 1970]; "" and 0 for none."""
-    names = (one.name for one in path.parent.glob(f"{escape(path.name)}.damaged-*") if not one.name.endswith(_SIDES))
-    name = max(names, default="")
+    # Left out are SQLite's own files beside one, and what somebody has packed.
+    names = path.parent.glob(f"{escape(path.name)}.damaged-{8 * '[0-9]'}-{6 * '[0-9]'}")
+    name = max((one.name for one in names), default="")
     return name, datetime.strptime(name.rpartition(".damaged-")[2], _DATE).timestamp() if name else 0.0
 
 

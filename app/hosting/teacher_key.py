@@ -11,8 +11,8 @@ from controllers.errors import BadSetting
 AUTO: Final = "auto"
 """In place of a key: a random one is made."""
 
-SHORTEST: Final = 8
-"""Shortest key [characters]."""
+SHORTEST: Final = 12
+"""Shortest key [characters]: who hangs up does not wait for the answer to a wrong one, and may guess as fast as the network allows."""
 
 PERIOD: Final = 1.0
 """Time between the answers to two wrong keys from one address [s]."""

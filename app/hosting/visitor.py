@@ -221,7 +221,9 @@ class Visitor:
 
     def supersede(self) -> None:
         """Leave everything to a later connection of the same tab."""
-        self.save()
+        if not self.superseded:
+            # What was left to a later connection has gone on there.
+            self.save()
         self.superseded = True
 
     def leave(self) -> None:

@@ -150,36 +150,25 @@ class WorkerLink:
         send: sends a message to the dispatcher.
 
     Attributes:
+        send: as given.
         wake: called when something has arrived.
     """
 
     def __init__(self, index: int, send: Callable[[object], None]) -> None:
-        self.index, self._send = index, send
+        self.index, self.send = index, send
         self.wake: Callable[[], None] = lambda: None
         self._arrived: SimpleQueue[Any] = SimpleQueue()
 
-    def let_go(self, tab: str) -> None:
-        """Treat a tab as a newcomer when it connects again."""
-        self._send(LetGo(tab))
-
-    def invite(self, word: str) -> None:
-        """Have the guests of an invitation come to this process."""
-        self._send(Invited(word))
-
     def to_plenary(self, message: object) -> None:
-        self._send(ToPlenary(pickle.dumps(message)))
+        self.send(ToPlenary(pickle.dumps(message)))
 
     def to_tab(self, tab: str, group: str, message: object) -> None:
         """Send a message to the process that gets a tab from now on; see `ForTab`."""
-        self._send(ForTab(tab, group, pickle.dumps(message)))
+        self.send(ForTab(tab, group, pickle.dumps(message)))
 
     def to_all(self, message: object) -> None:
         """Send a message to all processes with breakout sessions, also to those that start later."""
-        self._send(ForAll(pickle.dumps(message)))
-
-    def forget_tabs(self) -> None:
-        """Send all tabs to the plenary again when they connect."""
-        self._send(ForgetTabs())
+        self.send(ForAll(pickle.dumps(message)))
 
     def put(self, message: object) -> None:
         """Take a message for this process; content that another process has packed is unpacked."""

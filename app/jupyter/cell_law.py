@@ -2,6 +2,7 @@
 
 import ast
 import inspect
+import math
 import textwrap
 from collections.abc import Callable
 from types import FunctionType, ModuleType
@@ -47,12 +48,17 @@ def _collect(function: FunctionType, head: dict[str, str], helpers: dict[str, st
     for name, value in {**names.globals, **names.nonlocals}.items():
         if name in head or name in helpers:
             continue
+        if isinstance(value, np.generic):
+            # What NumPy computes from a number reads back only as Python's own.
+            value = value.item()
         if isinstance(value, ModuleType):
             head[name] = f"import {value.__name__} as {name}"
         elif isinstance(value, FunctionType) and value.__module__ == function.__module__ and value.__name__ == name:
             _collect(value, head, helpers)
         elif isinstance(value, np.ndarray):
-            head[name] = f"import numpy; {name} = numpy.array({value.tolist()!r})"
+            head[name] = f"import numpy; from numpy import inf, nan; {name} = numpy.array({value.tolist()!r})"
+        elif isinstance(value, float) and not math.isfinite(value):
+            head[name] = f"from numpy import inf, nan; {name} = {value!r}"
         elif isinstance(value, int | float | str | tuple | list | dict) and _reads_back(value):
             head[name] = f"{name} = {value!r}"
         elif callable(value) and getattr(value, "__module__", None) not in (None, "__main__", function.__module__):

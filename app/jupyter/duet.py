@@ -69,13 +69,16 @@ def show(height: int = HEIGHT, lesson: int | str | None = None, step: int = 1, *
     from IPython.display import HTML, display
     from IPython.utils.capture import capture_output
 
-    if _running is None:
+    if _running is None or _running.closed:
         start = all_changed(Settings(), settings)
         # viser shows a box with its addresses, which are not those of the hub.
         with capture_output(stdout=False, stderr=False):
             _running = NotebookRun(start)
-    elif settings:
-        _running.change(**settings)
+    else:
+        if lesson is not None:
+            _running.find_lesson(lesson, step)
+        if settings:
+            _running.change(**settings)
     if lesson is not None:
         _running.open_lesson(lesson, step)
     display(HTML(cell_html(_running, height)))

@@ -107,7 +107,7 @@ class NotebookRun:
         # The kernel does not know under which address a hub is opened, but no page of others has the key.
         self._app.server.trusts = lambda query: is_teacher(self.key, query)
         assert isinstance(self._app.host, LectureHost)
-        self._session = self._app.host.session
+        self._session, self._lessons = self._app.host.session, self._app.host.lessons
         self._session.takers["notebook"] = self._take
         self._closed = False
         self._given = GivenVelocities(np.zeros(0))
@@ -122,6 +122,11 @@ class NotebookRun:
     def server_run(self) -> str:
         """The server's random word, by which a page knows that it is this one."""
         return self._app.server.run
+
+    @property
+    def closed(self) -> bool:
+        """Whether it has ended; it can't begin again."""
+        return self._closed
 
     def __repr__(self) -> str:
         if self._closed:
@@ -185,17 +190,19 @@ class NotebookRun:
         Raises:
             BadSetting: it is not there; nothing is opened.
         """
-        host = self._app.host
-        assert isinstance(host, LectureHost)
-        lessons = host.lessons
+        name = self.find_lesson(lesson, step)
+        self._ask(lambda _session: self._lessons.enter(name, step - 1))
 
-        def enter(_session: Session) -> None:
-            found = [one for one in lessons.book.lessons if lesson in (one.number, one.id)]
-            if not found or not 1 <= step <= len(found[0].steps):
-                raise BadSetting(f"There is no step {step} of lesson {lesson}.")
-            lessons.enter(found[0].id, step - 1)
+    def find_lesson(self, lesson: int | str, step: int = 1) -> str:
+        """Return the name of a lesson that has a step; see `open_lesson`.
 
-        self._ask(enter)
+        Raises:
+            BadSetting: it is not there.
+        """
+        found = [one for one in self._lessons.book.lessons if lesson in (one.number, one.id)]
+        if not found or not 1 <= step <= len(found[0].steps):
+            raise BadSetting(f"There is no step {step} of lesson {lesson}.")
+        return found[0].id
 
     def take_law(self, text: str) -> None:
         """Run this law, the text of a file, from the beginning of the run, beside the paper's as the ghost."""

@@ -43,7 +43,7 @@ from app.web.pages import (
     page_query,
     patched_index,
 )
-from app.web.plain_http import ALLOWED, HTML, OWN_HEADERS, framing, respond
+from app.web.plain_http import ALLOWED, HTML, METRICS, OWN_HEADERS, framing, metrics_text, respond
 from app.web.schemas import UPLOAD_TOO_LARGE, Refused
 from app.web.sending import ClientBuffer
 from app.web.traffic_limits import BoundedQueue, TrafficLimits
@@ -235,14 +235,8 @@ class DuetServer(viser.ViserServer):
         return {**state, "version": duet_version(), "run": self.run, **self.app_state()}
 
     async def _metrics(self) -> Response:
-        def make() -> tuple[str, bytes]:
-            # The library is slow to import, and few servers are asked.
-            from app.web.plain_http import METRICS, metrics_text
-
-            return METRICS, metrics_text(state)
-
-        state = self._state()
-        return respond(200, *await asyncio.to_thread(make), {"Cache-Control": "no-store"})
+        text = await asyncio.to_thread(metrics_text, self._state())
+        return respond(200, METRICS, text, {"Cache-Control": "no-store"})
 
     async def _answer(self, connection: FilteredConnection, request: Request, static: Static) -> Response | None:
         """Answer a request in its time, or return None to let it become a websocket."""

@@ -1,6 +1,18 @@
 // The page of a full room: asks again by itself, and reloads as soon as there is a place.
 (() => {
   document.title = duet.translate(document.title);
+  try {
+    const url = new URL(location.href);
+    const key = sessionStorage.getItem("duetKey");
+    if (key && !url.searchParams.has("key")) {
+      // A teacher gets in though every place is taken, but the page has taken the key out of the address bar.
+      url.searchParams.set("key", key);
+      location.replace(url);
+      return;
+    }
+  } catch {
+    // The browser blocks storage for this page: the key has stayed in the address.
+  }
   const ask = () =>
     fetch("healthz", { cache: "no-store" })
       .then((answer) => answer.json())

@@ -128,7 +128,7 @@ def test_both_rounds_stand_side_by_side_and_a_tie_is_said() -> None:
 def test_what_is_handed_in_is_what_was_done_on_the_stage_and_in_an_own_session() -> None:
     classroom, walk, own = Classroom(8), Walkthrough(BOOK), Walkthrough(BOOK)
     first = (walk.lesson.id, walk.step.id)
-    assert not classroom.hand_in(walk, "ann", "Ann", "") and classroom.work.handed_in("ann") is None, "nothing was done"
+    assert not classroom.hand_in(walk, "ann", "Ann", "") and not classroom.work.hand_ins, "nothing was done"
     assert classroom.answer(walk, "ann", 1)
     classroom.ballots.ask_again(first)
     assert classroom.answer(walk, "ann", 2)
@@ -140,8 +140,8 @@ def test_what_is_handed_in_is_what_was_done_on_the_stage_and_in_an_own_session()
     own.done.passed = True
     classroom.work.note("ann", own.to_json())
     assert classroom.hand_in(walk, "ann", "  Ann\n\u202eB ", "")
-    report = classroom.work.handed_in("ann")
-    assert report is not None and report.name == "Ann B" and report.answers == {first: (1, 2)}
+    report = classroom.work.hand_ins["ann"]
+    assert report.name == "Ann B" and report.answers == {first: (1, 2)}
     steps = from_json(report.progress).steps
     assert steps[first] == StepProgress(choice=2, outcome=walk.done.outcome)
     assert steps["lambda", own.step.id].because == "it halves" and steps["lambda", own.step.id].choice == 0
@@ -149,7 +149,7 @@ def test_what_is_handed_in_is_what_was_done_on_the_stage_and_in_an_own_session()
     assert summary.students == 1 and summary.hand_ins == (report,) and summary.passed == {("lambda", own.step.id): 1}
     assert [tally.counts[:3] for tally in summary.asked[0].rounds] == [(0, 1, 0), (0, 0, 1)]
     # Taken back, nothing of hers is left but the counts.
-    classroom.work.take_back("ann")
+    del classroom.work.hand_ins["ann"]
     assert "halves" not in str(classroom.summary(BOOK, 5.0)) and classroom.summary(BOOK, 5.0).asked == summary.asked
 
 
@@ -292,7 +292,9 @@ def test_who_follows_holds_no_place() -> None:
     classroom.explore()
     classroom.settle(classroom.here, 0.0)
     assert classroom.groups == {"ann": 1, "bo": 1}
+    classroom.wanted = "ann"
     classroom.follow()
+    assert not classroom.wanted, "a run that was asked for does not come to the stage when they explore again"
     classroom.leave(0)
     classroom.leave(99)
     assert classroom.heads == (1, 0) and not classroom.free

@@ -6,6 +6,7 @@ import msgspec
 
 from app.classroom.class_messages import Reported
 from app.classroom.lecture_record import _summary_in
+from app.classroom.teacher_control import Answer
 from app.hosting.record_writer import RecordWriter
 from app.hosting.session_store import SessionStore
 from app.hosting.visitor_record import ClassRecord, VisitorRecord, record_from_bytes, record_to_bytes
@@ -26,11 +27,11 @@ def test_a_lecture_that_breaks_off_goes_on_and_one_that_has_ended_does_not(house
     teacher = join(first, f"lesson=3&step=2&resume={TEACHER}")
     student = join(first, f"resume={STUDENT}")
     student.wait_for(lambda _: host.operator is not None and STUDENT in host.classroom.here)
-    host.control.post_answer(STUDENT, 0)
+    host.control.answers.put(Answer(STUDENT, 0))
     teacher.wait_for(lambda _: any(host.classroom.ballots.everything[0].values()))
     host.control.post("again")
     teacher.wait_for(lambda _: host.classroom.ballots.earlier)
-    host.control.post_answer(STUDENT, 1)
+    host.control.answers.put(Answer(STUDENT, 1))
     host.control.post_work(Reported(STUDENT, "Ann"))
     teacher.wait_for(lambda _: host.classroom.work.hand_ins and any(host.classroom.ballots.everything[0].values()))
     asked, _ = host.classroom.ballots.everything

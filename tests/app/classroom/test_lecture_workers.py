@@ -1,18 +1,31 @@
 """A lecture in several processes: the students explore in others than the stage's, and the teacher reaches all of them."""
 
 import os
+import pickle
 import re
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, suppress
+from math import inf
 from pathlib import Path
+from time import monotonic
 
 import pytest
 
+from app.classroom.breakout_sessions import BreakoutWorkers
+from app.classroom.class_messages import ClassState, Exploring, PostsToPlenary, Present
+from app.classroom.classroom import Classroom
+from app.export.class_summary import HandIn
+from app.hosting import visitor as visitor_module
+from app.hosting.private_host import PrivateHost
 from app.hosting.store_file import StoreFile
 from app.hosting.visitor_record import VisitorRecord, record_from_bytes
+from app.hosting.worker_messages import ForTab, Replaced, WorkerLink
+from app.page.panels.server_load import ServerLoad
+from app.settings import Settings
 from app.web.audiences import MOVED_CODE
 from tests.app.classroom.lecture_room import choose, command, drawn_name, sees
+from tests.app.conftest import Made
 from tests.app.hosting.test_workers import worker_of
 from tests.app.page.helpers import bodies, buttons, click, open_lessons, shown
 from tests.app.runtime.processes import until
@@ -185,6 +198,60 @@ def test_students_explore_in_other_processes_and_the_teacher_reaches_them(served
     for one in students:
         sees(one, "You follow the teacher")
     assert {worker_of(served, one) for one in students} == {worker_of(served, teacher)}
+
+
+def test_a_process_in_place_of_another_one_knows_what_was_handed_in_meanwhile() -> None:
+    sent: list[object] = []
+    link, classroom = WorkerLink(0, sent.append), Classroom(8)
+    workers = BreakoutWorkers(link, classroom, PostsToPlenary(link, classroom), lambda: None)
+
+    def told(*messages: object) -> list[tuple[str, HandIn | None]]:
+        """Students and their reports, as the plenary sends them to other processes after some messages."""
+        sent.clear()
+        for message in messages:
+            link.put(message)
+        workers.exchange()
+        explorers = [pickle.loads(one.content) for one in sent if isinstance(one, ForTab)]
+        return [(one.student, one.report) for one in explorers]
+
+    classroom.explore()
+    classroom.settle(("ann", "bo"), 0.0)
+    for student in ("ann", "bo"):
+        workers.send(student, VisitorRecord({}, Settings(), None))
+    load, report = ServerLoad(20, 1, 8, 5), HandIn("Ann", "")
+    assert told(Present(1, ("ann",), load), Present(2, ("bo",), load)) == []
+    classroom.work.hand_in("ann", report)
+    assert told(Replaced(1)) == [("ann", report)]
+    # Who was called back at the same moment is not sent there again.
+    assert told(Present(1, ("ann",), load)) == []
+    classroom.follow()
+    assert told(Replaced(1)) == []
+
+
+TAB = b"ann".hex().ljust(32, "0")
+
+
+@pytest.mark.parametrize("elsewhere", [False, True])
+def test_what_a_student_did_last_is_kept_when_the_server_ends(
+    by_hand: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, elsewhere: bool
+) -> None:
+    for period in ("SAVING", "SAVING_AT_REST"):
+        monkeypatch.setattr(visitor_module, period, inf)
+    link = WorkerLink(1, lambda message: None) if elsewhere else None
+    opened = by_hand(lecture=True, key="chalk-and-talk", sessions=8, store=tmp_path / "store", link=link)
+    host = opened.host
+    assert not isinstance(host, PrivateHost)
+    if link is not None:
+        link.put(ClassState(True, False, None, ""))
+        link.put(Exploring(TAB, VisitorRecord({}, Settings(), None), False, None, "Ann", TAB))
+    else:
+        host.classroom.explore()
+        host.classroom.settle((TAB,), monotonic())
+    opened.let_in(f"resume={TAB}")
+    (session,) = host.sessions.values()
+    session.change("dm", 0.07)
+    opened.house.close()
+    assert critical_distance(tmp_path / "store", "ann") == 0.07
 
 
 @pytest.mark.parametrize("served", [1], indirect=True)

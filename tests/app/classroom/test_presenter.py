@@ -13,7 +13,7 @@ from app.classroom.classroom_html import poll_html, tied_html
 from app.classroom.presenter import Presenter, Station, stations_of
 from app.classroom.screen_html import screen_html
 from app.classroom.screen_panel import next_station_label
-from app.classroom.teacher_control import TeacherControl
+from app.classroom.teacher_control import Because, TeacherControl
 from app.lessons.bookmark import Phase
 from app.lessons.loading import in_language, load_lessons
 from app.lessons.session.lesson_actions import Choose, GoTo, ShowWhy, StartOrPause
@@ -153,6 +153,16 @@ def test_a_page_key_first_brings_back_a_covered_picture(stage: Stage) -> None:
     assert not (presenter.blank or presenter.frozen)
 
 
+def test_two_presses_between_two_frames_are_two(stage: Stage) -> None:
+    stage.answer(1, 1)
+    for action, value in (("on", ""), ("on", ""), ("blank", ""), ("blank", ""), ("expect", "20"), ("expect", "30")):
+        stage.control.post(action, value)  # type: ignore[arg-type]
+    assert len(stage.session.posts) == 5, "of a number the newest counts"
+    while len(stage.session.posts):
+        stage.frame()
+    assert stage.presenter.station is Station.ANSWERS and not stage.presenter.blank and stage.presenter.expected == 30
+
+
 def test_the_timer_runs_down_forces_nothing_and_ends_with_the_question(stage: Stage) -> None:
     presenter = stage.presenter
     assert presenter.left is None and presenter.asked_for is None
@@ -251,7 +261,7 @@ def test_reasons_are_taken_after_the_vote_and_shown_as_picked(stage: Stage) -> N
         ("student 0", "first"),
         ("student 0", "second thoughts"),
     ):
-        stage.control.post_reason(student, question, reason)
+        stage.control.answers.put(Because(student, question, reason))
         stage.control.answers.do()
     reasons = classroom.ballots.reasons(question)
     # A number stays with its ballot, and so does the reason when the answer is another one.

@@ -23,6 +23,7 @@ from app.cli.options import PLACES, AllOptions, RunOptions, settings_of_options
 from app.cli.serve import Serve
 from app.cli.sweep import cores
 from app.hosting.serve_options import ServeOptions
+from app.hosting.teacher_key import SHORTEST
 from app.hosting.worker_messages import WorkerStart
 from app.runtime.terminal import INTERRUPTED
 from app.settings import Settings, from_query
@@ -141,7 +142,9 @@ ERRORS = {
     "run --inputs {}/noise.csv": "noise.csv|not a text",
     "serve --sessions 0": "--sessions must be at least 1, or auto",
     "serve --watchers 0": "--watchers must be at least 1",
-    "serve --key chalk": "key has fewer than 8 characters|--key auto",
+    "serve --lecture --students 2001": "--students must be 0 to 2000",
+    "serve --lecture --students -1": "--students must be 0 to 2000",
+    "serve --key chalk-dust --port 70000": "key has fewer than 12 characters|--key auto",
     "serve --n 0": "n = |1 to 20",
     "serve --theme pink": "theme = 'pink'|light|dark",
     "serve --port 70000": "port 70000",
@@ -196,16 +199,16 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(App, "wait", wait)
     assert main(["serve", "--store", "memory", "--port", "0", "--lecture", "--key", "auto", "--workers", "1"]) == INTERRUPTED
     link, status = opened
-    assert link.startswith("http://127.0.0.1:") and len(link.partition("/?key=")[2]) >= 8
+    assert link.startswith("http://127.0.0.1:") and len(link.partition("/?key=")[2]) >= SHORTEST
     assert "key=auto" not in link and status == "200"
     said = capsys.readouterr().out
     assert link in said and re.search(r"This machine carries about [1-9]\d* sessions at once\.", said)
     # A key that was given is not in the log of a service.
-    monkeypatch.setenv("DUET_KEY", "chalk-dust")
-    for given in (["--key", "white-chalk"], []):
+    monkeypatch.setenv("DUET_KEY", "chalk-and-talk")
+    for given in (["--key", "white-chalk-dust"], []):
         assert main(["serve", "--store", "memory", "--port", "0", "--workers", "1", *given]) == INTERRUPTED
         given_link, said = opened[-2], capsys.readouterr().out
-        assert given_link.endswith("/?key=" + (given[-1] if given else "chalk-dust")) and "chalk" not in said
+        assert given_link.endswith("/?key=" + (given[-1] if given else "chalk-and-talk")) and "chalk" not in said
         assert "/?key=KEY " in said
     monkeypatch.delenv("DUET_KEY")
     # The port is free again.
@@ -239,7 +242,7 @@ def test_alone_or_behind_the_door_the_app_gets_all_that_the_command_was_given(
     files = {f"--{name}": str(tmp_path / name) for name in ("bvh", "pose-model", "law-file", "store")}
     (tmp_path / "playlist").touch()
     files["--playlist"] = str(tmp_path / "playlist")
-    others = "--sessions 3 --watchers 7 --keep 2 --students 60 --store-size 20 --dm 0.2 --key chalk-dust --host 127.0.0.2"
+    others = "--sessions 3 --watchers 7 --keep 2 --students 60 --store-size 20 --dm 0.2 --key chalk-and-talk --host 127.0.0.2"
     here = ["--port", str(free_port()), "--lessons", str(tmp_path), "--allow-origin", "https://duet.example.org"]
     here += ["--embed-origin", "https://moodle.example.org"]
     given = ["serve", "--lecture", *(word for pair in files.items() for word in pair), *others.split(), *here]

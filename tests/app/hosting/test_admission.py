@@ -13,6 +13,7 @@ from numpy.testing import assert_array_equal
 from viser import _gui_api, _gui_handles, _icons
 
 from app.classroom.lecture import LectureHost
+from app.classroom.teacher_control import Answer
 from app.hosting import admission, preparation
 from app.hosting.preparation import Preparation, mesh_makers
 from app.hosting.private_host import PrivateHost
@@ -132,8 +133,8 @@ def test_what_a_tab_asked_for_goes_with_it_but_no_answer_of_a_student(by_hand: M
     visitor.set_value(specs(Settings)["scene"].label, "A ball in the way (Fig. 1)")
     visitor.wait_for(lambda _: len(session.posts))
     if isinstance(host, LectureHost):
-        host.control.post_answer("a student", 0)
-        host.control.post_answer("a student", 1)
+        host.control.answers.put(Answer("a student", 0))
+        host.control.answers.put(Answer("a student", 1))
     opened.leave(visitor)
     assert not isinstance(host, LectureHost) or len(host.control.answers) == 1
     opened.frame()

@@ -25,7 +25,7 @@ from app.session.session import Session
 from app.settings import Settings
 from app.start import App
 from scenes.settings import changed
-from tests.app.conftest import Join, OpenHouse, ask, lecture_of, live_sessions
+from tests.app.conftest import Join, Made, OpenHouse, ask, lecture_of, live_sessions
 from tests.app.page.helpers import buttons, click, notes, page_label
 from tests.blocking_client import BlockingClient
 from tests.browser import PageAt, until, wait_ready
@@ -233,6 +233,24 @@ def test_a_tab_that_is_back_before_it_was_missed_goes_on_from_there(house: OpenH
     one.cut()
     one.come()
     assert one.remembered() == after
+
+
+def test_a_doubled_tab_does_not_undo_what_the_later_one_has_done(by_hand: Made) -> None:
+    opened = by_hand(sessions=8)
+    host, link = opened.host, f"n=8&resume={WORD}"
+    assert isinstance(host, PrivateHost)
+    opened.let_in(link)
+    second = opened.let_in(link)
+    first, session = (one.session for one in host.visitors.values())
+    session.change("dm", 0.2)
+    session.reset()
+    settings, steps = session.settings, first.simulation.steps
+    assert steps > 0
+    opened.leave(second)
+    opened.let_in(link)
+    assert list(host.sessions.values()) == [first, session] and session.settings == settings
+    assert session.simulation.steps < steps
+    assert opened.house.context.store._records[WORD][0].settings == settings, "by another link only the record is found"
 
 
 def test_a_lecturer_who_drops_out_costs_the_class_no_frame(

@@ -169,6 +169,16 @@ def test_a_file_that_cannot_be_used_is_renamed_and_named(
     assert asides(path) == [aside]
 
 
+def test_a_packed_file_beside_a_sound_one_is_no_damage(opened: Open, path: Path) -> None:
+    store = opened()
+    store.save(small(1))
+    store.close()
+    path.with_name(f"{path.name}.damaged-20260101-101010.gz").touch()
+    store = opened()
+    assert find(store, {"resume": tab(1)}) is not None and store.state == (True, "", "")
+    assert len(asides(path)) == 1
+
+
 DAMAGES = ("cut", "log cut", "head", "schema", "rows", "any", "zero")
 
 

@@ -37,6 +37,20 @@ def test_a_function_takes_what_it_uses_along() -> None:
     assert text.index("def own(situation: Any) -> Any:") == own.__code__.co_firstlineno - 1 and "OTHER" not in text[0]
 
 
+ROOT, SINGLE, MOST = np.sqrt(4.0), np.float32(0.5), np.array([np.inf, -np.inf, np.nan])
+LEAST = -math.inf
+
+
+def numbers(situation: Any) -> Any:
+    came = MOST[0] > 1e300 and MOST[1] == LEAST and math.isnan(MOST[2])
+    return ROOT * SINGLE * situation.nominal if came else None
+
+
+def test_what_numpy_has_computed_comes_along() -> None:
+    file = LawFile("law.py", law_text(numbers).encode(), 2**29)
+    np.testing.assert_array_equal(file.velocities(SITUATION)[0], SITUATION.nominal)
+
+
 @pytest.mark.parametrize("wrong", [lambda situation: situation.nominal, 3, print])
 def test_what_is_no_function_of_its_own_is_refused(wrong: Any) -> None:
     with pytest.raises(BadSetting, match="written with def"):

@@ -13,6 +13,8 @@ from jupyter_client.manager import start_new_kernel
 from playwright.sync_api import expect
 
 from app.bench.headless_client import HeadlessClient
+from app.jupyter import duet
+from controllers.errors import BadSetting
 from tests.app.jupyter.conftest import TOKEN, JupyterServer, environment
 from tests.blocking_client import BlockingClient
 from tests.browser import PageAt, screenshot, until
@@ -187,3 +189,21 @@ def test_where_jupyter_has_no_proxy_the_cell_gives_a_link(page_at: PageAt, page_
     page.goto("http://localhost:1/lab")
     expect(page.locator("body")).to_contain_text("install jupyter-server-proxy", timeout=60_000)
     expect(page.locator("a")).to_have_attribute("href", f"http://127.0.0.1:{port_of(page_html)}/?{query_of(page_html)}")
+
+
+@pytest.fixture
+def ends() -> Iterator[None]:
+    yield
+    duet.close()
+
+
+def test_a_cell_begins_a_new_run_after_the_end_of_the_one_before_and_what_is_not_possible_changes_nothing(ends: None) -> None:
+    first = duet.show()
+    first.close()
+    second = duet.show(dm=0.1)
+    assert second is not first and second["dm"] == 0.1
+    for lesson, step in ((99, 1), (1, 99)):
+        with pytest.raises(BadSetting, match=f"no step {step} of lesson {lesson}"):
+            duet.show(lesson=lesson, step=step, dm=0.2)
+    assert second["dm"] == 0.1
+    assert duet.show(dm=0.2) is second and second["dm"] == 0.2

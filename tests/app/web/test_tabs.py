@@ -53,7 +53,22 @@ def test_the_full_page_lets_in_by_itself(start: Start, page_at: PageAt) -> None:
     assert page.evaluate("location.search") == "?dm=0.1"
 
 
-RESUME = PageAssets((STATIC / "resume.js",))
+def test_a_teacher_who_reloads_gets_in_though_every_place_is_taken(start: Start, page_at: PageAt) -> None:
+    server = start(max_clients=1, assets=TEACHER_KEY)
+    server.always_admits = lambda query: query.get("key") == "chalk-and-talk"
+    server.gui.add_markdown("welcome")
+    page = page_at(900, 600, fresh=True, expect=(r"status of 503",))
+    with BlockingClient(server.url) as program:
+        program.wait_for(lambda _: server.count_clients() == 1)
+        page.goto(f"{server.url}/?dm=0.1&key=chalk-and-talk")
+        page.get_by_text("welcome").wait_for()
+        assert page.evaluate("location.search") == "?dm=0.1"
+        page.reload()
+        page.get_by_text("welcome").wait_for()
+        assert page.evaluate("location.search") == "?dm=0.1"
+
+
+RESUME, TEACHER_KEY = PageAssets((STATIC / "resume.js",)), PageAssets((STATIC / "teacher_key.js",))
 
 _IN_THE_BACKGROUND = """
 Object.defineProperty(window, "sessionStorage", { get() { throw new Error("blocked"); } });
