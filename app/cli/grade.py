@@ -84,10 +84,9 @@ MOST_BYTES: Final = 2**29
 """Files that are read of a ZIP file, and their size together [bytes]."""
 
 ISOLATION: Final = {
-    "network": "only the network was closed to these files: they could read and write what you can. Grade in a container or "
-    "a virtual machine.",
-    "none": "nothing but time, memory and number of processes was limited: the files could do what you can do. Grade in a container or "
-    "a virtual machine.",
+    "network": "only the network is closed to these files: they can read and write what you can. Use a container or a virtual machine.",
+    "none": "nothing but time, memory and number of processes is limited: these files can do what you can do. Use a container or a "
+    "virtual machine.",
 }
 """What to say where the system does not allow all of it."""
 

@@ -81,6 +81,13 @@ def fenced(
     return why or f"its process ended (exit code {process.returncode})"
 
 
+def isolation_of(limits: FenceLimits) -> str:
+    """Return how well a file would be fenced here: "full", "network" or "none"; "" if no process can be started for it."""
+    levels: list[str] = []
+    fenced(__name__, [], b"", lambda said: levels.append(str(said["isolation"])), limits)
+    return levels[0] if levels else ""
+
+
 def fenced_input() -> tuple[LawLimits, list[str], bytes]:
     """In that process: return the limits of a law, the arguments and the text of the file; say how well the process is fenced."""
     limits, *arguments, level = sys.argv[1:]
@@ -207,3 +214,7 @@ def _end(process: "subprocess.Popen[bytes]", token: str) -> None:
         if stream is not None:
             with contextlib.suppress(OSError):
                 stream.close()
+
+
+if __name__ == "__main__":
+    fenced_input()

@@ -160,7 +160,7 @@ def test_less_isolation_is_said_once(tmp_path: Path, monkeypatch: pytest.MonkeyP
     for name in ("a.py", "b.py"):
         (tmp_path / name).write_text("1/0", encoding="utf-8")
     assert main(["grade", str(tmp_path), "--csv", str(tmp_path / "marks.csv")]) == 0
-    assert capfd.readouterr().err.count("nothing but time, memory and number of processes was limited") == 1
+    assert capfd.readouterr().err.count("nothing but time, memory and number of processes is limited") == 1
 
 
 def test_memory_and_time_of_the_whole_tree() -> None:
