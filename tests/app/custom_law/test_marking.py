@@ -5,6 +5,7 @@ import json
 import os
 import re
 import socket
+import sys
 from collections.abc import Iterator
 from contextlib import suppress
 from functools import partial
@@ -168,6 +169,26 @@ def test_memory_and_time_of_the_whole_tree() -> None:
     assert quick(many, memory=300 * 2**20, law=LawLimits(load=30.0)).ended == "it took more than 300 MiB of memory"
     marks = quick("import time\ntime.sleep(60)\n", seconds=2.0, law=LawLimits(load=30.0))
     assert marks.ended == "it did not end within 2 s" and marks.passed == {}
+
+
+LARGE = "import sys, time\na = bytearray(b'x') * (400 * 2**20)\ntime.sleep(60)\n"
+HIDDEN = {
+    "shared": "import mmap\na = mmap.mmap(-1, 400 * 2**20)\nfor _ in range(25):\n    a.write(b'x' * 2**24)\n",
+    "another environment": f"import subprocess, sys\nsubprocess.Popen([sys.executable, '-c', {LARGE!r}], env={{}})\n",
+    "an orphan": "import os, sys\nif not os.fork():\n    if not os.fork():\n        "
+    f"os.execve(sys.executable, [sys.executable, '-c', {LARGE!r}], {{}})\n    os._exit(0)\n",
+    "without a name": "import os\nfiles = [os.memfd_create('a') for _ in range(25)]\nfor one in files:\n    os.write(one, b'x' * 2**24)\n",
+}
+"""Where a file may keep memory → a text that keeps 400 MiB there."""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nothing is measured")
+@pytest.mark.parametrize("place", HIDDEN)
+@pytest.mark.parametrize("isolated", [True, False])
+def test_no_memory_is_hidden(place: str, isolated: bool) -> None:
+    text = f"{HIDDEN[place]}import time\ntime.sleep(60)\n"
+    marks = quick(text, memory=300 * 2**20, isolated=isolated, seconds=15.0, law=LawLimits(load=30.0))
+    assert marks.ended == "it took more than 300 MiB of memory"
 
 
 def test_a_law_that_changes_the_clock_is_not_quick() -> None:
