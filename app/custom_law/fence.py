@@ -22,6 +22,7 @@ import app
 from app.custom_law.isolation import PROCESSES, guard_memory
 from app.custom_law.law_limits import LawLimits
 from controllers.compiled import READ, loops_folder
+from controllers.errors import LazyText
 from scenes.children import ONE_THREAD
 
 _ROOT: Final = Path(app.__file__).resolve().parent.parent
@@ -62,7 +63,7 @@ def fenced(
     limits: FenceLimits = FenceLimits(),
     stopped: Callable[[], bool] = lambda: False,
 ) -> str:
-    """Run a module on the text of a file; return why it ended, which is of interest only where answers are missing.
+    """Run a module on the text of a file; return why it ended, as a `LazyText`; of interest only where answers are missing.
 
     Args:
         module: of which `main` reads what it needs by `fenced_input`, and answers by `say`.
@@ -80,7 +81,7 @@ def fenced(
             why = _followed(lines, take, partial(_members, token, process.pid), limits, stopped)
         finally:
             _end(process, token)
-    return why or f"its process ended (exit code {process.returncode})"
+    return why or LazyText("its process ended (exit code {code})", code=process.returncode)
 
 
 def isolation_of(limits: FenceLimits) -> str:
@@ -167,13 +168,13 @@ def _followed(
             with contextlib.suppress(ValueError, KeyError, TypeError):
                 take(json.loads(line))
         if stopped():
-            return "given up"
+            return LazyText("given up")
         members = started()
         if len(members) > limits.processes:
-            return f"it started more than {limits.processes} processes"
+            return LazyText("it started more than {count} processes", count=limits.processes)
         if sum(map(_memory, members)) > limits.memory:
-            return f"it took more than {limits.memory >> 20} MiB of memory"
-    return f"it did not end within {limits.seconds:g} s"
+            return LazyText("it took more than {size} MiB of memory", size=limits.memory >> 20)
+    return LazyText("it did not end within {seconds:g} s", seconds=limits.seconds)
 
 
 def _members(token: str, first: int | None = None) -> list[int]:

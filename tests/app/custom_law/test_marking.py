@@ -24,6 +24,7 @@ from app.custom_law.marked import LawMarks, _take, marked
 from app.custom_law.trials import GATES, TRIALS, TRY
 from app.export.lab_report import Done, lab_bytes
 from app.export.report_record import StepRecord, read_records, records_html
+from app.i18n.catalogue import words_of
 from app.i18n.speaking import set_language
 from app.lessons.loading import load_lessons
 from app.lessons.progress import StepProgress
@@ -169,6 +170,7 @@ def test_memory_and_time_of_the_whole_tree() -> None:
     assert quick(many, memory=300 * 2**20, law=LawLimits(load=30.0)).ended == "it took more than 300 MiB of memory"
     marks = quick("import time\ntime.sleep(60)\n", seconds=2.0, law=LawLimits(load=30.0))
     assert marks.ended == "it did not end within 2 s" and marks.passed == {}
+    assert words_of("de")(marks.ended) == "es endete nicht innerhalb von 2 s"
 
 
 LARGE = "import sys, time\na = bytearray(b'x') * (400 * 2**20)\ntime.sleep(60)\n"
