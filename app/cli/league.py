@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -105,7 +106,7 @@ def _files(given: tuple[Path, ...]) -> list[Path]:
     """
     found: list[Path] = []
     for path in given:
-        inside = [file for file in handed_in(path) if file.suffix.lower() == ".py"] if path.is_dir() else [path]
+        inside = [file for file in handed_in(path) if file.suffix.lower() == ".py"] if os.path.isdir(path) else [path]
         if not inside:
             raise BadSetting(f"{path}: holds no law (*.py).")
         found += inside

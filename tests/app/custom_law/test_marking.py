@@ -6,6 +6,7 @@ import os
 import re
 import socket
 import sys
+import zipfile
 from collections.abc import Iterator
 from contextlib import suppress
 from functools import partial
@@ -258,7 +259,7 @@ def test_a_curve_that_a_file_has_made_up_is_left_out() -> None:
 
 
 def test_a_cell_is_no_formula() -> None:
-    starts = ("=1", "+1", "-1", "@a", "\t=1", " =1", "\n@")
+    starts = ("=1", "+1", "-1", "@a", "\t=1", " =1", "\n@", "＝1", "＋1", "－1", "＠a")
     assert all(csv_cell(text).startswith("'") for text in starts)
     assert csv_cell("a\nb\x1b[2J\u202e") == "a b [2J" and csv_cell(5) == "5" and len(csv_cell("x" * 9999)) == 2000
 
@@ -299,3 +300,19 @@ def test_nothing_to_grade(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     (tmp_path / "a.py").touch()
     assert main(["grade", str(tmp_path), "--csv", str(tmp_path / "no" / "a.csv")]) == 2
     assert capsys.readouterr().err.count("lwr-duet: ") == 5
+
+
+def test_a_damaged_archive_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    given = tmp_path / "class.zip"
+    for method, place, damage in (
+        # What LZMA begins with, here with properties that there are not; and the sizes of a part in the directory.
+        (zipfile.ZIP_LZMA, b"a.py", bytes((9, 4, 5, 0, 255))),
+        (zipfile.ZIP_STORED, b"PK\x01\x02", b"\0" * 16 + 2 * (2**20).to_bytes(4, "little")),
+    ):
+        with zipfile.ZipFile(given, "w", method) as archive:
+            archive.writestr("a.py", LAW)
+        data = given.read_bytes()
+        at = data.index(place) + 4
+        given.write_bytes(data[:at] + damage + data[at + len(damage) :])
+        assert main(["grade", str(given), "--csv", str(tmp_path / "a.csv")]) == 2
+        assert "is no folder and no ZIP file" in capsys.readouterr().err
