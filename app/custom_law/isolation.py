@@ -50,7 +50,7 @@ def main() -> None:
     levels: list[tuple[str, Callable[[], None]]] = [("none", lambda: os.chdir(folder))]
     if sys.platform == "linux":
         _prctl(_DEATH_SIGNAL, signal.SIGKILL)
-        # Processes whose parents have ended stay below this one, where they are counted.
+        # A process without a parent comes below this one, where it is counted.
         _prctl(_ADOPTING, 1)
         if wanted == "all":
             levels = [
