@@ -4,10 +4,11 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent import futures
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from itertools import chain, islice
 from multiprocessing import resource_tracker
 from multiprocessing.connection import wait
 from typing import Any, Final, TypeVar
@@ -19,6 +20,9 @@ T = TypeVar("T")
 
 ComputeMany = Callable[[Callable[..., T], Sequence[tuple[Any, ...]]], Iterator[tuple[int, T]]]
 """Yields (index, result) of the calls of a function, each as soon as it is done; `computed`, or a cluster."""
+
+AHEAD: Final = 4
+"""Calls that are handed out for each worker: one that runs, and some that wait."""
 
 ONE_THREAD: Final = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "VECLIB_MAXIMUM", "NUMEXPR")}
 """What the environment of a process has to say so that it does linear algebra on one thread."""
@@ -80,32 +84,44 @@ def leave_with_parent() -> None:
 
 def computed(
     function: Callable[..., T],
-    calls: Sequence[tuple[Any, ...]],
+    calls: Iterable[tuple[Any, ...]],
     workers: int = 1,
 ) -> Iterator[tuple[int, T]]:
     """Yield (index, result) of every call, each as soon as it is done; in order only with one worker.
 
     Args:
         function: at a module's top level.
-        calls: arguments of each call; must be picklable.
+        calls: arguments of each call; must be picklable. They are taken when a worker will soon need them.
         workers: processes; with 1, everything runs in this one.
 
     Raises:
         DuetError: a worker was ended from outside.
     """
-    if workers <= 1 or len(calls) <= 1:
-        for index, arguments in enumerate(calls):
+    numbered = enumerate(calls)
+    first = list(islice(numbered, 2))
+    waiting = chain(first, numbered)
+    if workers <= 1 or len(first) <= 1:
+        for index, arguments in waiting:
             yield index, function(*arguments)
         return
     # Not forked: this process may have threads, and a fork would copy their locks.
     context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(min(workers, len(calls)), context, _begin, (given_at_start(),))
+    pool = futures.ProcessPoolExecutor(workers, context, _begin, (given_at_start(),))
     others = multiprocessing.active_children()
-    try:
+    under_way: dict[futures.Future[T], int] = {}
+
+    def hand_out(count: int) -> None:
+        # A process is started when a call finds none that rests.
         with inheriting():
-            tasks = {pool.submit(function, *arguments): index for index, arguments in enumerate(calls)}
-        for task in as_completed(tasks):
-            yield tasks[task], task.result()
+            under_way.update((pool.submit(function, *arguments), index) for index, arguments in islice(waiting, count))
+
+    try:
+        hand_out(AHEAD * workers)
+        while under_way:
+            done = futures.wait(under_way, return_when=futures.FIRST_COMPLETED).done
+            hand_out(len(done))
+            for task in done:
+                yield under_way.pop(task), task.result()
     except (KeyboardInterrupt, GeneratorExit):
         # A call may take minutes.
         for worker in multiprocessing.active_children():

@@ -74,11 +74,14 @@ def readable(text: str) -> str:
 LONGEST_CELL: Final = 2000
 """Characters of a cell of a table."""
 
+_FORMULA: Final = ("=", "+", "-", "@", "＝", "＋", "－", "＠")
+"""Beginnings of a cell that a spreadsheet may compute."""
+
 
 def csv_cell(value: object) -> str:
     """Return a value as one line that a spreadsheet does not take for a formula."""
     text = "".join(c if c.isprintable() else " " for c in str(value))[:LONGEST_CELL].strip()
-    return f"'{text}" if text[:1] in ("=", "+", "-", "@") else text
+    return f"'{text}" if text[:1] in _FORMULA else text
 
 
 def path_inside(folder: Path, name: str) -> Path | None:

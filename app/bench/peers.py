@@ -19,6 +19,7 @@ import numpy as np
 
 from app.bench.peer_method import Baked, Method, bake
 from app.bench.peer_ours import METHODS, Ours
+from app.version import duet_version
 from controllers.errors import BadSetting, DuetError
 from controllers.kinematics import Array
 from scenes.room import Room
@@ -130,7 +131,7 @@ def measure_peers(steps: int = 9200, settings: RunSettings | None = None) -> dic
     for row in figures.values():
         row["ratio"] = row["median_us"] / fastest
     return {
-        "version": version("lwr-duet"),
+        "version": duet_version(),
         "machine": f"{platform.machine()}, Python {platform.python_version()}, numpy {np.__version__}",
         "packages": {package: version(package) for package in (*PACKAGES.values(), *map(SOMEWHERE.__getitem__, names[2:]))},
         "settings": asdict(baked.settings),

@@ -51,6 +51,8 @@ def bench(command: Bench) -> int:
     """
     if any(count < 1 for count in command.sessions):
         raise BadSetting("--sessions must be at least 1.")
+    if command.steps < 1:
+        raise BadSetting("--steps must be at least 1.")
     with ending_at_once():
         from app.bench.fairness import measure_fairness
         from app.bench.measurements import measure_capacity, measured_figures, printed, ratio_table, read_figures

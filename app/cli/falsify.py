@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -61,11 +62,11 @@ def falsify(command: Falsify) -> int:
         raise BadSetting(f"seconds = {command.seconds:g} is out of range; give a number up to {LONGEST:g}.")
     if min(command.starts, command.skip, command.workers) < 0:
         raise BadSetting("falsify needs starts and skip from 0, and workers from 1, or 0 for one a core.")
-    if command.out is not None and not command.out.parent.is_dir():
+    if command.out is not None and not os.path.isdir(command.out.parent):
         raise BadSetting(f"out = {command.out}: there is no folder {command.out.parent}; make it first.")
     begin, workers = time(), command.workers or cores()
     most = command.starts or max(1, round(FASTEST * command.seconds)) * workers
-    calls = [(settings, settings.seed, command.skip + place, begin + command.seconds) for place in range(most)]
+    calls = ((settings, settings.seed, command.skip + place, begin + command.seconds) for place in range(most))
     found: dict[int, Found] = {}
     interrupted = False
     try:
@@ -85,7 +86,7 @@ def falsify(command: Falsify) -> int:
         if command.out is not None:
             _write(worst, command.out)
     if interrupted:
-        done = command.skip + next(place for place in range(len(calls) + 1) if place not in found)
+        done = command.skip + next(place for place in range(most + 1) if place not in found)
         print(f"Interrupted; --seed {settings.seed} --skip {done} goes on from here.", file=sys.stderr)
         return INTERRUPTED
     return 1 if _worst(found).loss.lost > BROKEN else 0

@@ -1,5 +1,6 @@
 """`lwr-duet new-law`, `law-test` and `grade`: a law file to begin with, its test, and marks for a folder of laws and lab reports."""
 
+import lzma
 import os
 import sys
 import tempfile
@@ -84,10 +85,9 @@ MOST_BYTES: Final = 2**29
 """Files that are read of a ZIP file, and their size together [bytes]."""
 
 ISOLATION: Final = {
-    "network": "only the network was closed to these files: they could read and write what you can. Grade in a container or "
-    "a virtual machine.",
-    "none": "nothing but time, memory and number of processes was limited: the files could do what you can do. Grade in a container or "
-    "a virtual machine.",
+    "network": "only the network is closed to these files: they can read and write what you can. Use a container or a virtual machine.",
+    "none": "nothing but time, memory and number of processes is limited: these files can do what you can do. Use a container or a "
+    "virtual machine.",
 }
 """What to say where the system does not allow all of it."""
 
@@ -136,7 +136,7 @@ def grade(command: Grade) -> int:
         raise BadSetting("grade needs jobs from 1, or 0 for half of the cores, and seconds from 1 to 3600.")
     for option in ("csv", "moodle", "canvas", "gradescope"):
         path: Path | None = getattr(command, option)
-        if path is not None and not path.absolute().parent.is_dir():
+        if path is not None and not os.path.isdir(path.absolute().parent):
             raise BadSetting(f"{option} = {path}: there is no folder {path.absolute().parent}; make it first.")
     weights = weights_of(command.points)
     limits = FenceLimits(seconds=command.seconds)
@@ -166,7 +166,7 @@ def unpacked(given: Path) -> Iterator[Path]:
     Raises:
         BadSetting: it is neither, or what it holds is too much.
     """
-    if given.is_dir():
+    if os.path.isdir(given):
         yield given
         return
     with tempfile.TemporaryDirectory(prefix="duet-grade-") as folder:
@@ -178,7 +178,7 @@ def unpacked(given: Path) -> Iterator[Path]:
                         f"{given}: holds more than {MOST_PARTS} files or {MOST_BYTES >> 20} MiB; grade a part of it."
                     )
                 archive.extractall(folder, parts)
-        except (OSError, RuntimeError, ValueError, NotImplementedError, zlib.error, zipfile.BadZipFile):
+        except (OSError, EOFError, RuntimeError, ValueError, NotImplementedError, zlib.error, lzma.LZMAError, zipfile.BadZipFile):
             raise BadSetting(f"{given}: is no folder and no ZIP file; give the one with what was handed in.") from None
         yield Path(folder)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 from dataclasses import dataclass
 from pathlib import Path
@@ -49,7 +50,7 @@ def hunt(command: Hunt) -> int:
         raise BadSetting("hunt needs at least 1 run, a seed from 0, and workers from 1, or 0 for one a core.")
     if not 0.0 < command.seconds <= 600.0:
         raise BadSetting(f"seconds = {command.seconds:g} is out of range; give a number up to 600.")
-    if not command.out.is_dir():
+    if not os.path.isdir(command.out):
         raise BadSetting(f"out = {command.out}: there is no such folder; make it first.")
     calls = [(command.seed, index, command.seconds) for index in range(command.runs)]
     done = computed(run_verdict, calls, command.workers or cores())

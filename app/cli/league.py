@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,7 +10,7 @@ from pathlib import Path
 import tyro
 from tqdm import tqdm
 
-from app.cli.grade import handed_in
+from app.cli.grade import ISOLATION, handed_in
 from app.cli.sweep import computing
 from app.runtime.terminal import INTERRUPTED, ending_at_once
 from controllers.errors import BadSetting
@@ -45,7 +46,7 @@ def league(command: League) -> int:
         DuetError: workers have been ended from outside; the outcomes so far are kept.
     """
     with ending_at_once():
-        from app.custom_law.fence import FenceLimits
+        from app.custom_law.fence import FenceLimits, isolation_of
         from app.league.entrants import entrants, played
         from app.league.league_files import PART, LeagueFiles
         from app.league.league_page import league_page
@@ -69,6 +70,11 @@ def league(command: League) -> int:
                 files.recording() as add,
                 tqdm(total=len(missing), unit="scene", disable=None, leave=False) as bar,
             ):
+                if any(entrant.text is not None for entrant, _ in missing):
+                    # Where they are played, which may be another computer.
+                    for _, level in compute(isolation_of, [(limits,)]):
+                        if level in ISOLATION:
+                            print(f"lwr-duet: {ISOLATION[level]}", file=sys.stderr)
                 for index, outcome in compute(played, calls):
                     add(*missing[index], outcome)
                     bar.update()
@@ -100,7 +106,7 @@ def _files(given: tuple[Path, ...]) -> list[Path]:
     """
     found: list[Path] = []
     for path in given:
-        inside = [file for file in handed_in(path) if file.suffix.lower() == ".py"] if path.is_dir() else [path]
+        inside = [file for file in handed_in(path) if file.suffix.lower() == ".py"] if os.path.isdir(path) else [path]
         if not inside:
             raise BadSetting(f"{path}: holds no law (*.py).")
         found += inside

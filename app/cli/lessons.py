@@ -59,7 +59,7 @@ def lessons(command: Lessons) -> int:
         for lesson in chosen:
             print(f"{lesson.number:2d}  {lesson.id:24s} {len(lesson.steps)} steps, {lesson.minutes} min  {lesson.title}")
         return _last_line(len({problem.file for problem in problems}), len(problems), 0)
-    if command.out is not None and not command.out.absolute().parent.is_dir():
+    if command.out is not None and not os.path.isdir(command.out.absolute().parent):
         raise BadSetting(f"out = {command.out}: there is no folder {command.out.absolute().parent}; make it first.")
     walks = [walk for lesson in chosen for walk in check_lesson(book, lesson)]
     print(table_text(walks))
@@ -82,7 +82,7 @@ def _book(folder: Path, playlist: Path | None, language: Language = "en") -> "Le
     from app.lessons.library import Library
     from app.lessons.loading import in_language, load_lessons
 
-    if playlist is not None and not playlist.is_file():
+    if playlist is not None and not os.path.isfile(playlist):
         raise BadSetting(f"playlist = {playlist}: there is no such file; see app/lessons/README.md.")
     if playlist is None and folder != FOLDER:
         return load_lessons(folder, language)

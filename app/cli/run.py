@@ -3,6 +3,7 @@
 import contextlib
 import json
 import math
+import os
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -64,7 +65,7 @@ def simulate(command: RunCommand) -> int:
     start = None if start_file is None else read_start(start_file, room_of(settings))
     check_length(settings, command.seconds)
     source = _target_source(command, settings)
-    if command.csv is not None and not command.csv.parent.is_dir():
+    if command.csv is not None and not os.path.isdir(command.csv.parent):
         raise BadSetting(f"csv = {command.csv}: there is no folder {command.csv.parent}; make it first.")
     steps = round(command.seconds / settings.dt)
     with contextlib.ExitStack() as stack:
@@ -97,7 +98,8 @@ def _start_file(command: RunCommand) -> Path | None:
     if name in choices:
         return None
     path = Path(name)
-    if not path.exists():
+    # Unlike `Path.exists` it takes a text that is too long for a name.
+    if not os.path.exists(path):
         raise BadSetting(f"start = {name}: there is no such file; give one, or choose from {', '.join(choices)}.")
     return path
 

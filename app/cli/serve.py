@@ -121,9 +121,9 @@ def serve(command: Serve) -> int:
         raise BadSetting(f"--keep = {command.keep:g} h is not possible; give hours up to {LONGEST_KEEP:g}, or --store memory.")
     if not command.store_size >= SMALLEST_STORE:
         raise BadSetting(f"--store-size must be at least {SMALLEST_STORE:g} MB.")
-    if command.lessons is not None and not command.lessons.is_dir():
+    if command.lessons is not None and not os.path.isdir(command.lessons):
         raise BadSetting(f"lessons = {command.lessons}: there is no such folder; name one with lesson files.")
-    if command.playlist is not None and not command.playlist.is_file():
+    if command.playlist is not None and not os.path.isfile(command.playlist):
         raise BadSetting(f"playlist = {command.playlist}: there is no such file; see app/lessons/README.md.")
     settings = settings_of_options(command.settings, Settings())
     given = command.key or os.environ.get(KEY_VARIABLE)

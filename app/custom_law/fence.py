@@ -11,8 +11,10 @@ import sys
 import tempfile
 import threading
 import time
+from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import IO, Any, Final
 
@@ -20,6 +22,7 @@ import app
 from app.custom_law.isolation import PROCESSES, guard_memory
 from app.custom_law.law_limits import LawLimits
 from controllers.compiled import READ, loops_folder
+from controllers.errors import LazyText
 from scenes.children import ONE_THREAD
 
 _ROOT: Final = Path(app.__file__).resolve().parent.parent
@@ -60,7 +63,7 @@ def fenced(
     limits: FenceLimits = FenceLimits(),
     stopped: Callable[[], bool] = lambda: False,
 ) -> str:
-    """Run a module on the text of a file; return why it ended, which is of interest only where answers are missing.
+    """Run a module on the text of a file; return why it ended, as a `LazyText`; of interest only where answers are missing.
 
     Args:
         module: of which `main` reads what it needs by `fenced_input`, and answers by `say`.
@@ -75,10 +78,17 @@ def fenced(
         for work, given in ((_feed, (process.stdin, text)), (_read, (process.stdout, lines))):
             threading.Thread(target=work, args=given, daemon=True).start()
         try:
-            why = _followed(lines, take, token, limits, stopped)
+            why = _followed(lines, take, partial(_members, token, process.pid), limits, stopped)
         finally:
             _end(process, token)
-    return why or f"its process ended (exit code {process.returncode})"
+    return why or LazyText("its process ended (exit code {code})", code=process.returncode)
+
+
+def isolation_of(limits: FenceLimits) -> str:
+    """Return how well a file would be fenced here: "full", "network" or "none"; "" if no process can be started for it."""
+    levels: list[str] = []
+    fenced(__name__, [], b"", lambda said: levels.append(str(said["isolation"])), limits)
+    return levels[0] if levels else ""
 
 
 def fenced_input() -> tuple[LawLimits, list[str], bytes]:
@@ -144,7 +154,7 @@ def _read(stream: IO[bytes], lines: "queue.Queue[str | None]") -> None:
 def _followed(
     lines: "queue.Queue[str | None]",
     take: Callable[[dict[str, Any]], None],
-    token: str,
+    started: Callable[[], list[int]],
     limits: FenceLimits,
     stopped: Callable[[], bool],
 ) -> str:
@@ -158,52 +168,85 @@ def _followed(
             with contextlib.suppress(ValueError, KeyError, TypeError):
                 take(json.loads(line))
         if stopped():
-            return "given up"
-        members = _members(token)
+            return LazyText("given up")
+        members = started()
         if len(members) > limits.processes:
-            return f"it started more than {limits.processes} processes"
+            return LazyText("it started more than {count} processes", count=limits.processes)
         if sum(map(_memory, members)) > limits.memory:
-            return f"it took more than {limits.memory >> 20} MiB of memory"
-    return f"it did not end within {limits.seconds:g} s"
+            return LazyText("it took more than {size} MiB of memory", size=limits.memory >> 20)
+    return LazyText("it did not end within {seconds:g} s", seconds=limits.seconds)
 
 
-def _members(token: str) -> list[int]:
-    """Return the processes that a file has started, by the environment that they inherit; on Linux, elsewhere none."""
+def _members(token: str, first: int | None = None) -> list[int]:
+    """Return the processes that a file has started; on Linux, elsewhere none.
+
+    Args:
+        token: in the environment that they inherit, unless they start another with a new one.
+        first: process of which they descend, whatever their environment; None to look at that alone.
+    """
     found: list[int] = []
+    children: defaultdict[int, list[int]] = defaultdict(list)
     wanted = f"{_TOKEN}={token}".encode()
     for name in os.listdir("/proc") if sys.platform == "linux" else ():
         if name.isdecimal():
+            with contextlib.suppress(OSError, ValueError, IndexError):
+                # Its name, in parentheses, may hold any sign.
+                state, parent, *_ = Path("/proc", name, "stat").read_bytes().rpartition(b")")[2].split()
+                if state != b"Z":
+                    children[int(parent)].append(int(name))
             with contextlib.suppress(OSError), open(f"/proc/{name}/environ", "rb") as file:
                 if wanted in file.read(65536):
                     found.append(int(name))
-    return found
+    below = [] if first is None else children[first]
+    while below:
+        found += below
+        below = [child for parent in below for child in children[parent]]
+    return list(set(found))
 
 
 def _memory(process: int) -> int:
-    """Return the memory of a process that it does not share with files [bytes]."""
-    with contextlib.suppress(OSError, ValueError, IndexError), open(f"/proc/{process}/statm", encoding="ascii") as file:
-        _, resident, shared, *_ = map(int, file.read().split())
-        return (resident - shared) * os.sysconf("SC_PAGESIZE")
-    return 0
+    """Return the memory of a process that it does not share with files, and that of its files without a name [bytes]."""
+    memory = 0
+    with contextlib.suppress(OSError, ValueError, IndexError), open(f"/proc/{process}/status", encoding="utf-8") as file:
+        for line in file:
+            if line.startswith(("RssAnon:", "RssShmem:")):
+                memory += int(line.split()[1]) * 1024
+    # Of a process that is guarded only root may look at these; of all others they need not be mapped to take memory.
+    with contextlib.suppress(OSError):
+        for name in os.listdir(f"/proc/{process}/fd"):
+            with contextlib.suppress(OSError):
+                if os.readlink(f"/proc/{process}/fd/{name}").startswith("/memfd:"):
+                    memory += os.stat(f"/proc/{process}/fd/{name}").st_blocks * 512
+    return memory
 
 
 def _end(process: "subprocess.Popen[bytes]", token: str) -> None:
     """Kill a process and everything that it started."""
+    members = _members(token, process.pid)
     if hasattr(os, "killpg"):
         # Its id is its own until it is waited for.
         with contextlib.suppress(OSError):
             os.killpg(process.pid, signal.SIGKILL)
     else:
         process.kill()
+    _kill(members)
     process.wait()
     end = time.monotonic() + 5.0
     while (members := _members(token)) and time.monotonic() < end:
-        for member in members:
-            # Its whole group at once: what forks and forks is killed one by one too slowly.
-            with contextlib.suppress(OSError):
-                os.killpg(os.getpgid(member), signal.SIGKILL)
+        _kill(members)
         time.sleep(0.001)
     for stream in (process.stdout, process.stdin):
         if stream is not None:
             with contextlib.suppress(OSError):
                 stream.close()
+
+
+def _kill(members: list[int]) -> None:
+    for member in members:
+        # Its whole group at once: what forks and forks is killed one by one too slowly.
+        with contextlib.suppress(OSError):
+            os.killpg(os.getpgid(member), signal.SIGKILL)
+
+
+if __name__ == "__main__":
+    fenced_input()

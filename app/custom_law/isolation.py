@@ -20,7 +20,8 @@ FILE: Final = 16 * 2**20
 """Largest file [bytes]."""
 ROOM: Final = 64 * 2**20
 """Of the folder in memory [bytes]."""
-DESCRIPTORS: Final = 256
+DESCRIPTORS: Final = 64
+"""Each may be a file in memory."""
 SYSTEM: Final = (
     *("/bin", "/lib", "/lib32", "/lib64", "/sbin", "/usr", "/nix/store", "/gnu/store"),
     *("/etc/alternatives", "/etc/ld.so.cache", "/etc/localtime", "/dev/null", "/dev/random", "/dev/urandom", "/dev/zero"),
@@ -38,7 +39,7 @@ _SET_ATTRIBUTES: Final = 442
 """System call `mount_setattr`, the same number on every architecture."""
 _RECURSIVE, _READ_ONLY, _HERE = 0x8000, 1, -100
 """`AT_RECURSIVE`, `MOUNT_ATTR_RDONLY`, `AT_FDCWD`."""
-_DEATH_SIGNAL, _DUMPABLE, _NO_NEW_PRIVILEGES = 1, 4, 38
+_DEATH_SIGNAL, _DUMPABLE, _ADOPTING, _NO_NEW_PRIVILEGES = 1, 4, 36, 38
 """Of <sys/prctl.h>."""
 
 
@@ -49,6 +50,8 @@ def main() -> None:
     levels: list[tuple[str, Callable[[], None]]] = [("none", lambda: os.chdir(folder))]
     if sys.platform == "linux":
         _prctl(_DEATH_SIGNAL, signal.SIGKILL)
+        # A process without a parent comes below this one, where it is counted.
+        _prctl(_ADOPTING, 1)
         if wanted == "all":
             levels = [
                 ("full", lambda: _own_world(folder, seen.split(os.pathsep))),

@@ -88,6 +88,9 @@ class LawFile:
             raise Wrong(*_syntax(error)) from None
         except ValueError as error:
             raise Wrong("this is no Python text: {error}", error=str(error)) from None
+        except (RecursionError, MemoryError):
+            self._ballast = None
+            raise Wrong("its text is nested too deeply, or too long, for Python") from None
         # Not "__main__": what stands under `if __name__ == "__main__"` is for trying it out by hand.
         names: dict[str, Any] = {"__name__": "own_law", "__file__": path}
         try:

@@ -102,12 +102,8 @@ def leaves_the_task_alone(law: Candidate) -> TrialOutcome:
     if error > task_alone + UNTOUCHED:
         limit = task_alone + UNTOUCHED
         parts = {"limit": _mm(limit), "by": _mm(error - limit)}
-        return (
-            False,
-            LazyText("|e| ≤ {limit} in an empty room (d = ∞) fails by {by}.", **parts),
-            numbers,
-            arena.error_curve(table, limit),
-        )
+        failed = N_("|e| ≤ {limit} in an empty room (d = ∞) fails by {by}.")
+        return _outcome(False, "", failed, numbers, arena.error_curve(table, limit), **parts)
     beside = arena.enter(BALL, law)
     arena.put_the_ball_away(beside)
     table = arena.play(beside, law, [None] * round(REST / arena.DT))

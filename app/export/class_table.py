@@ -12,6 +12,7 @@ from app.i18n.speaking import set_language
 from app.lessons.lesson import Lesson
 from app.lessons.progress import StepProgress, from_json
 from app.lessons.tally import QuestionId
+from scenes.files import csv_cell
 from scenes.rerun import never
 
 MOST_CHOICES: Final = 6
@@ -23,9 +24,6 @@ COLUMNS: Final = (
 )
 """Of every row; after them stands a column for each report."""
 
-_FORMULA: Final = ("=", "+", "-", "@", "＝", "＋", "－", "＠", "\t", "\r")
-"""Beginnings of a cell that a spreadsheet may compute."""
-
 
 def class_table_bytes(summary: ClassSummary, lessons: Sequence[Lesson], stopped: Callable[[], bool] = never) -> bytes:
     """Return the table as CSV in UTF-8, with the mark by which spreadsheets know it; for the columns see `app/documents/class.md`."""
@@ -33,16 +31,10 @@ def class_table_bytes(summary: ClassSummary, lessons: Sequence[Lesson], stopped:
     set_language("en")
     out = io.StringIO()
     table = csv.writer(out, lineterminator="\r\n")
-    table.writerow(map(safe_cell, (*COLUMNS, *report_names(summary.hand_ins))))
+    table.writerow(map(csv_cell, (*COLUMNS, *report_names(summary.hand_ins))))
     for cells, marks in (*_rows(summary, lessons), *_gain_rows(summary, lessons)):
-        table.writerow(map(safe_cell, (*(cells.get(column, "") for column in COLUMNS), *marks)))
+        table.writerow(map(csv_cell, (*(cells.get(column, "") for column in COLUMNS), *marks)))
     return out.getvalue().encode("utf-8-sig")
-
-
-def safe_cell(value: object) -> str:
-    """Return a cell that no spreadsheet takes for a formula."""
-    text = "" if value is None else str(value)
-    return f"'{text}" if text.lstrip().startswith(_FORMULA) or text.startswith(_FORMULA) else text
 
 
 _Row = tuple[dict[str, object], list[object]]

@@ -13,6 +13,7 @@ from typing import Any, Final
 from markupsafe import Markup
 
 from app.text.templates import element
+from controllers.errors import LazyText
 
 LARGEST: Final = 32 * 2**20
 """Largest report that is read [bytes]."""
@@ -61,16 +62,16 @@ def read_records(page: bytes) -> tuple[StepRecord, ...]:
     """
     found = _RECORD.search(page)
     if found is None:
-        raise ValueError("is no lab report of Duet, or one of an older version")
+        raise ValueError(LazyText("is no lab report of Duet, or one of an older version"))
     try:
         data = json.loads(html.unescape(found[1].decode()))
         if data["version"] != 1 or data["columns"] != _NAMES or len(data["steps"]) > _MOST_STEPS:
             raise ValueError
         records = tuple(_checked(*step) for step in data["steps"])
     except (ValueError, KeyError, TypeError, RecursionError):
-        raise ValueError("its record is damaged") from None
+        raise ValueError(LazyText("its record is damaged")) from None
     if len({(record.lesson, record.step) for record in records}) < len(records):
-        raise ValueError("its record has a step twice")
+        raise ValueError(LazyText("its record has a step twice"))
     return records
 
 

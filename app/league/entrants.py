@@ -1,6 +1,7 @@
 """Who takes part in the league: a built-in law, or a file; its runs are made behind a fence, for nothing in it is trusted."""
 
 import hashlib
+import os
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, ClassVar, Final
@@ -53,16 +54,23 @@ class Entrant(msgspec.Struct, frozen=True):
 
 
 def entrants(paths: list[Path]) -> list[Entrant]:
-    """Return all built-in laws, and the laws of files, each under a name of its own.
+    """Return all built-in laws, and the laws of files, each file once and under a name of its own.
 
     Raises:
-        BadInputFile: a file cannot be read.
+        BadInputFile: a file cannot be read, or it has no name of its own.
     """
     found = [Entrant(name) for name, law in LAWS.items() if law.in_league]
+    taken, files = set(LAWS), set[str]()
     for path in paths:
-        name = readable(path.name)
-        if any(other.name == name for other in found):
-            name = readable(str(path))
+        file = os.path.realpath(path)
+        if file in files:
+            continue
+        files.add(file)
+        names = map(readable, (path.name, str(path), str(path.absolute())))
+        name = next((name for name in names if name not in taken), None)
+        if name is None:
+            raise BadInputFile(f"{readable(str(path))}: has the name of another law; give it another one.")
+        taken.add(name)
         found.append(Entrant(name, read_law(path)))
     return found
 
@@ -80,7 +88,7 @@ def played(entrant: Entrant, schedule: Schedule, event: Event, limits: FenceLimi
     # Not as an argument, which the file could read: the hidden half follows from it.
     asked = msgspec.json.encode((schedule, event)) + b"\n" + entrant.text
     why = fenced("app.league.entrants", [entrant.name], asked, take, limits)
-    return outcomes[0] if outcomes else Outcome(None, None, (), None, why)
+    return outcomes[0] if outcomes else Outcome(None, None, (), None, f"{why}")
 
 
 class _Failed(DuetError):

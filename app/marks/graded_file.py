@@ -22,7 +22,7 @@ from app.export.report_record import StepRecord
 from app.i18n.speaking import set_language, tr
 from app.lessons.loading import load_lessons
 from app.settings import Language
-from controllers.errors import BadSetting
+from controllers.errors import BadSetting, DuetError
 from scenes.files import read_file, readable
 
 KINDS: Final = {".py": "law", ".html": "report", ".htm": "report"}
@@ -73,6 +73,7 @@ class GradedFile:
 
     Attributes:
         isolation: see `app.custom_law.marked.LawMarks`.
+        records: of a report.
     """
 
     name: str
@@ -84,6 +85,7 @@ class GradedFile:
     reason: str = ""
     remarks: list[Remark] = field(default_factory=list)
     isolation: str = ""
+    records: tuple[StepRecord, ...] = ()
 
     @property
     def feedback(self) -> str:
@@ -128,7 +130,11 @@ def graded(
     weights: Mapping[str, float],
     language: Language = "en",
 ) -> GradedFile:
-    """Return the row of a file, whatever that holds."""
+    """Return the row of a file, whatever that holds.
+
+    Raises:
+        DuetError: this computer cannot grade it.
+    """
     set_language(language)
     below = path.relative_to(folder)
     kind = KINDS[path.suffix.lower()]
@@ -138,16 +144,21 @@ def graded(
         row.reason = tr("a link, not a file")
         return row
     try:
-        if kind == "law":
-            text = read_file(path, LARGEST)
-            _take_marks(row, text, marked(readable(path.name), text, limits, stopped.is_set, language), weights)
-        else:
-            _take_records(row, report_record.read_records(read_file(path, report_record.LARGEST)))
+        text = read_file(path, LARGEST if kind == "law" else report_record.LARGEST)
     except OSError as error:
         row.reason = tr("cannot be read ({reason})", reason=error.strerror or error)
+        return row
+    try:
+        if kind == "law":
+            _take_marks(row, text, marked(readable(path.name), text, limits, stopped.is_set, language), weights)
+        else:
+            _take_records(row, report_record.read_records(text))
+    except OSError as error:
+        # Not the file's fault, such as a full disk.
+        raise DuetError(f"{row.name}: grading it failed ({error.strerror or error}); mend this, and grade again.") from None
     except Exception as error:
         # It costs its own row, and not the others'.
-        row.reason = str(error) or type(error).__name__
+        row.reason = tr(str(error)) or type(error).__name__
     return row
 
 
@@ -165,7 +176,7 @@ def _take_marks(row: GradedFile, text: bytes, marks: LawMarks, weights: Mapping[
         gates = " & ".join(tr(gate) for gate in GATES)
         whole.append(tr("The other tests count only for a law that passes these: {gates}.", gates=gates))
     if marks.ended:
-        whole.append(marks.ended)
+        whole.append(tr(marks.ended))
     own = {name for name, reason in marks.reasons.items() if reason.startswith(Path(row.name).name)}
     if not untouched and marks.reasons.keys() - own:
         whole += returned_line(text)
@@ -191,7 +202,11 @@ def returned_line(text: bytes) -> tuple[str, ...]:
 
 def is_template(text: bytes) -> bool:
     """Return whether a file computes what the template does: comments, blank lines and docstrings are not looked at."""
-    return bool(text) and _without_words(text) == _template()
+    try:
+        return bool(text) and _without_words(text) == _template()
+    except RecursionError:
+        # Deeper than the template.
+        return False
 
 
 @cache
@@ -230,10 +245,8 @@ def _take_records(row: GradedFile, records: tuple[StepRecord, ...]) -> None:
         "passed": passed,
         "attempts": sum(record.attempts for record in records),
     }
-    known = _lessons()
-    mine = {record.lesson for record in records}
-    others = sum(record.lesson not in known for record in (*predicted, *challenges))
-    row.points, row.maximum = right + passed, others + sum(known[name] for name in mine if name in known)
+    row.records = records
+    row.points, row.maximum = points_of(records)
     for r in predicted:
         if not r.right:
             what = tr("not right") if r.right is False else tr("open")
@@ -244,6 +257,16 @@ def _take_records(row: GradedFile, records: tuple[StepRecord, ...]) -> None:
             said = tr("challenge not passed in {attempts} attempts", attempts=r.attempts)
             row.remarks.append(Remark(f"{r.lesson}/{r.step}", False, said))
     row.reason = "; ".join(f"{one.name}: {one.text}" for one in row.remarks)
+
+
+def points_of(records: Sequence[StepRecord]) -> tuple[int, int]:
+    """Return the points of records and what they may be; a question or challenge in several of them counts once, the best."""
+    predicted = [(record.lesson, record.step, record.right is True) for record in records if record.prediction is not None]
+    challenges = [(record.lesson, record.step, record.passed is True) for record in records if record.passed is not None]
+    points = sum(len({one for one in kind if one[2]}) for kind in (predicted, challenges))
+    known = _lessons()
+    others = sum(len({one[:2] for one in kind if one[0] not in known}) for kind in (predicted, challenges))
+    return points, others + sum(known.get(lesson, 0) for lesson in {record.lesson for record in records})
 
 
 @cache

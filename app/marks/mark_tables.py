@@ -8,29 +8,32 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from app.custom_law.trials import TRIALS
-from app.marks.graded_file import REPORT, GradedFile, Student
+from app.export.report_record import StepRecord
+from app.marks.graded_file import REPORT, GradedFile, Student, points_of
 from scenes.files import csv_cell
 
 
 class StudentMarks(NamedTuple):
-    """All that one student handed in; of several laws the best one counts."""
+    """All that one student handed in; of several laws the best one counts, and a step in several reports counts once, the best."""
 
     student: Student
     files: tuple[GradedFile, ...]
 
     @property
-    def counted(self) -> tuple[GradedFile, ...]:
-        """The best law, and every report."""
-        laws = sorted((file for file in self.files if file.kind == "law"), key=lambda file: -file.points)
-        return (*laws[:1], *(file for file in self.files if file.kind != "law"))
-
-    @property
     def points(self) -> float:
-        return sum(file.points for file in self.counted)
+        return max((file.points for file in self._laws), default=0.0) + points_of(self._records)[0]
 
     @property
     def maximum(self) -> float:
-        return sum(file.maximum for file in self.counted)
+        return max((file.maximum for file in self._laws), default=0.0) + points_of(self._records)[1]
+
+    @property
+    def _laws(self) -> list[GradedFile]:
+        return [file for file in self.files if file.kind == "law"]
+
+    @property
+    def _records(self) -> list[StepRecord]:
+        return [record for file in self.files for record in file.records]
 
     @property
     def feedback(self) -> str:

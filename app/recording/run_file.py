@@ -4,7 +4,6 @@ It is a file of recorded inputs (`scenes.inputs_file`) with further parts, so th
 program, libraries and machine, on which the last bits of a run may depend.
 """
 
-import importlib.metadata
 import io
 import json
 import platform
@@ -18,6 +17,7 @@ import numpy as np
 import pinocchio as pin
 
 from app.recording import outcome as outcomes
+from app.version import duet_version
 from controllers.errors import BadInputFile, BadSetting, LazyText, joined
 from scenes.inputs import Recorded
 from scenes.inputs_file import recorded_bytes, recorded_from
@@ -45,12 +45,8 @@ _UNKNOWN: Final = LazyText("unknown")
 
 def made_here() -> dict[str, str]:
     """Return key of `NAMES` → version or name, of this very program."""
-    try:
-        duet = importlib.metadata.version("lwr-duet")
-    except importlib.metadata.PackageNotFoundError:
-        duet = "0"
     return {
-        "duet": duet,
+        "duet": duet_version(),
         "python": platform.python_version(),
         "numpy": np.__version__,
         "pinocchio": str(pin.__version__),

@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from controllers.errors import BadSetting, DuetError
-from scenes.children import ONE_THREAD, computed
+from scenes.children import AHEAD, ONE_THREAD, computed
 from scenes.headless import run
 from scenes.settings import RunSettings, changed, specs, values
 from scenes.sweep import (
@@ -146,6 +146,17 @@ def test_two_workers_and_one_find_the_same() -> None:
     assert multiprocessing.active_children() == []
     assert {name: os.environ.get(name) for name in ONE_THREAD} == before
     assert signal.getsignal(signal.SIGINT) is handler
+
+
+def test_calls_are_drawn_up_shortly_before_they_are_made() -> None:
+    count = itertools.count()
+    found = computed(abs, ((next(count),) for _ in range(10**6)), 2)
+    first = dict(next(found) for _ in range(5))
+    drawn = next(count)
+    found.close()  # pyright: ignore[reportAttributeAccessIssue]
+    assert all(index == value for index, value in first.items())
+    # At most as many as are under way, were done at once before, and have been taken.
+    assert drawn <= 2 * (2 * AHEAD) + 5
 
 
 def test_workers_stop_and_their_end_is_reported() -> None:

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
 from importlib.machinery import ModuleSpec
+from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 from typing import Any
 
@@ -251,6 +252,20 @@ def test_measured() -> None:
     assert figures["ours, single pair (paper)"]["ratio"] == 1.0
     table = peers_table(result)
     assert all(name in table for name in figures) and "1200 steps" in table
+
+
+def test_a_bare_checkout_is_measured_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    def installed(name: str) -> str:
+        if name == "lwr-duet":
+            raise PackageNotFoundError(name)
+        return "1.0"
+
+    monkeypatch.setattr("importlib.metadata.version", installed)
+    monkeypatch.setattr(peers, "version", installed)
+    for name, instead in (("needs_peers", lambda: None), ("peer_names", lambda: ()), ("gate", lambda *given: {})):
+        monkeypatch.setattr(peers, name, instead)
+    result: dict[str, Any] = measure_peers(40)
+    assert result["version"] == "0" and result["figures"]
 
 
 def test_what_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -120,6 +120,9 @@ def test_every_setting_can_be_given(capsys: pytest.CaptureFixture[str], tmp_path
         assert settings[key] == text or float(settings[key]) == float(text), key
 
 
+LONG = "0.1," * 100
+"""Longer than the name of a file may be."""
+
 ERRORS = {
     "run --dm 9": "dm = |0.03|0.3",
     "run --dm nan": "dm = |0.03",
@@ -156,6 +159,12 @@ ERRORS = {
         for option in ("--host 0.0.0.0", "--lecture", "--allow-origin https://b.org", "--embed-origin https://b.org")
     },
     "lessons --only nonsense": "redundancy",
+    "bench --steps 0": "--steps must be at least 1",
+    **dict.fromkeys(
+        (f"run --start {LONG}", f"run --csv {LONG}/a.csv", f"serve --lessons {LONG}", f"serve --playlist {LONG}"), LONG
+    ),
+    **dict.fromkeys((f"hunt --out {LONG}", f"falsify --out {LONG}/a.npz", f"grade {LONG}", f"league {LONG}"), LONG),
+    f"lessons --check --out {LONG}/a.html": LONG,
 }
 
 

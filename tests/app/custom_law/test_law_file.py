@@ -79,6 +79,8 @@ def test_a_situation_crosses_the_line_to_the_bit(n: int, pairs: int, bare: str) 
         ("# A law.\ndef law():\n    return 0", 2, "must take one argument, law(situation); as it stands: too many positional arguments."),
         ("def law(s, gain):\n    return 0", 1, "law must take one argument"),
         ("", None, "there is no function law(situation)"),
+        ("a = " + "-" * 100_000 + "1", None, "nested too deeply"),
+        ("a = " + " + ".join("1" * 100_000), None, "nested too deeply"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_and_where(text: str, line: int | None, says: str) -> None:

@@ -5,6 +5,8 @@ import json
 import os
 import re
 import socket
+import sys
+import zipfile
 from collections.abc import Iterator
 from contextlib import suppress
 from functools import partial
@@ -23,6 +25,7 @@ from app.custom_law.marked import LawMarks, _take, marked
 from app.custom_law.trials import GATES, TRIALS, TRY
 from app.export.lab_report import Done, lab_bytes
 from app.export.report_record import StepRecord, read_records, records_html
+from app.i18n.catalogue import words_of
 from app.i18n.speaking import set_language
 from app.lessons.loading import load_lessons
 from app.lessons.progress import StepProgress
@@ -160,7 +163,7 @@ def test_less_isolation_is_said_once(tmp_path: Path, monkeypatch: pytest.MonkeyP
     for name in ("a.py", "b.py"):
         (tmp_path / name).write_text("1/0", encoding="utf-8")
     assert main(["grade", str(tmp_path), "--csv", str(tmp_path / "marks.csv")]) == 0
-    assert capfd.readouterr().err.count("nothing but time, memory and number of processes was limited") == 1
+    assert capfd.readouterr().err.count("nothing but time, memory and number of processes is limited") == 1
 
 
 def test_memory_and_time_of_the_whole_tree() -> None:
@@ -168,6 +171,27 @@ def test_memory_and_time_of_the_whole_tree() -> None:
     assert quick(many, memory=300 * 2**20, law=LawLimits(load=30.0)).ended == "it took more than 300 MiB of memory"
     marks = quick("import time\ntime.sleep(60)\n", seconds=2.0, law=LawLimits(load=30.0))
     assert marks.ended == "it did not end within 2 s" and marks.passed == {}
+    assert words_of("de")(marks.ended) == "es endete nicht innerhalb von 2 s"
+
+
+LARGE = "import sys, time\na = bytearray(b'x') * (400 * 2**20)\ntime.sleep(60)\n"
+HIDDEN = {
+    "shared": "import mmap\na = mmap.mmap(-1, 400 * 2**20)\nfor _ in range(25):\n    a.write(b'x' * 2**24)\n",
+    "another environment": f"import subprocess, sys\nsubprocess.Popen([sys.executable, '-c', {LARGE!r}], env={{}})\n",
+    "an orphan": "import os, sys\nif not os.fork():\n    if not os.fork():\n        "
+    f"os.execve(sys.executable, [sys.executable, '-c', {LARGE!r}], {{}})\n    os._exit(0)\n",
+    "without a name": "import os\nfiles = [os.memfd_create('a') for _ in range(25)]\nfor one in files:\n    os.write(one, b'x' * 2**24)\n",
+}
+"""Where a file may keep memory → a text that keeps 400 MiB there."""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nothing is measured")
+@pytest.mark.parametrize("place", HIDDEN)
+@pytest.mark.parametrize("isolated", [True, False])
+def test_no_memory_is_hidden(place: str, isolated: bool) -> None:
+    text = f"{HIDDEN[place]}import time\ntime.sleep(60)\n"
+    marks = quick(text, memory=300 * 2**20, isolated=isolated, seconds=15.0, law=LawLimits(load=30.0))
+    assert marks.ended == "it took more than 300 MiB of memory"
 
 
 def test_a_law_that_changes_the_clock_is_not_quick() -> None:
@@ -235,7 +259,7 @@ def test_a_curve_that_a_file_has_made_up_is_left_out() -> None:
 
 
 def test_a_cell_is_no_formula() -> None:
-    starts = ("=1", "+1", "-1", "@a", "\t=1", " =1", "\n@")
+    starts = ("=1", "+1", "-1", "@a", "\t=1", " =1", "\n@", "＝1", "＋1", "－1", "＠a")
     assert all(csv_cell(text).startswith("'") for text in starts)
     assert csv_cell("a\nb\x1b[2J\u202e") == "a b [2J" and csv_cell(5) == "5" and len(csv_cell("x" * 9999)) == 2000
 
@@ -276,3 +300,19 @@ def test_nothing_to_grade(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     (tmp_path / "a.py").touch()
     assert main(["grade", str(tmp_path), "--csv", str(tmp_path / "no" / "a.csv")]) == 2
     assert capsys.readouterr().err.count("lwr-duet: ") == 5
+
+
+def test_a_damaged_archive_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    given = tmp_path / "class.zip"
+    for method, place, damage in (
+        # What LZMA begins with, here with properties that there are not; and the sizes of a part in the directory.
+        (zipfile.ZIP_LZMA, b"a.py", bytes((9, 4, 5, 0, 255))),
+        (zipfile.ZIP_STORED, b"PK\x01\x02", b"\0" * 16 + 2 * (2**20).to_bytes(4, "little")),
+    ):
+        with zipfile.ZipFile(given, "w", method) as archive:
+            archive.writestr("a.py", LAW)
+        data = given.read_bytes()
+        at = data.index(place) + 4
+        given.write_bytes(data[:at] + damage + data[at + len(damage) :])
+        assert main(["grade", str(given), "--csv", str(tmp_path / "a.csv")]) == 2
+        assert "is no folder and no ZIP file" in capsys.readouterr().err

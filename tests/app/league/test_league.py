@@ -4,6 +4,7 @@ import json
 import re
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 
 from app.cli import league as command
 from app.cli.main import main
+from app.custom_law.fence import FenceLimits
 from app.league import entrants
 from app.league.entrants import Entrant, played
 from app.league.league_files import PART, Played
@@ -118,6 +120,29 @@ def test_a_broken_file_costs_its_row_and_a_further_file_only_its_own_runs(
     assert play(other, *word, "--workers", "1") == 0
     assert not any(b"pear" in path.read_bytes() for path in other.iterdir())
     assert "hidden half" in (other / "league.md").read_text(encoding="utf-8")
+
+
+def test_every_file_plays_once_under_a_name_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    folder = tmp_path / "anna"
+    folder.mkdir()
+    paths = [Path("anna", "my_law.py"), Path("my_law.py"), Path(NO_AVOIDANCE)]
+    for path in paths:
+        write(tmp_path / path, f"# {path}\n{PAPER}")
+    found = entrants.entrants([*paths, tmp_path / "my_law.py", paths[0]])
+    names = [one.name for one in found if one.text is not None]
+    assert names == ["my_law.py", str(tmp_path / "my_law.py"), str(tmp_path / NO_AVOIDANCE)]
+
+
+def test_less_isolation_is_said_once_and_only_for_files(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("app.custom_law.fence.FenceLimits", partial(FenceLimits, isolated=False))
+    assert play(tmp_path / "out", "--workers", "1") == 0
+    assert "is limited" not in capsys.readouterr().err
+    write(tmp_path / "broken.py", "1/0")
+    assert play(tmp_path / "out", str(tmp_path / "broken.py"), "--workers", "1") == 0
+    assert capsys.readouterr().err.count("nothing but time, memory and number of processes is limited") == 1
 
 
 def test_a_cluster_writes_the_same(tmp_path: Path) -> None:

@@ -1,9 +1,33 @@
 """Whose a file is, and whether it is the template; the marks themselves are in `tests/app/custom_law/test_marking.py`."""
 
+import os
+import threading
 from pathlib import Path
+from typing import Any
+
+import pytest
 
 import app
-from app.marks.graded_file import Student, is_template, returned_line, student_of
+from app.custom_law.fence import FenceLimits
+from app.custom_law.marked import LawMarks
+from app.export.report_record import StepRecord, records_html
+from app.i18n.catalogue import words_of
+from app.i18n.speaking import set_language
+from app.marks import graded_file
+from app.marks.graded_file import GradedFile, Student, graded, is_template, returned_line, student_of, weights_of
+from app.marks.mark_tables import StudentMarks
+from app.settings import Language
+from controllers.errors import DuetError, LazyText
+
+
+@pytest.fixture(autouse=True)
+def _english() -> Any:
+    yield
+    set_language("en")
+
+
+def row_of(path: Path, language: Language = "en") -> GradedFile:
+    return graded(path, path.parent, FenceLimits(), threading.Event(), weights_of(()), language)
 
 
 def test_what_a_file_is_and_whose() -> None:
@@ -12,3 +36,41 @@ def test_what_a_file_is_and_whose() -> None:
     template = Path(app.__file__).with_name("custom_law").joinpath("template.py").read_bytes()
     assert is_template(template + b"\n# more") and not is_template(template.replace(b"0.30", b"0.31"))
     assert not is_template(b"def law(") and returned_line(b"def law(") == returned_line(b"law = 3") == ()
+    assert not is_template(b"a = " + b" + ".join([b"1"] * 1500)), "too deep to compare"
+
+
+def test_a_step_in_two_reports_counts_once(tmp_path: Path) -> None:
+    first = [StepRecord("hold", "push", 1, None, None, 0), StepRecord("hold", "break", None, None, True, 2)]
+    again = [StepRecord("hold", "push", 1, True, None, 0), StepRecord("hold", "break", None, None, True, 1)]
+    files: list[GradedFile] = []
+    for name, records in (("lab-report.html", first), ("lab-report (1).html", again)):
+        (tmp_path / name).write_text(records_html(records), encoding="utf-8")
+        files.append(row_of(tmp_path / name))
+    laws = [GradedFile(f"{i}.py", "law", Student("Jo", ""), points=i, maximum=6.0) for i in (1.0, 4.0)]
+    one, both = StudentMarks(Student("Jo", ""), (files[1],)), StudentMarks(Student("Jo", ""), (*files, *laws))
+    assert one.points == 2 and one.maximum == files[1].maximum > 2
+    assert (both.points, both.maximum) == (6.0, one.maximum + 6.0)
+
+
+@pytest.mark.parametrize("language", ["de", "sl"])
+def test_why_a_file_has_no_points_is_said_in_the_language(
+    language: Language, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ended = LazyText("it did not end within {seconds:g} s", seconds=2.0)
+    monkeypatch.setattr(graded_file, "marked", lambda *given: LawMarks(ended=ended))
+    for name, said in (("law.py", ended), ("report.html", "is no lab report of Duet, or one of an older version")):
+        (tmp_path / name).touch()
+        row = row_of(tmp_path / name, language)
+        assert row.reason == words_of(language)(said) != said
+
+
+def test_a_full_disk_costs_no_points(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(*given: object) -> LawMarks:
+        raise OSError(28, os.strerror(28))
+
+    monkeypatch.setattr(graded_file, "marked", fails)
+    (tmp_path / "law.py").touch()
+    with pytest.raises(DuetError, match=r"law\.py: grading it failed \(No space left on device\)"):
+        row_of(tmp_path / "law.py")
+    (tmp_path / "folder.py").mkdir()
+    assert "a folder" in row_of(tmp_path / "folder.py").reason
