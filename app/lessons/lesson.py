@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final, Literal
 
 from app.lessons.curve_drawing import Drawing
-from app.lessons.measures.quantity import Value, shown_value, significant_digits
+from app.lessons.measures.quantity import QUANTITIES, UNITS, Value, shown_value, significant_digits
 from app.lessons.question import Question
 from app.lessons.room_places import Start
 from app.lessons.runs import Pairs, Setup
@@ -60,6 +60,10 @@ class Measurement:
     def text(self, value: Value) -> str:
         """Return a value as it is read, with two significant digits and its unit."""
         return shown_value(value, self.name, self.unit, significant_digits(value, self.name, self.unit, self.digits))
+
+    def in_si(self, number: float) -> float:
+        """Return a number that was said in the unit in which the measurement is shown, in SI units."""
+        return number / UNITS[QUANTITIES[self.name].unit, self.unit][0]
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from unittest.mock import MagicMock
 
 import pytest
 
@@ -17,7 +18,9 @@ from app.lessons.session.lesson_session import LessonSession
 from app.lessons.walkthrough import Walkthrough
 from app.page.lessons.answer_boxes import read_number
 from app.page.lessons.lesson_html import attempt_html, blocks_html
+from app.page.lessons.lesson_panel import LessonPanel
 from app.page.panels.hotkeys import LESSON_KEYS, hotkeys
+from app.session.frame import freeze
 from app.session.session import Session
 from app.settings import LANGUAGES, Language, Settings
 from app.text.formula import formula, plain_formula
@@ -132,6 +135,24 @@ def test_symbols_have_their_colours_and_a_name() -> None:
 )
 def test_a_number_is_read_as_a_person_types_it(text: str, number: float | None) -> None:
     assert read_number(text) == number
+
+
+@pytest.mark.parametrize("ghost", ["off", "frozen", "own"])
+def test_the_panel_goes_on_after_a_skipped_lever_whatever_ghost_is_chosen(ghost: str) -> None:
+    session = Session(Settings())
+    run = LessonSession(session, BOOK)
+    lesson, step = next((i, k) for i, one in enumerate(BOOK.lessons) for k, each in enumerate(one.steps) if each.at_lever)
+    run.enter(lesson, step)
+    while run.walk.phase is not Phase.OBSERVE:
+        if run.walk.locked:
+            run.walk.choose(0)
+        assert run.walk.next()
+    panel = LessonPanel(MagicMock(), run, 340.0, True)
+    panel.show(freeze(session, 0.0))
+    assert panel.run_names is not None
+    session.change("ghost", ghost)
+    panel.show(freeze(session, 1.0))
+    assert panel.run_names is None
 
 
 def test_no_two_keys_or_their_texts_are_the_same() -> None:
