@@ -22,6 +22,7 @@ AT_ONCE: Final = ("curve", "laws", "stability")
 MOST_PLOTS: Final = 3
 MOST_NUMBERS: Final = 3
 MOST_CONTROLS: Final = 3
+MOST_FORECASTS: Final = 4
 HINTS: Final = 3
 
 

@@ -1,5 +1,6 @@
 """The lessons of a server, from their files: ours, a folder's and a playlist's; read again when a file has changed."""
 
+import logging
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -12,7 +13,10 @@ from app.lessons.lesson import LAST, NO_LESSONS, Lesson, LessonBook, LessonProbl
 from app.lessons.loading import in_language, load_lessons, load_notes, problems_of, read_text
 from app.lessons.markdown import Fault
 from app.lessons.playlist import everything, names_in, numbered
+from app.runtime.throttled_log import ThrottledLog
 from app.settings import TRANSLATIONS, Language
+
+log = logging.getLogger("duet.lessons")
 
 BELIEFS: Final = FOLDER / "beliefs"
 """Where our test is, which is asked before the first lesson and after the last."""
@@ -140,10 +144,16 @@ class Library:
     def watch(self, changed: Callable[[], None]) -> None:
         """Look after the files in a thread of its own until `close`. `changed`: called after they were read again."""
 
+        errors = ThrottledLog(log)
+
         def look() -> None:
             while not self._ended.wait(PERIOD):
-                if self.refresh():
-                    changed()
+                try:
+                    if self.refresh():
+                        changed()
+                except Exception as error:
+                    # The next change may be a better one.
+                    errors.exception("the lessons could not be read again", error)
 
         if self._good or self._playlist is not None:
             self._thread = threading.Thread(target=look, name="duet-lessons-watch", daemon=True)

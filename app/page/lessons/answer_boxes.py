@@ -7,7 +7,7 @@ import viser
 
 from app.i18n.speaking import tr
 from app.lessons.bookmark import Phase
-from app.lessons.lesson import Challenge
+from app.lessons.lesson import MOST_FORECASTS, Challenge
 from app.lessons.outcomes import asks_for_distance
 from app.lessons.progress import LONGEST_REASON
 from app.lessons.session.lesson_actions import Guess, SayNumber
@@ -20,7 +20,6 @@ from app.session.session import Session
 from app.web.control_events import on_entry
 from app.web.viser_internals import uuid_of
 
-MOST_FORECASTS: Final = 4
 _GUESS: Final = ORDER["choices"] + 0.5
 _REASON: Final = ORDER["choices"] + 7.5
 

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable
 from pathlib import Path
+from threading import Event
 
 import pytest
 
@@ -147,6 +148,23 @@ def test_a_visitor_has_the_new_text_without_a_restart_and_is_told_of_a_fault(
     assert reads("Another small lesson")(None)
     write(path, SMALL)
     guest.wait(reads("A small lesson"))
+
+
+def test_the_files_are_looked_after_though_reading_them_failed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write(tmp_path / "01-small.md", SMALL)
+    library, read = Library(tmp_path), Event()
+    answers = iter((RuntimeError("bad"), True))
+
+    def refresh() -> bool:
+        answer = next(answers, False)
+        if isinstance(answer, RuntimeError):
+            raise answer
+        return answer
+
+    monkeypatch.setattr(library, "refresh", refresh)
+    library.watch(read.set)
+    assert read.wait(60.0)
+    library.close()
 
 
 def test_a_new_lesson_passes_its_check_and_faults_end_with_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
