@@ -13,12 +13,13 @@ from app.lessons import FOLDER
 from app.lessons.bookmark import Phase
 from app.lessons.loading import load_lessons
 from app.lessons.reference_runs import simulated
-from app.lessons.session.lesson_actions import GoTo
+from app.lessons.session.lesson_actions import GoTo, ListLessons
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.walkthrough import Walkthrough
 from app.page.lessons.answer_boxes import read_number
+from app.page.lessons.lab_report_box import LabReportBox
 from app.page.lessons.lesson_html import attempt_html, blocks_html
-from app.page.lessons.lesson_panel import LessonPanel
+from app.page.lessons.lesson_panel import ORDER, LessonPanel
 from app.page.panels.hotkeys import LESSON_KEYS, hotkeys
 from app.session.frame import freeze
 from app.session.session import Session
@@ -155,6 +156,25 @@ def test_the_panel_goes_on_after_a_skipped_lever_whatever_ghost_is_chosen(ghost:
     assert panel.run_names is None
 
 
+def test_ones_own_words_make_room_for_the_list_of_lessons() -> None:
+    session, gui = Session(Settings()), MagicMock()
+    run = LessonSession(session, BOOK)
+    run.enter(0)
+    while run.walk.phase is not run.walk.phases[-1]:
+        if run.walk.locked:
+            run.walk.choose(0)
+        assert run.walk.next()
+    panel, frame = LessonPanel(MagicMock(), run, 340.0, True), freeze(session, 0.0)
+    panel.show(frame)
+    report = LabReportBox(gui, session, run, panel, MagicMock())
+    report.show(frame)
+    box = gui.add_text.return_value
+    assert box.visible is True
+    run.act(ListLessons())
+    report.show(frame)
+    assert box.visible is False
+
+
 def test_no_two_keys_or_their_texts_are_the_same() -> None:
     keys = (*hotkeys(), *LESSON_KEYS)
     assert len({(h.key, h.modifier) for h in keys}) == len({h.text for h in keys}) == len({h.name for h in keys}) == len(keys)
@@ -185,6 +205,7 @@ def test_the_settings_of_a_step_stand_in_the_lessons_own_panel(house: OpenHouse,
     visitor.wait_for(lambda v: [c["visible"] for c in controls(v)] == [True, True])
     theirs, ours = controls(visitor)
     assert ours["container_uuid"] != theirs["container_uuid"]
+    assert ORDER["choices"] < ours["order"] < ORDER["verdict"], "they stand above Run"
     visitor.send({"type": "GuiUpdateMessage", "uuid": ours["uuid"], "updates": {"value": 0.4}})
     visitor.wait_for(lambda _: values(session.settings)["wmax"] == 0.4)
     # Either one says what the other one did.
