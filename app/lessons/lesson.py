@@ -155,6 +155,7 @@ class Step:
         belief: what the wrong answers have in common, for the teacher and for afterwards; "" if it is not named.
         asked: in a test that is asked twice: for the first time, when nothing is said to the answer, or for the last time; "" elsewhere.
         controls: keys of the settings that stand in the lesson's own panel while the student may change them.
+        number: where it stands in its file, from 1; a playlist may show it elsewhere.
     """
 
     id: str
@@ -178,6 +179,7 @@ class Step:
     belief: str = ""
     asked: Literal["", "first", "last"] = ""
     controls: tuple[str, ...] = ()
+    number: int = 1
 
     @property
     def yours(self) -> bool:

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Final
 
 from app.lessons import FOLDER
-from app.lessons.lesson import LAST, NO_LESSONS, Lesson, LessonBook, LessonProblem, Step
-from app.lessons.loading import in_language, load_lessons, load_notes, problems_of, read_text
+from app.lessons.lesson import NO_LESSONS, Lesson, LessonBook, LessonProblem, Step
+from app.lessons.loading import in_language, load_lessons, load_notes, name_in_file, problems_of, read_text
 from app.lessons.markdown import Fault
 from app.lessons.playlist import everything, names_in, numbered
 from app.runtime.throttled_log import ThrottledLog
@@ -28,10 +28,11 @@ _ours = cache(load_lessons)
 
 
 def notes_of(book: LessonBook) -> dict[str, str]:
-    """Return the teacher's notes of a book by the id of their lesson, as Markdown."""
+    """Return the teacher's notes of a book by the id of their lesson, as Markdown: of every lesson those that lie beside its file."""
     folders = dict.fromkeys(step.setup.folder for lesson in book.lessons for step in lesson.steps)
-    notes = {id: text for folder in folders for id, text in load_notes(folder).items()}
-    return notes | {one.id: notes[name] for one in book.lessons if (name := one.id.removesuffix(LAST)) in notes}
+    notes = {folder: load_notes(folder) for folder in folders}
+    found = {one.id: notes[one.steps[0].setup.folder].get(name_in_file(one.file)) for one in book.lessons}
+    return {id: text for id, text in found.items() if text is not None}
 
 
 class Library:

@@ -4,13 +4,19 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 from threading import Event
+from unittest.mock import MagicMock
 
 import pytest
 
 from app.cli.main import main
+from app.export.handout_html import handout_html
 from app.lessons.lesson import LAST, LessonBook
 from app.lessons.library import Library
-from app.lessons.loading import in_language, load_lessons
+from app.lessons.loading import in_language, load_lessons, load_notes
+from app.lessons.session.lesson_session import LessonSession
+from app.page.panels.teachers_tab import NotesView
+from app.session.session import Session
+from app.settings import Settings
 from tests.app.conftest import Arrive, OpenHouse
 from tests.app.lessons.helpers import SMALL, our_book
 
@@ -77,6 +83,22 @@ def test_a_playlist_names_lessons_and_steps_of_all_kinds_in_any_order(tmp_path: 
     steps = [[step.id for step in lesson.steps] for lesson in book.lessons]
     assert steps[1] == ["push", "break"] and steps[5] == ["tail"] and steps[4] == ["second"] and len(steps[2]) > 1
     assert [lesson.asked for lesson in book.lessons] == ["first", *[""] * 6, "last", ""]
+
+
+def test_a_teacher_finds_the_notes_to_what_a_playlist_shows(tmp_path: Path) -> None:
+    write(tmp_path / "theirs" / "02-drift.md", SMALL)
+    playlist = write(tmp_path / "week.toml", 'lessons = ["lambda#tail", "drift", "lambda"]')
+    library = Library(tmp_path / "theirs", playlist, with_notes=True)
+    assert ids(library.book) == ["lambda", "drift", "lambda_2"]
+    assert library.notes == dict.fromkeys(("lambda", "lambda_2"), load_notes()["lambda"]), "a lesson of theirs has none of ours"
+    run, gui = LessonSession(Session(Settings()), library.book), MagicMock()
+    run.enter("lambda")
+    NotesView(gui, library.notes).show(run)
+    tail = our_book().lessons[our_book().index("lambda")].steps[run.walk.step.number - 1]
+    assert tail.id == "tail"
+    assert gui.add_html.return_value.content.partition("</h4>")[0].endswith(f"<h4>{tail.number}. {tail.title}")
+    paper = handout_html(run.walk.lesson, library.notes["lambda"])
+    assert "a switch with a soft edge" in paper and "The law looks ahead" not in paper
 
 
 def test_all_faults_of_a_playlist_are_named_with_their_lines(tmp_path: Path) -> None:
