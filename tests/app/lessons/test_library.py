@@ -13,10 +13,12 @@ from app.export.handout_html import handout_html
 from app.lessons.lesson import LAST, LessonBook
 from app.lessons.library import Library
 from app.lessons.loading import in_language, load_lessons, load_notes
+from app.lessons.reference_runs import simulated
 from app.lessons.session.lesson_session import LessonSession
 from app.page.panels.teachers_tab import NotesView
 from app.session.session import Session
 from app.settings import Settings
+from app.text.lesson_text import lesson_html
 from tests.app.conftest import Arrive, OpenHouse
 from tests.app.lessons.helpers import SMALL, our_book
 
@@ -149,6 +151,19 @@ def test_a_file_that_changes_is_read_again_and_a_faulty_one_stays_as_it_was(tmp_
         assert len(book.problems) == len(faults) and all(part in str(book.problems) for part in faults)
     os.remove(lesson)
     assert again(library) and not library.book.lessons and library.book.problems
+
+
+def test_a_picture_and_what_a_recording_came_to_are_read_again_too(tmp_path: Path) -> None:
+    write(tmp_path / "01-small.md", SMALL)
+    svg = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"><text>old</text></svg>'
+    picture = write(tmp_path / "pictures" / "a.svg", svg)
+    library, text = Library(tmp_path), "![what](pictures/a.svg)"
+    setup = library.book.lessons[library.book.index("small")].steps[1].setup
+    before = simulated(setup)
+    assert "old" in lesson_html(text, tmp_path)
+    write(picture, svg.replace("old", "newer"))
+    assert again(library)
+    assert "newer" in lesson_html(text, tmp_path) and simulated(setup) is not before
 
 
 def test_a_visitor_has_the_new_text_without_a_restart_and_is_told_of_a_fault(
