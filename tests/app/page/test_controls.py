@@ -5,14 +5,17 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
 
 from app.page.panels.compare import attack_html, smoothness_html, what_if_html
+from app.page.panels.curve_control import CurveControl
 from app.runtime.job_pool import JobPool
 from app.session.counterexample_search import CounterexampleSearch
 from app.session.relevant_settings import ALSO, matters
+from app.session.session import Session
 from app.session.studies import Smoothness
 from app.settings import Settings
 from scenes.counterexample import Attack, Found, Loss
@@ -186,3 +189,24 @@ def test_a_search_says_which_condition_was_missing(law: str, lost: float, strict
     search.worst, search.runs = Found(attack, Loss(lost, strict, 0.003, {}), {}, 40), 40
     said = attack_html(search)
     assert said.startswith("40 runs") and all(part in said for part in words) and said.endswith((words[1], "hold."))
+
+
+def test_a_text_that_is_no_curve_is_forgotten_once_another_curve_is_set_or_drawn() -> None:
+    session = Session(everything("hold", "drawn_curve"))
+    gui = MagicMock(add_html=lambda *_, **__: MagicMock(), add_text=lambda *_, **__: MagicMock(value=""))
+    control = CurveControl(gui, session, "λ(d)", SPECS["curve"], values(session.settings)["curve"])
+
+    def says_something() -> bool:
+        control.show(session.settings, True)
+        return control._note.visible
+
+    assert not says_something()
+    control._take("no curve")
+    assert says_something()
+    session.change("curve", "0.1:1,0.3:0")
+    assert not says_something() and control.box.value == "0.1:1,0.3:0"
+    control._take("no curve")
+    assert says_something()
+    control._draw(("law", "curve"), control._drawn)
+    session.change("curve", control._known)
+    assert not says_something()

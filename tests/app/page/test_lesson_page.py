@@ -132,9 +132,14 @@ def test_symbols_have_their_colours_and_a_name() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "number"), [("0.5", 0.5), ("0,5 rad/s", 0.5), ("−2", -2.0), ("", None), ("x", None), ("nan", None), ("1e99", None)]
+    ("text", "number"),
+    [
+        *(("0.5", 0.5), ("0,5 rad/s", 0.5), ("−2", -2.0), ("", None), ("x", None), ("nan", None), ("1e99", None)),
+        *(("0.42rad/s", 0.42), ("30°", 30.0), (" 50% ", 50.0), ("0,5\u00a0m", 0.5), ("1e-3\u202fm", 1e-3), (".5", 0.5)),
+        *(("1.000,5", None), ("1 000", None), (5.0, None)),
+    ],
 )
-def test_a_number_is_read_as_a_person_types_it(text: str, number: float | None) -> None:
+def test_a_number_is_read_as_a_person_types_it(text: object, number: float | None) -> None:
     assert read_number(text) == number
 
 
