@@ -86,6 +86,10 @@ class LessonPanel:
             self._blocks = {name: self._gui.add_html("", order=ORDER[name]) for name in BLOCKS}
         return panel
 
+    def set_width(self, width: float) -> None:
+        """Give the panel another width [CSS px] from the next frame on, and its editor with it."""
+        self._width, self._shown = width, ()
+
     def show(self, frame: Frame) -> bool:
         """Bring it up to date; return whether it was opened or closed, so that cameras have to follow."""
         run, panel = self._run, self.panel

@@ -124,6 +124,20 @@ def test_smoothness_in_a_table() -> None:
     assert "Ghost" not in text(smoothness_html(Smoothness(smooth, None)))
 
 
+@pytest.mark.usefixtures("german")
+def test_the_tables_have_the_decimal_sign_of_their_reader() -> None:
+    run, dts = RunSettings(), (0.005, 0.0025, 0.00125, 0.000625)
+    between = StepStudy(run, 10.0, dts, (0.5, 0.45, 0.4, 0.33))
+    jump = StepStudy(run, 10.0, dts, (0.5, 0.5, 0.5, 0.5))
+    simulation = Simulation(RunSettings(scene="master_slave"))
+    simulation.step(None)
+    table = simulation.history.table()
+    found = summarise(simulation, table)
+    answer = WhatIf(table[:, 0], table[:, 1], table[:, 3], simulation.settings, found, found)
+    for html in (smoothness_html(Smoothness(between, jump)), what_if_html(answer)):
+        assert re.search(r"\d,\d", text(html)) and not re.search(r"\d\.\d", text(html)), text(html)
+
+
 @contextmanager
 def held(jobs: JobPool, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Let no job begin meanwhile: a quick one would be over before the page says that it is computed."""

@@ -12,6 +12,7 @@ from app.hosting.visitor import open_link
 from app.lessons import FOLDER
 from app.lessons.bookmark import Phase
 from app.lessons.loading import load_lessons
+from app.lessons.progress import Try
 from app.lessons.reference_runs import simulated
 from app.lessons.session.lesson_actions import GoTo, ListLessons
 from app.lessons.session.lesson_session import LessonSession
@@ -20,6 +21,7 @@ from app.page.lessons.answer_boxes import read_number
 from app.page.lessons.lab_report_box import LabReportBox
 from app.page.lessons.lesson_html import attempt_html, blocks_html
 from app.page.lessons.lesson_panel import ORDER, LessonPanel
+from app.page.lessons.search_plot import search_plot
 from app.page.panels.hotkeys import LESSON_KEYS, hotkeys
 from app.session.frame import freeze
 from app.session.session import Session
@@ -31,7 +33,7 @@ from app.text.templates import macros
 from scenes.settings import changed, values
 from tests.app.conftest import Arrive, OpenHouse, ask
 from tests.app.lessons.helpers import our_book
-from tests.app.page.helpers import Client, buttons, click, page_label
+from tests.app.page.helpers import Client, bodies, buttons, click, page_label, shown
 
 pytestmark = pytest.mark.slow
 
@@ -221,6 +223,18 @@ def test_the_settings_of_a_step_stand_in_the_lessons_own_panel(house: OpenHouse,
     visitor.wait_for(lambda v: [c["visible"] for c in controls(v)] == [True, False])
 
 
+def test_a_projector_gets_a_wider_lesson_and_higher_plots(house: OpenHouse, arrive: Arrive) -> None:
+    one = arrive(house(), "lesson=1&step=1")
+
+    def sizes(v: Client) -> tuple[list[str], list[int]]:
+        return re.findall(r":root{--duet-left:(\d+)px", shown(v)), [plot["height"] for plot in bodies(v, "GuiUplotMessage")]
+
+    one.visitor.wait_for(lambda v: all(sizes(v)))
+    (wide,), heights = sizes(one.visitor)
+    one.ask(lambda s: s.change("profile", "projector"))
+    one.visitor.wait_for(lambda v: sizes(v) == ([f"{1.3 * int(wide):g}"], [round(1.12 * height) for height in heights]))
+
+
 def test_a_bad_link_is_named_and_the_page_goes_on(house: OpenHouse, arrive: Arrive) -> None:
     guest = arrive(house(), "lesson=%3Cb%3E")
     assert not guest.lessons.open
@@ -232,6 +246,15 @@ def test_a_bad_link_is_named_and_the_page_goes_on(house: OpenHouse, arrive: Arri
     assert open_link(run, {"lesson": "strict-priority", "step": "2"}, None) == () and run.walk.step.id == "switch"
     open_link(run, {"lesson": "1", "step": "77"}, None)
     assert run.notes
+
+
+@pytest.mark.usefixtures("german")
+def test_the_plot_of_the_tries_has_the_decimal_sign_of_its_reader() -> None:
+    walk = Walkthrough(our_book())
+    walk.go("imitation", 1)
+    assert walk.step.challenge is not None
+    made = search_plot(walk.step.challenge, (Try(0.1, 0.0, False), Try(0.35, 0.1, True)), "de")
+    assert ">0,1<" in made and not re.search(r">-?\d+\.\d+<", made)
 
 
 def test_the_third_try_brings_a_plot_that_survives_a_reload() -> None:
