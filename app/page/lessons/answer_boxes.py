@@ -27,6 +27,7 @@ _NUMBER: Final = re.compile(r"\s*([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:e[+-]?\d+)?)\s*
 
 _GUESS: Final = ORDER["choices"] + 0.5
 _REASON: Final = ORDER["choices"] + 7.5
+"""Between the answers and Run."""
 
 
 class Forecasts:
@@ -121,9 +122,6 @@ def guess_words(lessons: LessonSession, box: str) -> dict[str, object]:
             "box": box if walk.guessing else "",
         }
     }
-
-
-"""Between the answers and Run."""
 
 
 class GiveReason(Action, newest_by=("lesson", "step")):
