@@ -6,7 +6,7 @@ from typing import Final
 
 from app.lessons.attempts import TESTS
 from app.lessons.blocks import Table, is_toml_number, quoted_value
-from app.lessons.lesson import Challenge, Compared, Criterion, Forecast, Measurement, Trial
+from app.lessons.lesson import MOST_FORECASTS, Challenge, Compared, Criterion, Forecast, Measurement, Trial
 from app.lessons.markdown import FaultLog
 from app.lessons.measures.quantity import QUANTITIES, checked_parameters, read_parameters
 from app.lessons.room_places import start_positions
@@ -86,6 +86,8 @@ def read_challenge(table: Table, setup: Setup) -> Challenge | None:
         changes = read_changes(entry)
         within = entry.number("within", 0.05, 1e-6, 1.0)
         forecasts.append(Forecast(read_measurement(entry, run), changes, within))
+    if len(forecasts) > MOST_FORECASTS:
+        raise given.fault("forecast", f"the challenge asks for {len(forecasts)} forecasts; take at most {MOST_FORECASTS}.")
     custom_law, keep, sliders = given.flag("own_law"), given.text("keep", "", 40), given.flag("null_motions")
     if sliders and (
         run.run.experiment.obstacle != "nothing" or run.run.draws_circle or not has_null_motions(room_of(run.run).arms[0])
@@ -146,7 +148,10 @@ def read_trials(
     def trial(number: int, entry: Table) -> Trial:
         name = entry.text("name", f"attempt {number}", 60)
         run = read_setup(entry, setup.folder, challenge.setup.changes, challenge.setup)
-        said = tuple(_said(entry, x, measurements) for x in entry.any("forecasts", []))
+        given = entry.any("forecasts", [])
+        if not isinstance(given, list):
+            raise entry.fault("forecasts", f"forecasts = {quoted_value(given)} is not a list, like forecasts = [0.5].")
+        said = tuple(_said(entry, x, measurements) for x in given)
         law = entry.choice("law", LAWS, "") if entry.has("law") else ""
         fails = entry.words("fails", known, len(known))
         if len(said) != len(challenge.forecasts):

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final, Literal
 
 from app.lessons.curve_drawing import Drawing
-from app.lessons.measures.quantity import Value, shown_value, significant_digits
+from app.lessons.measures.quantity import QUANTITIES, UNITS, Value, shown_value, significant_digits
 from app.lessons.question import Question
 from app.lessons.room_places import Start
 from app.lessons.runs import Pairs, Setup
@@ -22,6 +22,7 @@ AT_ONCE: Final = ("curve", "laws", "stability")
 MOST_PLOTS: Final = 3
 MOST_NUMBERS: Final = 3
 MOST_CONTROLS: Final = 3
+MOST_FORECASTS: Final = 4
 HINTS: Final = 3
 
 
@@ -60,6 +61,10 @@ class Measurement:
     def text(self, value: Value) -> str:
         """Return a value as it is read, with two significant digits and its unit."""
         return shown_value(value, self.name, self.unit, significant_digits(value, self.name, self.unit, self.digits))
+
+    def in_si(self, number: float) -> float:
+        """Return a number that was said in the unit in which the measurement is shown, in SI units."""
+        return number / UNITS[QUANTITIES[self.name].unit, self.unit][0]
 
 
 @dataclass(frozen=True)
@@ -150,6 +155,7 @@ class Step:
         belief: what the wrong answers have in common, for the teacher and for afterwards; "" if it is not named.
         asked: in a test that is asked twice: for the first time, when nothing is said to the answer, or for the last time; "" elsewhere.
         controls: keys of the settings that stand in the lesson's own panel while the student may change them.
+        number: where it stands in its file, from 1; a playlist may show it elsewhere.
     """
 
     id: str
@@ -173,6 +179,7 @@ class Step:
     belief: str = ""
     asked: Literal["", "first", "last"] = ""
     controls: tuple[str, ...] = ()
+    number: int = 1
 
     @property
     def yours(self) -> bool:

@@ -1,18 +1,26 @@
 """The lessons of a server, from their files: ours, a folder's and a playlist's; read again when a file has changed."""
 
+import logging
+import os
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import cache
+from itertools import islice
 from pathlib import Path
 from typing import Final
 
 from app.lessons import FOLDER
-from app.lessons.lesson import LAST, NO_LESSONS, Lesson, LessonBook, LessonProblem, Step
-from app.lessons.loading import in_language, load_lessons, load_notes, problems_of, read_text
+from app.lessons.lesson import NO_LESSONS, Lesson, LessonBook, LessonProblem, Step
+from app.lessons.loading import in_language, load_lessons, load_notes, name_in_file, problems_of, read_text
 from app.lessons.markdown import Fault
 from app.lessons.playlist import everything, names_in, numbered
+from app.lessons.reference_runs import forget
+from app.runtime.throttled_log import ThrottledLog
 from app.settings import TRANSLATIONS, Language
+from app.text.lesson_text import lesson_html
+
+log = logging.getLogger("duet.lessons")
 
 BELIEFS: Final = FOLDER / "beliefs"
 """Where our test is, which is asked before the first lesson and after the last."""
@@ -20,14 +28,23 @@ BELIEFS: Final = FOLDER / "beliefs"
 PERIOD: Final = 0.5
 """Time from one look at the files to the next [s]."""
 
+MOST_FILES: Final = 2000
+"""Files of a folder that are looked after: its own first, then those below it."""
+
 _ours = cache(load_lessons)
 
 
+def _files_below(folder: Path) -> Iterator[Path]:
+    """Yield the files of a folder, then those of the folders in it: lessons, their pictures and recordings. Never raises."""
+    return (Path(place) / name for place, _, names in os.walk(folder) for name in names)
+
+
 def notes_of(book: LessonBook) -> dict[str, str]:
-    """Return the teacher's notes of a book by the id of their lesson, as Markdown."""
+    """Return the teacher's notes of a book by the id of their lesson, as Markdown: of every lesson those that lie beside its file."""
     folders = dict.fromkeys(step.setup.folder for lesson in book.lessons for step in lesson.steps)
-    notes = {id: text for folder in folders for id, text in load_notes(folder).items()}
-    return notes | {one.id: notes[name] for one in book.lessons if (name := one.id.removesuffix(LAST)) in notes}
+    notes = {folder: load_notes(folder) for folder in folders}
+    found = {one.id: notes[one.steps[0].setup.folder].get(name_in_file(one.file)) for one in book.lessons}
+    return {id: text for id, text in found.items() if text is not None}
 
 
 class Library:
@@ -122,8 +139,8 @@ class Library:
     def _stamps(self) -> dict[Path, tuple[int, int]]:
         """Return time and size of every file that the book depends on, but for our own."""
         stamps = dict[Path, tuple[int, int]]()
-        folders = {folder for folder, _ in self._good}
-        for path in (*filter(None, [self._playlist]), *(path for folder in folders for path in folder.glob("*"))):
+        paths = [path for folder in {folder for folder, _ in self._good} for path in islice(_files_below(folder), MOST_FILES)]
+        for path in (*filter(None, [self._playlist]), *paths):
             with suppress(OSError):
                 stamps[path] = path.stat().st_mtime_ns, path.stat().st_size
         return stamps
@@ -134,16 +151,25 @@ class Library:
         if not self._looked or self._looked == self._seen or self._looked != before:
             return False
         self._seen = self._looked
+        # A picture or a recording may be another one under the same name.
+        lesson_html.cache_clear()
+        forget()
         self._read()
         return True
 
     def watch(self, changed: Callable[[], None]) -> None:
         """Look after the files in a thread of its own until `close`. `changed`: called after they were read again."""
 
+        errors = ThrottledLog(log)
+
         def look() -> None:
             while not self._ended.wait(PERIOD):
-                if self.refresh():
-                    changed()
+                try:
+                    if self.refresh():
+                        changed()
+                except Exception as error:
+                    # The next change may be a better one.
+                    errors.exception("the lessons could not be read again", error)
 
         if self._good or self._playlist is not None:
             self._thread = threading.Thread(target=look, name="duet-lessons-watch", daemon=True)

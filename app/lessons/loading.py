@@ -132,6 +132,12 @@ def _load(path: Path, lessons: list[Lesson]) -> Iterator[LessonProblem]:
         yield from _faults_of_notes(path)
 
 
+def name_in_file(file: str) -> str:
+    """Return the name of a lesson as its file has it; "" if the file has the name of no lesson."""
+    name = _NAME.match(file)
+    return name[2] if name is not None else ""
+
+
 def load_notes(folder: Path = FOLDER) -> dict[str, str]:
     """Return the teacher's notes by the id of their lesson, as Markdown; a file that cannot be read is left out. Never raises.
 
@@ -189,12 +195,12 @@ def _read(path: Path, number: int, id: str) -> Lesson:
     # Steps build on the settings of the head.
     base = common or Common(path.parent, (), "", 0)
     steps: list[Step] = []
-    for part in sheet.steps if common is not None or not head.blocks else ():
+    for place, part in enumerate(sheet.steps if common is not None or not head.blocks else (), 1):
         step = log.take(partial(read_step, part, base), None)
         if step is not None and any(other.id == step.id for other in steps):
             log.found.append(Fault(part.line, f"two steps are called {step.id}; give one of them another id."))
         elif step is not None:
-            steps.append(step)
+            steps.append(replace(step, number=place))
     promise, learned, again = head_texts(head)
     runs = [part.line for part, step in zip(sheet.steps, steps, strict=False) if not step.concept] if again else []
     log.found += [

@@ -110,7 +110,7 @@ class Item:
     line: int
 
 
-def read_sheet(text: str, marker: str = "duet") -> Sheet:
+def read_sheet(text: str) -> Sheet:
     """Return the structure of a lesson's Markdown.
 
     Raises:
@@ -136,7 +136,7 @@ def read_sheet(text: str, marker: str = "duet") -> Sheet:
             if here is None:
                 raise Fault(number, "a block stands before the title; begin the file with a line like “# Title”.")
             fence, opened = found[1], number
-            if found[2] == marker:
+            if found[2] == "duet":
                 block = DataBlock(number + 1)
                 (steps[-1] if steps else head or here).blocks.append(block)
             else:

@@ -90,6 +90,7 @@ def comparisons(setup: Setup, measurement: Measurement, compared: tuple[Compared
 
 
 def forget() -> None:
+    """Make every run again when it is next asked for."""
     simulated.cache_clear()
     measured.cache_clear()
     drawn.cache_clear()

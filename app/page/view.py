@@ -109,7 +109,8 @@ class View:
         self._configure_theme()
         self.stage = Stage(host.scene, page)
         narrow = private and canvas_size(host)[0] < NARROW
-        width = (NARROW_WIDTH if narrow else WIDTH) * scale(page.profile)
+        self._lesson_width = NARROW_WIDTH if narrow else WIDTH
+        width = self._lesson_width * scale(page.profile)
         self.lesson_panel = LessonPanel(
             gui, self.lessons, width, private, narrow and folds, lambda: style_sheet(self._page.profile), book
         )
@@ -247,7 +248,8 @@ class View:
         page = self._page
         self._look = page.theme, page.profile
         self._host.gui.main_panel.set_width(DOCK_WIDTH * scale(page.profile))
-        self._plots.dress(page)
+        self.lesson_panel.set_width(self._lesson_width * scale(page.profile))
+        self._plots.dress(page, self._plots_height())
         self._configure_theme()
 
 

@@ -39,7 +39,7 @@ class Session:
         settings: of the run and of the page.
         wake: called after every `post`, to ask for a frame at once.
         background: where "what if" and smoothness are computed; without one they are not.
-        sources: what the server was started with: persons beside the built-in one, and a student's law.
+        sources: persons beside the built-in one, and a student's law: of the server at first, and then also the visitor's own.
     """
 
     # Live, see `app.session.shown.Shown`.

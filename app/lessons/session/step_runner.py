@@ -178,7 +178,11 @@ class StepRunner:
                 self.seen[step] = recorded
 
     def check(self, walk: Walkthrough, said: Sequence[float | None]) -> None:
-        """Try the step's challenge, if it is its turn, with the run as it is. `said`: the forecasts that the visitor has typed."""
+        """Try the step's challenge, if it is its turn, with the run as it is.
+
+        Args:
+            said: the forecasts that the visitor has typed, each in the unit in which its measurement is shown.
+        """
         session, challenge = self._session, walk.step.challenge
         if challenge is None or walk.phase is not Phase.CHALLENGE:
             return
@@ -186,10 +190,14 @@ class StepRunner:
             if session.law.examination is not None:
                 session.law.examination.begin()
             return
-        count = len(challenge.forecasts)
+        typed = (*said, *(None,) * len(challenge.forecasts))
+        forecasts = [
+            None if number is None else forecast.measurement.in_si(number)
+            for forecast, number in zip(challenge.forecasts, typed, strict=False)
+        ]
         recorded = session.recorded() if challenge.keep or walk.duel else None
         person = RecordedPerson(recorded) if recorded is not None and recorded.begin == 0.0 else None
-        walk.attempt(session.simulation, (*said, *(None,) * count)[:count], person)
+        walk.attempt(session.simulation, forecasts, person)
 
     def advance_law_tests(self, walk: Walkthrough) -> bool:
         """Look after the tests of the custom law; return whether there is anything new."""

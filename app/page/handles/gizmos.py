@@ -8,7 +8,7 @@ import viser
 
 from app.page.handles.figure_grip import FigureGrip
 from app.page.handles.grips import ArmGrip, BallGrip
-from app.page.handles.transform_handles import BallHandle, ElbowHandle, HandHandle, swing_elbow, swivel_frame
+from app.page.handles.transform_handles import BallHandle, ElbowHandle, HandHandle, swing_elbow
 from app.session.actions import Drag, Hover, Nudge
 from app.session.frame import Frame
 from app.session.second_hand import Holder
@@ -20,8 +20,6 @@ from app.text.templates import element
 from app.web.control_events import on_entry
 from app.web.viser_internals import uuid_of
 from controllers.kinematics import Array
-
-__all__ = ["NUDGE", "SWING", "Gizmos", "swivel_frame"]
 
 NUDGE: Final = 0.02
 """Way of one key press [m]."""

@@ -1,5 +1,7 @@
 """The boxes into which a student types: the numbers that a challenge asks for, a reason, and, by a script, a guess of d."""
 
+import math
+import re
 from collections.abc import Callable
 from typing import Final
 
@@ -7,7 +9,7 @@ import viser
 
 from app.i18n.speaking import tr
 from app.lessons.bookmark import Phase
-from app.lessons.lesson import Challenge
+from app.lessons.lesson import MOST_FORECASTS, Challenge
 from app.lessons.outcomes import asks_for_distance
 from app.lessons.progress import LONGEST_REASON
 from app.lessons.session.lesson_actions import Guess, SayNumber
@@ -20,9 +22,12 @@ from app.session.session import Session
 from app.web.control_events import on_entry
 from app.web.viser_internals import uuid_of
 
-MOST_FORECASTS: Final = 4
+_NUMBER: Final = re.compile(r"\s*([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:e[+-]?\d+)?)\s*(?:[^\s\d.,].*)?", re.DOTALL | re.IGNORECASE)
+"""A number and what may stand behind it; a number of two parts, such as 1.000,5, is none."""
+
 _GUESS: Final = ORDER["choices"] + 0.5
 _REASON: Final = ORDER["choices"] + 7.5
+"""Between the answers and Run."""
 
 
 class Forecasts:
@@ -59,12 +64,8 @@ class Forecasts:
 
 def read_number(text: object) -> float | None:
     """Return the number that a person typed, with a point or a comma and perhaps a unit behind it; None if there is none."""
-    if not isinstance(text, str):
-        return None
-    try:
-        number = float(text[:40].strip().split(" ")[0].replace(",", ".").replace("−", "-"))
-    except (ValueError, IndexError):
-        return None
+    found = _NUMBER.fullmatch(text[:40].replace("−", "-")) if isinstance(text, str) else None
+    number = float(found[1].replace(",", ".")) if found is not None else math.inf
     return number if abs(number) < 1e9 else None
 
 
@@ -121,9 +122,6 @@ def guess_words(lessons: LessonSession, box: str) -> dict[str, object]:
             "box": box if walk.guessing else "",
         }
     }
-
-
-"""Between the answers and Run."""
 
 
 class GiveReason(Action, newest_by=("lesson", "step")):

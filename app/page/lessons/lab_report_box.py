@@ -76,7 +76,8 @@ class LabReportBox:
         if tab is None:
             return
         walk = run.walk
-        here = (walk.lesson.id, walk.step.id) if run.open and walk.phase is walk.phases[-1] else None
+        last = run.open and not run.listing and walk.phase is walk.phases[-1]
+        here = (walk.lesson.id, walk.step.id) if last else None
         if here is not None and here not in self._boxes:
             self._boxes[here] = self._box(*here, tab)
         if self._of_lesson is None:

@@ -6,7 +6,8 @@ from typing import Final
 import numpy as np
 
 from app.lessons.lesson import LessonCamera
-from app.stage.camera_view import view_of
+from app.page.camera_follow import view_corners
+from app.stage.camera_view import axes, view_of
 from controllers.kinematics import Array
 from scenes.ball import BALL_RADIUS, PATH
 from scenes.rigs import Camera
@@ -34,19 +35,9 @@ def lesson_view(simulation: Simulation, where: LessonCamera) -> Camera:
         return view
     near = _near(simulation, where)
     if where == "room":
-        right, up, _ = _axes(view)
-        corners = [x * right * view.width / 2.0 + y * up * view.height / 2.0 for x in (-1, 1) for y in (-1, 1)]
         # A ball may begin beyond what shows the arm and its table.
-        near = np.vstack([near, [np.array(view.centre) + corner * INSIDE for corner in corners]])
+        near = np.vstack([near, view_corners(replace(view, width=INSIDE * view.width, height=INSIDE * view.height))])
     return _around(near, view)
-
-
-def _axes(view: Camera) -> tuple[Array, Array, Array]:
-    """Return which way is right, up and towards the eye."""
-    toward = np.array(view.toward) / np.linalg.norm(view.toward)
-    right = np.cross([0.0, 0.0, 1.0], toward)
-    right /= np.linalg.norm(right)
-    return right, np.cross(toward, right), toward
 
 
 def _near(simulation: Simulation, where: LessonCamera) -> Array:
@@ -69,7 +60,7 @@ def _near(simulation: Simulation, where: LessonCamera) -> Array:
 
 def _around(points: Array, view: Camera) -> Camera:
     """Return a view from the same direction that shows points (k, 3) with a margin."""
-    right, up, toward = _axes(view)
+    right, up, toward = axes(np.array(view.toward))
     across, high = points @ right, points @ up
     width, height = float(np.ptp(across)) + 2.0 * MARGIN, float(np.ptp(high)) + 2.0 * MARGIN
     along = float((points @ toward).mean())

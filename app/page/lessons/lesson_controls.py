@@ -67,7 +67,7 @@ class LessonControls:
         self._list_button = client.gui.add_button(
             tr("Lessons"),
             icon=viser.Icon.SCHOOL,
-            hint=tr("Eleven lessons: predict, run, compare, explain."),
+            hint=tr("Lessons: predict, run, compare, explain."),
             order=-4.0,
         )
         on_press(self._list_button, lambda: self._post(lesson_actions.ListLessons()))

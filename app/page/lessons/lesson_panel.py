@@ -17,6 +17,7 @@ from app.page.lessons.lesson_html import BLOCKS, blocks_html, law_html, lesson_l
 from app.page.lessons.two_tracks import tracks_html
 from app.session.frame import Frame
 from app.text.templates import element
+from scenes.laws import LAWS
 
 PERIOD: Final = 0.2
 """Wall time between two refreshes of the numbers [s]."""
@@ -85,6 +86,10 @@ class LessonPanel:
             self._blocks = {name: self._gui.add_html("", order=ORDER[name]) for name in BLOCKS}
         return panel
 
+    def set_width(self, width: float) -> None:
+        """Give the panel another width [CSS px] from the next frame on, and its editor with it."""
+        self._width, self._shown = width, ()
+
     def show(self, frame: Frame) -> bool:
         """Bring it up to date; return whether it was opened or closed, so that cameras have to follow."""
         run, panel = self._run, self.panel
@@ -133,15 +138,17 @@ class LessonPanel:
         if run.own_tests is not None:
             blocks["attempt"] = law_html(run.own_tests, *run.custom_law_state, view.passed, self.edits)
         over = view.step.at_lever and view.phase is not Phase.DO
-        self.run_names = (tr("you"), page_value("law", frame.live.settings.page.ghost)) if over else None
+        ghost = frame.live.settings.page.ghost
+        # The student may have chosen another ghost meanwhile, or none.
+        self.run_names = (tr("you"), page_value("law", ghost)) if over and ghost in LAWS else None
         if over and view.phase is Phase.OBSERVE:
             blocks["verdict"] = self._both_tracks(frame) or blocks["verdict"]
         return blocks
 
     def _both_tracks(self, frame: Frame) -> Markup:
-        """Return both runs in one chart; nothing where a reload has left their beginning out."""
+        """Return both runs in one chart; nothing where a reload has left their beginning out, or before the first step."""
         (own, rival), names = frame.live.traced, self.run_names
-        if rival is None or names is None or not own.history.count == rival.history.count == own.steps:
+        if rival is None or names is None or not 0 < own.history.count == rival.history.count == own.steps:
             return Markup()
         state = self._run.walk.run_id, own.steps
         if state != self._tracks[0]:

@@ -4,7 +4,7 @@ from typing import Final
 
 from markupsafe import Markup
 
-from app.i18n.speaking import tr
+from app.i18n.speaking import decimal, tr
 from app.lessons.labels import label_of
 from app.lessons.lesson import Challenge, Criterion
 from app.lessons.measures.quantity import QUANTITIES, UNITS
@@ -46,8 +46,8 @@ def search_plot(challenge: Challenge, tries: tuple[Try, ...], language: Language
     ends, levels = sorted({p[0] for p in places} | set(x_bounds)), sorted({p[1] for p in places} | set(y_bounds))
     unit = f" [{spec.page_unit}]" if spec.page_unit else ""
     texts = [
-        *((f"{v:.3g}", x.at(v), BOTTOM + 14, "middle") for v in (ends[0], ends[-1])),
-        *((f"{v:.2g}".replace("-", "−"), LEFT - 5, y.at(v) + 4, "end") for v in (levels[0], levels[-1])),
+        *((decimal(f"{v:.3g}"), x.at(v), BOTTOM + 14, "middle") for v in (ends[0], ends[-1])),
+        *((decimal(f"{v:.2g}".replace("-", "−")), LEFT - 5, y.at(v) + 4, "end") for v in (levels[0], levels[-1])),
         (f"{tr(spec.label)}{unit}", (LEFT + RIGHT) / 2.0, BOTTOM + 26, "middle"),
         (f"{label_of(m, language)} [{sign}]" if sign else label_of(m, language), 2.0, 12.0, "start"),
     ]

@@ -143,13 +143,15 @@ def _millimetres(length: float) -> str:
 def what_if_html(answer: WhatIf) -> Markup:
     """Return how the last seconds were, and how they would have been."""
     joints = answer.settings.experiment.error_unit == "rad²"
-    error = (lambda e2: f"{math.degrees(math.sqrt(e2)):.1f}°") if joints else (lambda e2: f"{1000.0 * math.sqrt(e2):.0f} mm")
+    error = (
+        (lambda e2: decimal(f"{math.degrees(math.sqrt(e2)):.1f}°")) if joints else (lambda e2: f"{1000.0 * math.sqrt(e2):.0f} mm")
+    )
     d_m = answer.settings.law.critical_distance
     rows: tuple[tuple[str, Callable[..., str]], ...] = (
         (tr_html('least <b class="d">d</b>'), lambda s: f"{1000.0 * s.d_min:.0f} mm"),
         (tr_html('below <b class="dm">d<sub>m</sub></b>'), lambda s: f"{100.0 * s.share_below:.0f} %"),
         (tr_html('largest <b class="e">|e|</b>'), lambda s: error(s.e2_max)),
-        (tr("largest step of q̇"), lambda s: f"{s.dq_step_max:.3f} rad/s"),
+        (tr("largest step of q̇"), lambda s: decimal(f"{s.dq_step_max:.3f} rad/s")),
     )
     numbers = [(name, of(answer.before), of(answer.summary)) for name, of in rows]
     return macros("page/panels/compare.html").what_if(f"{answer.seconds:.0f}", numbers, f"{1000.0 * d_m:.0f}")
@@ -159,7 +161,7 @@ def smoothness_html(found: Smoothness) -> Markup:
     """Return the largest step of q̇ at every time step, and what it says."""
     runs = [(tr("law"), found.law), *([(tr("ghost"), found.ghost)] if found.ghost is not None else [])]
     steps = zip(*(measured.largest for _, measured in runs), strict=True)
-    rows = [(f"{1000.0 * dt:g} ms", [*map(_step, largest)]) for dt, largest in zip(found.law.dts, steps, strict=True)]
+    rows = [(decimal(f"{1000.0 * dt:g} ms"), [*map(_step, largest)]) for dt, largest in zip(found.law.dts, steps, strict=True)]
     words = [f"{name[:1].upper()}{name[1:]}: {_words(measured)}" for name, measured in runs]
     return macros("page/panels/compare.html").smoothness([name for name, _ in runs], rows, words, f"{found.law.seconds:.0f}")
 
@@ -175,7 +177,7 @@ def _words(measured: StepStudy) -> str:
         case "smooth":
             return tr("Smooth: half the time step, half the largest step.")
         case "jump":
-            return tr("A jump of {jump} rad/s: it stays, however small the time step.", jump=f"{finest:.2g}")
+            return tr("A jump of {jump} rad/s: it stays, however small the time step.", jump=decimal(f"{finest:.2g}"))
         case _:
             parts = measured.dts[0] / measured.dts[-1]
             return tr(
@@ -187,4 +189,4 @@ def _words(measured: StepStudy) -> str:
 
 
 def _step(value: float | None) -> str:
-    return "…" if value is None else f"{value:.4f}"
+    return "…" if value is None else decimal(f"{value:.4f}")

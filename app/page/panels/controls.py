@@ -153,12 +153,14 @@ class Controls:
             self._curve = CurveControl(gui, self._session, label, spec, value)
             return self._curve.box
         elif isinstance(value, bool):
-            handle = gui.add_checkbox(label, value, hint=tr(spec.help))
+            handle = gui.add_checkbox(label, value, hint=tr(spec.help), order=order)
         elif isinstance(value, int):
-            handle = gui.add_number(label, value, min=int(spec.low), max=int(spec.high), step=1, hint=tr(spec.help))
+            low, high = int(spec.low), int(spec.high)
+            handle = gui.add_number(label, value, min=low, max=high, step=1, hint=tr(spec.help), order=order)
         else:
             k = spec.page_scale
-            handle = gui.add_slider(label, spec.low * k, spec.high * k, spec.step, _rounded(value * k), hint=tr(spec.help))
+            low, high = spec.low * k, spec.high * k
+            handle = gui.add_slider(label, low, high, spec.step, _rounded(value * k), hint=tr(spec.help), order=order)
         self._shown[key] = value
         words = spoken()
 

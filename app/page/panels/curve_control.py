@@ -51,7 +51,7 @@ class CurveControl:
         if self._drawing is not None:
             self._drawn = drawn
         if self._drawing is not None and drawn:
-            self._known = law_curve(self._drawing, drawn)
+            self._known, self._trouble = law_curve(self._drawing, drawn), ""
             self._session.post(SetSetting(self._key, self._known))
 
     def show(self, settings: Settings, visible: bool) -> None:
@@ -60,7 +60,7 @@ class CurveControl:
         self.box.visible = visible
         self._drawing = activation_axes(law.critical_distance, (0.0, _FARTHEST)) if visible else None
         if visible and law.curve != self._known:
-            self._known, curve = law.curve, curve_through(law.curve)
+            self._known, self._trouble, curve = law.curve, "", curve_through(law.curve)
             assert self._drawing is not None
             self._drawn = tuple(curve.height(d) for d in self._drawing.columns)
         self._board.show(_HERE, self._drawing, self._drawn)

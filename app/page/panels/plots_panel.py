@@ -74,10 +74,12 @@ class Plots:
         self.span: tuple[float, float] | None = None
         """Ends of the axis of the plots over time [s]; None before the second step."""
 
-    def dress(self, page: PageSettings) -> None:
-        """Apply another theme or profile."""
-        self._page, self._dressed = page, True
+    def dress(self, page: PageSettings, height: int) -> None:
+        """Apply another theme or profile. `height`: of one plot [CSS px]."""
+        self._page, self._height, self._dressed = page, height, True
+        self._drawn.clear()
         for time_plot, plot in self._time_plots.values():
+            plot.height = height
             plot.series = self._series(time_plot)
             plot.axes = self._axes()
 

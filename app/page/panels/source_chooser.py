@@ -1,7 +1,7 @@
 """Who is imitated, as a visitor chooses it: brings in the person of a file or a camera, and takes a BVH file in."""
 
 from collections.abc import Callable
-from dataclasses import field
+from dataclasses import field, replace
 
 import viser
 
@@ -28,8 +28,7 @@ class Sources:
     """Keeps the session's guest in step with the chosen source."""
 
     def __init__(self, gui: viser.GuiApi, session: Session, notify: Callable[[str, str], None]) -> None:
-        self._session, self._sources, self._notify = session, session.sources, notify
-        self._uploaded: PersonTarget | None = None
+        self._session, self._notify = session, notify
         self._shown: Source | None = None
         # viser's page shows an upload button though it is not visible; a folder takes it along.
         self._folder = gui.add_folder(tr("Recorded motion"), visible=False)
@@ -45,14 +44,16 @@ class Sources:
         on_file(upload, lambda name, content: session.post(TakePerson(name, content)))
 
     def take_person(self, action: TakePerson) -> None:
-        """Imitate the person of a file from now on, if it can be read."""
+        """Imitate the person of a file from now on, if it can be read; the session keeps it, as a page may be built again."""
         try:
-            self._uploaded = from_bvh(read_bvh(action.content, action.name))
+            person = from_bvh(read_bvh(action.content, action.name))
         except DuetError as error:
             self._notify("This file cannot be imitated", str(error))
             return
+        self._session.sources = replace(self._session.sources, bvh=person)
         if self._shown == "file":
-            self._session.set_source(self._uploaded)
+            self._say("")
+            self._session.set_source(person)
 
     def show(self, frame: Frame) -> None:
         """Bring in the person that the settings ask for, where they have changed."""
@@ -61,18 +62,19 @@ class Sources:
         if source != self._shown:
             before, self._shown = self._shown, source
             self._change(before, source)
-        if source == "camera" and self._sources.camera is not None:
-            self._say(tr(self._sources.camera.message))
+        camera = self._session.sources.camera
+        if source == "camera" and camera is not None:
+            self._say(tr(camera.message))
 
     def _change(self, before: Source | None, source: Source | None) -> None:
         self._folder.visible = source == "file"
         self._state.visible = source in ("file", "camera")
         if source == "file":
-            person = self._uploaded or self._sources.bvh
+            person = self._session.sources.bvh
             self._say("" if person else tr("Choose a BVH file; until then the built-in clip goes on."))
             self._session.set_source(person)
         elif source == "camera":
-            camera = self._sources.camera
+            camera = self._session.sources.camera
             if camera is None:
                 self._say(
                     tr("No camera: start the server with --camera 0 (or --video FILE), and {remedy}.", remedy=tr(MODEL_REMEDY))

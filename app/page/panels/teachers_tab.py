@@ -42,7 +42,7 @@ class NotesView:
         if walk is None or notes is None:
             self._handle.content = no_notes_html(lessons.open)
         else:
-            self._handle.content = notes_html(notes, walk.lesson.steps.index(walk.step) + 1, walk.step.setup.folder)
+            self._handle.content = notes_html(notes, walk.step.number, walk.step.setup.folder)
 
 
 class TeachersTab:

@@ -5,6 +5,7 @@ import math
 import random
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -31,6 +32,7 @@ from scenes.roles import NoSource
 from scenes.run_text import run_of_text, run_text
 from scenes.settings import changed, specs, values
 from scenes.targets import BallTarget, HandTarget
+from tests.app.lessons.helpers import SMALL, book_of, to_challenge
 
 BOOK = load_lessons()
 
@@ -257,6 +259,34 @@ def test_a_challenge_says_what_failed_and_is_tried_again_with_the_students_own_s
     run.act(do.ResetStep())
     run.act(do.GoOn())
     assert session.settings.run.gain == run.walk.setup.run.gain != 5.0
+
+
+def test_a_forecast_is_said_in_the_unit_in_which_it_is_asked(tmp_path: Path) -> None:
+    asked = """[[challenge.forecast]]
+id = "near"
+name = "smallest_distance"
+unit = "mm"
+settings = { n = 6.0 }
+
+[[attempt]]
+name = "right"
+forecasts = ["d"]
+fails = ["near"]
+"""
+    criterion = SMALL[SMALL.index("[[challenge.criterion]]") : SMALL.index("```\n\n### Goal")]
+    book = book_of(tmp_path, SMALL.replace(criterion, asked))
+    assert not book.problems
+    run = LessonSession(Session(Settings()), book)
+    run.enter(0, 0)
+    to_challenge(run.walk)
+    run.act(do.SayNumber(0, 1.0))
+    run._runs.wait(60.0)
+    run.act(do.Check())
+    said = run.walk.done.last
+    assert said is not None and said.judgements[0].value is not None and "you said 1.0 mm" in said.judgements[0].text
+    run.act(do.SayNumber(0, 1000.0 * said.judgements[0].value))
+    run.act(do.Check())
+    assert run.walk.done.passed
 
 
 def push(one: Student, fast: float) -> None:

@@ -3,13 +3,22 @@
 import os
 from collections.abc import Callable
 from pathlib import Path
+from threading import Event
+from unittest.mock import MagicMock
 
 import pytest
 
 from app.cli.main import main
+from app.export.handout_html import handout_html
 from app.lessons.lesson import LAST, LessonBook
 from app.lessons.library import Library
-from app.lessons.loading import in_language, load_lessons
+from app.lessons.loading import in_language, load_lessons, load_notes
+from app.lessons.reference_runs import simulated
+from app.lessons.session.lesson_session import LessonSession
+from app.page.panels.teachers_tab import NotesView
+from app.session.session import Session
+from app.settings import Settings
+from app.text.lesson_text import lesson_html
 from tests.app.conftest import Arrive, OpenHouse
 from tests.app.lessons.helpers import SMALL, our_book
 
@@ -78,6 +87,22 @@ def test_a_playlist_names_lessons_and_steps_of_all_kinds_in_any_order(tmp_path: 
     assert [lesson.asked for lesson in book.lessons] == ["first", *[""] * 6, "last", ""]
 
 
+def test_a_teacher_finds_the_notes_to_what_a_playlist_shows(tmp_path: Path) -> None:
+    write(tmp_path / "theirs" / "02-drift.md", SMALL)
+    playlist = write(tmp_path / "week.toml", 'lessons = ["lambda#tail", "drift", "lambda"]')
+    library = Library(tmp_path / "theirs", playlist, with_notes=True)
+    assert ids(library.book) == ["lambda", "drift", "lambda_2"]
+    assert library.notes == dict.fromkeys(("lambda", "lambda_2"), load_notes()["lambda"]), "a lesson of theirs has none of ours"
+    run, gui = LessonSession(Session(Settings()), library.book), MagicMock()
+    run.enter("lambda")
+    NotesView(gui, library.notes).show(run)
+    tail = our_book().lessons[our_book().index("lambda")].steps[run.walk.step.number - 1]
+    assert tail.id == "tail"
+    assert gui.add_html.return_value.content.partition("</h4>")[0].endswith(f"<h4>{tail.number}. {tail.title}")
+    paper = handout_html(run.walk.lesson, library.notes["lambda"])
+    assert "a switch with a soft edge" in paper and "The law looks ahead" not in paper
+
+
 def test_all_faults_of_a_playlist_are_named_with_their_lines(tmp_path: Path) -> None:
     write(tmp_path / "01-bad.md", SMALL.replace("right = 2", "right = 9").replace('id = "second"', 'id = "second"\ncolour = 1'))
     playlist = write(
@@ -128,6 +153,19 @@ def test_a_file_that_changes_is_read_again_and_a_faulty_one_stays_as_it_was(tmp_
     assert again(library) and not library.book.lessons and library.book.problems
 
 
+def test_a_picture_and_what_a_recording_came_to_are_read_again_too(tmp_path: Path) -> None:
+    write(tmp_path / "01-small.md", SMALL)
+    svg = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"><text>old</text></svg>'
+    picture = write(tmp_path / "pictures" / "a.svg", svg)
+    library, text = Library(tmp_path), "![what](pictures/a.svg)"
+    setup = library.book.lessons[library.book.index("small")].steps[1].setup
+    before = simulated(setup)
+    assert "old" in lesson_html(text, tmp_path)
+    write(picture, svg.replace("old", "newer"))
+    assert again(library)
+    assert "newer" in lesson_html(text, tmp_path) and simulated(setup) is not before
+
+
 def test_a_visitor_has_the_new_text_without_a_restart_and_is_told_of_a_fault(
     tmp_path: Path, house: OpenHouse, arrive: Arrive
 ) -> None:
@@ -147,6 +185,23 @@ def test_a_visitor_has_the_new_text_without_a_restart_and_is_told_of_a_fault(
     assert reads("Another small lesson")(None)
     write(path, SMALL)
     guest.wait(reads("A small lesson"))
+
+
+def test_the_files_are_looked_after_though_reading_them_failed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write(tmp_path / "01-small.md", SMALL)
+    library, read = Library(tmp_path), Event()
+    answers = iter((RuntimeError("bad"), True))
+
+    def refresh() -> bool:
+        answer = next(answers, False)
+        if isinstance(answer, RuntimeError):
+            raise answer
+        return answer
+
+    monkeypatch.setattr(library, "refresh", refresh)
+    library.watch(read.set)
+    assert read.wait(60.0)
+    library.close()
 
 
 def test_a_new_lesson_passes_its_check_and_faults_end_with_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

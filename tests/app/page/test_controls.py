@@ -5,14 +5,17 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
 
 from app.page.panels.compare import attack_html, smoothness_html, what_if_html
+from app.page.panels.curve_control import CurveControl
 from app.runtime.job_pool import JobPool
 from app.session.counterexample_search import CounterexampleSearch
 from app.session.relevant_settings import ALSO, matters
+from app.session.session import Session
 from app.session.studies import Smoothness
 from app.settings import Settings
 from scenes.counterexample import Attack, Found, Loss
@@ -121,6 +124,20 @@ def test_smoothness_in_a_table() -> None:
     assert "Ghost" not in text(smoothness_html(Smoothness(smooth, None)))
 
 
+@pytest.mark.usefixtures("german")
+def test_the_tables_have_the_decimal_sign_of_their_reader() -> None:
+    run, dts = RunSettings(), (0.005, 0.0025, 0.00125, 0.000625)
+    between = StepStudy(run, 10.0, dts, (0.5, 0.45, 0.4, 0.33))
+    jump = StepStudy(run, 10.0, dts, (0.5, 0.5, 0.5, 0.5))
+    simulation = Simulation(RunSettings(scene="master_slave"))
+    simulation.step(None)
+    table = simulation.history.table()
+    found = summarise(simulation, table)
+    answer = WhatIf(table[:, 0], table[:, 1], table[:, 3], simulation.settings, found, found)
+    for html in (smoothness_html(Smoothness(between, jump)), what_if_html(answer)):
+        assert re.search(r"\d,\d", text(html)) and not re.search(r"\d\.\d", text(html)), text(html)
+
+
 @contextmanager
 def held(jobs: JobPool, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Let no job begin meanwhile: a quick one would be over before the page says that it is computed."""
@@ -186,3 +203,24 @@ def test_a_search_says_which_condition_was_missing(law: str, lost: float, strict
     search.worst, search.runs = Found(attack, Loss(lost, strict, 0.003, {}), {}, 40), 40
     said = attack_html(search)
     assert said.startswith("40 runs") and all(part in said for part in words) and said.endswith((words[1], "hold."))
+
+
+def test_a_text_that_is_no_curve_is_forgotten_once_another_curve_is_set_or_drawn() -> None:
+    session = Session(everything("hold", "drawn_curve"))
+    gui = MagicMock(add_html=lambda *_, **__: MagicMock(), add_text=lambda *_, **__: MagicMock(value=""))
+    control = CurveControl(gui, session, "λ(d)", SPECS["curve"], values(session.settings)["curve"])
+
+    def says_something() -> bool:
+        control.show(session.settings, True)
+        return control._note.visible
+
+    assert not says_something()
+    control._take("no curve")
+    assert says_something()
+    session.change("curve", "0.1:1,0.3:0")
+    assert not says_something() and control.box.value == "0.1:1,0.3:0"
+    control._take("no curve")
+    assert says_something()
+    control._draw(("law", "curve"), control._drawn)
+    session.change("curve", control._known)
+    assert not says_something()

@@ -7,7 +7,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from app.page.handles.gizmos import NUDGE, SWING, swivel_frame
+from app.page.handles.gizmos import NUDGE, SWING
+from app.page.handles.transform_handles import swivel_frame
 from app.page.panels.hotkeys import hotkeys
 from scenes.settings import changed
 from scenes.targets import HandTarget

@@ -4,6 +4,7 @@ import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from unittest.mock import MagicMock
 
 import pytest
 
@@ -11,13 +12,18 @@ from app.hosting.visitor import open_link
 from app.lessons import FOLDER
 from app.lessons.bookmark import Phase
 from app.lessons.loading import load_lessons
+from app.lessons.progress import Try
 from app.lessons.reference_runs import simulated
-from app.lessons.session.lesson_actions import GoTo
+from app.lessons.session.lesson_actions import GoTo, ListLessons
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.walkthrough import Walkthrough
 from app.page.lessons.answer_boxes import read_number
+from app.page.lessons.lab_report_box import LabReportBox
 from app.page.lessons.lesson_html import attempt_html, blocks_html
+from app.page.lessons.lesson_panel import ORDER, LessonPanel
+from app.page.lessons.search_plot import search_plot
 from app.page.panels.hotkeys import LESSON_KEYS, hotkeys
+from app.session.frame import freeze
 from app.session.session import Session
 from app.settings import LANGUAGES, Language, Settings
 from app.text.formula import formula, plain_formula
@@ -27,7 +33,7 @@ from app.text.templates import macros
 from scenes.settings import changed, values
 from tests.app.conftest import Arrive, OpenHouse, ask
 from tests.app.lessons.helpers import our_book
-from tests.app.page.helpers import Client, buttons, click, page_label
+from tests.app.page.helpers import Client, bodies, buttons, click, page_label, shown
 
 pytestmark = pytest.mark.slow
 
@@ -128,10 +134,52 @@ def test_symbols_have_their_colours_and_a_name() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "number"), [("0.5", 0.5), ("0,5 rad/s", 0.5), ("−2", -2.0), ("", None), ("x", None), ("nan", None), ("1e99", None)]
+    ("text", "number"),
+    [
+        *(("0.5", 0.5), ("0,5 rad/s", 0.5), ("−2", -2.0), ("", None), ("x", None), ("nan", None), ("1e99", None)),
+        *(("0.42rad/s", 0.42), ("30°", 30.0), (" 50% ", 50.0), ("0,5\u00a0m", 0.5), ("1e-3\u202fm", 1e-3), (".5", 0.5)),
+        *(("1.000,5", None), ("1 000", None), (5.0, None)),
+    ],
 )
-def test_a_number_is_read_as_a_person_types_it(text: str, number: float | None) -> None:
+def test_a_number_is_read_as_a_person_types_it(text: object, number: float | None) -> None:
     assert read_number(text) == number
+
+
+@pytest.mark.parametrize("ghost", ["off", "frozen", "own"])
+def test_the_panel_goes_on_after_a_skipped_lever_whatever_ghost_is_chosen(ghost: str) -> None:
+    session = Session(Settings())
+    run = LessonSession(session, BOOK)
+    lesson, step = next((i, k) for i, one in enumerate(BOOK.lessons) for k, each in enumerate(one.steps) if each.at_lever)
+    run.enter(lesson, step)
+    while run.walk.phase is not Phase.OBSERVE:
+        if run.walk.locked:
+            run.walk.choose(0)
+        assert run.walk.next()
+    panel = LessonPanel(MagicMock(), run, 340.0, True)
+    panel.show(freeze(session, 0.0))
+    assert panel.run_names is not None
+    session.change("ghost", ghost)
+    panel.show(freeze(session, 1.0))
+    assert panel.run_names is None
+
+
+def test_ones_own_words_make_room_for_the_list_of_lessons() -> None:
+    session, gui = Session(Settings()), MagicMock()
+    run = LessonSession(session, BOOK)
+    run.enter(0)
+    while run.walk.phase is not run.walk.phases[-1]:
+        if run.walk.locked:
+            run.walk.choose(0)
+        assert run.walk.next()
+    panel, frame = LessonPanel(MagicMock(), run, 340.0, True), freeze(session, 0.0)
+    panel.show(frame)
+    report = LabReportBox(gui, session, run, panel, MagicMock())
+    report.show(frame)
+    box = gui.add_text.return_value
+    assert box.visible is True
+    run.act(ListLessons())
+    report.show(frame)
+    assert box.visible is False
 
 
 def test_no_two_keys_or_their_texts_are_the_same() -> None:
@@ -164,6 +212,7 @@ def test_the_settings_of_a_step_stand_in_the_lessons_own_panel(house: OpenHouse,
     visitor.wait_for(lambda v: [c["visible"] for c in controls(v)] == [True, True])
     theirs, ours = controls(visitor)
     assert ours["container_uuid"] != theirs["container_uuid"]
+    assert ORDER["choices"] < ours["order"] < ORDER["verdict"], "they stand above Run"
     visitor.send({"type": "GuiUpdateMessage", "uuid": ours["uuid"], "updates": {"value": 0.4}})
     visitor.wait_for(lambda _: values(session.settings)["wmax"] == 0.4)
     # Either one says what the other one did.
@@ -172,6 +221,18 @@ def test_the_settings_of_a_step_stand_in_the_lessons_own_panel(house: OpenHouse,
     visitor.wait_for(lambda v: controls(v)[1]["value"] == 0.3)
     ask(session, lambda _: one.lessons.act(GoTo(None, 0)))
     visitor.wait_for(lambda v: [c["visible"] for c in controls(v)] == [True, False])
+
+
+def test_a_projector_gets_a_wider_lesson_and_higher_plots(house: OpenHouse, arrive: Arrive) -> None:
+    one = arrive(house(), "lesson=1&step=1")
+
+    def sizes(v: Client) -> tuple[list[str], list[int]]:
+        return re.findall(r":root{--duet-left:(\d+)px", shown(v)), [plot["height"] for plot in bodies(v, "GuiUplotMessage")]
+
+    one.visitor.wait_for(lambda v: all(sizes(v)))
+    (wide,), heights = sizes(one.visitor)
+    one.ask(lambda s: s.change("profile", "projector"))
+    one.visitor.wait_for(lambda v: sizes(v) == ([f"{1.3 * int(wide):g}"], [round(1.12 * height) for height in heights]))
 
 
 def test_a_bad_link_is_named_and_the_page_goes_on(house: OpenHouse, arrive: Arrive) -> None:
@@ -185,6 +246,15 @@ def test_a_bad_link_is_named_and_the_page_goes_on(house: OpenHouse, arrive: Arri
     assert open_link(run, {"lesson": "strict-priority", "step": "2"}, None) == () and run.walk.step.id == "switch"
     open_link(run, {"lesson": "1", "step": "77"}, None)
     assert run.notes
+
+
+@pytest.mark.usefixtures("german")
+def test_the_plot_of_the_tries_has_the_decimal_sign_of_its_reader() -> None:
+    walk = Walkthrough(our_book())
+    walk.go("imitation", 1)
+    assert walk.step.challenge is not None
+    made = search_plot(walk.step.challenge, (Try(0.1, 0.0, False), Try(0.35, 0.1, True)), "de")
+    assert ">0,1<" in made and not re.search(r">-?\d+\.\d+<", made)
 
 
 def test_the_third_try_brings_a_plot_that_survives_a_reload() -> None:

@@ -3,8 +3,7 @@
 import numpy as np
 import pinocchio as pin
 
-from app.page.handles.gizmos import swivel_frame
-from app.page.handles.transform_handles import AUTOPILOT_SIZE
+from app.page.handles.transform_handles import AUTOPILOT_SIZE, swivel_frame
 from app.session.session import Session
 from scenes.history import COLUMN
 from scenes.targets import HandTarget, LinkTarget

@@ -121,7 +121,7 @@ def test_a_second_arm_that_begins_to_keep_clear_does_not_blank_the_plot() -> Non
 def test_another_theme_dresses_all_plots_again() -> None:
     shown = ShownPanel("hold", "joints")
     before = [plot.series[1]["stroke"] for plot in shown.show()]
-    shown.panel.dress(PageSettings(theme="dark", profile="projector"))
+    shown.panel.dress(PageSettings(theme="dark", profile="projector"), 200)
     plots = shown.gui.plots
     assert len(plots) == 3 and all(plot.series[1]["stroke"] != old for plot, old in zip(plots, before, strict=True))
     # What the page makes again gets no data in that moment, and is begun afresh.

@@ -4,14 +4,19 @@ import json
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
+from numpy.testing import assert_array_equal
 
 from app.cli.main import main
+from app.page.panels.source_chooser import Sources, TakePerson
 from app.session import session as session_module
+from app.session.frame import freeze
 from app.session.input_source import InputSources, find_input_sources, from_bvh
 from app.session.session import Session
+from app.settings import PageSettings, Settings
 from controllers.errors import BadInputFile, BadSetting
 from scenes.ball import BALL_ROOM
 from scenes.headless import run
@@ -265,3 +270,16 @@ def test_a_visitor_chooses_a_file_then_a_camera_that_is_not_there_then_the_clips
     guest.visitor.wait_for(lambda _: session.target() is not None)
     shown = angles_of(session.target())
     assert min(np.abs(shown - clip.angles(t)).max() for t in np.arange(0.0, 5.0, 0.005)) < 0.02
+
+
+def test_a_visitors_own_file_outlives_a_page_that_is_built_again(wave: Path) -> None:
+    session, content = Session(Settings(RunSettings(scene="imitation"), PageSettings(source="file"))), wave.read_bytes()
+    for brings in (True, False):
+        gui = MagicMock()
+        page, said = Sources(gui, session, MagicMock()), gui.add_html.return_value
+        page.show(freeze(session, 0.0))
+        if brings:
+            assert "Choose a BVH file" in said.content
+            page.take_person(TakePerson("wave.bvh", content))
+        assert said.content == ""
+        assert_array_equal(angles_of(session.target()), read_bvh(wave).angles(0.0))

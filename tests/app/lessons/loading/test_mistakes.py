@@ -26,6 +26,12 @@ within = 0.01
 
 [challenge]"""
 
+FORECAST = """[[challenge.forecast]]
+name = "smallest_distance"
+settings = { n = 6.0 }
+
+"""
+
 BARE = re.sub(r"```duet\n.*?```\n", "", SMALL, flags=re.DOTALL)
 """The small lesson as a translation may be: texts only."""
 
@@ -76,6 +82,8 @@ CASES = [
     ("How near? With n = 4 it is {measured:d:1}.", "How near?\n\n{table:d}", "{table:d}", "gives the answer away"),
     ("[challenge]\nseconds = 2.0", "[challenge]\nsearch = \"law\"", 'search = "law"', "choose from"),
     ("[challenge]\nseconds = 2.0", "[challenge]\nnull_motions = true", "null_motions = true", "needs the scene solo"),
+    ("name = \"more\"", "name = \"more\"\nforecasts = 0.5", "forecasts = 0.5", "is not a list"),
+    ("[[challenge.criterion]]", FORECAST * 5 + "[[challenge.criterion]]", "[[challenge.forecast]]", "at most 4"),
     ("{setting:dm}", "{setting:dmm}", "{setting:dmm}", "choose from scene"),
     ("{measured:d:1}", "{measured:d}", "How near?", "gives the answer away"),
     ("id = \"second\"", "id = \"first\"", "## Second", "two steps are called first"),
