@@ -73,18 +73,15 @@ class Operation:
         self.whole, self._presenting = whole, presenting
         self._client, self._session, self._view = client, session, view
         self._controls = Controls(client.gui, session, self.notify, presenting, canvas_size(client)[0] <= PHONE)
-        self._replay_bar: ReplayBar | None = None
+        # Whoever operates a session has its background.
+        assert session.player is not None
         self._keep = client.gui.add_folder(tr("Keep and replay"), order=self._controls.below_clock, expand_by_default=False)
         with self._keep:
-            if session.player is not None:
-                self._replay_bar = ReplayBar(client.gui, session, session.player, self._send, self.notify)
+            self._replay_bar = ReplayBar(client.gui, session, session.player, self._send, self.notify)
             self._link = LinkBox(client, session, view.lessons)
-            self._lab: LabReportBox | None = None
-            if self._replay_bar is not None:
-                self._lab = LabReportBox(client.gui, session, view.lessons, view.lesson_panel, self._replay_bar.exports)
+            self._lab = LabReportBox(client.gui, session, view.lessons, view.lesson_panel, self._replay_bar.exports)
         self._panels = [make(client, session, view) for make in PANELS]
-        if self._replay_bar is not None:
-            self._panels.append(DuelBox(client, session, view.lessons, view.lesson_panel, self._replay_bar.exports))
+        self._panels.append(DuelBox(client, session, view.lessons, view.lesson_panel, self._replay_bar.exports))
         self._invite = InviteBox(client, session, self._controls.below_clock) if invites else None
         if self._invite is not None:
             self._panels.append(self._invite)
@@ -106,7 +103,7 @@ class Operation:
         Returns:
             Whether it was done; otherwise it is the session's own.
         """
-        if self._replay_bar is not None and self._replay_bar.take(action):
+        if self._replay_bar.take(action):
             return True
         if isinstance(action, actions.Reset):
             self._gizmos.forget_drag()
@@ -119,7 +116,7 @@ class Operation:
                 self._set("scene", action.scene)
             case TakePerson():
                 self._controls.sources.take_person(action)
-            case AskReport(one) if self._lab is not None:
+            case AskReport(one):
                 self._lab.ask(one)
             case actions.Drag():
                 self._gizmos.drag(action)
@@ -190,19 +187,10 @@ class Operation:
         self._keep.visible = self.whole or not plays
         if self._invite is not None:
             self._invite.offered = self._keep.visible
-        for panel in (
-            self._controls,
-            *self._panels,
-            self._replay_bar,
-            self._link,
-            self._lesson_controls,
-            self._lab,
-        ):
-            if panel is not None:
-                panel.show(frame)
+        for panel in (self._controls, *self._panels, self._replay_bar, self._link, self._lesson_controls, self._lab):
+            panel.show(frame)
 
     def close(self) -> None:
         """Operate the session no more: go back to live, and drop every export that is being made."""
         self._session.takers.pop("page", None)
-        if self._replay_bar is not None:
-            self._replay_bar.close()
+        self._replay_bar.close()
