@@ -62,6 +62,11 @@ class Measurement:
         """Return a value as it is read, with two significant digits and its unit."""
         return shown_value(value, self.name, self.unit, significant_digits(value, self.name, self.unit, self.digits))
 
+    @property
+    def unit_sign(self) -> str:
+        """The unit in which it is shown, as a person reads it."""
+        return UNITS[QUANTITIES[self.name].unit, self.unit][1]
+
     def in_si(self, number: float) -> float:
         """Return a number that was said in the unit in which the measurement is shown, in SI units."""
         return number / UNITS[QUANTITIES[self.name].unit, self.unit][0]
