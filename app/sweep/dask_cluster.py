@@ -57,9 +57,14 @@ def on_dask(address: str) -> Iterator[ComputeMany[Any]]:
         DuetError: later, a worker that has joined would, or the scheduler or all workers are gone.
     """
     client = _connected(address)
+    from distributed.comm.core import CommClosedError
+
     try:
         _check(client, address)
         yield partial(_computed, client)
+    except CommClosedError:
+        # Whatever was asked of it or fetched through it.
+        raise DuetError(_GONE) from None
     finally:
         client.close()
 

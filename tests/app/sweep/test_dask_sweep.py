@@ -10,17 +10,19 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, Final
 from uuid import uuid4
 
 import pytest
 from distributed import Client
+from distributed.comm.core import CommClosedError
 
 from app.cli.main import main
 from app.runtime.terminal import INTERRUPTED
 from app.sweep import dask_cluster
 from app.sweep.dask_cluster import environment, on_dask
-from controllers.errors import BadInputFile, BadSetting
+from controllers.errors import BadInputFile, BadSetting, DuetError
 from scenes.robots.robot_files import robot_file
 from scenes.settings import RunSettings
 from scenes.sweep import read_grid, run_points
@@ -130,6 +132,19 @@ def refusal(address: str) -> str:
     with pytest.raises(BadSetting) as error, on_dask(address):
         pass
     return str(error.value)
+
+
+@pytest.mark.parametrize("place", ["while it is asked", "while a result is fetched"])
+def test_a_scheduler_that_goes_at_any_moment_is_named(monkeypatch: pytest.MonkeyPatch, place: str) -> None:
+    def gone(*_: object) -> None:
+        raise CommClosedError("in <TCP (closed)>: ConnectionResetError: [Errno 104] Connection reset by peer")
+
+    closed: list[bool] = []
+    monkeypatch.setattr(dask_cluster, "_connected", lambda _: SimpleNamespace(close=lambda: closed.append(True)))
+    monkeypatch.setattr(dask_cluster, "_check", gone if place == "while it is asked" else lambda *_: None)
+    with pytest.raises(DuetError, match="The scheduler is gone"), on_dask("tcp://127.0.0.1:1"):
+        gone()
+    assert closed == [True]
 
 
 def test_computers_with_another_duet_or_none_are_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
