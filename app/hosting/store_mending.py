@@ -78,7 +78,7 @@ def set_aside(path: Path, most_bytes: int, now: float) -> tuple[Path, int]:
 
 def last_aside(path: Path) -> tuple[str, float]:
     """Return the name of the file that was set aside last and still lies there, and when it was [s since 1970]; "" and 0 for none."""
-    # Left out are SQLite's own files beside one, and what somebody has packed.
+    # Left out are SQLite's own files beside one, and packed ones.
     names = path.parent.glob(f"{escape(path.name)}.damaged-{8 * '[0-9]'}-{6 * '[0-9]'}")
     name = max((one.name for one in names), default="")
     return name, datetime.strptime(name.rpartition(".damaged-")[2], _DATE).timestamp() if name else 0.0

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from markupsafe import Markup
 
-from app.i18n.speaking import tr
+from app.i18n.speaking import decimal, tr
 from app.plots.chart import Chart, ChartAxes
 from app.session.frame import Contact
 from app.text.law_texts import LAW_TEXTS, LawLine
@@ -121,7 +121,7 @@ def laws_html(simulation: Simulation, ghost: Simulation | None, now: Contact, he
         chart.mark(x, float(np.interp(x, xs, ys)), f"digit {law_class(name)}", str(i + 1))
     if math.isfinite(now.distance):
         chart.mark(now.distance, now.rate, f"dot {thick}")
-    u, lever = (f"{value:.2f}".replace("-", "−") for value in (now.pull + 0.0, math.sqrt(now.square)))
+    u, lever = (decimal(f"{value:.2f}".replace("-", "−")) for value in (now.pull + 0.0, math.sqrt(now.square)))
     return macros("plots/charts.html").laws(chart.html(height), list(_legend(simulation, ghost)), u, lever)
 
 

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from markupsafe import Markup
 
-from app.i18n.speaking import tr
+from app.i18n.speaking import decimal, tr
 from app.session.frame import Contact
 from app.text.templates import macros, tr_html
 from controllers.kinematics import Array
@@ -122,13 +122,13 @@ def _has_lever(analysis: Analysis) -> bool:
 
 
 def _fixed(value: float, digits: int, sign: bool = False) -> str:
-    """Return a number with so many digits, without the minus of a rounded zero, and with a true minus sign."""
+    """Return a number with so many digits and the language's decimal sign, without the minus of a rounded zero, and with a true minus."""
     if not math.isfinite(value):
         return "–" if math.isnan(value) else "∞" if value > 0.0 else "−∞"
     text = f"{value:+.{digits}f}" if sign else f"{value:.{digits}f}"
     if not text.strip("+-0."):
         text = text.lstrip("+-")
-    return text.replace("-", "−")
+    return decimal(text.replace("-", "−"))
 
 
 SPAN: Final = 0.3

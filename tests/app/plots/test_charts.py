@@ -11,13 +11,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from app.i18n.speaking import set_language
 from app.lessons.evidence import Evidence
 from app.lessons.measures.quantity import measure
 from app.plots.chart import Chart, ChartAxes
 from app.plots.lap_charts import laps_html
 from app.plots.law_charts import FAR, FRAME, all_laws, curve_html, distances, laws_html
 from app.plots.pair_strips import pairs_html
-from app.plots.stability_text import condition_text, error_text, ranks_text, stability_html
+from app.plots.stability_text import condition_text, error_text, ranks_text, section_html, stability_html
 from app.plots.time_series import COLUMNS, RollingSeries
 from app.session.frame import contact
 from controllers.kinematics import Array
@@ -117,6 +118,18 @@ def test_a_law_of_a_file_is_the_thick_line_and_all_others_stand_beside_it() -> N
     assert np.ptp(own[:, 1]) == 0.0 < np.ptp(built_in[:, 1])
     assert "<b>mine.py</b>" in html and html.count("<b>") == html.replace("<b>mine.py</b>", "").count("<b>") + 1
     assert f"<b>{LAWS['smooth_priority'].short}</b>" not in html
+
+
+def test_numbers_beside_the_charts_have_the_decimal_sign_of_the_language() -> None:
+    simulation = played("hold", seconds=4.0)
+    sample = simulation.sample()
+    now = contact(simulation, sample)
+    set_language("de")
+    try:
+        words = text(laws_html(simulation, None, now, 150)) + text(section_html(simulation, sample, now))
+    finally:
+        set_language("en")
+    assert len(re.findall(r"\d,\d", words)) > 8 and not re.findall(r"\d\.\d", words)
 
 
 def test_the_axis_of_speeds_does_not_breathe() -> None:
