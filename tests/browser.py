@@ -306,7 +306,7 @@ WELCOMED = "try { localStorage.duetWelcome ??= '1'; localStorage.duetPanel ??= '
 """A browser's first script with which no welcome is shown, and every setting is."""
 
 
-def lasting(page: Page, faults: Callable[[], list[str]], seconds: float = 20.0) -> list[str]:
+def lasting(page: Page, faults: Callable[[], list[str]], seconds: float = 60.0) -> list[str]:
     """Return the faults that a page keeps for so long: a slow machine may still be at work on it when it is looked at first."""
     found: list[str] = []
 

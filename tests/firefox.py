@@ -154,7 +154,7 @@ def firefox(profile: Path, prefers: Mapping[str, int] = NO_PREFERENCES) -> Itera
                     assert process.poll() is None and time.monotonic() < end, "Firefox does not listen"
                     with suppress(subprocess.TimeoutExpired):
                         process.wait(0.1)
-                with connect(f"ws://127.0.0.1:{port}/session", max_size=None) as socket:
+                with connect(f"ws://127.0.0.1:{port}/session", max_size=None, open_timeout=TIMEOUT, ping_interval=None) as socket:
                     yield Firefox(socket)
             finally:
                 process.terminate()

@@ -29,7 +29,7 @@ from scenes.files import readable
 
 _ROOT: Final = str(Path(app.__file__).resolve().parent.parent)
 _TRACE: Final = 0.2
-"""Time that a process has for reporting where it is, before it is ended [s]."""
+"""Time that a process has for reporting where it is, before it is ended [s]; while it waits for a core it has more."""
 _IN_FILE: Final = re.compile(rb'File "' + re.escape(FILENAME).encode() + rb'", line (\d+)')
 _MOST: Final = 65536
 """Largest report that is read [bytes]."""
@@ -101,8 +101,8 @@ class Child:
     def last_words(self) -> tuple[int | None, str, int | None]:
         """Return its exit code (minus the signal that ended it; None if it lives), its last output, and the line of the file that ran;
         to be called when the connection is broken."""
-        end = time.monotonic() + _TRACE
-        while self._alive() and time.monotonic() < end:
+        patience = Patience(self.pid, _TRACE)
+        while self._alive() and not patience.over:
             time.sleep(0.001)
         if not self._alive():
             # What it started, as long as its id is still its own.
@@ -118,7 +118,7 @@ class Child:
 
     def _trace(self) -> bytes:
         """Return its report of a crash or of its place: as soon as that names a line, or the process has ended, or `_TRACE` is over."""
-        stream, report, end = self._process.stderr, b"", time.monotonic() + _TRACE
+        stream, report, patience = self._process.stderr, b"", Patience(self.pid, _TRACE)
         assert stream is not None
         if os.name != "posix":
             return stream.read() if self._process.poll() is not None else b""
@@ -127,7 +127,7 @@ class Child:
             try:
                 piece = os.read(stream.fileno(), _MOST)
             except BlockingIOError:
-                if time.monotonic() > end or self._process.poll() is not None:
+                if patience.over or self._process.poll() is not None:
                     break
                 time.sleep(0.001)
                 continue
@@ -153,7 +153,7 @@ def _end(process: "subprocess.Popen[bytes]", line: Connection) -> None:
     line.close()
     _kill(process)
     with contextlib.suppress(subprocess.TimeoutExpired):
-        process.wait(1.0)
+        process.wait(10.0)
     streams: tuple[IO[bytes] | None, ...] = (process.stdin, process.stderr)
     for stream in streams:
         if stream is not None:

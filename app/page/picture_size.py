@@ -50,7 +50,7 @@ class PictureReport:
 
     def __init__(self, client: viser.ClientHandle, *tabs: viser.GuiTabHandle) -> None:
         self.size: PictureSize | None = None
-        self._taken: tuple[float, ...] | None = None
+        self._taken: tuple[float | bool, ...] | None = None
         box = client.gui.add_text("", "", visible=False)
         mark = element("i", hidden="", data_duet_picture=uuid_of(box))
         client.gui.add_html(mark, order=-1.0)
@@ -67,8 +67,9 @@ class PictureReport:
                 self.size = PictureSize(*map(float, found.groups()))
 
     def take_change(self) -> bool:
-        """Return whether the page has said another size since the last call; a card that has more to say moves nothing by itself."""
-        before, self._taken = self._taken, None if self.size is None else self.size[:4]
+        """Return whether the page has said another size since the last call, or has a card now; one that has more to say moves nothing by
+        itself."""
+        before, self._taken = self._taken, None if self.size is None else (*self.size[:4], self.size.card_bottom > 0.0)
         return before != self._taken
 
 

@@ -94,10 +94,10 @@ Join = Callable[..., BlockingClient]
 
 @pytest.fixture
 def house(request: pytest.FixtureRequest) -> OpenHouse:
-    """`house(settings, sessions=…, lecture=…, key=…)` opens a house on a free port."""
+    """`house(settings, sessions=…, lecture=…, key=…)` opens a house on a free port; its places do not depend on what else runs."""
 
-    def make(settings: Settings | None = None, link: WorkerLink | None = None, **options: Any) -> App:
-        opened = start_app(ServeOptions(settings=settings or Settings(), **options), link=link)
+    def make(settings: Settings | None = None, link: WorkerLink | None = None, sessions: int = 24, **options: Any) -> App:
+        opened = start_app(ServeOptions(settings=settings or Settings(), sessions=sessions, **options), link=link)
         request.addfinalizer(opened.close)
         return opened
 

@@ -105,6 +105,8 @@ def test_a_visitor_gets_no_editor_and_forges_none(house: OpenHouse, arrive: Arri
     guest = join(opened, f"guest={owner.session.invitation}")
     visitors.append(guest)
     for visitor in visitors:
+        if visitor is not guest:
+            visitor.wait_for(lambda v: len(v.mirror.commands) >= 14)
         assert "duet-law-place" not in str(list(visitor.mirror.gui.values()))
         enter(visitor, box, LAW)
         if visitor is not guest:

@@ -11,6 +11,7 @@ from numpy.testing import assert_array_equal
 
 from app.custom_law import custom_law as custom_law_module
 from app.custom_law.custom_law import CustomLaw
+from app.custom_law.law_limits import LawLimits
 from controllers.laws.situation import Law
 from tests.app.custom_law.helpers import GOOD, PAPER, SHORT, SITUATION, situation, soon, write
 from tests.app.runtime.processes import gone, until
@@ -94,13 +95,16 @@ def eager(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(custom_law_module, "LOOK", 0.0)
 
 
+PLENTY = LawLimits(load=2.0, call=0.5, memory=SHORT.memory)
+"""Short for an endless loop; a good law has it also where it gets no core for a while."""
+
 ENDLESS = "def law(s):\n    while True: pass"
 LARGE = "#" * 900_000 + "\n"  # larger than the buffer of a socket
 
 
 @pytest.mark.usefixtures("eager")
 def test_it_is_reloaded_on_save(file: Path) -> None:
-    with CustomLaw(write(file, GOOD), SHORT) as law:
+    with CustomLaw(write(file, GOOD), PLENTY) as law:
         pids: set[int | None] = set()
 
         def moves(factor: float, says: str) -> bool:
@@ -166,7 +170,7 @@ def test_the_file_is_not_looked_at_all_the_time(file: Path, monkeypatch: pytest.
 
 @pytest.mark.usefixtures("eager")
 def test_a_broken_file_is_noticed_while_nothing_moves_and_so_is_a_mended_one(file: Path) -> None:
-    with CustomLaw(write(file, GOOD), SHORT) as law:
+    with CustomLaw(write(file, GOOD), PLENTY) as law:
         until(lambda: np.any(soon(law)))
 
         def is_said(says: str) -> bool:

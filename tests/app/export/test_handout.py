@@ -127,6 +127,7 @@ def test_every_copy_prints_on_both_papers_without_a_cut(page_at: PageAt, tmp_pat
         for paper, (width, height) in PAPERS.items():
             across, down = (round((size - margin) / 25.4 * 96) for size, margin in zip((width, height), MARGINS, strict=True))
             page.set_viewport_size({"width": across, "height": down})
+            page.wait_for_function("across => innerWidth === across", arg=across)
             assert page.evaluate(UNFIT, [across, down]) == [], (path.name, paper)
             printed = page.pdf(format=paper, prefer_css_page_size=True)
             sheets = len(re.findall(rb"/Type /Page\b", printed))

@@ -59,8 +59,8 @@ def test_a_lesson_runs_in_a_frame(house: OpenHouse, page_at: PageAt, around: tup
     assert not frame.locator("[data-floating-window]").is_visible() and not frame.locator("img[alt^='Duet:']").is_visible()
     page.goto(write(f"{opened.url}/?lang=en&embed=1"))
     frame.locator("#duet-contact").wait_for(timeout=60_000)
-    expect(frame.get_by_role("tab", name="Arms")).to_be_hidden()
-    expect(frame.get_by_role("button", name="Pause")).to_be_visible()
+    expect(frame.get_by_role("tab", name="Arms")).to_be_hidden(timeout=60_000)
+    expect(frame.get_by_role("button", name="Pause")).to_be_visible(timeout=60_000)
     screenshot(page, "embedded-play")
     before = {number: one.simulation.room for number, one in live_sessions(opened).items()}
     assert before

@@ -88,5 +88,5 @@ def test_the_ring_is_seen_in_every_look(house: OpenHouse, page_at: PageAt) -> No
         choice = dict(zip(("theme", "profile", "picture"), look.split(), strict=True))
         ask(session, lambda s, choice=choice: [s.change(key, value) for key, value in choice.items()])
         error = PALETTES[session.settings.page.theme].error
-        until(page, lambda error=error: ring_share(page, session, error) > 0.5, f"the ring, {look}")
+        until(page, lambda error=error: ring_share(page, session, error) > 0.5, f"the ring, {look}", 180.0)
         screenshot(page, f"ring-{look.replace(' ', '-')}")

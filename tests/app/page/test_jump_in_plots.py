@@ -27,7 +27,8 @@ def test_a_jump_is_an_edge_and_the_microscope_shows_its_steps(house: OpenHouse, 
     # From the beginning, as the plots show no more than the last seconds, of which a busy machine may need many to open the page.
     ask(session, lambda s: s.reset())
     until(page, lambda: session.simulation.time > 7.0, "the jump")
-    page.get_by_role("button", name="Pause", exact=True).click()
+    # Before the jump leaves the plot.
+    ask(session, lambda s: s.toggle_pause())
     until(page, lambda: session.paused, "the pause")
     table = ask(session, lambda s: s.simulation.history.table())
     jump = float(np.abs(np.diff(avoiding_rates(session.simulation, table)[40:], axis=0)).max())

@@ -15,6 +15,7 @@ from tests.app.conftest import OpenHouse, ask
 from tests.app.page.by_hand import hand, see_plots
 from tests.browser import FLAGS, PageAt, installed_browser, screenshot, until
 from tests.tools.lesson_hands import Clicks, Keys, press
+from tests.tools.lesson_moves import LONG
 from tests.tools.lesson_walker import Walker, enter, named, shown_step
 
 
@@ -66,7 +67,7 @@ def test_a_picture_is_seen_in_the_colours_of_the_page(
     ask(session, lambda _: run.act(Choose(question.right)))
     while run.walk.phase is not Phase.EXPLAIN:
         ask(session, lambda _: run.act(GoOn()))
-        until(page, lambda: run.walk.phase in (Phase.OBSERVE, Phase.EXPLAIN), "the outcome")
+        until(page, lambda: run.walk.phase in (Phase.OBSERVE, Phase.EXPLAIN), "the outcome", LONG)
     picture = page.locator(".duet-l-text svg.picture")
     picture.get_by_text(word, exact=True).wait_for()
     assert "![" not in page.locator("body").inner_text()
@@ -95,7 +96,7 @@ def test_the_list_shows_what_is_finished_and_goes_on_there(house: OpenHouse, pag
     ask(session, lambda _: run.act(Choose(question.right)))
     until(page, lambda: run.walk.phase is Phase.DO, "the answer")
     ask(session, lambda _: run.act(GoOn()))
-    until(page, lambda: run.walk.phase is Phase.OBSERVE, "the outcome")
+    until(page, lambda: run.walk.phase is Phase.OBSERVE, "the outcome", LONG)
     press(page, "All lessons")
     cards = page.locator("button.lesson")
     cards.nth(12).wait_for()
@@ -176,6 +177,8 @@ def test_lessons_plots_numbers_and_keys_work_without_webgl(house: OpenHouse, bro
         see_plots(page, ("hand error |e| [mm]", "elbow angle"))
         page.keyboard.press("x")
         until(page, lambda: not run.open, "leaving")
+        # A hand that goes down by itself would hide what the key does.
+        ask(session, lambda s: s.change("autopilot", False))
         place = hand(session)
         page.keyboard.press("ArrowUp")
         until(page, lambda: hand(session)[2] > place[2] + 0.01, "a hand that goes up")

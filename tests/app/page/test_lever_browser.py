@@ -14,14 +14,14 @@ from tests.browser import PageAt, screenshot, settled_box, until
 LEVER = "#duet-contact .lever"
 
 
-def on_lever(page: Page, share: float) -> tuple[float, float]:
-    """Where the lever stands at a share; half of its thumb stays inside at either end."""
+def on_lever(page: Page, shares: tuple[float, ...]) -> list[tuple[float, float]]:
+    """Where the lever stands at some shares; half of its thumb stays inside at either end."""
     left, top, wide, high = settled_box(page, page.locator(f"{LEVER} input"))
-    return left + wide / 2, top + 11 + (1.0 - share) * (high - 22)
+    return [(left + wide / 2, top + 11 + (1.0 - share) * (high - 22)) for share in shares]
 
 
 def by_mouse(page: Page, *shares: float) -> None:
-    places = [on_lever(page, share) for share in shares]
+    places = on_lever(page, shares)
     page.mouse.move(*places[0])
     page.mouse.down()
     for place in places[1:]:
@@ -31,7 +31,7 @@ def by_mouse(page: Page, *shares: float) -> None:
 
 def by_finger(page: Page, *shares: float) -> None:
     chrome = page.context.new_cdp_session(page)
-    places = [on_lever(page, share) for share in shares]
+    places = on_lever(page, shares)
     for kind, (x, y) in (("touchStart", places[0]), *(("touchMove", place) for place in places[1:])):
         chrome.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": x, "y": y}]})
     chrome.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})

@@ -5,6 +5,7 @@ from urllib.parse import quote
 
 import numpy as np
 
+from app.bench.headless_client import HeadlessClient
 from app.settings import Settings
 from scenes.settings import values
 from tests.app.conftest import Arrive, OpenHouse, live_sessions
@@ -58,7 +59,15 @@ def test_a_bad_part_of_a_link_is_named_as_plain_text_and_the_rest_holds(house: O
         assert sum(named in note for note in said) == 1 + (named == f"'{MALICE}'"), (named, said)
     # The browser shows a notification's text as text; nothing else may carry it.
     one.run_on(0.3)
-    mirror = one.visitor.mirror
-    others = [element for element in mirror.gui.values() if element["type"] != "NotificationShowMessage"]
-    assert "onerror" not in repr((others, mirror.nodes, mirror.commands)) and html.escape(MALICE) not in repr(others)
+    texts: list[str] = []
+
+    def read(visitor: HeadlessClient) -> bool:
+        mirror = visitor.mirror
+        others = [element for element in mirror.gui.values() if element["type"] != "NotificationShowMessage"]
+        texts[:] = repr((others, mirror.nodes, mirror.commands)), repr(others)
+        return True
+
+    # In the thread that changes them.
+    one.visitor.wait_for(read)
+    assert "onerror" not in texts[0] and html.escape(MALICE) not in texts[1]
     assert notes(arrive(opened, "rig=table&speed=0.5").visitor) == []

@@ -107,9 +107,14 @@ def test_a_mouse_that_rests_on_the_hand_brings_its_arrows(house: OpenHouse, page
     # Where an arrow will come out of the hand towards the camera.
     rotation = ask(session, lambda s: s.simulation.kinematics.hand_pose(s.simulation.guided).rotation.copy())
     x, y = world_to_px(page, hand(session) + 0.04 * rotation[:, 0])
-    page.mouse.move(x, y + 3)
-    page.mouse.move(x, y)
-    until(page, lambda: page.evaluate(f"!!{there}"), "the arrows of the hand")
+
+    def arrows() -> bool:
+        # Again, as the hand may not have been there yet.
+        page.mouse.move(x, y + 3)
+        page.mouse.move(x, y)
+        return page.evaluate(f"!!{there}")
+
+    until(page, arrows, "the arrows of the hand")
     assert not page.evaluate(f"!!__viserMutable.nodeRefFromName['{ELBOW}']") and not session.settings.page.gizmo
     screenshot(page, "hand-hovered")
     # A press where the mouse rests takes the hand itself.

@@ -109,6 +109,6 @@ def test_the_page_as_it_opens_every_control_and_every_step_of_every_lesson(
         for step in range(len(lesson.steps)):
             shown_step(page, session, run, lesson.number - 1, step)
             wait_frames(page, 3)
-            flawed = lasting(page, lambda: flaws(page), 10.0)
+            flawed = lasting(page, lambda: flaws(page))
             found += [f"{lesson.number}.{step + 1}: {flaw}" for flaw in (*flawed, *wide_formulas(page, session, run))]
     assert found == []

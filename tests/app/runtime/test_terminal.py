@@ -108,7 +108,6 @@ INTERRUPTIONS: dict[str, tuple[list[str], Moment]] = {
         members(3),
     ),
     "bench": (["-c", CROWD], members(2)),
-    "new-law": (["-X", "importtime", "-c", ENTRY, "new-law", "{}/new.py"], importing("tyro.conf")),
 }
 
 

@@ -152,6 +152,9 @@ def test_the_page_draws_rims_a_line_through_everything_and_a_tint(house: OpenHou
 
     def as_it_should() -> bool:
         seen = page.evaluate(LOOK)
+        if not {"/arms/left/base/j1", "/arms/right/base/j1", "/closest/line"} <= seen.keys():
+            # Not loaded yet.
+            return False
         skins = [name for name in seen if "/skin_of_" in name]
         rims = all(seen[name][1] == "duet-rim" for name in seen if "_of_" in name)
         purple = seen["/arms/left/base/j1"] > seen["/arms/right/base/j1"] + 0.2
@@ -165,7 +168,7 @@ def test_the_page_draws_rims_a_line_through_everything_and_a_tint(house: OpenHou
 def test_an_orange_arm_that_gives_way_stays_orange(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(700, 560)
     session = visit(page, house(), "rig=table&speed=2&avoid=both&picture=fine")
-    until(page, lambda: page.evaluate(PAINT).get("cover", ("", 0.0))[1] > 0.1, "purple covers")
+    until(page, lambda: (seen := page.evaluate(PAINT)).get("cover", ("", 0.0))[1] > 0.1 and "body" in seen, "purple covers")
     assert page.evaluate(PAINT)["body"][0] == ORANGE
     # There the colours are those of the vertices, and only what is grey of them takes on the tint.
     ask(session, lambda s: s.change("picture", "fast"))

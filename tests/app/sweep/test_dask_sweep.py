@@ -58,7 +58,7 @@ def scheduler(folder: Path, program: tuple[str, ...] = DASK) -> Iterator[tuple[P
     """A scheduler on a free port, and its address."""
     file = folder / f"{uuid4()}.json"
     # A worker that has been killed is given up sooner than after half a minute.
-    soon = {"DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "2s"}
+    soon = {"DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "10s"}
     with process(folder, *program, "scheduler", *LOCAL, "--port", "0", "--scheduler-file", str(file), **soon) as started:
         until(lambda: file.exists() and file.read_text(encoding="utf-8").endswith("}"), started)
         yield started, json.loads(file.read_text(encoding="utf-8"))["address"]
