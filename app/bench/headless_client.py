@@ -198,7 +198,7 @@ class HeadlessClient:
             compression=None,
             ping_interval=None,
             open_timeout=timeout,
-            close_timeout=2.0,
+            close_timeout=10.0,
             proxy=None,
         )
         if camera:

@@ -96,7 +96,7 @@ Join = Callable[..., BlockingClient]
 def house(request: pytest.FixtureRequest) -> OpenHouse:
     """`house(settings, sessions=…, lecture=…, key=…)` opens a house on a free port; its places do not depend on what else runs."""
 
-    def make(settings: Settings | None = None, link: WorkerLink | None = None, sessions: int = 24, **options: Any) -> App:
+    def make(settings: Settings | None = None, link: WorkerLink | None = None, sessions: int | None = 24, **options: Any) -> App:
         opened = start_app(ServeOptions(settings=settings or Settings(), sessions=sessions, **options), link=link)
         request.addfinalizer(opened.close)
         return opened
@@ -151,8 +151,10 @@ class ByHand:
     """A house of which the test makes every frame."""
 
     def __init__(self, house: App) -> None:
-        # The thread that makes them has come to its end.
         house._loop.stop()
+        # The first frame of a busy machine may take longer than it is waited for.
+        house._loop._thread.join(60.0)
+        assert not house._loop._thread.is_alive()
         self.house, self.host, self.now = house, house.host, 0.0
         self.visitors: list[BlockingClient] = []
 

@@ -57,7 +57,7 @@
     setInterval(() => {
       const now = performance.now();
       // A page in the background, or one that was held up itself, cannot tell how long the server has been silent.
-      if (heard !== null && (document.hidden || now - checked > 2500)) heard = now;
+      if (heard !== null && (document.hidden || now - checked > 1500)) heard = now;
       checked = now;
       if (heard === null || now - heard < 900) return;
       worker.postMessage({ type: "send", message: { type: messages.question } });

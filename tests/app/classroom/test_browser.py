@@ -100,7 +100,8 @@ def test_a_teacher_and_two_students(house: OpenHouse, page_at: PageAt) -> None:
 
     # Asked again: the first round stays, pale, beside the second one.
     teacher.get_by_role("button", name="Ask again").click()
-    bo.get_by_text("Asked again: talk it over with your neighbours").first.wait_for()
+    for page in (ann, bo):
+        page.get_by_text("Asked again: talk it over with your neighbours").first.wait_for()
     on_stage(ann, "3")
     bo.get_by_role("button", name="3 In 4.").click()
     teacher.get_by_text("Answered both times: 2, another answer the second time: 1.").wait_for()

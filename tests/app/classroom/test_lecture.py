@@ -501,9 +501,10 @@ def test_a_report_is_handed_in_on_the_stage_and_in_an_own_session_and_taken_back
     click(bo, "Hand in")
     sees(bo, "Handed in without a name.")
     assert '"choice": 0' in work.hand_ins[ids["bo"]].progress
+    sees(teacher, "reports handed in: 2")
     click(ann, "Take it back")
+    teacher.wait_for(lambda _: set(work.hand_ins) == {ids["bo"]}, WAIT)
     sees(teacher, "reports handed in: 1")
-    assert set(work.hand_ins) == {ids["bo"]}
 
 
 def test_a_full_lecture_asks_to_wait_but_lets_the_teacher_in(house: OpenHouse, come: Come) -> None:

@@ -125,6 +125,7 @@ def counted(opened: ByHand, seconds: float, rounds: int = 96) -> Counter[str]:
     return visitor.received.messages - before
 
 
+@pytest.mark.usefixtures("fast_machine")
 def test_where_frames_are_rare_panels_are_drawn_in_fewer_of_them_and_the_picture_in_all(by_hand: Made) -> None:
     opened = by_hand(sessions=2)
     opened.let_in()
@@ -215,7 +216,7 @@ def test_measured_rounds_correct_the_places() -> None:
 
 
 def test_one_more_than_the_machine_carries_is_not_let_in(by_hand: Made) -> None:
-    opened = by_hand()
+    opened = by_hand(sessions=None)
     assert isinstance(opened.host, PrivateHost)
     workload, server = opened.house.context.workload, opened.house.server
     assert server.max_clients == workload.places >= 1

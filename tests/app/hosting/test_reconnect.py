@@ -4,9 +4,10 @@ import gc
 import json
 import logging
 import os
+import sqlite3
 import threading
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import closing, suppress
 from operator import le
 from pathlib import Path
 from typing import Any
@@ -119,7 +120,8 @@ def test_the_pages_say_that_the_store_was_damaged(house: OpenHouse, join: Join, 
     if lecture:
         visitor.wait_for(lambda _: lecture_of(opened).operator is not None, 60.0)
     assert not any("damaged" in note for note in notes(visitor))
-    store._file._file.connection.execute("DROP TABLE parts")
+    with closing(sqlite3.connect(tmp_path / "store", timeout=60.0)) as file:
+        file.execute("DROP TABLE parts")
     visitor.wait_for(lambda v: any("damaged" in note for note in notes(v)), 60.0)
     later = join(opened, f"resume={WORD[::-1]}")
     if not lecture:
