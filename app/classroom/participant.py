@@ -137,13 +137,14 @@ class Participant:
 
     def _line(self, classroom: Classroom) -> tuple[str, str]:
         """Return kind and text of the banner."""
+        own = "own" if self.member is None else "own watches"
         if classroom.paused:
-            return "own halt" if self.group else "halt", tr(HALTED)
+            return f"{own} halt" if self.group else "halt", tr(HALTED)
         if self.group:
             pace = () if classroom.pace is None else (tr(classroom.pace.words),)
             who = tr(OPERATING) if self.member is None else tr(WATCHING)
             begin = (tr(EXPLORING),) if self.mates == 1 else (tr(TOGETHER, count=self.mates), who)
-            return "own", " ".join((*begin, *pace, tr(NAMED, name=self.name)))
+            return own, " ".join((*begin, *pace, tr(NAMED, name=self.name)))
         if classroom.free and not self.lasting:
             return "wait", tr(NAMELESS)
         return "follow", tr(FOLLOWING)

@@ -28,6 +28,7 @@
     drawing: [".duet-l-drawing .duet-draw", besides(".duet-l-drawing")],
     banner: [".duet-banner", above(1)],
     follows: [".duet-banner:not(.own)", around(":root")],
+    watches: [".duet-banner.watches", around(":root")],
     heads: [".duet-heads", above(2)],
     curves: [".duet-poll figure", (held) => above(2)(held.closest(".duet-poll"))],
     welcome: ["#duet-welcome", around(":root")],
