@@ -88,7 +88,7 @@ class Schedule:
 
 FULL: Final = Schedule(8.0, (0.1, 0.2, 0.3, 0.5), (2, 4))
 QUICK: Final = Schedule(8.0, (0.2, 0.5), (2,))
-"""Fewer persons and shorter runs, for a first look."""
+"""Fewer persons, for a first look."""
 
 
 class Event(NamedTuple):

@@ -29,7 +29,7 @@ class League:
     seed_word: str = ""
     """Also play persons that follow from this word, who are in no file: no law is fitted to them."""
     quick: bool = False
-    """Two persons and shorter runs, for a first look."""
+    """Two persons instead of eight, for a first look."""
     workers: int = 0
     """Processes; 0 takes one a core. The figures do not depend on it."""
     scheduler: str | None = None

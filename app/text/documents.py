@@ -37,8 +37,10 @@ DOCUMENTS: Final = {
 
 PREFIX: Final = "/documents/"
 
-# As a document of `FOLDER / "documents"` names them.
-_READER: Final = markdown_reader({os.path.relpath(file, "documents"): name for name, (file, _) in DOCUMENTS.items()})
+# As a document names them, from either folder.
+_READER: Final = markdown_reader(
+    {os.path.relpath(file, folder): name for name, (file, _) in DOCUMENTS.items() for folder in ("documents", "lessons")}
+)
 
 _STYLE: Final = Path(__file__).with_name("document.css")
 

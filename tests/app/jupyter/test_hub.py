@@ -25,6 +25,8 @@ from websockets.typing import Origin, Subprotocol
 
 from app.web.viser_internals import VISER_VERSION
 from tests.app.jupyter.conftest import environment, goes_on
+from tests.app.page.helpers import click, shown
+from tests.blocking_client import BlockingClient
 from tests.browser import free_port
 
 pytest.importorskip("jupyterhub", reason="jupyterhub is not installed")
@@ -97,13 +99,14 @@ class Hub:
             origin=Origin(origin),
             subprotocols=[Subprotocol(protocol)] if protocol else None,
             additional_headers={"Cookie": cookies} if cookies else {},
+            open_timeout=60.0,
             proxy=None,
         )
 
     def first_message(self, visitor: requests.Session, path: str, origin: str = f"http://{NAME}") -> bytes | str:
         """Return what a page is sent first by its websocket."""
         with self.websocket(visitor, path, origin) as connection:
-            return connection.recv(30.0)
+            return connection.recv(60.0)
 
     def wait_for_tile(self, visitor: requests.Session, user: str) -> None:
         """Until the server is there, the hub answers with a page that says so."""
@@ -198,6 +201,26 @@ def test_all_have_one_by_the_service(hub: Hub, visitors: dict[str, requests.Sess
     for visitor in visitors.values():
         assert "duet-loading" in hub.get(visitor, "/services/duet/").text
         assert hub.first_message(visitor, "/services/duet/")
+
+
+def test_two_users_hold_an_arm_each(hub: Hub, visitors: dict[str, requests.Session]) -> None:
+    def come(opened: ExitStack, user: str, path: str, query: str) -> BlockingClient:
+        cookies = "; ".join(f"{one.name}={one.value}" for one in visitors[user].cookies if path.startswith(one.path.rstrip("/")))
+        address = f"http://127.0.0.1:{hub.port}"
+        return opened.enter_context(BlockingClient(f"{address}{path}", address, query, headers={"Cookie": cookies}))
+
+    with ExitStack() as opened:
+        host = come(opened, "ann", "/services/duet", f"scene=hold&resume={1:032d}")
+        host.wait_for(lambda v: len(v.mirror.commands) >= 14)
+        click(host, "Invite a second person")
+        host.wait_for(lambda v: re.search(r'value="[^"]*/services/duet/\?guest=[0-9a-f]{16}"', shown(v)))
+        (word,) = set(re.findall(r"guest=([0-9a-f]{16})", shown(host)))
+        guest = come(opened, "bob", "/services/duet", f"guest={word}&resume={2:032d}&lang=de")
+        guest.wait_for(lambda v: "Sie halten den silbernen Arm" in shown(v))
+        host.wait_for(lambda v: "The second person is here" in shown(v))
+        # Into ann's own server only those come who may.
+        with pytest.raises(websockets.InvalidStatus, match="403"):
+            come(opened, "bob", "/user/ann/duet", f"guest={word}")
 
 
 @pytest.mark.parametrize("path", ["/user/ann/duet/", "/services/duet/"])
