@@ -123,7 +123,7 @@
     const found = [];
     for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; i++) found.push(i * step);
     const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-    return found.map((v) => [v, v.toFixed(digits).replace("-", "\u2212")]);
+    return found.map((v) => [v, v.toFixed(digits).replace("-", "\u2212").replace(".", film.words.point)]);
   }
 
   function frameOf(plot) {
@@ -274,7 +274,7 @@
       ? ""
       : rows.length
         ? (rows[first] ?? "")
-        : `${Number(first.toPrecision(3))}`.replace("-", "\u2212");
+        : `${Number(first.toPrecision(3))}`.replace("-", "\u2212").replace(".", film.words.point);
     if (plot.strokes.length) plot.output.style.color = plot.strokes[0].colour;
   }
 
@@ -299,8 +299,9 @@
     move(frame);
     for (const plot of plots) point(plot, timeOf(now));
     slider.value = String(frame);
-    slider.setAttribute("aria-valuetext", `${timeOf(frame).toFixed(2)} s`);
-    clock.textContent = film.words.of.replace("{time}", timeOf(frame).toFixed(2)).replace("{end}", timeOf(last).toFixed(2));
+    const seconds = (at) => timeOf(at).toFixed(2).replace(".", film.words.point);
+    slider.setAttribute("aria-valuetext", `${seconds(frame)} s`);
+    clock.textContent = film.words.of.replace("{time}", seconds(frame)).replace("{end}", seconds(last));
   }
 
   function go(to) {

@@ -88,9 +88,10 @@ def assembled(
     scene = base64.b64encode(filmed.scene).decode()
     film = base64.b64encode(packed_film(filmed, panels, mark)).decode()
     title, law = page_value("scene", run.scene), page_value("law", run.law.law).replace("d_m", "dₘ")
-    numbers = f"K = {run.gain:g}/s; Duet {made_here()['duet']}"
+    numbers = f"K = {decimal(f'{run.gain:g}')}/s; Duet {made_here()['duet']}"
     if own is None:
-        of_law = f"dₘ = {1000.0 * run.law.critical_distance:g} mm, n = {run.law.order:g}, v = {run.law.nominal_velocity:g} m/s"
+        v = decimal(f"{run.law.nominal_velocity:g}")
+        of_law = f"dₘ = {1000.0 * run.law.critical_distance:g} mm, n = {decimal(f'{run.law.order:g}')}, v = {v} m/s"
         numbers = f"{law}; {of_law}, {numbers}"
     else:
         numbers = f"{tr(made_with(own.file, own.sha256))} {numbers}"
@@ -161,7 +162,7 @@ def packed_film(filmed: Filmed, panels: tuple[Panel, ...], mark: float | None = 
         "bodies": filmed.bodies,
         "play": False,
         "mark": None if mark is None else {"time": mark, "name": f"{tr('smallest distance')}, {decimal(f'{mark:.1f}')} s"},
-        "words": {"play": tr("Play"), "pause": tr("Pause"), "of": tr("{time} of {end} s")},
+        "words": {"play": tr("Play"), "pause": tr("Pause"), "of": tr("{time} of {end} s"), "point": decimal(".")},
         "tracks": tracks,
         "panels": drawn,
     }

@@ -7,7 +7,7 @@ from typing import Final
 
 import viser
 
-from app.i18n.speaking import tr
+from app.i18n.speaking import decimal, tr
 from app.lessons.bookmark import Phase
 from app.lessons.lesson import MOST_FORECASTS, Challenge
 from app.lessons.outcomes import asks_for_distance
@@ -53,7 +53,7 @@ class Forecasts:
             self._filled_for = here
             said = (*self._run.said, *(None,) * MOST_FORECASTS)
             for box, number in zip(self._boxes, said[:MOST_FORECASTS], strict=True):
-                box.value = "" if number is None else f"{number:g}"
+                box.value = "" if number is None else decimal(f"{number:g}")
         for i, box in enumerate(self._boxes):
             box.visible = challenge is not None and i < len(view.forecasts)
             if challenge is not None and box.visible:

@@ -18,7 +18,8 @@ addEventListener("DOMContentLoaded", () => {
   };
   const scrollToTop = () => {
     const head = document.querySelector(".duet-l-head, .duet-l-list");
-    const shown = head ? head.innerHTML : "";
+    // Without what pointing at a symbol does to it.
+    const shown = head ? head.innerHTML.replaceAll(/ ?duet-lit| class=""/g, "") : "";
     const phone = innerWidth < PHONE_WIDTH;
     if (shown !== part) {
       part = shown;

@@ -10,6 +10,8 @@ addEventListener("DOMContentLoaded", () => {
     // What a guest waits for has no button.
     if (!overlay.querySelector("button")) return;
     overlay.textContent = "";
+    // With the teacher's key it is taken away for all.
+    closed = !duet.query.key;
     duet.pressKey("9");
   };
   overlay.addEventListener("click", (event) => {
@@ -19,12 +21,18 @@ addEventListener("DOMContentLoaded", () => {
     if (event.key === "Escape" && overlay.firstChild) close();
   });
   let shown = null;
+  let closed = false;
   setInterval(() => {
     // The element itself says whether it was sent again: the same address may have been away between two looks.
     const sent = document.querySelector(".duet-overlay");
     if (sent === shown) return;
     shown = sent;
+    // What was closed stays so, in whichever panel it is found and whoever joins, until it is taken away.
+    closed &&= sent !== null && sent.querySelector("button") !== null;
+    if (closed) return;
+    const focused = overlay.contains(document.activeElement);
     overlay.setAttribute("aria-label", sent?.dataset.label ?? "From the teacher");
     overlay.innerHTML = sent?.innerHTML ?? "";
+    if (focused) overlay.querySelector("button")?.focus();
   }, 250);
 });

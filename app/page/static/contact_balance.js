@@ -40,6 +40,7 @@
     const sum = duet.svg(root, "path", { class: "sum", "data-symbol": "d" });
 
     let scale = 0;
+    let rooms = [0, 0];
     return (values, allowed) => {
       const side = (sign) => values.reduce((total, value) => total + Math.max(sign * value, 0), 0);
       const most = Math.max(side(1), side(-1));
@@ -69,10 +70,10 @@
           d: long ? `M${ends[right].toFixed(1)},-1l${way},${BAR / 2 + 3}l${-way},${BAR / 2 + 3}z` : "",
         });
       });
-      // A word of what a side does, where its bar leaves room.
-      const room = (label) => label.getComputedTextLength() + 14;
-      set(closes, { visibility: ends[0] > room(closes) ? "visible" : "hidden" });
-      set(opens, { visibility: width - ends[1] > room(opens) ? "visible" : "hidden" });
+      // A word of what a side does, where its bar leaves room. Measuring it in every frame would lay out the page each time.
+      if (!rooms[0]) rooms = [closes, opens].map((label) => label.getComputedTextLength());
+      set(closes, { visibility: ends[0] > rooms[0] + 14 ? "visible" : "hidden" });
+      set(opens, { visibility: width - ends[1] > rooms[1] + 14 ? "visible" : "hidden" });
       const at = middle + values.reduce((total, value) => total + value, 0) * scale;
       set(sum, { d: `M${at.toFixed(1)},${BAR + 3}l-5,8h10z` });
       const edge = allowed === null ? 0 : middle - Math.min(allowed * scale, middle - 4);

@@ -49,6 +49,7 @@ addEventListener("DOMContentLoaded", () => {
       // As above.
     }
     fold();
+    if (shown !== null) draw();
   });
 
   const showGuess = duet.contactGuess(card, () => {
@@ -206,7 +207,7 @@ addEventListener("DOMContentLoaded", () => {
     if (rebuild) build();
     wanted = read(now);
     showNumbers();
-    const jumps = rebuild || duet.drawnBySoftware || still.matches || document.hidden || folded;
+    const jumps = rebuild || words.step !== undefined || duet.drawnBySoftware || still.matches || document.hidden || folded;
     if (jumps || shown === null) {
       shown = structuredClone(wanted);
       draw();

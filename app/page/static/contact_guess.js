@@ -1,7 +1,6 @@
 // The student's guess of d on the axis of the card: a slider over the axis, by mouse, finger or keys; the mark itself is in the chart.
 (() => {
   const THUMB = 26;
-  const typed = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set;
 
   // Adds the slider to the card; returns a function that shows it on a chart. `moved` is called while it is dragged.
   duet.contactGuess = (card, moved) => {
@@ -31,11 +30,9 @@
       moved();
     });
     slider.addEventListener("change", () => {
-      const label = document.querySelector(`label[for="${guess.box}"]`);
-      const box = label?.closest(".mantine-Flex-root")?.querySelector("input");
-      if (!box) return;
-      typed.call(box, `${guess.at} ${slider.value}`);
-      box.dispatchEvent(new Event("input", { bubbles: true }));
+      // The box itself may be in a folded panel, which is not on the page.
+      const updates = { value: `${guess.at} ${slider.value}` };
+      window.__viserMutable.sendMessage({ type: "GuiUpdateMessage", uuid: guess.box, updates });
     });
     return (words, drawn) => {
       // What the server says of a guess that is being moved is late.

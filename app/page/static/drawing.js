@@ -98,7 +98,7 @@
   const say = (board, column) => {
     const [x, y] = [JSON.parse(board.dataset.x), JSON.parse(board.dataset.y)];
     const text = ([symbol, low, high, unit, digits], share) =>
-      `${symbol} = ${(low + share * (high - low)).toFixed(digits)} ${unit}`.trim();
+      `${symbol} = ${(low + share * (high - low)).toFixed(digits).replace(".", board.dataset.point)} ${unit}`.trim();
     const height = curveOf(board)[column];
     const parts = [text(x, (column + 0.5) / columnsOf(board))];
     if (height !== null) parts.push(text(y, height));

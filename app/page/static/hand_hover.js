@@ -41,6 +41,8 @@ addEventListener("DOMContentLoaded", () => {
       shown = null;
     }
     const node = nodes()[watched?.node];
+    // A finger has no place where it rests.
+    if (!pointer && shown && node) say(false);
     if (!pointer || pointer.buttons || !node) {
       since = 0;
       return;

@@ -9,14 +9,35 @@
     document.documentElement.dispatchEvent(new KeyboardEvent("keydown", key));
   };
 
+  // Of a key that is held down, what steps along comes again and again; all else happens once.
+  const ONCE = /^(?![jk]$)([ a-z]|Page(Up|Down))$/i;
+  // What Tab has led to keeps the keys that it has: Space presses a button, ↑ and ↓ scroll what scrolls. After a click they are the page's.
+  let byTab = false;
+  let reached = null;
+  for (const kind of ["keydown", "pointerdown", "focusin"]) {
+    const note = ({ key, target }) => {
+      if (kind === "focusin") reached = byTab ? target : null;
+      else byTab = kind === "keydown" && (byTab || key === "Tab");
+    };
+    addEventListener(kind, note, true);
+  }
+  const keepsKey = ({ key, target }) =>
+    target instanceof Element &&
+    target === reached &&
+    (key === " "
+      ? target.matches("button, [role=button], a[href]")
+      : /^(Arrow(Up|Down)|Page(Up|Down))$/.test(key) && target.matches(".mantine-ScrollArea-viewport"));
+
   const relay = (event) => {
-    const digit = duet.relayedKeys[event.key] || duet.relayedKeys[event.key.toLowerCase()];
+    if (keepsKey(event)) return event.stopPropagation();
     const shortcut = (event.ctrlKey || event.metaKey || event.altKey) && !event.getModifierState("AltGraph");
-    if (!digit || shortcut) return;
-    if (event.target instanceof Element && event.target.closest(duet.widgets)) return;
+    if (shortcut || (event.target instanceof Element && event.target.closest(duet.widgets))) return;
+    const held = event.repeat && ONCE.test(event.key);
+    const digit = duet.relayedKeys[event.key] || duet.relayedKeys[event.key.toLowerCase()];
+    if (!held && !digit) return;
     event.preventDefault();
     event.stopImmediatePropagation();
-    duet.pressKey(digit);
+    if (!held) duet.pressKey(digit);
   };
   addEventListener("keydown", relay, true);
 })();

@@ -137,8 +137,11 @@
     const now = [...document.getElementsByClassName("duet-law-state")].find((one) => one.dataset.text)?.dataset.text;
     if (!now || now === read) return;
     read = now;
+    const box = state?.box;
     state = JSON.parse(now);
     follow();
+    // On another connection what was on its way is lost.
+    if (box && box !== state.box && touched()) say(state.words.unsaved);
   };
   setInterval(look, LOOK_MS);
 

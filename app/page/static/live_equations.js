@@ -62,6 +62,7 @@ addEventListener("DOMContentLoaded", () => {
       svg.insertBefore(
         duet.svg(svg, "rect", {
           ...{ class: "hit", "data-symbol": kind, tabindex: 0, fill: "transparent", rx: 3 },
+          ...{ role: "img", "aria-label": { lam: "λ", dm: "dₘ" }[kind] ?? kind },
           ...{ x: box.left - 2, y: box.top - 3, width: box.right - box.left + 4, height: box.bottom - box.top + 6 },
         }),
         first,

@@ -48,7 +48,7 @@
   };
   addEventListener("focusin", ({ target }) => {
     leave();
-    if (!target.matches?.("input[type=text],textarea")) return;
+    if (!target.matches?.("input[type=text],textarea") || target.closest(".duet-law")) return;
     kept = controlOf(target);
     waiting().forEach(keep);
   });

@@ -120,3 +120,32 @@ def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at:
     page.mouse.click(520, 90)
     page.keyboard.press(" ")
     until(page, lambda: not session.paused, "going on")
+
+
+def test_a_key_that_is_held_acts_once_and_space_presses_the_button_that_tab_has_led_to(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(900, 640)
+    session = visit(page, house(), "autopilot=0")
+    page.mouse.click(520, 90)
+    for _ in range(4):
+        page.keyboard.down(" ")
+    page.keyboard.up(" ")
+    until(page, lambda: session.paused, "one pause")
+    steps = ask(session, lambda s: s.simulation.steps)
+    page.keyboard.press(".")
+    until(page, lambda: session.simulation.steps == steps + 1, "one step")
+    assert session.paused, "the repeats of the key were none"
+    # After a click the key is the page's, as a mouse has led there.
+    button = page.get_by_role("button", name="Step", exact=True)
+    button.click()
+    until(page, lambda: session.simulation.steps == steps + 2, "a step by mouse")
+    page.keyboard.press(" ")
+    until(page, lambda: not session.paused, "going on")
+    page.keyboard.press(" ")
+    until(page, lambda: session.paused, "another pause")
+    steps = ask(session, lambda s: s.simulation.steps)
+    page.keyboard.press("Tab")
+    page.keyboard.press("Shift+Tab")
+    assert button.evaluate("b => b === document.activeElement")
+    page.keyboard.press(" ")
+    until(page, lambda: session.simulation.steps == steps + 1, "the button pressed")
+    assert session.paused
