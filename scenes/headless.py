@@ -74,7 +74,7 @@ LONG: Final = 1_000
 """Steps that take longer in Python than machine code takes to load."""
 
 MOST_STEPS: Final = 1_000_000
-"""Longest run; every step of it is kept, at 312 bytes each."""
+"""Longest run; every step of it is kept, at some 500 bytes each."""
 
 
 def check_length(settings: RunSettings, seconds: float) -> None:

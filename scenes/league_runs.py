@@ -13,7 +13,7 @@ from scenes.headless import Run, run
 from scenes.history import COLUMN
 from scenes.law_knobs import LawKnob, knob_range, sought
 from scenes.laws import LAWS
-from scenes.promise import fallen
+from scenes.promise import at_bound, fallen
 from scenes.roles import Paced
 from scenes.settings import HardwareSettings, LawSettings, RunSettings
 from scenes.simulation import Simulation
@@ -200,7 +200,8 @@ def held(schedule: Schedule, event: Event, applied: Applied, ends: tuple[float, 
 def _figures(person: Person, done: Run) -> LeagueRun:
     table, summary = done.table, done.summary
     lost = fallen(table[:, COLUMN["d"]] - CRITICAL_DISTANCE, table[:, COLUMN["w"]] <= NOMINAL_VELOCITY)
-    numbers = lost, summary.d_min, summary.e2_max, summary.dq_step_max, summary.out_of_authority_s
+    bounded = np.count_nonzero(at_bound(table[:, COLUMN["authority"]])) * done.simulation.settings.dt
+    numbers = lost, summary.d_min, summary.e2_max, summary.dq_step_max, bounded
     return LeagueRun(person.half, person.number, person.speed, *map(float, numbers))
 
 

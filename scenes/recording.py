@@ -162,4 +162,5 @@ def write_table(out: TextIO, simulation: Simulation, table: Array, settings: Map
 
 
 def _has_second(table: Array) -> bool:
-    return not math.isnan(table[-1, COLUMN["authority_b"]])
+    # Who keeps clear may have changed.
+    return not np.isnan(table[:, COLUMN["authority_b"]]).all()

@@ -66,6 +66,7 @@ class Simulation:
         """What the newest step decided by; None where that is not known, or other settings are in force."""
         self.law: Law = settings.law.made()
         self._custom_law: Law | None = None
+        self._hardware: HardwareSettings | None = None
         self.answers: tuple[float | Array, ...] = ()
         """What the law answered in the newest step: λ, and q̇ of each group of joints that avoids, which may be a view [rad/s]."""
         self._enter(room_of(settings))
@@ -116,10 +117,6 @@ class Simulation:
         if self._custom_law is None:
             self.law = settings.law.made()
         self.world.bounds.gain = settings.limit_gain
-        if settings.hardware == IDEAL:
-            self._actuation.clear()
-        if settings.hardware.frame_rate == 0.0:
-            self._sensing.clear()
         room = room_of(settings)
         if room is not self.room or (settings.scene, settings.start) != (before.scene, before.start):
             self._enter(room)
@@ -215,6 +212,13 @@ class Simulation:
     def _advance(self, target: Target | None) -> None:
         settings = self.settings
         hardware = settings.hardware
+        if hardware is not self._hardware:
+            # Only settings that are in force in a step count: those are kept with the inputs, and the run comes out the same again.
+            self._hardware = hardware
+            if hardware == IDEAL:
+                self._actuation.clear()
+            if hardware.frame_rate == 0.0:
+                self._sensing.clear()
         before = self.velocities.copy() if hardware != IDEAL else None
         self.near = None
         if hardware.sees_wrong:

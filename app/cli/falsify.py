@@ -106,14 +106,18 @@ def _report(settings: RunSettings, found: dict[int, Found], seconds: float) -> N
     print(f"{len(found)} start postures, {runs} runs in {seconds:.0f} s.")
     print(f"{settings.experiment.label}: {law.entry.label}, {pairs}, v = {law.nominal_velocity:g} m/s.")
     held = ", ".join(condition.value for condition in (*BLAMED, Condition.ROBOT))
+    if not law.entry.promises:
+        print("This law makes no promise.")
     if worst.loss.lost > BROKEN:
-        print(f"The promise breaks: d_law falls {1000.0 * worst.loss.lost:.1f} mm below d_m, at dt and at dt/{FINER}.")
+        said = "The promise breaks: d_law" if law.entry.promises else "d_law"
+        print(f"{said} falls {1000.0 * worst.loss.lost:.1f} mm below d_m, at dt and at dt/{FINER}.")
         strict = worst.loss.strict
         print(f"All of this held: {held}.")
         if strict <= BROKEN:
             print(f"What was missing: {Condition.PAIRS.value}. {1000.0 * strict:.2f} mm were lost while it held, too.")
     else:
-        print(f"No run broke the promise. All of this held: {held}.")
+        said = "No run broke the promise." if law.entry.promises else "d_law fell below d_m in no run."
+        print(f"{said} All of this held: {held}.")
         print(f"The nearest approach: d_law − d_m = {1000.0 * worst.loss.nearest:.2f} mm.")
     lost = {condition: max(one.missing[condition] for one in found.values()) for condition in BLAMED}
     print("Lost where a condition was missing: ", end="")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shlex
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,13 +12,13 @@ from typing import TYPE_CHECKING
 from tqdm import tqdm
 
 from app.cli.sweep import cores
-from app.runtime.terminal import ending_at_once
+from app.runtime.terminal import INTERRUPTED, ending_at_once
 from controllers.errors import BadSetting
 from scenes.files import written
 from scenes.settings import RunSettings, values
 
 if TYPE_CHECKING:
-    from scenes.random_runs import RandomRun
+    from scenes.random_runs import RandomRun, RunVerdict
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,13 @@ def hunt(command: Hunt) -> int:
         raise BadSetting(f"out = {command.out}: there is no such folder; make it first.")
     calls = [(command.seed, index, command.seconds) for index in range(command.runs)]
     done = computed(run_verdict, calls, command.workers or cores())
-    verdicts = [found for _, found in tqdm(done, total=command.runs, unit="run", disable=None, leave=False)]
+    verdicts: list[RunVerdict] = []
+    interrupted = False
+    try:
+        for _, found in tqdm(done, total=command.runs, unit="run", disable=None, leave=False):
+            verdicts.append(found)
+    except KeyboardInterrupt:
+        interrupted = True
     broken = sorted((found for found in verdicts if found.faults), key=lambda found: found.index)
     for found in broken:
         print(f"run {found.index}: {'; '.join(found.faults)}")
@@ -68,6 +75,9 @@ def hunt(command: Hunt) -> int:
         at_dt, at_last = (1e3 * max(excesses[i] for excesses in fallen) for i in (0, -1))
         print(f", by {at_dt:.3g} mm at most; by {at_last:.3g} mm at the smallest of its time steps, an eighth or less", end="")
     print(".")
+    if interrupted:
+        print("Interrupted; the runs that were not made are not counted.", file=sys.stderr)
+        return INTERRUPTED
     return 1 if broken else 0
 
 

@@ -12,6 +12,7 @@ from tqdm import tqdm
 
 from app.cli.options import Flat, StartOptions, settings_of_options
 from app.runtime.terminal import ending_at_once
+from app.version import duet_version
 from controllers.errors import BadInputFile, BadSetting
 from scenes.experiments import IMITATION
 from scenes.files import readable, written
@@ -77,6 +78,7 @@ def simulate(command: RunCommand) -> int:
             raise BadInputFile(law.problem.text)
     if command.csv is not None:
         header = {
+            "duet": duet_version(),
             **values(settings),
             **({"start_file": readable(start_file.name)} if start_file else {}),
             **(law_heading(law.file, law.sha256) if law is not None else {}),

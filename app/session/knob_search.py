@@ -124,5 +124,5 @@ class KnobSearch:
 
 
 def _overrides(run: RunSettings) -> dict[str, object]:
-    """Return key → value of a law's settings and its gain."""
-    return {**values(run.law), "k": run.gain}
+    """Return key → value of what a frozen ghost keeps: a law's settings, its gain and the hardware."""
+    return {**values(run.law), **values(run.hardware), "k": run.gain}

@@ -1,5 +1,6 @@
 """What a sweep writes: a row a point, at once while it runs, and one table in order at the end, CSV or Parquet."""
 
+import csv
 import io
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -89,7 +90,9 @@ class SweepFiles:
         self.part.unlink(missing_ok=True)
 
     def _line(self, index: int, figures: SweepFigures) -> str:
-        return ",".join(map(_cell, (*self._points[index], *figures))) + "\n"
+        line = io.StringIO()
+        csv.writer(line, lineterminator="\n").writerow(map(_cell, (*self._points[index], *figures)))
+        return line.getvalue()
 
     def _write_csv(self, path: Path, rows: Rows) -> None:
         lines = [f"# {line}\n" for line in head_of(self.grid)]
@@ -147,7 +150,8 @@ def _read_csv(path: Path) -> tuple[tuple[str, ...], list[list[str]]]:
     # What follows the last line break is a row that was being written.
     lines = text.split("\n")[:-1]
     head = tuple(line[2:] for line in lines if line.startswith("# "))
-    return head, [line.split(",") for line in lines[len(head) + 1 :]]
+    # A drawn curve has commas.
+    return head, list(csv.reader(lines[len(head) + 1 :]))
 
 
 def _read_parquet(path: Path) -> tuple[tuple[str, ...], list[list[str]]]:

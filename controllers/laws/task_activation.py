@@ -28,7 +28,7 @@ class TaskActivation(RetreatLaw):
 
     For one row, level 1 is J_d^{#,a,I} = a J_d^# and W_1 = a, so that J_d ρ_1 = a² v − (1 − a²) u, and Q_1 = I − a J_d^# J_d is the
     paper's N', eq. (13). While a < 1, Q_1 leaves the share 1 − a of J_d to the hand, which uses it to undo its own error: the
-    distance rate lies between −u and that of level 1, c = a² (v + u) − u, which is reached where the hand does not feel the row.
+    distance rate lies between −u and that of level 1, J_d q̇ = a² (v + u) − u, which is reached where the hand does not feel the row.
     At a = 1 it is v, whatever the hand wants. Where the hand needs J_d itself,
     η makes it let go by degrees as a → 1; a task that uses every joint (no `task_jacobian`) is J = I.
 

@@ -19,7 +19,7 @@ from scenes.files import path_inside, read_file, replacing
 from scenes.recording import Recording, read_inputs, write_table
 from scenes.settings import RunSettings, changed, values
 from scenes.simulation import Simulation
-from tests.scenes.helpers import column, hold_settings, play, wander
+from tests.scenes.helpers import column, given_settings, hold_settings, play, wander
 
 GOOD = "t,x,y,z\n0,0.1,0.2,0.3\n1,0.2,0.2,0.3\n2.5,0.2,-0.4,0.3\n"
 
@@ -125,6 +125,20 @@ def test_interpolation_is_numpys(samples: list[tuple[float, float]], time: float
 
 JOINTS = [f"{side}_{kind}{i}" for kind in ("q", "dq") for side in ("left", "right") for i in range(1, 8)]
 HEADER = ",".join(["t", "d", "lambda", "e2", "u", "w", "law_d", "w_law", "lever", "pair", *JOINTS])
+
+
+def test_a_second_arm_that_kept_clear_has_its_columns_after_it_has_ceased_to() -> None:
+    simulation = Simulation(given_settings(scene="master_slave", avoid="both"))
+    source = simulation.source()
+    for avoid in ("both", "free"):
+        simulation.apply(changed(simulation.settings, "avoid", avoid))
+        for _ in range(20):
+            simulation.step(source.target(simulation.time))
+    out = io.StringIO(newline="")
+    write_table(out, simulation, simulation.history.table(), {})
+    header, *rows = csv.reader(line for line in out.getvalue().splitlines() if not line.startswith("#"))
+    second = [float(row[header.index("w_law_b")]) for row in rows]
+    assert len(rows) == 40 and np.isfinite(second[:20]).all() and np.isnan(second[20:]).all()
 
 
 def exported(seed: int) -> tuple[str, Simulation]:

@@ -18,7 +18,7 @@ from scenes.headless import summarise
 from scenes.inputs import InputsLog, Recorded
 from scenes.laws import LAWS
 from scenes.rerun import LOOK, WHAT_IF_KEYS, Stopped, newest_piece, newest_steps, rerun, target_between, warm, what_if
-from scenes.settings import RunSettings, specs, values
+from scenes.settings import RunSettings, changed, specs, values
 from scenes.simulation import Simulation
 from scenes.smoothness import SUBSTEPS, StepStudy, StepTrend, largest_velocity_step, unmeasured
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, LinkTarget, Target
@@ -45,6 +45,22 @@ def test_again_to_the_last_bit_from_the_middle_of_a_run(scene: str, law: str) ->
     again = rerun(recorded)
     assert again.table.tobytes() == simulation.history.table(recorded.steps).tobytes()
     assert again.table.tobytes() == rerun(pickle.loads(pickle.dumps(recorded))).table.tobytes()
+
+
+@pytest.mark.parametrize(("key", "value"), [("dead", 0.05), ("fps", 20.0)])
+def test_what_is_set_and_taken_back_between_two_steps_changes_nothing(key: str, value: float) -> None:
+    """The inputs hold only what was in force in a step."""
+    tables: list[bytes] = []
+    for between in (0.0, value):
+        simulation = Simulation(given_settings(**{key: value}))
+        source = simulation.source()
+        for number in range(400):
+            if number == 200:
+                for one in (between, value):
+                    simulation.apply(changed(simulation.settings, key, one))
+            simulation.step(source.target(simulation.time))
+        tables.append(simulation.history.table().tobytes())
+    assert tables[0] == tables[1]
 
 
 @pytest.mark.parametrize("scene", SCENES)

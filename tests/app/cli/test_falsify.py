@@ -36,6 +36,12 @@ def test_a_smooth_distance_is_not_broken(capsys: pytest.CaptureFixture[str]) -> 
     assert lines[4].startswith("Lost where a condition was missing: w ≤ v ")
 
 
+def test_a_law_without_a_promise_breaks_none(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["falsify", "--law", "unprotected", "--starts", "1", "--seconds", "600", "--workers", "1", "--dt", "0.01"]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[2] == "This law makes no promise." and lines[3].startswith("d_law falls ")
+
+
 def test_an_interrupted_search_says_what_it_has_and_how_to_go_on(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -11,6 +11,7 @@ import pytest
 from app.custom_law.law_file import LawFile
 from app.jupyter.cell_law import law_text
 from app.jupyter.notebook_run import GivenVelocities, all_changed, key_of
+from app.recording.run_file import saved_bytes, saved_from
 from app.session.session import Session
 from app.settings import Settings
 from controllers.errors import BadInputFile, BadSetting
@@ -77,6 +78,7 @@ def test_a_step_of_a_cell_is_part_of_the_run(tmp_path: Path) -> None:
         recorded = session.recorded()
         assert recorded is not None
         np.testing.assert_array_equal(rerun(recorded).table, session.simulation.history.table())
+        assert saved_from(saved_bytes(recorded), "it").recorded.steps == 5
         # Then a law of a file comes; what cannot be read changes nothing.
         with pytest.raises(BadInputFile):
             session.take_law_file(tmp_path / "none.py")

@@ -351,6 +351,17 @@ def test_the_button_sets_the_knob_and_keeps_the_present_law_as_the_ghost() -> No
     assert session.ghost.settings.law == LawSettings()
 
 
+def test_a_search_beside_a_frozen_ghost_has_its_hardware() -> None:
+    desk = Inline()
+    session = beside_a_ghost(desk, "frozen")
+    session.change("dead", 0.05)
+    go(session, 4.0)
+    session.change("law", "intermediate_value")
+    session.match_distance()
+    asked = [job for job in desk.jobs if job.kind == "knob"][-1].arguments[1]
+    assert session.ghost is not None and asked["dead"] == session.ghost.settings.hardware.dead_time == 0.0
+
+
 def test_what_cannot_be_matched_is_said_and_changes_nothing() -> None:
     desk = Inline()
     session = beside_a_ghost(desk, "null_space_avoidance")

@@ -1,5 +1,6 @@
 """`lwr-duet sweep`: what it writes, its maps, how it goes on after an interruption, and how it says no."""
 
+import csv
 import math
 import re
 import sys
@@ -53,6 +54,17 @@ def test_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         summary = run(settings, 8.0).summary
         assert [float(cell) for cell in cells] == [getattr(summary, name) for name in FIGURES]
     assert rows[0][2:] != rows[1][2:] != rows[2][2:]
+
+
+def test_a_curve_is_one_cell_and_the_same_command_again_makes_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    curves = ["0.15:1,0.4:0", "0.1:1,0.3:0"]
+    options = ["--over", f"curve={';'.join(curves)}", "--law", "drawn_curve", "--seconds", "0.2", "--workers", "1", "--no-maps"]
+    for _ in range(2):
+        assert main(["sweep", *options, "--out", str(tmp_path)]) == 0
+        text = (tmp_path / "sweep.csv").read_text(encoding="utf-8")
+        header, *rows = csv.reader(line for line in text.splitlines() if not line.startswith("# "))
+        assert [row[0] for row in rows] == curves and {len(row) for row in rows} == {len(header)}
+    assert capsys.readouterr().err == ""
 
 
 def interrupted(monkeypatch: pytest.MonkeyPatch, after: int) -> list[int]:
