@@ -102,9 +102,7 @@ class Recorded:
     def targets(self) -> Iterator[Target | None]:
         """Yield the target of every step."""
         for stretch in self.stretches:
-            for target, count in stretch.targets.runs():
-                for _ in range(count):
-                    yield target
+            yield from stretch.targets.each()
 
 
 class RecordedPerson:

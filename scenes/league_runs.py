@@ -13,7 +13,7 @@ from scenes.headless import Run, run
 from scenes.history import COLUMN
 from scenes.law_knobs import LawKnob, knob_range, sought
 from scenes.laws import LAWS
-from scenes.promise import at_bound, fallen
+from scenes.promise import fallen
 from scenes.roles import Paced
 from scenes.settings import HardwareSettings, LawSettings, RunSettings
 from scenes.simulation import Simulation
@@ -124,7 +124,7 @@ class LeagueRun(NamedTuple):
         d_min: smallest distance [m].
         e2_max: largest squared error, m² or rad².
         dq_step: largest change of one joint's velocity from one step to the next [rad/s].
-        at_bounds: time during which joint bounds took part of q̇ away [s].
+        at_bounds: time during which joint bounds, or a row that was too short, took part of q̇ away [s].
     """
 
     half: Half
@@ -200,8 +200,7 @@ def held(schedule: Schedule, event: Event, applied: Applied, ends: tuple[float, 
 def _figures(person: Person, done: Run) -> LeagueRun:
     table, summary = done.table, done.summary
     lost = fallen(table[:, COLUMN["d"]] - CRITICAL_DISTANCE, table[:, COLUMN["w"]] <= NOMINAL_VELOCITY)
-    bounded = np.count_nonzero(at_bound(table[:, COLUMN["authority"]])) * done.simulation.settings.dt
-    numbers = lost, summary.d_min, summary.e2_max, summary.dq_step_max, bounded
+    numbers = lost, summary.d_min, summary.e2_max, summary.dq_step_max, summary.out_of_authority_s
     return LeagueRun(person.half, person.number, person.speed, *map(float, numbers))
 
 

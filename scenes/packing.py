@@ -1,7 +1,7 @@
 """Targets as numbers, to the last bit: a kind, how often, and what it consists of."""
 
 from collections.abc import Iterator
-from itertools import product
+from itertools import product, repeat
 from typing import Final, NamedTuple, cast
 
 import numpy as np
@@ -85,6 +85,11 @@ class PackedTargets(NamedTuple):
             end = begin + WIDTHS[code]
             yield decoded(code, numbers[begin:end]), count
             begin = end
+
+    def each(self) -> Iterator[Target | None]:
+        """Yield the target of every step."""
+        for target, count in self.runs():
+            yield from repeat(target, count)
 
     def since(self, step: int) -> "PackedTargets":
         """Return those from a step on, which is one of them."""

@@ -45,13 +45,13 @@ def missing(settings: RunSettings, table: Array) -> dict[Condition, NDArray[np.b
         w = np.where(second, 0.0, w)
     v = law.nominal_velocity + (w if law.knows_w else 0.0)
     near = table[:, COLUMN["lambda"]] > 0.5
-    u, least, bound = table[:, COLUMN["u"]], table[:, COLUMN["lever"]], at_bound(table[:, COLUMN["authority"]])
+    u, least, bound = table[:, COLUMN["u"]], table[:, COLUMN["lever"]], _at_bound(table[:, COLUMN["authority"]])
     rate = least * (v + u) - u - w
     if two:
         u, s = table[:, COLUMN["u_b"]], table[:, COLUMN["lever_b"]]
         rate = rate + np.where(second, s * (v + u) - u, 0.0)
         least = np.where(second, np.minimum(least, s), least)
-        bound |= second & at_bound(table[:, COLUMN["authority_b"]])
+        bound |= second & _at_bound(table[:, COLUMN["authority_b"]])
     tied = np.zeros(len(table), bool)
     if law.pairs == "single":
         reach = _reach(settings)
@@ -66,7 +66,7 @@ def missing(settings: RunSettings, table: Array) -> dict[Condition, NDArray[np.b
     }
 
 
-def at_bound(authority: Array) -> NDArray[np.bool_]:
+def _at_bound(authority: Array) -> NDArray[np.bool_]:
     """Return in which steps a joint bound costs the arm part of its velocity."""
     return (authority == Authority.STOP) | (authority == Authority.SPEED)
 

@@ -128,7 +128,7 @@ def rerun(
     simulation = begun(replace(recorded, stretches=stretches), rows)
     seams: list[int] = []
     made = 0
-    everything = [[target for target, count in s.targets.runs() for _ in range(count)] for s in stretches]
+    everything = [list(stretch.targets.each()) for stretch in stretches]
     for stretch, wishes, following in zip(stretches, everything, [*everything[1:], everything[-1][-1:]], strict=True):
         if made:
             seams.append(made)
@@ -169,8 +169,7 @@ def newest_piece(recorded: Recorded, seconds: float, stopped: Callable[[], bool]
     simulation = begun(recorded)
     for i, stretch in enumerate(recorded.stretches):
         simulation.apply(stretch.settings)
-        wishes = (target for target, count in stretch.targets.runs() for _ in range(count))
-        for target in itertools.islice(wishes, ahead):
+        for target in itertools.islice(stretch.targets.each(), ahead):
             if simulation.steps % LOOK == 0 and stopped():
                 raise Stopped
             simulation.step(target)

@@ -86,7 +86,7 @@ def make_film(recorded: Recorded, stopped: Callable[[], bool] = never) -> Record
     made, period = 0, -1
     for stretch in recorded.stretches:
         simulation.apply(stretch.settings)
-        for target in itertools.chain.from_iterable(itertools.repeat(t, n) for t, n in stretch.targets.runs()):
+        for target in stretch.targets.each():
             if made % LOOK == 0 and stopped():
                 raise Stopped
             if made % spacing == 0:

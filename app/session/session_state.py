@@ -76,7 +76,7 @@ def resumed(simulation: Simulation, state: RunState, pieces: tuple[Recorded, ...
         simulation.resume(pieces[0].snapshot)
         for stretch in itertools.chain.from_iterable(piece.stretches for piece in pieces):
             simulation.apply(stretch.settings)
-            for target in itertools.chain.from_iterable(itertools.repeat(t, n) for t, n in stretch.targets.runs()):
+            for target in stretch.targets.each():
                 simulation.step(target)
                 if simulation.steps % PART == 0:
                     yield

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from controllers.limits import Authority
 from scenes.headless import run
 from scenes.history import COLUMN
 from scenes.law_knobs import MATCH
@@ -18,10 +17,8 @@ from scenes.league_runs import (
     NOMINAL_VELOCITY,
     Event,
     Schedule,
-    _figures,
     law_held,
 )
-from scenes.promise import at_bound
 from scenes.roles import Paced
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget
@@ -55,12 +52,7 @@ def test_a_law_with_its_own_settings() -> None:
     (figures,) = outcome.runs
     assert (outcome.value, outcome.reached, outcome.problem) == (None, None, "") and outcome.step_us is not None
     summary = done.summary
-    bounded = int(at_bound(done.table[:, COLUMN["authority"]]).sum()) * settings.dt
-    assert figures[3:] == (figures.lost, summary.d_min, summary.e2_max, summary.dq_step_max, bounded)
-    # A law that goes where the row is short is at no bound.
-    lost = done.table.copy()
-    lost[:, COLUMN["authority"]] = float(Authority.LEVERAGE)
-    assert _figures(person, replace(done, table=lost)).at_bounds == 0.0
+    assert figures[3:] == (figures.lost, summary.d_min, summary.e2_max, summary.dq_step_max, summary.out_of_authority_s)
     assert (figures.half, figures.number, figures.speed) == ("public", 1, 0.5)
     # A person who is faster than v brings d below d_m; that is no loss of the law's.
     table = done.table

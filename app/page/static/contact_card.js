@@ -16,6 +16,7 @@ addEventListener("DOMContentLoaded", () => {
     <svg class="chart" aria-hidden="true"></svg><svg class="balance" aria-hidden="true"></svg>
     <div class="terms"></div><p class="note"></p></div>`;
   const find = (selector) => card.querySelector(selector);
+  const { say } = duet;
   const button = find("button");
   const picture = find("[role=img]");
   const number = find(".gap b");
@@ -107,10 +108,6 @@ addEventListener("DOMContentLoaded", () => {
       .split(",")
       .map((one) => (one === "" ? null : Number(one)));
     return { d, law, rest, ghost, lam: lam / 1000, u, w, allowed, way, terms };
-  };
-
-  const say = (text, node) => {
-    if (node.textContent !== text) node.textContent = text;
   };
 
   const showNote = (allowed) => {

@@ -8,7 +8,7 @@
   // A λ of a name of several letters.
   const LONG = `700 12px ${FACE}`;
   const ROW = 14;
-  const set = duet.set;
+  const { set, say } = duet;
 
   // Boxes of a text of the row below the axis: centred at x, else moved to either side, as far as it still reaches x.
   const along = (x, width, top, order) =>
@@ -119,12 +119,12 @@
       const side = close ? Math.sign(x(s.rest) - dm) || 1 : 0;
       const measure = (text) => duet.textWidth(text, SMALL);
       const restText = s.rest === null ? "" : `${words.rests} ${Math.round(s.rest)}`;
-      labels.rest.textContent = restText;
+      say(restText, labels.rest);
       const dmWidth = measure(`dm ${words.dm}`) + 1;
       const dmBoxes = along(dm, dmWidth, top, close ? [-0.8 * side, -side, 0] : [0, 0.8, -0.8]);
       const restWidth = measure(restText);
       const restBoxes = s.rest === null ? [] : along(x(s.rest), restWidth, top, [0, side, -side, 1.3 * side, 1.6 * side]);
-      labels.guess.textContent = guess ? `${guess.name}${guess.mm === null ? "" : ` ${guess.mm}`}` : "";
+      say(guess ? `${guess.name}${guess.mm === null ? "" : ` ${guess.mm}`}` : "", labels.guess);
       const guessWidth = measure(labels.guess.textContent);
       const bodyWidth = measure(words.obstacle[1]);
       const bounds = { left: 4, right: g.width - 4, top: 0, bottom: g.height };
@@ -138,7 +138,7 @@
         apart ? along(x(s.d), measure("d"), top, [0]) : [],
         ...ticks.map(({ mm }, i) => {
           const text = i === ticks.length - 1 ? `${mm} mm` : `${mm}`;
-          ticks[i].text.textContent = text;
+          say(text, ticks[i].text);
           return along(x(mm), measure(text), top, [0]);
         }),
       ];
@@ -170,7 +170,7 @@
         );
       const texts = [`${words.share} ${number}`, number];
       const text = texts.find(clear) ?? number;
-      labels.lam.textContent = text;
+      say(text, labels.lam);
       put(labels.lam, clear(text) ?? free(beside(text), []));
     };
   };

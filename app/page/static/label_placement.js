@@ -41,6 +41,10 @@
     parent.append(made);
     return made;
   };
+  // A text that is written again, though it is the same, wakes every script that watches the page.
+  duet.say = (text, node) => {
+    if (node.textContent !== text) node.textContent = text;
+  };
   duet.set = (node, attributes) => {
     for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
   };
