@@ -75,11 +75,15 @@ class Sample:
         return self.squared_error**0.5
 
 
+_FIRST_ROWS: Final = 256
+"""Room for so many steps to begin with; most runs are short, and a visitor's whole memory would be 8 MB."""
+
+
 class History:
     """The last `capacity` steps. `joints`: nv, joints of all arms."""
 
     def __init__(self, capacity: int, joints: int) -> None:
-        self._rows = np.full((capacity, _HEAD + 3 * joints), np.nan)
+        self._rows = np.full((min(capacity, _FIRST_ROWS), _HEAD + 3 * joints), np.nan)
         self._capacity, self._joints = capacity, joints
         self._with_second = False
         self._middle, self._end = _HEAD + joints, _HEAD + 2 * joints
@@ -106,7 +110,10 @@ class History:
             desired: q_d (nv,), None if nothing is followed.
             second: those of the second arm that keeps clear, None if there is none.
         """
-        row = self._rows[self.count % self._capacity]
+        place = self.count % self._capacity
+        if place == len(self._rows):
+            self._grow()
+        row = self._rows[place]
         middle, end = self._middle, self._end
         row[:_FIRST] = scalars
         if second is not None:
@@ -119,6 +126,10 @@ class History:
         if desired is not None:
             row[end:] = desired
         self.count += 1
+
+    def _grow(self) -> None:
+        more = np.full((min(len(self._rows), self._capacity - len(self._rows)), self._rows.shape[1]), np.nan)
+        self._rows = np.concatenate((self._rows, more))
 
     def last(self) -> Sample:
         """Return the newest step.
@@ -137,7 +148,7 @@ class History:
 
     def row(self, step: int) -> Array | None:
         """Return the row of a step, counted from 0 since the last `clear`, a live view; None if it is not kept."""
-        return self._rows[step % self._capacity] if self.count - self._capacity <= step < self.count else None
+        return self._rows[step % self._capacity] if max(self.count - self._capacity, 0) <= step < self.count else None
 
     def table(self, newest: int | None = None, but: int = 0) -> Array:
         """Return the rows kept, oldest first (rows, columns), a copy; at most the `newest` ones, without the last `but` of them."""

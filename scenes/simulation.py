@@ -212,13 +212,6 @@ class Simulation:
     def _advance(self, target: Target | None) -> None:
         settings = self.settings
         hardware = settings.hardware
-        if hardware is not self._hardware:
-            # Only settings that are in force in a step count: those are kept with the inputs, and the run comes out the same again.
-            self._hardware = hardware
-            if hardware == IDEAL:
-                self._actuation.clear()
-            if hardware.frame_rate == 0.0:
-                self._sensing.clear()
         before = self.velocities.copy() if hardware != IDEAL else None
         self.near = None
         if hardware.sees_wrong:
@@ -230,6 +223,13 @@ class Simulation:
                 wanted[:] = task.nominal(target, settings, self.time)
             scalars, second = self._decide(near)
             self.near = near
+        if hardware is not self._hardware:
+            # Only settings that are in force in a step count: those are kept with the inputs, and the run comes out the same again.
+            self._hardware = hardware
+            if hardware == IDEAL:
+                self._actuation.clear()
+            if hardware.frame_rate == 0.0:
+                self._sensing.clear()
         if before is not None:
             self._actuate(before)
         for follower in self._followers:
@@ -368,6 +368,7 @@ class Simulation:
             times, commands, held, frame, end = snapshot.robot
             self._actuation.remember((times, commands, end))
             self._sensing.remember((held, frame))
+        self._hardware = None
 
     def sample(self) -> Sample:
         """Return the newest step, or a measurement of the present state if there is none."""

@@ -91,7 +91,7 @@ def assembled(
     numbers = f"K = {decimal(f'{run.gain:g}')}/s; Duet {made_here()['duet']}"
     if own is None:
         v = decimal(f"{run.law.nominal_velocity:g}")
-        of_law = f"dₘ = {1000.0 * run.law.critical_distance:g} mm, n = {decimal(f'{run.law.order:g}')}, v = {v} m/s"
+        of_law = f"dₘ = {decimal(f'{1000.0 * run.law.critical_distance:g}')} mm, n = {decimal(f'{run.law.order:g}')}, v = {v} m/s"
         numbers = f"{law}; {of_law}, {numbers}"
     else:
         numbers = f"{tr(made_with(own.file, own.sha256))} {numbers}"

@@ -151,7 +151,8 @@ def _read_csv(path: Path) -> tuple[tuple[str, ...], list[list[str]]]:
     lines = text.split("\n")[:-1]
     head = tuple(line[2:] for line in lines if line.startswith("# "))
     # A drawn curve has commas.
-    return head, list(csv.reader(lines[len(head) + 1 :]))
+    with _readable(path):
+        return head, list(csv.reader(lines[len(head) + 1 :]))
 
 
 def _read_parquet(path: Path) -> tuple[tuple[str, ...], list[list[str]]]:
@@ -179,5 +180,5 @@ def _readable(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise BadInputFile(f"{path}: cannot be read ({error.strerror or error}).") from None
-    except ValueError:
+    except (ValueError, csv.Error):
         raise BadInputFile(f"{path}: is not a table that a sweep has written; remove it, or give another --out.") from None

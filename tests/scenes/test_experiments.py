@@ -1,7 +1,6 @@
 """Every experiment, robot and law in one loop: what holds for all, what each is there to show, and a knob turned to equal distance."""
 
 from dataclasses import replace
-from functools import cache
 from typing import get_args
 
 import numpy as np
@@ -27,7 +26,6 @@ def experiment(scene: str, name: str = "smooth_priority", **fields: object) -> o
     return replace(settings, **fields)  # pyright: ignore[reportArgumentType]
 
 
-@cache
 def long_run(settings: options.RunSettings, seconds: float = 30.0) -> Run:
     return run(settings, seconds)
 

@@ -171,6 +171,11 @@ addEventListener("DOMContentLoaded", () => {
 
   let last = 0;
   const ease = (time) => {
+    if (words.step !== undefined) {
+      // An arm alone has nothing to ease.
+      last = 0;
+      return;
+    }
     const share = 1 - Math.exp(-Math.min(time - last, 100) / EASE_MS);
     last = time;
     const step = (from, to) => (from === null || to === null ? to : from + (to - from) * share);

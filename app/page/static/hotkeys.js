@@ -9,15 +9,16 @@
     document.documentElement.dispatchEvent(new KeyboardEvent("keydown", key));
   };
 
-  // Of a key that is held down, what steps along comes again and again; all else happens once.
-  const ONCE = /^(?![jk]$)([ a-z]|Page(Up|Down))$/i;
+  // Of a key that is held down, what steps along comes again and again; all else happens once, and in a lecture what a clicker sends.
+  const ONCE = duet.lecture ? /^(?![jk]$)([ a-z]|Page(Up|Down))$/i : /^(?![jk]$)[ a-z]$/i;
   // What Tab has led to keeps the keys that it has: Space presses a button, ↑ and ↓ scroll what scrolls. After a click they are the page's.
   let byTab = false;
   let reached = null;
   for (const kind of ["keydown", "pointerdown", "focusin"]) {
     const note = ({ key, target }) => {
-      if (kind === "focusin") reached = byTab ? target : null;
-      else byTab = kind === "keydown" && (byTab || key === "Tab");
+      if (kind === "keydown") byTab ||= key === "Tab";
+      else if (kind === "focusin") reached = byTab ? target : null;
+      else [byTab, reached] = [false, null];
     };
     addEventListener(kind, note, true);
   }
@@ -25,7 +26,7 @@
     target instanceof Element &&
     target === reached &&
     (key === " "
-      ? target.matches("button, [role=button], a[href]")
+      ? target.matches("button, [role=button]")
       : /^(Arrow(Up|Down)|Page(Up|Down))$/.test(key) && target.matches(".mantine-ScrollArea-viewport"));
 
   const relay = (event) => {

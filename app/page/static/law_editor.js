@@ -141,7 +141,7 @@
     state = JSON.parse(now);
     follow();
     // On another connection what was on its way is lost.
-    if (box && box !== state.box && touched()) say(state.words.unsaved);
+    if (box && box !== state.box && touched() && !state.refused) say(state.words.unsaved);
   };
   setInterval(look, LOOK_MS);
 

@@ -81,7 +81,10 @@ LEAVES_SOME = ("null_space_avoidance", "barrier_qp", "task_activation", "continu
 def test_the_budget_is_what_happens(scene: str, law: str) -> None:
     """ḋ by the law's own line is ḋ by J_d and q̇, and the numbers on the page come to the same."""
     for variant in VARIANTS:
-        simulation, sample, now = seen(f"scene={scene}&law={law}&dm=0.2&n=2&d0=0.5&v=0.2{variant}")
+        # No other test shows these.
+        simulation = moved(settings(f"scene={scene}&law={law}&dm=0.2&n=2&d0=0.5&v=0.2{variant}").run, lambda s: s.time >= 1.0)
+        sample = simulation.sample()
+        now = contact(simulation, sample)
         rate = wanted_rate(simulation, sample, now)
         terms = budget_terms(simulation, sample, now)
         assert sum(term.value for term in terms) == pytest.approx(now.change, abs=MISSED)
@@ -236,7 +239,9 @@ def test_section_three_speaks_of_its_custom_law_only() -> None:
         assert ("sym(M)" in words) == shown and ("W" in words and shown) == (shown and "master" in query)
     # The row would be of one arm and the Jacobian of the other one, which may have fewer joints.
     assert "keeps clear" in text(section_html(*seen("scene=hold&robot=lwr_ur5&avoid=guided")))
-    simulation, sample, now = seen("scene=hold")
+    simulation = moved(settings("scene=hold").run, lambda s: s.time >= 1.0)
+    sample = simulation.sample()
+    now = contact(simulation, sample)
     simulation.use(ReplayedLaw([LawAnswers("mine.py", "0" * 64, np.zeros((1, 8)))], simulation, 0))
     assert "Of this law it says nothing" in text(section_html(simulation, sample, now))
 

@@ -1,6 +1,6 @@
 """The loop keeps the distance, its bits and the joint limits; and why authority is lost at the bounds, and what each treatment keeps."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import get_args
 
@@ -39,6 +39,13 @@ from tests.scenes.helpers import (
 )
 
 pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _forgotten() -> Iterator[None]:
+    """No other file looks at these runs, of some 10 MB each."""
+    yield
+    hold_run.cache_clear()
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)

@@ -126,6 +126,19 @@ def test_the_ring_keeps_the_newest(capacity: int, count: int, newest: int) -> No
         history.last()
 
 
+@pytest.mark.parametrize(("capacity", "count"), [(700, 699), (700, 701), (700, 2_000), (256, 600), (300, 256)])
+def test_its_room_grows_up_to_its_capacity_and_what_is_not_given_is_nan(capacity: int, count: int) -> None:
+    history = History(capacity, 1)
+    for k in range(count):
+        history.append((float(k), *[0.0] * (COLUMN["e2_b"] - 1)), np.full(1, float(k)), np.zeros(1))
+    kept = min(count, capacity)
+    assert column(history.table(), "t").tolist() == list(range(count - kept, count))
+    assert np.isnan(history.desired(history.table())).all() and np.isnan(column(history.table(), "e2_b")).all()
+    oldest = history.row(count - kept)
+    assert oldest is not None and oldest[0] == count - kept
+    assert [history.row(step) for step in (-1, count - kept - 1, count)] == [None] * 3
+
+
 def test_summaries() -> None:
     # Every figure recomputed here from the table of a run with a person who pushes towards the other hand, then lets go.
     class Pusher:
