@@ -3,7 +3,7 @@
 import html
 import logging
 import re
-from functools import cache
+from functools import lru_cache
 from typing import Final
 
 from ziamath import zmath
@@ -37,7 +37,7 @@ _PAIRS: Final = (("{", "}"), (r"\begin{", r"\end{"), (r"\left", r"\right"))
 _TAG: Final = re.compile(r"\\tag\s*\{([^{}]*)\}")
 
 
-@cache
+@lru_cache(maxsize=4096)
 def formula(tex: str, inline: bool, size: float = SIZE) -> str:
     """Return LaTeX as SVG with a label for screen readers; LaTeX that cannot be drawn is returned as code. `size`: [CSS px]."""
     # Shared <symbol> ids of several formulas on one page would collide.

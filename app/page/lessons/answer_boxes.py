@@ -70,7 +70,7 @@ def read_number(text: object) -> float | None:
 
 
 class GuessBox:
-    """A hidden box, whose value `contact_guess.js` sends: a guess in mm. The caller has opened its container.
+    """A hidden box: `contact_guess.js` sends its value, a guess in mm. The caller has opened its container.
 
     Args:
         post: has an action done on the thread to which the lessons belong.
