@@ -205,12 +205,14 @@ def test_all_have_one_by_the_service(hub: Hub, visitors: dict[str, requests.Sess
 
 def test_two_users_hold_an_arm_each(hub: Hub, visitors: dict[str, requests.Session]) -> None:
     def come(opened: ExitStack, user: str, path: str, query: str) -> BlockingClient:
+        # The page's own request brings the cookies.
+        hub.get(visitors[user], f"{path}/")
         cookies = "; ".join(f"{one.name}={one.value}" for one in visitors[user].cookies if path.startswith(one.path.rstrip("/")))
         address = f"http://127.0.0.1:{hub.port}"
         return opened.enter_context(BlockingClient(f"{address}{path}", address, query, headers={"Cookie": cookies}))
 
     with ExitStack() as opened:
-        host = come(opened, "ann", "/services/duet", f"scene=hold&resume={1:032d}")
+        host = come(opened, "ann", "/services/duet", f"scene=hold&resume={1:032d}&folder=/services/duet")
         host.wait_for(lambda v: len(v.mirror.commands) >= 14)
         click(host, "Invite a second person")
         host.wait_for(lambda v: re.search(r'value="[^"]*/services/duet/\?guest=[0-9a-f]{16}"', shown(v)))
