@@ -73,7 +73,7 @@ class RestingVisitor:
 
     def _boxes(self, label: str) -> list[str]:
         found = [element for element in self.client.mirror.gui.values() if element.get("label") == label]
-        return [str(element["uuid"]) for element in found if element.get("visible", True) or label == "drawing"]
+        return [str(element["uuid"]) for element in found if element.get("visible", True)]
 
     async def _press(self, action: str) -> None:
         text = next(one.text for one in hotkeys() if one.name == action).capitalize()
