@@ -1,15 +1,12 @@
 """`lwr-duet falsify`: it finds what the closest pair loses, writes the run, goes on where it was interrupted, and refuses nonsense."""
 
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from app.cli.main import main
 from app.recording.run_file import load_run
 from app.runtime.terminal import INTERRUPTED
-from scenes import children
 from scenes.counterexample import SECONDS
 
 pytestmark = pytest.mark.slow
@@ -42,18 +39,8 @@ def test_a_law_without_a_promise_breaks_none(capsys: pytest.CaptureFixture[str])
     assert lines[2] == "This law makes no promise." and lines[3].startswith("d_law falls ")
 
 
-def test_an_interrupted_search_says_what_it_has_and_how_to_go_on(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    computed = children.computed
-
-    def interrupted(*arguments: Any) -> Iterator[tuple[int, Any]]:
-        for done, found in enumerate(computed(*arguments)):
-            if done == 2:
-                raise KeyboardInterrupt
-            yield found
-
-    monkeypatch.setattr(children, "computed", interrupted)
+@pytest.mark.usefixtures("interrupted_after_two")
+def test_an_interrupted_search_says_what_it_has_and_how_to_go_on(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*CLOSEST, "--seed", "3", "--starts", "9", "--skip", "5", "--workers", "1"]) == INTERRUPTED
     said = capsys.readouterr()
     assert said.out.startswith("2 start postures, ") and said.err.endswith("Interrupted; --seed 3 --skip 7 goes on from here.\n")

@@ -2,16 +2,14 @@
 
 import json
 import shlex
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 from app.cli.main import main
 from app.runtime.terminal import INTERRUPTED
-from scenes import children, random_runs
+from scenes import random_runs
 from scenes.promise import Condition, missing
 from scenes.random_runs import RandomRun, RunVerdict, explained, random_run, run_verdict
 from scenes.room import World, room_of
@@ -29,16 +27,8 @@ def test_forty_random_runs_break_nothing(capsys: pytest.CaptureFixture[str], tmp
     assert lines[0].startswith("40 runs, 0 broken. The law promises d ≥ d_law ≥ d_m in ") and len(lines) == 3
 
 
-def test_an_interrupted_hunt_says_what_it_has(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    computed = children.computed
-
-    def interrupted(*arguments: Any) -> Iterator[tuple[int, Any]]:
-        for done, found in enumerate(computed(*arguments)):
-            if done == 2:
-                raise KeyboardInterrupt
-            yield found
-
-    monkeypatch.setattr(children, "computed", interrupted)
+@pytest.mark.usefixtures("interrupted_after_two")
+def test_an_interrupted_hunt_says_what_it_has(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["hunt", "--runs", "9", "--seconds", "0.5", "--workers", "1"]) == INTERRUPTED
     said = capsys.readouterr()
     assert said.out.startswith("2 runs, 0 broken.") and said.err.endswith("the runs that were not made are not counted.\n")
