@@ -5,7 +5,7 @@ The page has all of them in every language. Its script `translation.js` translat
 
 from typing import Final
 
-from app.i18n.catalogue import words_of
+from app.i18n.catalogue import DECIMAL_SIGN, words_of
 from app.i18n.speaking import N_
 from app.settings import TRANSLATIONS
 
@@ -63,6 +63,7 @@ OURS: Final = (
     WHAT_TO_SWITCH_ON,
     *ICON_NAMES.values(),
     *PART_NAMES.values(),
+    DECIMAL_SIGN,
     N_("more"),
     N_("dismiss this message"),
     N_("From the teacher"),

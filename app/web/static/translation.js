@@ -1,5 +1,6 @@
 // Translates what the browser says by itself: texts of viser's client and of our scripts, wherever they appear on the page.
-// duet.translate(text) gives an English text of the list in the page's language; duet.setLanguage(language) changes that language.
+// duet.translate(text) gives an English text of the list, or a number, in the page's language; duet.decimal(text) replaces the decimal
+// signs of all numbers in a text; duet.setLanguage(language) changes that language.
 (() => {
   const tables = duet.translations;
   const known = tables.pseudo;
@@ -14,9 +15,15 @@
     .filter((key) => key.includes("{name}"))
     .map((key) => [key, ...key.split("{name}")]);
 
+  duet.decimal = (text) => {
+    const sign = tables[current]?.["decimal sign\u0004."] ?? ".";
+    return sign === "." ? text : text.replace(/(?<=\d)\.(?=\d|$)/g, sign);
+  };
   duet.translate = (english) => {
     const table = tables[current];
     if (!table) return english;
+    // The ends of a slider.
+    if (/^-?\d+\.\d+$/.test(english)) return duet.decimal(english);
     if (known[english]) return table[english];
     const fits = ([, a, b]) => english.startsWith(a) && english.endsWith(b) && english.length > a.length + b.length;
     const found = patterns.find(fits);
@@ -64,6 +71,7 @@
     if (language === current) return;
     current = language;
     translateTree(document.body);
+    dispatchEvent(new Event("duet-language"));
   };
 
   addEventListener("DOMContentLoaded", () => {

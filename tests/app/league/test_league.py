@@ -13,13 +13,14 @@ import pytest
 from app.cli import league as command
 from app.cli.main import main
 from app.custom_law.fence import FenceLimits
-from app.league import entrants
+from app.league import entrants, league_page, league_table
 from app.league.entrants import Entrant, played
 from app.league.league_files import PART, Played
 from app.league.league_table import COLUMNS, league_rows
 from app.runtime.terminal import INTERRUPTED
 from app.text.documents import FOLDER
 from scenes import league_runs as league
+from scenes.experiments import HOLD
 from scenes.laws import DEFAULT_LAW, LAWS, NO_AVOIDANCE
 from scenes.league_runs import LEVELS, ROBOTS, SCENES, Event, LeagueRun, Outcome, Schedule, events
 from tests.app.custom_law.helpers import PAPER, write
@@ -36,6 +37,13 @@ FILES = ["league.csv", "league.html", "league.json", "league.md", PART, "times.c
 def _few_laws_and_short_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(league, "QUICK", TINY)
     monkeypatch.setattr(entrants, "LAWS", {name: LAWS[name] for name in (DEFAULT_LAW, NO_AVOIDANCE)})
+
+
+@pytest.fixture
+def one_scene(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What holds for every scene is seen in one."""
+    for module in (league, league_page, league_table):
+        monkeypatch.setattr(module, "SCENES", (HOLD,))
 
 
 def play(out: Path, *more: str) -> int:
@@ -85,6 +93,7 @@ def test_it_goes_on_where_it_was_interrupted_and_one_core_or_two_write_the_same(
     assert found["settings"]["hold, delayed"]["dead"] == 0.02 and found["schedule"]["speeds"] == [0.5]
 
 
+@pytest.mark.usefixtures("one_scene")
 def test_a_broken_file_costs_its_row_and_a_further_file_only_its_own_runs(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -134,6 +143,7 @@ def test_every_file_plays_once_under_a_name_of_its_own(tmp_path: Path, monkeypat
     assert names == ["my_law.py", str(tmp_path / "my_law.py"), str(tmp_path / NO_AVOIDANCE)]
 
 
+@pytest.mark.usefixtures("one_scene")
 def test_less_isolation_is_said_once_and_only_for_files(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -145,6 +155,7 @@ def test_less_isolation_is_said_once_and_only_for_files(
     assert capsys.readouterr().err.count("nothing but time, memory and number of processes is limited") == 1
 
 
+@pytest.mark.usefixtures("one_scene")
 def test_a_cluster_writes_the_same(tmp_path: Path) -> None:
     here, there = tmp_path / "here", tmp_path / "there"
     with scheduler(tmp_path) as (_, address), worker(tmp_path, address):
