@@ -75,10 +75,6 @@ class Kinematics:
         """Return the origin (3,) of a joint frame in the world [m], a copy."""
         return self.data.oMi[joint].translation.copy()
 
-    def joint_rotation(self, joint: int) -> Array:
-        """Return the rotation (3, 3) of a joint frame in the world, a copy."""
-        return self.data.oMi[joint].rotation.copy()
-
     def point_jacobian(self, arm: Arm, joint: int, point: Array) -> Array:
         """Return the Jacobian (3, n) of a point (3,) [m], world, that moves with a joint of the arm [m/rad]."""
         J = np.zeros((3, arm.joints.stop - arm.joints.start))

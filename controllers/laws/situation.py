@@ -134,8 +134,3 @@ def row_dampings(squares: Array) -> Array:
     np.maximum(dampings, 0.0, out=dampings)
     dampings *= dampings
     return dampings
-
-
-def textbook_projector(row: Array, lam: float) -> Array:
-    """Return N' = I − λ J_d^# J_d (n, n), eqs (13), (33), of a row (n,), with the undamped pseudo-inverse; for analysis."""
-    return np.eye(len(row)) - lam * np.outer(row, row) / row.dot(row)
