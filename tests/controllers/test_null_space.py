@@ -7,9 +7,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.optimize import linprog, lsq_linear
 
-from controllers.kinematics import Array, Kinematics
+from controllers.kinematics import Array, Kinematics, null_space_basis, swing_and_turns
 from controllers.limits import TOLERANCE, Authority, VelocityBox, bounded_task, shortened_row
-from controllers.null_space_basis import null_space_basis, swing_and_turns
 from controllers.null_space_saturation import saturated
 from scenes.solo import build_alone
 from tests.controllers.helpers import derivative, random_postures
