@@ -11,7 +11,7 @@ from scenes.arm_tasks.arm_task import Memory
 from scenes.arm_tasks.follow_task import JointFollower
 from scenes.person.clips import REST, Clip
 from scenes.person.filter import AngleFilter
-from scenes.person.retarget import DRIVEN, Retargeter, natural_pose
+from scenes.person.retarget import DRIVEN, Retargeter
 from scenes.rigs import FIELD_OF_VIEW, Camera
 from scenes.roles import Roles, Scenario, TargetSource
 from scenes.room import SIDES, Room, World, build_room
@@ -27,7 +27,7 @@ def build_imitation_room() -> Room:
     """Return the torso with two LWRs, their elbows at the sides like a person's, built once; no other room or robot fits a person."""
     room = build_room("torso")
     start = room.start.copy()
-    for arm, joints in zip(room.arms, natural_pose(REST), strict=True):
+    for arm, joints in zip(room.arms, Retargeter(room.rig).joints(REST), strict=True):
         start[arm.joints.start : arm.joints.start + DRIVEN] = joints
     return replace(room, start=start, rig=replace(room.rig, camera=CAMERA))
 
@@ -79,11 +79,6 @@ class ImitatedPerson:
         """q_d of both arms (2, n) [rad]."""
         self.speed: Array = np.zeros_like(start)
         """Their velocities (2, n) [rad/s]."""
-
-    @property
-    def lost_for(self) -> float:
-        """Time since the person was last seen [s]; 0 while the person is seen."""
-        return self._filters[0].lost_for
 
     def arm(self, side: int) -> "ImitatedArm":
         """Return one arm as a model to follow; 0 is the left one."""
