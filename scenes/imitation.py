@@ -12,6 +12,7 @@ from scenes.arm_tasks.follow_task import JointFollower
 from scenes.person.clips import REST, Clip
 from scenes.person.filter import AngleFilter
 from scenes.person.retarget import DRIVEN, Retargeter
+from scenes.person.source import PersonTarget
 from scenes.rigs import FIELD_OF_VIEW, Camera
 from scenes.roles import Roles, Scenario, TargetSource
 from scenes.room import SIDES, Room, World, build_room
@@ -47,18 +48,7 @@ class Imitation(Scenario):
         return Roles((followers["left"], followers["right"]), own, other, task, held, (task, held))
 
     def source(self, world: World, settings: RunSettings) -> TargetSource:
-        return ClipPerson(settings)
-
-
-class ClipPerson:
-    """Makes the gestures of a built-in clip. `settings`: which clip, and which person by the seed."""
-
-    def __init__(self, settings: RunSettings) -> None:
-        self._clip = Clip(settings.clip, settings.seed)
-
-    def target(self, time: float) -> AnglesTarget:
-        """Return how the person's arms are at a time [s]."""
-        return AnglesTarget(self._clip.angles(time))
+        return PersonTarget(Clip(settings.clip, settings.seed))
 
 
 class ImitatedPerson:
