@@ -17,7 +17,7 @@ import pinocchio as pin
 
 from controllers.kinematics import Array
 from scenes import glb, surfaces
-from scenes.person.angles import MODEL_PROPORTIONS, SIGN, arm_rotation
+from scenes.person.angles import SHOULDER_WIDTH, SIGN, UPPER_ARM, arm_rotation
 from scenes.person.source import MissingPackage
 
 if TYPE_CHECKING:
@@ -82,11 +82,10 @@ def body_parts() -> tuple[BodyPart, ...]:
     key = glb.source_key([__file__, glb.__file__, surfaces.__file__], release)
     blobs = glb.cached("person", key, _build)
     names = ("body", *_CUTS)
-    p = MODEL_PROPORTIONS
     places = {"body": (0.0, 0.0, SHOULDER_HEIGHT)}
     for side, sign in SIGN.items():
-        places[f"{side}_upper_arm"] = (0.0, sign * p.shoulder_width / 2.0, 0.0)
-        places[f"{side}_forearm"] = (0.0, 0.0, -p.upper_arm)
+        places[f"{side}_upper_arm"] = (0.0, sign * SHOULDER_WIDTH / 2.0, 0.0)
+        places[f"{side}_forearm"] = (0.0, 0.0, -UPPER_ARM)
     return tuple(
         BodyPart(name, _parent(name), blob, pin.SE3(np.eye(3), np.array(places[name])))
         for name, blob in zip(names, blobs, strict=True)
