@@ -44,12 +44,12 @@ _PARTS: Final = ELBOWS | UPPER_ARMS | COLLARS | WRISTS | THIGHS
 _DECORATION: Final = frozenset({"bip", "biped", "bone", "b", "def", "j", "jnt", "joint", "mixamorig", "rig", "character", "skel"})
 
 
-def read_bvh(source: Path | str | bytes, name: str | None = None) -> SampledAngles:
+def read_bvh(source: Path | bytes, name: str = "") -> SampledAngles:
     """Return the motion of both arms in a BVH file, which starts at time 0.
 
     Args:
-        source: a path; or the file's content, as text with more than one line or as bytes.
-        name: of the file in messages; by default its path.
+        source: a path, or the file's content.
+        name: of the file in messages, if its content is given.
 
     Raises:
         BadInputFile: no such file, or not such a file; names the line, or the joints that were not found, and the remedy.
