@@ -9,7 +9,7 @@ from controllers.kinematics import Arm, Array, damped_solution
 from controllers.limits import bounded_task
 from controllers.tasks import TASK_DIMENSION, fill_place_task, hold, pose_error, position_error
 from scenes.arm_tasks.arm_task import Memory
-from scenes.guide import FOLLOW_GAIN, pull, shortened
+from scenes.guide import ELBOW_DAMPING, FOLLOW_GAIN, elbow_motion, pull, shortened
 from scenes.room import World
 from scenes.settings import RunSettings
 from scenes.targets import HandTarget, JointTarget, LinkTarget, PairTarget, Target
@@ -18,9 +18,6 @@ Path = Callable[[float, Array], tuple[Array, Array]]
 """(time [s], place at the start (3,)) → place (3,) [m] and its velocity (3,) [m/s]."""
 
 _STILL: Final = np.zeros(3)
-
-ELBOW_DAMPING: Final = 0.05
-"""Damping of the elbow's pseudo-inverse [m/rad]."""
 
 SELF_MOTION_SPEED: Final = 0.6
 """Largest |q̇₀| with which the joints are led to a posture [rad/s]: a tenth of a millimetre of the hand's error at usual gains."""
@@ -83,10 +80,7 @@ class HoldTask:
         elif isinstance(target, HandTarget):
             self._carry(target, settings)
             if target.elbow is not None:
-                elbow = kinematics.joint_point(arm.elbow)
-                J_elbow = kinematics.point_jacobian(arm, arm.elbow, elbow)
-                way = shortened((target.elbow - elbow) * FOLLOW_GAIN, settings.hand_speed)
-                swing = damped_solution(J_elbow, way, ELBOW_DAMPING)
+                swing = elbow_motion(kinematics, arm, target.elbow, settings.hand_speed)
         elif isinstance(target, JointTarget):
             swing = shortened((target.positions - self._joints) * FOLLOW_GAIN, SELF_MOTION_SPEED)
         pose = self._pose
