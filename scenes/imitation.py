@@ -8,7 +8,7 @@ import numpy as np
 
 from controllers.kinematics import Array
 from scenes.arm_tasks.arm_task import Memory
-from scenes.arm_tasks.follow_task import JointFollower
+from scenes.arm_tasks.follow_task import JointFollower, JointSource
 from scenes.person.clips import REST, Clip
 from scenes.person.filter import AngleFilter
 from scenes.person.retarget import DRIVEN, Retargeter
@@ -111,7 +111,7 @@ class ImitatedPerson:
         self._time = -1.0
 
 
-class ImitatedArm:
+class ImitatedArm(JointSource):
     """One arm of an imitated person.
 
     Args:

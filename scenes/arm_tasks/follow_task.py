@@ -1,7 +1,5 @@
 """An arm that follows joint angles: the slave of a master, or one arm of a person's imitation (Fig. 4: direct control of the joints)."""
 
-from typing import Protocol
-
 import numpy as np
 
 from controllers.kinematics import Arm, Array
@@ -12,24 +10,22 @@ from scenes.settings import RunSettings
 from scenes.targets import Target
 
 
-class JointSource(Protocol):
-    """The model that is followed."""
+class JointSource:
+    """The model that is followed; one without a memory of its own only says its angles."""
 
     def begin(self) -> None:
         """Take the present state as where everything begins."""
-        ...
 
     def angles(self, target: Target | None, settings: RunSettings, time: float) -> tuple[Array, Array]:
         """Return q_d (n,) [rad] and its velocity (n,) [rad/s]."""
-        ...
+        raise NotImplementedError
 
     def memory(self) -> Memory:
         """Return everything that goes on to the next step, as copies."""
-        ...
+        return ()
 
     def remember(self, memory: Memory) -> None:
         """Go on from there."""
-        ...
 
 
 class JointFollower:
@@ -74,10 +70,11 @@ class JointFollower:
         self._model.remember(memory)
 
 
-class Master:
+class Master(JointSource):
     """The other arm, of which every joint is copied: q_d = q_s0 + S (q_m − q_m0), S the identity or the mirror's signs.
 
-    Where one arm has more joints than the other, its last ones have no partner: those of a slave stay as they are.
+    The rig's start postures correspond to each other, wherever the arms are when everything begins. Where one arm has more joints than
+    the other, its last ones have no partner: those of a slave stay as they are.
 
     Args:
         world: where.
@@ -91,22 +88,10 @@ class Master:
         count = min(len(self._master), len(self._slave))
         self._signs, self._same = (np.pad(s[:count], (0, len(self._slave) - count)) for s in (signs, np.ones_like(signs)))
         self._partner = np.minimum(np.arange(len(self._slave)), count - 1)
-        self._start = world.room.start
-        self._joints = master.joints, slave.joints
-        self._from, self._to = self._start[master.joints], self._start[slave.joints]
-
-    def begin(self) -> None:
-        """The rig's start postures correspond to each other, wherever the arms are now."""
+        self._from, self._to = world.room.start[master.joints], world.room.start[slave.joints]
 
     def angles(self, target: Target | None, settings: RunSettings, time: float) -> tuple[Array, Array]:
         """Return q_d (n,) [rad] and its velocity (n,), the master's of the last tick [rad/s]."""
         del target, time
         signs = self._signs if settings.following == "mirrored" else self._same
         return self._to + signs * (self._master - self._from)[self._partner], signs * self._speed[self._partner]
-
-    def memory(self) -> Memory:
-        """Return nothing: the master is read again at every tick."""
-        return ()
-
-    def remember(self, memory: Memory) -> None:
-        """Nothing to remember."""

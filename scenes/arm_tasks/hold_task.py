@@ -44,7 +44,8 @@ class HoldTask:
         """Where the hand should be (3,), world [m]."""
         self.place_rotation: Array = np.eye(3)
         """How it should be turned (3, 3)."""
-        self._home = self.place
+        self.home: Array = self.place
+        """Where the hand was when everything began (3,), world [m]; the path begins there."""
         self.path_began = -1.0
         """When the place began to move by itself [s]; −1 before that."""
         self._overdriven = overdriven
@@ -60,7 +61,7 @@ class HoldTask:
         """The place is where the hand is now."""
         self.place = self._pose.translation.copy()
         self.place_rotation = self._pose.rotation.copy()
-        self._home = self.place.copy()
+        self.home = self.place.copy()
         self.path_began = -1.0
 
     def nominal(self, target: Target | None, settings: RunSettings, time: float) -> Array:
@@ -71,7 +72,7 @@ class HoldTask:
             if self.path_began < 0.0:
                 # The way begins where the hand is, whenever it is chosen.
                 self.path_began = time
-            self.place, speed = self._path(time - self.path_began, self._home)
+            self.place, speed = self._path(time - self.path_began, self.home)
         swing: Array | None = None
         # A second person holds this arm; the first one does only where it is the only arm.
         target = target.second if isinstance(target, PairTarget) else target if self._movable else None
@@ -115,16 +116,11 @@ class HoldTask:
         if target.rotation is not None:
             self.place_rotation = target.rotation
 
-    @property
-    def home(self) -> Array:
-        """Where the hand was when everything began (3,), world [m]; the path begins there."""
-        return self._home
-
     def memory(self) -> Memory:
         """Return the place, how the hand is to be turned, and where the path begins."""
-        return self.place.copy(), self.place_rotation.copy(), self._home.copy(), np.array(self.path_began)
+        return self.place.copy(), self.place_rotation.copy(), self.home.copy(), np.array(self.path_began)
 
     def remember(self, memory: Memory) -> None:
         """Keep this place."""
-        self.place, self.place_rotation, self._home = (array.copy() for array in memory[:3])
+        self.place, self.place_rotation, self.home = (array.copy() for array in memory[:3])
         self.path_began = float(memory[3])
