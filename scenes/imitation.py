@@ -42,7 +42,7 @@ class Imitation(Scenario):
     def roles(self, world: World, settings: RunSettings) -> Roles:
         room = world.room
         imitated = ImitatedPerson(world)
-        followers = {side: JointFollower(world, room.arm(side), imitated.arm(i)) for i, side in enumerate(SIDES)}
+        followers = {side: JointFollower(world, room.arm(side), ImitatedArm(imitated, i)) for i, side in enumerate(SIDES)}
         own, other = room.arm(settings.guided), room.other(settings.guided)
         task, held = followers[SIDES[room.arms.index(other)]], followers[settings.guided]
         return Roles((followers["left"], followers["right"]), own, other, task, held, (task, held))
@@ -69,10 +69,6 @@ class ImitatedPerson:
         """q_d of both arms (2, n) [rad]."""
         self.speed: Array = np.zeros_like(start)
         """Their velocities (2, n) [rad/s]."""
-
-    def arm(self, side: int) -> "ImitatedArm":
-        """Return one arm as a model to follow; 0 is the left one."""
-        return ImitatedArm(self, side)
 
     def begin(self) -> None:
         """Begin at the room's start posture."""
@@ -101,13 +97,10 @@ class ImitatedPerson:
 
     def remember(self, memory: Memory) -> None:
         """Go on from there."""
-        self.desired[:], self.speed[:] = memory[0], memory[1]
-        rest = memory[2:]
-        for stage in self._filters:
-            kept = len(stage.memory())
-            stage.remember(rest[:kept])
-            rest = rest[kept:]
-        self._retargeter.remember(rest)
+        self.desired[:], self.speed[:] = memory[:2]
+        for stage, kept in zip(self._filters, (memory[2:6], memory[6:10]), strict=True):
+            stage.remember(kept)
+        self._retargeter.remember(memory[10:])
         self._time = -1.0
 
 
