@@ -4,7 +4,7 @@ import numpy as np
 
 from controllers.kinematics import Arm, Array
 from controllers.limits import bounded_task
-from scenes.arm_tasks.arm_task import Memory
+from scenes.arm_tasks.arm_task import ArmTask, Memory
 from scenes.room import World
 from scenes.settings import RunSettings
 from scenes.targets import Target
@@ -28,7 +28,7 @@ class JointSource:
         """Go on from there."""
 
 
-class JointFollower:
+class JointFollower(ArmTask):
     """q̇_n = q̇_d + K (q_d − q): eq. (7) with J = I.
 
     Args:
@@ -39,9 +39,7 @@ class JointFollower:
 
     def __init__(self, world: World, arm: Arm, model: JointSource) -> None:
         self.joints = arm.joints
-        self.squared_error = 0.0
-        self.desired: Array | None = world.positions[arm.joints].copy()
-        self.task_jacobian: Array | None = None
+        self.desired = world.positions[arm.joints].copy()
         self._positions = world.positions[arm.joints]
         self._box = world.bounds.part(arm.joints)
         self._model = model

@@ -8,7 +8,7 @@ import numpy as np
 from controllers.kinematics import Arm, Array, damped_solution
 from controllers.limits import bounded_task
 from controllers.tasks import TASK_DIMENSION, fill_place_task, hold, pose_error, position_error
-from scenes.arm_tasks.arm_task import Memory
+from scenes.arm_tasks.arm_task import ArmTask, Memory
 from scenes.guide import ELBOW_DAMPING, FOLLOW_GAIN, elbow_motion, pull, shortened
 from scenes.room import World
 from scenes.settings import RunSettings
@@ -23,7 +23,7 @@ SELF_MOTION_SPEED: Final = 0.6
 """Largest |q̇₀| with which the joints are led to a posture [rad/s]: a tenth of a millimetre of the hand's error at usual gains."""
 
 
-class HoldTask:
+class HoldTask(ArmTask):
     """q̇_n = J^#(ẋ_d + K e) + N q̇₀, eqs (7), (8): the hand is drawn to its place.
 
     Args:
@@ -37,9 +37,7 @@ class HoldTask:
 
     def __init__(self, world: World, arm: Arm, path: Path | None = None, movable: bool = False, overdriven: bool = False) -> None:
         self.joints = arm.joints
-        self.squared_error = 0.0
-        self.desired: Array | None = None
-        self.task_jacobian: Array | None = None
+        self._jacobian: Array | None = None
         self.place: Array = np.zeros(3)
         """Where the hand should be (3,), world [m]."""
         self.place_rotation: Array = np.eye(3)
@@ -56,6 +54,11 @@ class HoldTask:
         self._joints, self._hand = world.positions[arm.joints], self._pose.translation
         self._spatial = world.kinematics.jacobian[:, arm.joints]
         self._box = world.bounds.part(arm.joints)
+
+    @property
+    def task_jacobian(self) -> Array | None:
+        """J (m, n) of the hand's place or pose in the last `nominal`."""
+        return self._jacobian
 
     def begin(self) -> None:
         """The place is where the hand is now."""
@@ -97,7 +100,7 @@ class HoldTask:
             self.squared_error = x * x + y * y + z * z
             J = kinematics.hand_jacobian(arm, TASK_DIMENSION[task])
             dq = hold(J, error, gain, speed, swing)
-        self.task_jacobian = J
+        self._jacobian = J
         return bounded_task(dq, J, self._box, settings.bounds)
 
     def _pulled(self, target: LinkTarget, settings: RunSettings) -> Array | None:
