@@ -46,20 +46,7 @@ def found_postures(made: Robot, base: pin.SE3, other: pin.SE3, side: ArmName, ri
     if known is not None:
         return [known]
     away = other.translation - base.translation
-    return [q.copy() for q in _searched(made.key, _Place(base), _goal(made, base, away, side))]
-
-
-class _Place:
-    """A pose that can be a key of a cache."""
-
-    def __init__(self, pose: pin.SE3) -> None:
-        self.pose, self._key = pose, pose.homogeneous.tobytes()
-
-    def __hash__(self) -> int:
-        return hash(self._key)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Place) and self._key == other._key
+    return [q.copy() for q in _searched(made.key, base.homogeneous.tobytes(), _goal(made, base, away, side))]
 
 
 def arm_reach(made: Robot) -> float:
@@ -89,10 +76,10 @@ def _goal(made: Robot, base: pin.SE3, away: Array, side: ArmName) -> tuple[float
 
 
 @cache
-def _searched(key: str, place: _Place, goal: tuple[float, float, float]) -> tuple[Array, ...]:
-    """Return the postures, found from random ones; the same every time."""
+def _searched(key: str, place: bytes, goal: tuple[float, float, float]) -> tuple[Array, ...]:
+    """Return the postures, found from random ones; the same every time. `place`: the base's pose (4, 4), as a cache can have it."""
     made = robot(key)
-    model, data, base = made.model, made.model.createData(), place.pose
+    model, data, base = made.model, made.model.createData(), pin.SE3(np.frombuffer(place).reshape(4, 4))
     low, high = model.lowerPositionLimit + STOP, model.upperPositionLimit - STOP
     narrow = high < low
     low, high = np.where(narrow, (low + high) / 2.0, low), np.where(narrow, (low + high) / 2.0, high)
