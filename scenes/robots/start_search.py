@@ -93,20 +93,16 @@ def _searched(key: str, place: bytes, goal: tuple[float, float, float]) -> tuple
         pin.framesForwardKinematics(model, data, q)
         point = data.oMf[hand].translation
         heights = [float(base.act(data.oMi[j].translation)[2]) for j in range(made.shoulder, model.njoints)]
-        elbow = float(base.act(data.oMi[made.elbow].translation)[2])
-        shoulder, wrist = data.oMi[made.shoulder].translation, data.oMi[made.wrist].translation
-        straight = float(np.linalg.norm(wrist - shoulder)) / max(
-            float(np.linalg.norm(data.oMi[made.elbow].translation - shoulder))
-            + float(np.linalg.norm(wrist - data.oMi[made.elbow].translation)),
-            1e-9,
-        )
+        shoulder, elbow, wrist = (data.oMi[j].translation for j in (made.shoulder, made.elbow, made.wrist))
+        bent = float(np.linalg.norm(elbow - shoulder)) + float(np.linalg.norm(wrist - elbow))
+        straight = float(np.linalg.norm(wrist - shoulder)) / max(bent, 1e-9)
         # Its own foot, which the law does not know.
-        near = min(float(np.linalg.norm(data.oMi[made.wrist].translation[:2])), float(np.linalg.norm(point[:2])))
+        near = min(float(np.linalg.norm(wrist[:2])), float(np.linalg.norm(point[:2])))
         score = -6.0 * float(np.linalg.norm(point - target)) / reach
         score += 3.0 * float(np.linalg.svd(J, compute_uv=False)[2]) / reach
         score -= 4.0 * max(0.0, straight - 0.9) + 8.0 * max(0.0, 0.22 - near)
         score -= 8.0 * max(0.0, float(base.translation[2]) + 0.08 - min(heights))
-        score += 0.6 * min(elbow - float(base.translation[2]), 0.6)
+        score += 0.6 * min(float(base.act(elbow)[2]) - float(base.translation[2]), 0.6)
         return score - 0.05 * float(np.abs(q).mean())
 
     random = np.random.default_rng(5)
