@@ -73,10 +73,6 @@ class Guide:
         self._placed = [view for M in placed for view in (M.rotation.T.reshape(-1), M.translation)]
         self._placements = np.empty((len(ends), 12))
 
-    def reset(self) -> None:
-        """Come to rest at once."""
-        self.velocities[:] = 0.0
-
     def follow(
         self, target: HandTarget | JointTarget | LinkTarget | None, positions: Array, dt: float, top_speed: float
     ) -> Array:

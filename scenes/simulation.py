@@ -322,7 +322,7 @@ class Simulation:
         w_law = situation.approach
         w = w_law if near.row is near.pair_row else second.approach(near.pair_row)
         second.velocities[:] = bounded.velocities
-        return (second.squared_error, situation.pull, w, w_law, int(bounded.authority), bounded.joint, s)
+        return (second.tasks[0].squared_error, situation.pull, w, w_law, int(bounded.authority), bounded.joint, s)
 
     def _bound(self, group: AvoidanceGroup, row: Array, wanted: Array, lam: float, s: float) -> Bounded:
         """Return the velocities within the bounds that come nearest to what the law wants; s is the lever."""

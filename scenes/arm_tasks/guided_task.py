@@ -32,7 +32,7 @@ class GuidedTask(ArmTask):
 
     def begin(self) -> None:
         """Come to rest."""
-        self._guide.reset()
+        self._guide.velocities[:] = 0.0
 
     def nominal(self, target: Target | None, settings: RunSettings, time: float) -> Array:
         """Return q̇ (n,) of the person's hand on the arm [rad/s]; the array is reused."""
