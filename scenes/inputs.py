@@ -80,11 +80,6 @@ class Recorded:
         return self.stretches[-1].answers
 
     @property
-    def dt(self) -> float:
-        """Time step at the beginning [s]."""
-        return self.settings.dt
-
-    @property
     def begin(self) -> float:
         """Simulated time at the beginning [s]."""
         return self.snapshot.time

@@ -67,7 +67,7 @@ def test_what_is_set_and_taken_back_between_two_steps_changes_nothing(key: str, 
 def test_the_last_seconds_are_a_piece_of_their_own(scene: str) -> None:
     simulation, recorded = session(scene, "smooth_priority", 2.6, 1.6)
     table = simulation.history.table(recorded.steps)
-    for seconds in (0.004, 1.0, recorded.seconds - recorded.dt, recorded.seconds, math.inf):
+    for seconds in (0.004, 1.0, recorded.seconds - recorded.settings.dt, recorded.seconds, math.inf):
         piece = newest_piece(recorded, seconds)
         assert piece.steps == newest_steps(recorded, seconds)
         # Two time steps may not fill the time to the end.

@@ -38,7 +38,7 @@ def test_every_step_comes_back(runs: list[tuple[Target | None, int]]) -> None:
         simulation.time += simulation.settings.dt
     recorded = everything(log)
     assert recorded.steps == len(wanted)
-    assert recorded.seconds == pytest.approx(len(wanted) * recorded.dt)
+    assert recorded.seconds == pytest.approx(len(wanted) * recorded.settings.dt)
     assert all(same(a, b) for a, b in zip(recorded.targets(), wanted, strict=True))
 
 
