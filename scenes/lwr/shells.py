@@ -289,10 +289,18 @@ def _coarse(name: str, part: trimesh.Trimesh) -> trimesh.Trimesh:
 @functools.cache
 def link_glbs(palette: str, coarse: bool = False) -> tuple[bytes, ...]:
     """Links 0 … 7 as GLB files in one of the PALETTES; coarse ones are one mesh each, its colours on the vertices."""
+    palette_named(palette)
     key = glb.source_key([__file__, glb.__file__, surfaces.__file__, facts.__file__], palette, coarse)
     return glb.cached(
         f"lwr-{palette}-{coarse:d}", key, lambda: tuple(packed_glb(parts, palette, coarse) for parts in link_meshes(coarse))
     )
+
+
+def palette_named(name: str) -> glb.GlbPalette:
+    """The palette of that name, or a ValueError that names the valid ones."""
+    if name not in PALETTES:
+        raise ValueError(f"no palette {name!r}; there are {', '.join(PALETTES)}")
+    return PALETTES[name]
 
 
 def packed_glb(parts: Parts, palette: str, coarse: bool) -> bytes:
