@@ -49,7 +49,6 @@ class Kinematics:
 
     def __init__(self, model: pin.Model, arms: tuple[Arm, ...]) -> None:
         self.model = model
-        self.arms = arms
         self.data = model.createData()
         self.jacobian: Array = self.data.J
         """(6, nv), spatial, world axes and world origin: rows 0–2 linear, 3–5 angular."""

@@ -56,7 +56,7 @@ def read_bvh(source: Path | bytes, name: str = "") -> SampledAngles:
     """
     file = load_bvh(source, name)
     skeleton = _Skeleton(file)
-    places = file.positions(skeleton.joints())
+    places = file.positions({*skeleton.arm["left"], *skeleton.arm["right"], *skeleton.hips})
     shoulders, elbows, wrists = (
         np.stack([places[skeleton.arm[side][i]] for side in ("left", "right")], axis=1) for i in range(3)
     )
@@ -106,10 +106,6 @@ class _Skeleton:
         self._parts = [joint_part(joint.name) for joint in file.joints]
         self.arm: dict[ArmName, tuple[int, int, int]] = {"left": self._find_arm("left"), "right": self._find_arm("right")}
         self.hips = self._find_hips()
-
-    def joints(self) -> set[int]:
-        """Return all that must be placed."""
-        return {*self.arm["left"], *self.arm["right"], *self.hips}
 
     def _find_arm(self, side: ArmName) -> tuple[int, int, int]:
         elbow = self._named(side, ELBOWS)
