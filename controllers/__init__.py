@@ -1,6 +1,6 @@
 """The mathematics of one tick: numpy, Pinocchio and coal; knows no scene and no page.
 
-Every symbol used below this line is explained once, in `controllers.symbols`. The names in `_PUBLIC` are for notebooks:
+What a law is told, with symbols and units, is in `controllers.laws.situation`. The names in `_PUBLIC` are for notebooks:
 `from controllers import resting_distance`.
 """
 

@@ -4,7 +4,7 @@ import math
 
 
 def activation(distance: float, critical_distance: float, order: float) -> float:
-    """Return λ(d) = (d_m / d)^n for d ≥ d_m and 1 below, eq. (31).
+    """Return λ(d) = (d_m / d)^n for d ≥ d_m and 1 below, eq. (31): continuous at d_m, where its slope jumps from 0 to −n/d_m.
 
     Args:
         distance: d [m]; may be negative (overlap).
@@ -14,16 +14,6 @@ def activation(distance: float, critical_distance: float, order: float) -> float
     if distance <= critical_distance:
         return 1.0
     return (critical_distance / distance) ** order
-
-
-def activation_slope(distance: float, critical_distance: float, order: float) -> float:
-    """Return dλ/dd [1/m]: −n λ / d above d_m, 0 below.
-
-    The slope jumps from 0 to −n/d_m at d_m: λ is continuous there, its derivative is not.
-    """
-    if distance <= critical_distance:
-        return 0.0
-    return -order * activation(distance, critical_distance, order) / distance
 
 
 def buffered_activation(distance: float, critical_distance: float, influence_distance: float) -> float:

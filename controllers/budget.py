@@ -18,25 +18,10 @@ def distance_rate(lam: float, nominal_velocity: float, pull: float, approach: fl
     return lam * nominal_velocity - (1.0 - lam) * pull - approach
 
 
-def distance_rate_both(lam: float, nominal_velocity: float, pull_left: float, pull_right: float) -> float:
-    """Return ḋ [m/s] when both arms avoid each other: 2 λ v − (1 − λ)(u_L + u_R)."""
-    return 2.0 * lam * nominal_velocity - (1.0 - lam) * (pull_left + pull_right)
-
-
-def resting_activation(nominal_velocity: float, pull: float, approach: float = 0.0) -> float:
-    """Return λ* = (u + w) / (u + v), the activation at which ḋ = 0.
-
-    The value is not clipped: λ* > 1 says that no distance is kept (w > v), λ* ≤ 0 that nothing pulls together.
-    Returns nan when u + v = 0, where every λ is as good as any other.
-    """
-    scale = pull + nominal_velocity
-    return (pull + approach) / scale if scale != 0.0 else math.nan
-
-
 def resting_distance(
     critical_distance: float, order: float, nominal_velocity: float, pull: float, approach: float = 0.0
 ) -> float:
-    """Return d* = d_m [(u + v) / (u + w)]^(1/n), where line (R) comes to rest.
+    """Return d* = d_m [(u + v) / (u + w)]^(1/n), where line (R) comes to rest, with λ(d*) = (u + w) / (u + v).
 
     Returns inf when nothing pulls the bodies together (u + w ≤ 0): the law then pushes at any distance, ever more slowly.
     Returns nan when there is no stable rest: the obstacle is faster than v (w > v), and d falls at w − v for ever.
@@ -46,14 +31,6 @@ def resting_distance(
     if approach > nominal_velocity or pull + nominal_velocity <= 0.0:
         return math.nan
     return critical_distance * ((pull + nominal_velocity) / (pull + approach)) ** (1.0 / order)
-
-
-def holds_distance(nominal_velocity: float, approach: float) -> bool:
-    """Return whether w ≤ v, so that one avoiding arm keeps d ≥ d_law ≥ d_m for ever, whatever n, K and u: while J_d is regular, no joint
-    bound acts and d_law is differentiable along the motion. For the closest pair, the paper's own law, it fails where the arm slides
-    between two pairs; see `scenes.promise`.
-    """
-    return approach <= nominal_velocity
 
 
 def distance_loss_rate(nominal_velocity: float, approach: float) -> float:
@@ -70,17 +47,10 @@ def settling_time(critical_distance: float, order: float, nominal_velocity: floa
 def largest_step(critical_distance: float, order: float, nominal_velocity: float, pull: float) -> float:
     """Return the stability limit of explicit Euler, dt < 2 d_m / [n (v + u)] [s]; below half of it d does not overshoot.
 
-    This is the limit at d_m, where λ is steepest; `largest_step_at_rest` is the sharper one at a given rest.
+    This is the limit at d_m, where λ is steepest; the sharper one at a given rest is twice the `settling_time` there.
     """
     speed = order * (nominal_velocity + pull)
     return 2.0 * critical_distance / speed if speed > 0.0 else math.inf
-
-
-def largest_step_at_rest(
-    critical_distance: float, order: float, nominal_velocity: float, pull: float, approach: float = 0.0
-) -> float:
-    """Return the stability limit of explicit Euler around d*: twice the time constant there [s]."""
-    return 2.0 * settling_time(critical_distance, order, nominal_velocity, pull, approach)
 
 
 def largest_dead_time(settling: float, lag: float = 0.0) -> float:
@@ -107,11 +77,6 @@ def largest_dead_time_without_overshoot(settling: float) -> float:
     return settling / math.e
 
 
-def steps_late(dead_time: float, dt: float) -> int:
-    """Return how many time steps a dead time is: a command acts in the first step that begins so late or later."""
-    return math.ceil(dead_time / dt - 1e-6)
-
-
 def largest_share_of_step(steps: int) -> tuple[float, float]:
     """Return dt over the time constant of line (R) up to which explicit Euler does not overshoot, and below which it is stable.
 
@@ -120,11 +85,6 @@ def largest_share_of_step(steps: int) -> tuple[float, float]:
             short steps a T is at most 1/e and below π/2.
     """
     return (steps / (steps + 1.0)) ** steps / (steps + 1.0), 2.0 * math.sin(math.pi / (4.0 * steps + 2.0))
-
-
-def surprise_loss(approach: float, dead_time: float) -> float:
-    """Return w T [m]: what a rest loses to an obstacle that starts at once, before the robot's answer arrives."""
-    return approach * dead_time
 
 
 def far_bias_speed(distance: float, critical_distance: float, order: float, nominal_velocity: float) -> float:

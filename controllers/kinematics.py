@@ -1,4 +1,4 @@
-"""One Pinocchio model of all arms: poses, Jacobians, damped pseudo-inverse and null-space projector, eqs (1)–(6)."""
+"""One Pinocchio model of all arms: poses, Jacobians, damped pseudo-inverse, null-space projector and basis, eqs (1)–(6)."""
 
 import math
 from dataclasses import dataclass
@@ -49,7 +49,6 @@ class Kinematics:
 
     def __init__(self, model: pin.Model, arms: tuple[Arm, ...]) -> None:
         self.model = model
-        self.arms = arms
         self.data = model.createData()
         self.jacobian: Array = self.data.J
         """(6, nv), spatial, world axes and world origin: rows 0–2 linear, 3–5 angular."""
@@ -74,10 +73,6 @@ class Kinematics:
     def joint_point(self, joint: int) -> Array:
         """Return the origin (3,) of a joint frame in the world [m], a copy."""
         return self.data.oMi[joint].translation.copy()
-
-    def joint_rotation(self, joint: int) -> Array:
-        """Return the rotation (3, 3) of a joint frame in the world, a copy."""
-        return self.data.oMi[joint].rotation.copy()
 
     def point_jacobian(self, arm: Arm, joint: int, point: Array) -> Array:
         """Return the Jacobian (3, n) of a point (3,) [m], world, that moves with a joint of the arm [m/rad]."""
@@ -148,3 +143,34 @@ def pseudo_inverse(J: Array, damping: float = 0.0) -> Array:
 def null_space_projector(J: Array, damping: float = 0.0) -> Array:
     """Return N = I − J^# J (n, n), eq. (6)."""
     return np.eye(J.shape[1]) - pseudo_inverse(J, damping) @ J
+
+
+def null_space_basis(J: Array, before: Array | None = None) -> Array:
+    """Return orthonormal columns (n, n − m) that span the null space of J, also next to a singular posture.
+
+    At a singular posture the null space is larger; it is then cut down to the n − m directions that the task feels least.
+
+    Args:
+        J: of the task (m, n), m < n.
+        before: the basis of a posture nearby (n, n − m); the result is the basis nearest to it. None for any basis.
+    """
+    free = np.linalg.svd(J)[2][len(J) :].T
+    if before is None:
+        return free
+    # Orthogonal Procrustes problem: of all bases of this null space, the one with the least sum of squared differences.
+    left, _, right = np.linalg.svd(free.T.dot(before))
+    return free.dot(left).dot(right)
+
+
+def swing_and_turns(J: Array) -> Array:
+    """Return a basis (7, 4) of the null space of a hand's position: a motion that does not turn the hand, then three that turn it.
+
+    The turns are about the world's axes, as nearly as orthonormal columns can be.
+
+    Args:
+        J: of the hand's position and orientation (6, 7).
+    """
+    swing = null_space_basis(J)
+    turns = null_space_basis(np.vstack([J[:3], swing.T]))
+    left, _, right = np.linalg.svd(J[3:].dot(turns))
+    return np.column_stack([swing, turns.dot(right.T).dot(left.T)])

@@ -48,13 +48,11 @@ class Bounded(NamedTuple):
     Attributes:
         velocities: q̇ (n,) [rad/s].
         authority: FULL, or why the wanted distance rate cannot be reached.
-        shortfall: by how much it is missed, ≥ 0 [m/s].
         joint: index of the joint that costs the most of it, −1 if none does.
     """
 
     velocities: Array
     authority: Authority = Authority.FULL
-    shortfall: float = 0.0
     joint: int = -1
 
 
@@ -165,8 +163,8 @@ def bounded_row(nominal: Array, row: Array, rate: float, box: VelocityBox) -> Bo
     lost = np.abs(row) * box.lost_speed(sign * row)
     joint = int(np.argmax(lost))
     if lost[joint] > TOLERANCE:
-        return Bounded(velocities, Authority.STOP, missing, joint)
-    return Bounded(velocities, Authority.SPEED, missing, int(np.argmax(np.abs(row))))
+        return Bounded(velocities, Authority.STOP, joint)
+    return Bounded(velocities, Authority.SPEED, int(np.argmax(np.abs(row))))
 
 
 def shortened_row(wanted: Array, row: Array, box: VelocityBox) -> Bounded:
@@ -178,11 +176,10 @@ def shortened_row(wanted: Array, row: Array, box: VelocityBox) -> Bounded:
     """
     share, joint = box.largest_share(wanted)
     velocities = box.clip(share * wanted)
-    missing = (1.0 - share) * abs(float(row.dot(wanted)))
-    if missing <= TOLERANCE:
+    if (1.0 - share) * abs(float(row.dot(wanted))) <= TOLERANCE:
         return Bounded(velocities)
     at_stop = float(box.lost_speed(wanted)[joint]) > TOLERANCE
-    return Bounded(velocities, Authority.STOP if at_stop else Authority.SPEED, missing, joint)
+    return Bounded(velocities, Authority.STOP if at_stop else Authority.SPEED, joint)
 
 
 def bounded_task(wanted: Array, J: Array | None, box: VelocityBox, treatment: BoundsTreatment) -> Array:

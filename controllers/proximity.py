@@ -199,8 +199,10 @@ class ProximityDetector:
 
     def row(self, pair: int) -> Array:
         """Return J_d (nv,) of one pair at the last `detect`, a fresh array."""
-        row = np.empty(self._signs.shape[1])
-        self._fill_row(pair, row)
+        result, row = self._results[pair], np.empty(self._signs.shape[1])
+        px, py, pz = result.getNearestPoint1().tolist()
+        nx, ny, nz = result.normal.tolist()
+        pair_row(px, py, pz, nx, ny, nz, self.kinematics.jacobian, self._signs[pair], row)
         return row
 
     def rows(self) -> Array:
@@ -217,16 +219,6 @@ class ProximityDetector:
         """Return the closest points (3,) on the pair's first and second body, world [m]."""
         result = self._results[pair]
         return result.getNearestPoint1(), result.getNearestPoint2()
-
-    def direction(self, pair: int) -> Array:
-        """Return the unit vector (3,) from the pair's first to its second body at the last `detect`, a copy."""
-        return self._results[pair].normal.copy()
-
-    def _fill_row(self, pair: int, row: Array) -> None:
-        result = self._results[pair]
-        px, py, pz = result.getNearestPoint1().tolist()
-        nx, ny, nz = result.normal.tolist()
-        pair_row(px, py, pz, nx, ny, nz, self.kinematics.jacobian, self._signs[pair], row)
 
     def _fill_rows(self, rows: Array) -> None:
         points = np.concatenate([point() for point in self._first_points]).reshape(-1, 3)

@@ -54,7 +54,7 @@ class Analysis:
     `slowest_mode` do not, and are always those of the exact inverses.
 
     Attributes:
-        M: (1 + m, 1 + m) [1/s where the units agree], eq. (25), read-only.
+        M: (1 + m, 1 + m) [1/s where the units agree], eq. (25), read-only; M_bb is M[1:, 1:].
         activation: λ.
         gain_a, gain_b: K_a, K_b [1/s].
         joint_task: whether task b is a posture, J_b = I.
@@ -86,26 +86,6 @@ class Analysis:
     survival: float
 
     @property
-    def M_aa(self) -> Array:
-        """(1, 1): how avoidance brings its own error down."""
-        return self.M[:1, :1]
-
-    @property
-    def M_ab(self) -> Array:
-        """(1, m): what the task does to avoidance."""
-        return self.M[:1, 1:]
-
-    @property
-    def M_ba(self) -> Array:
-        """(m, 1): what avoidance does to the task."""
-        return self.M[1:, :1]
-
-    @property
-    def M_bb(self) -> Array:
-        """(m, m): how the task brings its own error down."""
-        return self.M[1:, 1:]
-
-    @property
     def independent(self) -> bool:
         """Whether rank J_a + rank J_b = rank [J_a; J_b], eq. (14); otherwise dependent, eq. (15)."""
         return self.rank_stack == self.rank_a + self.rank_b
@@ -124,7 +104,8 @@ class Analysis:
         """
         least = self.smallest_eigenvalue
         if self.activation == 0.0:
-            least = float(np.linalg.eigvalsh(0.5 * (self.M_bb + self.M_bb.T))[0])
+            M_bb = self.M[1:, 1:]
+            least = float(np.linalg.eigvalsh(0.5 * (M_bb + M_bb.T))[0])
         return least > 1e-9 * max(self.gain_a, self.gain_b)
 
     def error(self, nominal_velocity: float, task_error: Array) -> Array:
@@ -148,18 +129,6 @@ class Analysis:
         True for the moment if both targets and the obstacle are at rest and no bound changes the law's velocity.
         """
         return -float(error.dot(self.M.dot(error)))
-
-    def task_error_rate(self, error: Array, entries: slice = slice(None)) -> float:
-        """Return d|e_b|/dt for e (1 + m,), on the conditions of `lyapunov_rate`.
-
-        Args:
-            entries: which of e_b's entries count, such as slice(3) for the position of a pose.
-        """
-        rates = -self.M.dot(error)[1:][entries]
-        e_b = error[1:][entries]
-        length = math.sqrt(float(e_b.dot(e_b)))
-        # An error of 0 can only grow.
-        return float(e_b.dot(rates)) / length if length > 0.0 else math.sqrt(float(rates.dot(rates)))
 
 
 def analyse(row: Array, task_jacobian: Array | None, lam: float, gain_a: float, gain_b: float, damped: bool = False) -> Analysis:

@@ -42,11 +42,6 @@ class AvoidanceGroup:
         first = self.joints.start
         return self.nominal[task.joints.start - first : task.joints.stop - first]
 
-    @property
-    def squared_error(self) -> float:
-        """Of the first task's task."""
-        return self.tasks[0].squared_error
-
     def approach(self, row: Array) -> float:
         """Return w along a row (nv,): the speed at which the others come closer [m/s]."""
         w = 0.0

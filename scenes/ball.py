@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from controllers.kinematics import Arm, Array
-from scenes.arm_tasks.arm_task import Memory
+from scenes.arm_tasks.arm_task import ArmTask, Memory
 from scenes.arm_tasks.hold_task import HoldTask
 from scenes.given_choices import makes
 from scenes.guide import FOLLOW_GAIN, SMOOTHING_TIME, shortened
@@ -139,7 +139,7 @@ class BallSwing:
         return BallTarget(self._middle + way)
 
 
-class BallTask:
+class BallTask(ArmTask):
     """Goes where the person wants it, at no more than a person's speed.
 
     Args:
@@ -150,9 +150,6 @@ class BallTask:
         columns = world.room.ball
         assert columns is not None
         self.joints = columns
-        self.squared_error = 0.0
-        self.desired: Array | None = None
-        self.task_jacobian: Array | None = None
         self._positions = world.positions[columns]
         self._box = world.bounds.part(columns)
         self._velocities = np.zeros(3)

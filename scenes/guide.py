@@ -29,6 +29,9 @@ POSTURE_GAIN: Final = 0.6
 GUIDE_DAMPING: Final = 0.03
 """Damping of the guided arm's pseudo-inverse [m/rad]: a person feels a singular posture as stiffness, not as a jump."""
 
+ELBOW_DAMPING: Final = 0.05
+"""Damping of the elbow's pseudo-inverse [m/rad]."""
+
 PULL_DAMPING: Final = 0.1
 """μ of a pulled link [m/rad]: pulls go beyond the reach, and an arm stretched out by one must not tremble."""
 
@@ -69,10 +72,6 @@ class Guide:
         # Live views of Pinocchio's memory.
         self._placed = [view for M in placed for view in (M.rotation.T.reshape(-1), M.translation)]
         self._placements = np.empty((len(ends), 12))
-
-    def reset(self) -> None:
-        """Come to rest at once."""
-        self.velocities[:] = 0.0
 
     def follow(
         self, target: HandTarget | JointTarget | LinkTarget | None, positions: Array, dt: float, top_speed: float
@@ -118,9 +117,7 @@ class Guide:
         J = kinematics.hand_jacobian(arm, len(task))
         free = (self.posture - positions) * POSTURE_GAIN
         if target.elbow is not None:
-            elbow = kinematics.joint_point(arm.elbow)
-            J_elbow = kinematics.point_jacobian(arm, arm.elbow, elbow)
-            free = damped_solution(J_elbow, shortened((target.elbow - elbow) * FOLLOW_GAIN, top_speed), 0.05)
+            free = elbow_motion(kinematics, arm, target.elbow, top_speed)
         fill_inside_box(J, task, free, self.box.lower, self.box.upper, self._wish)
         return self._wish
 
@@ -267,6 +264,13 @@ def pull(kinematics: Kinematics, arm: Arm, target: LinkTarget, top_speed: float)
     point = kinematics.data.oMi[joint].act(target.offset)
     way = shortened((target.position - point) * FOLLOW_GAIN, top_speed)
     return kinematics.point_jacobian(arm, joint, point), way
+
+
+def elbow_motion(kinematics: Kinematics, arm: Arm, place: Array, top_speed: float) -> Array:
+    """Return q̇₀ (n,) [rad/s] that brings the elbow to where a person pulls it (3,) [m]."""
+    elbow = kinematics.joint_point(arm.elbow)
+    J = kinematics.point_jacobian(arm, arm.elbow, elbow)
+    return damped_solution(J, shortened((place - elbow) * FOLLOW_GAIN, top_speed), ELBOW_DAMPING)
 
 
 def shortened(vector: Array, longest: float) -> Array:

@@ -67,7 +67,8 @@ class Sensing:
         """
         world, law, hardware = self._world, settings.law, settings.hardware
         if hardware.frame_rate > 0.0:
-            frame = _frame(hardware, time)
+            # The newest frame; the slack is for times that are sums of many time steps.
+            frame = int(time * hardware.frame_rate + 1e-6)
             if frame != self._frame:
                 self._frame, self._held = frame, world.positions.copy()
             world.kinematics.update(self._held)
@@ -86,11 +87,6 @@ class Sensing:
         self._held, self._frame = memory[0].copy(), int(memory[1])
 
 
-def _frame(hardware: HardwareSettings, time: float) -> int:
-    """Return the number of the newest frame; the slack is for times that are sums of many time steps."""
-    return int(time * hardware.frame_rate + 1e-6)
-
-
 LONGEST: Final = specs(HardwareSettings)["dead"].high
 """Longest dead time [s]; commands are kept for as long, so that a change of the dead time finds what was commanded then."""
 
@@ -103,14 +99,12 @@ class Actuation:
 
     def __init__(self, joints: int) -> None:
         self._joints = joints
-        self._times: list[float] = []
-        self._commands: list[Array] = []
-        self._end = np.empty(0)
+        self.clear()
 
     def clear(self) -> None:
         """Forget all commands."""
-        self._times.clear()
-        self._commands.clear()
+        self._times: list[float] = []
+        self._commands: list[Array] = []
         self._end = np.empty(0)
 
     def reached(self, hardware: HardwareSettings, command: Array, before: Array, time: float, dt: float) -> Array:

@@ -84,8 +84,7 @@ class History:
 
     def __init__(self, capacity: int, joints: int) -> None:
         self._rows = np.full((min(capacity, _FIRST_ROWS), _HEAD + 3 * joints), np.nan)
-        self._capacity, self._joints = capacity, joints
-        self._with_second = False
+        self._capacity, self._with_second = capacity, False
         self._middle, self._end = _HEAD + joints, _HEAD + 2 * joints
         self.count = 0
         """Steps recorded since the last `clear`; may exceed what is kept."""

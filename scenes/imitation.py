@@ -8,10 +8,11 @@ import numpy as np
 
 from controllers.kinematics import Array
 from scenes.arm_tasks.arm_task import Memory
-from scenes.arm_tasks.follow_task import JointFollower
+from scenes.arm_tasks.follow_task import JointFollower, JointSource
 from scenes.person.clips import REST, Clip
 from scenes.person.filter import AngleFilter
-from scenes.person.retarget import DRIVEN, Retargeter, natural_pose
+from scenes.person.retarget import DRIVEN, Retargeter
+from scenes.person.source import PersonTarget
 from scenes.rigs import FIELD_OF_VIEW, Camera
 from scenes.roles import Roles, Scenario, TargetSource
 from scenes.room import SIDES, Room, World, build_room
@@ -27,7 +28,7 @@ def build_imitation_room() -> Room:
     """Return the torso with two LWRs, their elbows at the sides like a person's, built once; no other room or robot fits a person."""
     room = build_room("torso")
     start = room.start.copy()
-    for arm, joints in zip(room.arms, natural_pose(REST), strict=True):
+    for arm, joints in zip(room.arms, Retargeter(room.rig).joints(REST), strict=True):
         start[arm.joints.start : arm.joints.start + DRIVEN] = joints
     return replace(room, start=start, rig=replace(room.rig, camera=CAMERA))
 
@@ -41,24 +42,13 @@ class Imitation(Scenario):
     def roles(self, world: World, settings: RunSettings) -> Roles:
         room = world.room
         imitated = ImitatedPerson(world)
-        followers = {side: JointFollower(world, room.arm(side), imitated.arm(i)) for i, side in enumerate(SIDES)}
+        followers = {side: JointFollower(world, room.arm(side), ImitatedArm(imitated, i)) for i, side in enumerate(SIDES)}
         own, other = room.arm(settings.guided), room.other(settings.guided)
         task, held = followers[SIDES[room.arms.index(other)]], followers[settings.guided]
         return Roles((followers["left"], followers["right"]), own, other, task, held, (task, held))
 
     def source(self, world: World, settings: RunSettings) -> TargetSource:
-        return ClipPerson(settings)
-
-
-class ClipPerson:
-    """Makes the gestures of a built-in clip. `settings`: which clip, and which person by the seed."""
-
-    def __init__(self, settings: RunSettings) -> None:
-        self._clip = Clip(settings.clip, settings.seed)
-
-    def target(self, time: float) -> AnglesTarget:
-        """Return how the person's arms are at a time [s]."""
-        return AnglesTarget(self._clip.angles(time))
+        return PersonTarget(Clip(settings.clip, settings.seed))
 
 
 class ImitatedPerson:
@@ -79,15 +69,6 @@ class ImitatedPerson:
         """q_d of both arms (2, n) [rad]."""
         self.speed: Array = np.zeros_like(start)
         """Their velocities (2, n) [rad/s]."""
-
-    @property
-    def lost_for(self) -> float:
-        """Time since the person was last seen [s]; 0 while the person is seen."""
-        return self._filters[0].lost_for
-
-    def arm(self, side: int) -> "ImitatedArm":
-        """Return one arm as a model to follow; 0 is the left one."""
-        return ImitatedArm(self, side)
 
     def begin(self) -> None:
         """Begin at the room's start posture."""
@@ -116,17 +97,14 @@ class ImitatedPerson:
 
     def remember(self, memory: Memory) -> None:
         """Go on from there."""
-        self.desired[:], self.speed[:] = memory[0], memory[1]
-        rest = memory[2:]
-        for stage in self._filters:
-            kept = len(stage.memory())
-            stage.remember(rest[:kept])
-            rest = rest[kept:]
-        self._retargeter.remember(rest)
+        self.desired[:], self.speed[:] = memory[:2]
+        for stage, kept in zip(self._filters, (memory[2:6], memory[6:10]), strict=True):
+            stage.remember(kept)
+        self._retargeter.remember(memory[10:])
         self._time = -1.0
 
 
-class ImitatedArm:
+class ImitatedArm(JointSource):
     """One arm of an imitated person.
 
     Args:

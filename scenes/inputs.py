@@ -80,11 +80,6 @@ class Recorded:
         return self.stretches[-1].answers
 
     @property
-    def dt(self) -> float:
-        """Time step at the beginning [s]."""
-        return self.settings.dt
-
-    @property
     def begin(self) -> float:
         """Simulated time at the beginning [s]."""
         return self.snapshot.time
@@ -176,14 +171,8 @@ class InputsLog:
         self._answers: list[bytes] = []
 
     @property
-    def seconds(self) -> float:
-        """How much simulated time is kept [s]."""
-        open_steps = sum(self._counts)
-        return self._seconds + (open_steps * self._settings.dt if self._settings and open_steps else 0.0)
-
-    @property
     def nbytes(self) -> int:
-        """How much memory that takes, about [B]."""
+        """How much memory it takes, about [B]."""
         return self._nbytes + (len(self._codes) + len(self._answers)) * _OPEN_BYTES
 
     def record(self, simulation: Simulation, target: Target | None) -> None:
@@ -225,20 +214,15 @@ class InputsLog:
             self._turn = simulation.steps + max(round(CHAPTER / simulation.settings.dt), 1)
             self._forget_oldest()
 
-    def _packed(self) -> PackedTargets:
-        return PackedTargets(
-            np.array(self._codes, np.uint8),
-            np.array(self._counts, np.uint32),
-            np.frombuffer(b"".join(self._numbers), np.float64),
-        )
-
     def _open_stretch(self) -> Stretch:
         assert self._settings is not None
+        numbers = np.frombuffer(b"".join(self._numbers), np.float64)
+        targets = PackedTargets(np.array(self._codes, np.uint8), np.array(self._counts, np.uint32), numbers)
         answers = None
         if self._law is not None:
             rows = np.frombuffer(b"".join(self._answers)).reshape(len(self._answers), -1)
             answers = LawAnswers(self._law.file, self._law.sha256, rows)
-        return Stretch(self._settings, self._packed(), answers)
+        return Stretch(self._settings, targets, answers)
 
     def _close_stretch(self) -> None:
         if not self._codes:

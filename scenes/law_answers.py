@@ -3,12 +3,12 @@
 from bisect import bisect_right
 from collections.abc import Sequence
 from itertools import accumulate
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from controllers.kinematics import Array
-from controllers.laws.situation import Situation
+from controllers.laws.situation import Law, Situation
 from scenes.simulation import Simulation
 
 
@@ -25,15 +25,13 @@ class LawAnswers(NamedTuple):
     rows: Array
 
 
-class LawOfFile:
-    """A law (see `controllers.laws.situation.Law`) of a person's own file: known by its answers alone, not by settings.
+class LawOfFile(Law):
+    """A law of a person's own file: known by its answers alone, not by settings.
 
     Attributes:
         file, sha256: as in `LawAnswers`.
     """
 
-    wants_task: ClassVar[bool] = False
-    wants_all_pairs: ClassVar[bool] = False
     file: str
     sha256: str
 

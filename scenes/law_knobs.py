@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Final
 
 from scenes.headless import Summary, run
@@ -129,9 +130,7 @@ def sought(distance: Callable[[float], float], ends: tuple[float, float], wanted
         for value in (low + (high - low) * (i / (_FIRST_LOOK - 1)) ** 2 for i in range(_FIRST_LOOK))
     }
     best = min(found, key=lambda value: abs(found[value]))
-    between = next(
-        ((a, b) for a, b in zip(list(found), list(found)[1:], strict=False) if (found[a] < 0.0) != (found[b] < 0.0)), None
-    )
+    between = next(((a, b) for a, b in pairwise(found) if (found[a] < 0.0) != (found[b] < 0.0)), None)
     while between is not None and abs(found[best]) > MATCH and len(found) < MOST_RERUNS:
         low, high = between
         middle = (low + high) / 2.0

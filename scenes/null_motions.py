@@ -4,8 +4,7 @@ from typing import Final
 
 import numpy as np
 
-from controllers.kinematics import Arm, Array, Kinematics, pseudo_inverse
-from controllers.null_space_basis import null_space_basis, swing_and_turns
+from controllers.kinematics import Arm, Array, Kinematics, null_space_basis, pseudo_inverse, swing_and_turns
 from scenes.room import Room
 
 MOTIONS: Final = 4

@@ -130,7 +130,8 @@ def run_verdict(seed: int, index: int, seconds: float = SECONDS) -> RunVerdict:
     faster = (np.abs(dq) - model.velocityLimit).max()
     if faster > ROUNDING:
         faults.append(f"a joint is faster than it may be by {faster:.3g} rad/s or m/s")
-    over = _over(table)
+    met = table[table[:, COLUMN["pair"]] >= 0.0]
+    over = float((met[:, COLUMN["law_d"]] - met[:, COLUMN["d"]]).max(initial=-np.inf))
     if over > ROUNDING and not settings.hardware.sees_wrong:
         faults.append(f"d_law is larger than d by {over:.3g} m")
     if not promised or settings.hardware != HardwareSettings():
@@ -166,9 +167,3 @@ def explained(excesses: tuple[float, ...]) -> bool:
         return True
     later = enumerate(excesses[worst + 1 :], 1)
     return len(excesses) > worst + 2 and all(excess <= max(SLACK * excesses[worst] / 2**k, EXCESS) for k, excess in later)
-
-
-def _over(table: Array) -> float:
-    """Return by how much d_law is larger than d at most [m]; −inf where nothing can be met."""
-    met = table[table[:, COLUMN["pair"]] >= 0.0]
-    return float((met[:, COLUMN["law_d"]] - met[:, COLUMN["d"]]).max(initial=-np.inf))

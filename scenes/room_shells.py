@@ -13,7 +13,7 @@ import numpy as np
 
 from scenes import glb, rigs, surfaces
 from scenes.glb import Material
-from scenes.rigs import ALONE, RIGS, TABLE_HEIGHT, TABLE_SEPARATION, Rig
+from scenes.rigs import ALONE, RIGS, TABLE_HEIGHT, Rig
 from scenes.surfaces import Array, join, moved, revolve, rounded, smooth_max, smooth_min, thinned_mesh
 
 if TYPE_CHECKING:
@@ -78,20 +78,8 @@ def torso_meshes(coarse: bool = False) -> dict[str, trimesh.Trimesh]:
     heart = np.array([-0.028, 0.0, 0.875])
     column_top = heart[2] - 0.095
     foot = turned([(0, 0.0), (0.235, 0.0), (0.235, 0.012), (0.215, 0.022), (0.0, 0.022)], 0.008, 4, 72)
-    column = turned(
-        [
-            (0.098, 0.020),
-            (0.094, 0.030),
-            (0.066, 0.060),
-            (0.056, 0.20),
-            (0.050, 0.55),
-            (0.050, column_top - 0.03),
-            (0.050, column_top),
-        ],
-        0.05,
-        4,
-        44,
-    )
+    taper = [(0.098, 0.020), (0.094, 0.030), (0.066, 0.060), (0.056, 0.20)]
+    column = turned([*taper, (0.050, 0.55), (0.050, column_top - 0.03), (0.050, column_top)], 0.05, 4, 44)
     collar = turned([(0.040, -0.010), (0.0585, -0.010), (0.0585, 0.012), (0.040, 0.012)], 0.002, 3, 44)
     flange = turned([(0.06, -0.016), (0.079, -0.016), (0.079, 0.0), (0.0, 0.0)], 0.003, 3, 56)
     groove = turned([(0.060, -0.0195), (0.0745, -0.0195), (0.0745, -0.0155), (0.060, -0.0155)], 0.001, 1, 56)
@@ -146,7 +134,7 @@ def torso_glb(coarse: bool = False) -> bytes:
 
 
 @functools.cache
-def table_glb(separation: float = TABLE_SEPARATION, coarse: bool = False, plates: int = 2) -> bytes:
+def table_glb(separation: float, coarse: bool = False, plates: int = 2) -> bytes:
     """The bench of the rig "table", for bases at x = ± half the separation [m], facing each other, or (`plates` = 1) only for the
     left one; `coarse` as above."""
     name = f"table-{separation:.3f}-{plates}-{coarse:d}"
@@ -159,16 +147,8 @@ def stands_glb(feet: tuple[tuple[float, float, float], ...], coarse: bool = Fals
     columns = []
     for x, y, z in feet:
         if z > 0.05:
-            foot = [
-                (0.0, 0.0),
-                (0.16, 0.0),
-                (0.16, 0.015),
-                (0.05, 0.02),
-                (0.05, z - 0.012),
-                (0.10, z - 0.012),
-                (0.10, z),
-                (0.0, z),
-            ]
+            post = [(0.05, 0.02), (0.05, z - 0.012), (0.10, z - 0.012), (0.10, z)]
+            foot = [(0.0, 0.0), (0.16, 0.0), (0.16, 0.015), *post, (0.0, z)]
         else:
             foot = [(0.0, 0.0), (0.16, 0.0), (0.16, max(z, 0.002)), (0.0, max(z, 0.002))]
         columns.append(moved(revolve(foot, FEW if coarse else 56), shift=(x, y, 0.0)))
@@ -190,13 +170,10 @@ def _key(*more: object) -> str:
 def furniture_glb(rig: Rig, coarse: bool) -> bytes:
     """Return what the arms of a rig stand on; coarse for a browser without a graphics card."""
     if rig.name == "torso":
-        return torso_glb(coarse=coarse)
+        return torso_glb(coarse)
     if rig.name != "table":
-        feet = (rig.left_base, rig.right_base)
-        return stands_glb(tuple((float(x), float(y), float(z)) for x, y, z in (foot.translation for foot in feet)), coarse=coarse)
+        feet = (rig.left_base.translation, rig.right_base.translation)
+        return stands_glb(tuple((float(x), float(y), float(z)) for x, y, z in feet), coarse)
     if rig is ALONE:
-        return table_glb(-2.0 * float(ALONE.left_base.translation[0]), coarse=coarse, plates=1)
-    if rig is RIGS["table"]:
-        return table_glb(coarse=coarse)
-    # Short arms stand nearer.
-    return table_glb(float(rig.right_base.translation[0] - rig.left_base.translation[0]), coarse=coarse)
+        return table_glb(-2.0 * float(ALONE.left_base.translation[0]), coarse, plates=1)
+    return table_glb(float(rig.right_base.translation[0] - rig.left_base.translation[0]), coarse)

@@ -105,8 +105,6 @@ class Simulation:
         self._asked = [(m, nominals.get(m.joints.start, self.velocities[m.joints])) for m in tasks]
         self._by_person = [(m, wanted) for m, wanted in self._asked if m.joints.start not in nominals]
         self._by_controller = [(m, wanted) for m, wanted in self._asked if m.joints.start in nominals]
-        self.bounded = Bounded(np.zeros(self._groups[0].velocities.shape))
-        """What the first avoiding arm did in the last step, and why not more."""
         self.bound_bites = False
         """Whether a law's velocity was outside its arm's bounds in the last step."""
 
@@ -257,7 +255,7 @@ class Simulation:
         self.answers = lam, wanted
         self.bound_bites = False
         s = _lever(situation.row)
-        self.bounded = bounded = self._bound(first, situation.row, wanted, lam, s)
+        bounded = self._bound(first, situation.row, wanted, lam, s)
         second = self._second_keeps_clear(law, near, lam, error) if len(self._groups) > 1 else None
         first.velocities[:] = bounded.velocities
         return (
@@ -324,7 +322,7 @@ class Simulation:
         w_law = situation.approach
         w = w_law if near.row is near.pair_row else second.approach(near.pair_row)
         second.velocities[:] = bounded.velocities
-        return (second.squared_error, situation.pull, w, w_law, int(bounded.authority), bounded.joint, s)
+        return (second.tasks[0].squared_error, situation.pull, w, w_law, int(bounded.authority), bounded.joint, s)
 
     def _bound(self, group: AvoidanceGroup, row: Array, wanted: Array, lam: float, s: float) -> Bounded:
         """Return the velocities within the bounds that come nearest to what the law wants; s is the lever."""
@@ -336,13 +334,6 @@ class Simulation:
         if lam > 0.5 and s < FIRM_LEVER and bounded.authority is Authority.FULL:
             return bounded._replace(authority=Authority.LEVERAGE)
         return bounded
-
-    def nominal(self) -> Array:
-        """Return q̇_n of the tasks alone in the last step (nv,) [rad/s]; for joints that do not avoid, the velocity itself."""
-        wanted = self.velocities.copy()
-        for group in self._groups:
-            wanted[group.joints] = group.nominal
-        return wanted
 
     def snapshot(self) -> Snapshot:
         """Return the present state."""

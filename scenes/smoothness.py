@@ -67,26 +67,6 @@ class StepStudy:
         mean = (finest / max(first, STILL)) ** (1.0 / (len(self.largest) - 1))
         return "smooth" if max(last, mean) <= SMOOTH else "between"
 
-    @property
-    def words(self) -> str:
-        """The verdict as a sentence."""
-        first, *_, finest = (step or 0.0 for step in self.largest)
-        match self.verdict:
-            case "measuring":
-                return "Measuring …"
-            case "still":
-                return "Nothing moved that keeps clear."
-            case "smooth":
-                return "Smooth: half the time step, half the largest step."
-            case "jump":
-                return f"A jump of {finest:.2g} rad/s: it stays, however small the time step."
-            case _:
-                parts = self.dts[0] / self.dts[-1]
-                return (
-                    f"Between: at dt/{parts:.0f}, {100.0 * finest / first:.0f} % of the largest step are left; "
-                    f"{100.0 / parts:.0f} % would be smooth, 100 % a jump."
-                )
-
 
 def unmeasured(recorded: Recorded, settings: RunSettings) -> StepStudy:
     """Return the measures of a recorded piece of a run, with some settings."""

@@ -218,29 +218,15 @@ TRADE_OFF_VELOCITIES: Final = (0.1, 0.2, 0.3, 0.45, 0.7)
 """[m/s]"""
 
 
-def trade_off(
-    settings: RunSettings,
-    seconds: float = 12.0,
-    orders: Sequence[float] = TRADE_OFF_ORDERS,
-    velocities: Sequence[float] = TRADE_OFF_VELOCITIES,
-) -> Iterator[TradeOff]:
-    """Yield distance against error over a grid of n and v a point a run, spread so that the first show the whole map.
+def trade_off(settings: RunSettings, seconds: float, order: float) -> Iterator[TradeOff]:
+    """Yield distance against error at one n and every v of the map, a point a run.
 
     Args:
         settings: everything but n and v.
         seconds: simulated time of a point.
+        order: n.
     """
-    grid = Grid(settings, (Axis("n", tuple(orders)), Axis("v", tuple(velocities))), seconds)
-    points = grid.points()
-    for index in spread(len(points)):
-        order, velocity = points[index]
-        summary = run(grid.at(points[index]), seconds).summary
+    settings = changed(settings, "n", order)
+    for velocity in TRADE_OFF_VELOCITIES:
+        summary = run(changed(settings, "v", velocity), seconds).summary
         yield TradeOff(order, velocity, summary.d_min, summary.e2_max)
-
-
-def spread(count: int) -> list[int]:
-    """Return 0 … count − 1, each once, in an order in which the first few already lie all over the range."""
-    stride = max(1, round(count * 0.381966))
-    while math.gcd(stride, count) != 1:
-        stride += 1
-    return [i * stride % count for i in range(count)]

@@ -9,7 +9,6 @@ from controllers.kinematics import Array, Kinematics
 from scenes.arm_tasks.follow_task import JointFollower, Master
 from scenes.arm_tasks.guided_task import GuidedTask
 from scenes.arm_tasks.hold_task import HoldTask
-from scenes.robots import Robot
 from scenes.roles import Roles, Scenario, TargetSource
 from scenes.room import Room, World, build_room
 from scenes.settings import ArmName, RunSettings
@@ -43,7 +42,9 @@ class MasterSlave(Hold):
         master, slave = room.arm(settings.guided), room.other(settings.guided)
         made = room.robots[room.arms.index(master)]
         held = GuidedTask(world, master, made)
-        follower = JointFollower(world, slave, Master(world, master, slave, mirror_signs(_axes(made))))
+        data = made.model.createData()
+        axes = pin.computeJointJacobians(made.model, data, pin.neutral(made.model))[3:].copy()
+        follower = JointFollower(world, slave, Master(world, master, slave, mirror_signs(axes)))
         return Roles((held, follower), master, slave, follower, held, (follower, held))
 
 
@@ -55,11 +56,6 @@ def mirror_signs(axes: Array) -> Array:
             about an axis that lies in it.
     """
     return 1.0 - 2.0 * (abs(axes[1]) < 0.5)
-
-
-def _axes(robot: Robot) -> Array:
-    data = robot.model.createData()
-    return pin.computeJointJacobians(robot.model, data, pin.neutral(robot.model))[3:].copy()
 
 
 SPEED_RANGE: Final = (0.10, 0.22)

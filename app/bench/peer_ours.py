@@ -8,21 +8,18 @@ import numpy as np
 
 from app.bench.peer_method import PEER_GAIN, Baked, Method, PairDistances
 from controllers.kinematics import Array
-from scenes.arm_tasks.arm_task import Memory
+from scenes.arm_tasks.arm_task import ArmTask, Memory
 from scenes.laws import BARRIER_LAW, DEFAULT_LAW
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 from scenes.targets import Target
 
 
-class BakedArm:
-    """The guided arm, moving as it did: an `ArmTask` for `Simulation` instead of the arm that follows a person's hand."""
+class BakedArm(ArmTask):
+    """The guided arm, moving as it did, for `Simulation` instead of the arm that follows a person's hand."""
 
     def __init__(self, baked: Baked) -> None:
         self.joints = baked.guided
-        self.squared_error = 0.0
-        self.desired: Array | None = None
-        self.task_jacobian: Array | None = None
         self._way = list(baked.guided_velocities)
         self._step = 0
 

@@ -108,7 +108,7 @@ def _start_file(command: RunCommand) -> Path | None:
 
 def _target_source(command: RunCommand, settings: RunSettings) -> "TargetSource | None":
     """Return the source of the targets; None for the experiment's own."""
-    from app.session.input_source import MODEL_REMEDY, PersonTarget, from_bvh
+    from app.session.input_source import MODEL_REMEDY, from_bvh
     from scenes.inputs_file import read_person
 
     given = [name for name in ("inputs", "bvh", "video") if getattr(command, name) is not None]
@@ -125,6 +125,7 @@ def _target_source(command: RunCommand, settings: RunSettings) -> "TargetSource 
     if command.video is not None:
         from scenes.person.camera import read_film
         from scenes.person.film import open_detector, open_video
+        from scenes.person.source import PersonTarget
 
         if command.pose_model is None:
             raise BadSetting(f"A video needs a model that finds the person: {MODEL_REMEDY}.")

@@ -162,7 +162,7 @@ def is_fresh(recorded: Recorded, stopped: Callable[[], bool] = never) -> bool:
                 raise Stopped
             if encoded(person.target(time)) != wanted:
                 return False
-            step, time = step + 1, time + recorded.dt
+            step, time = step + 1, time + recorded.settings.dt
     return True
 
 

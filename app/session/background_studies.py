@@ -113,7 +113,7 @@ def trade_off_row(settings: RunSettings, order: float, stopped: Callable[[], boo
         Stopped: as soon as `stopped()` is true, after the run at work.
     """
     points: list[TradeOff] = []
-    for point in trade_off(settings, SECONDS, (order,)):
+    for point in trade_off(settings, SECONDS, order):
         if stopped():
             raise Stopped
         points.append(point)

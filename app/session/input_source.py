@@ -13,29 +13,13 @@ from scenes.ball import BALL_ROOM
 from scenes.person.bvh import read_bvh
 from scenes.person.camera import CameraSource
 from scenes.person.film import open_camera, open_detector, open_video
-from scenes.person.source import PersonSource, SampledAngles
+from scenes.person.source import PersonTarget, SampledAngles
 from scenes.roles import TargetSource
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
-from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, Target
+from scenes.targets import BallTarget, HandTarget, JointTarget, Target
 
 MODEL_REMEDY: Final = "name a pose_landmarker model of MediaPipe (a .task file) with --pose-model FILE"
-
-
-class PersonTarget:
-    """A source as a person of the experiment.
-
-    Args:
-        source: of the angles.
-        loop: start again after so many seconds; None for a source that does not end.
-    """
-
-    def __init__(self, source: PersonSource, loop: float | None = None) -> None:
-        self._source, self._loop = source, loop
-
-    def target(self, time: float) -> AnglesTarget:
-        """Return how the person's arms are at a time [s]."""
-        return AnglesTarget(self._source.angles(time % self._loop if self._loop else time))
 
 
 def from_bvh(motion: SampledAngles) -> PersonTarget:

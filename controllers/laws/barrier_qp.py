@@ -8,7 +8,7 @@ import daqp
 import numpy as np
 
 from controllers.kinematics import Array
-from controllers.laws.situation import Situation, along_row, row_dampings
+from controllers.laws.situation import Law, Situation, along_row, row_dampings
 
 HARDNESS: Final = 1e-8
 """ρ of a regular row [m²/rad²]: what has to be violated is, what need not be is kept to some 1e-6 m/s."""
@@ -24,7 +24,7 @@ _UNBOUNDED: Final = 1e30
 
 
 @dataclass(frozen=True)
-class BarrierQP:
+class BarrierQP(Law):
     """min |q̇ − q̇_n|²  subject to  J_d,i q̇ ≥ −γ (d_i − d_m) + w_i  for every pair i,  and  lower ≤ q̇ ≤ upper.
 
     B. Faverjon and P. Tournassoud, A local based approach for path planning of manipulators with a high number of degrees of
@@ -47,7 +47,6 @@ class BarrierQP:
     """
 
     wants_all_pairs: ClassVar[bool] = True
-    wants_task: ClassVar[bool] = False
 
     critical_distance: float
     barrier_gain: float

@@ -1,14 +1,13 @@
 """Artificial potential field: the obstacle pushes, whatever the task does; Khatib 1986."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from controllers.kinematics import Array
-from controllers.laws.situation import Situation
+from controllers.laws.situation import Law, Situation
 
 
 @dataclass(frozen=True)
-class PotentialField:
+class PotentialField(Law):
     """q̇ = q̇_n + J_dᵀ f(d), f = η (1/d − 1/d₀) / d² below d₀ and 0 above: minus the gradient of ½ η (1/d − 1/d₀)².
 
     O. Khatib, Real-time obstacle avoidance for manipulators and mobile robots, Int. J. Robotics Research 5(1), 1986. There f is a
@@ -22,9 +21,6 @@ class PotentialField:
         field_strength: η [m²·rad²/s].
         least_distance: the push grows no further below this distance [m], overlap included, where 1/d would change its sign.
     """
-
-    wants_all_pairs: ClassVar[bool] = False
-    wants_task: ClassVar[bool] = False
 
     influence_distance: float
     field_strength: float

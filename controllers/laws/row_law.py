@@ -1,27 +1,19 @@
 """What the laws have in common that change nothing but the speed along the line of contact."""
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar
 
 from controllers.activation import activation
 from controllers.kinematics import Array
-from controllers.laws.situation import Situation, along_row
+from controllers.laws.situation import Law, Situation, along_row
 
 
-class RowLaw(ABC):
+class RowLaw(Law):
     """q̇ = q̇_n + J_d^# c: one row, one number c, everything orthogonal to J_d untouched.
 
     A law of this kind is defined by c(d, u, w) alone. Where it takes another way through the joints to the same distance rate, it
     replaces `__call__` and keeps the rest.
     """
-
-    wants_all_pairs: ClassVar[bool] = False
-    wants_task: ClassVar[bool] = False
-
-    @abstractmethod
-    def activation(self, distance: float) -> float:
-        """Return how far avoidance has taken over at a distance [m], in [0, 1]."""
 
     @abstractmethod
     def correction(self, distance: float, pull: float, approach: float) -> float:

@@ -5,6 +5,7 @@ The process of a student's law imports this file, so that it needs only NumPy wh
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from typing import TYPE_CHECKING, ClassVar, Final, NamedTuple, Protocol
 
 import numpy as np
@@ -68,9 +69,10 @@ class Law(Protocol):
         wants_task: whether it reads `task_jacobian`.
     """
 
-    wants_all_pairs: ClassVar[bool]
-    wants_task: ClassVar[bool]
+    wants_all_pairs: ClassVar[bool] = False
+    wants_task: ClassVar[bool] = False
 
+    @abstractmethod
     def __call__(self, situation: Situation) -> Array:
         """Return q̇ (n,) [rad/s]; where nothing has to be changed it may be the very array `situation.nominal`.
 
@@ -79,6 +81,7 @@ class Law(Protocol):
         """
         ...
 
+    @abstractmethod
     def activation(self, distance: float) -> float:
         """Return how far avoidance has taken over at a distance [m], in [0, 1]; what the page shows as λ.
 
@@ -89,6 +92,7 @@ class Law(Protocol):
         """
         ...
 
+    @abstractmethod
     def line_rate(self, distance: float, pull: float, approach: float, square: float) -> float:
         """Return J_d q̇ [m/s] that the law makes of one pair, on its own, without bounds and with a regular J_d.
 
@@ -134,8 +138,3 @@ def row_dampings(squares: Array) -> Array:
     np.maximum(dampings, 0.0, out=dampings)
     dampings *= dampings
     return dampings
-
-
-def textbook_projector(row: Array, lam: float) -> Array:
-    """Return N' = I − λ J_d^# J_d (n, n), eqs (13), (33), of a row (n,), with the undamped pseudo-inverse; for analysis."""
-    return np.eye(len(row)) - lam * np.outer(row, row) / row.dot(row)

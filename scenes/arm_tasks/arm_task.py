@@ -1,6 +1,4 @@
-"""The interface of a task."""
-
-from typing import Protocol
+"""What all tasks have."""
 
 from controllers.kinematics import Array
 from scenes.settings import RunSettings
@@ -10,29 +8,26 @@ Memory = tuple[Array, ...]
 """Everything that a task carries from one tick to the next, as copies."""
 
 
-class ArmTask(Protocol):
+class ArmTask:
     """Moves some of the joints.
 
     Attributes:
         joints: its columns in q.
         squared_error: of its task in the last `nominal`, [m²] of a hand's position or [rad²] of joints.
         desired: q (n,) that it follows, None if it follows none [rad].
-        task_jacobian: J (m, n) of its task in the last `nominal`; None if the task uses every joint.
     """
 
-    @property
-    def joints(self) -> slice: ...
+    joints: slice
+    squared_error: float = 0.0
+    desired: Array | None = None
 
     @property
-    def squared_error(self) -> float: ...
-    @property
-    def desired(self) -> Array | None: ...
-    @property
-    def task_jacobian(self) -> Array | None: ...
+    def task_jacobian(self) -> Array | None:
+        """J (m, n) of its task in the last `nominal`; None if the task uses every joint."""
+        return None
 
     def begin(self) -> None:
         """Come to rest, and take the present state as where everything begins."""
-        ...
 
     def nominal(self, target: Target | None, settings: RunSettings, time: float) -> Array:
         """Return q̇_n (n,) inside the task's bounds [rad/s].
@@ -42,12 +37,11 @@ class ArmTask(Protocol):
             settings: of the run.
             time: since the start [s].
         """
-        ...
+        raise NotImplementedError
 
     def memory(self) -> Memory:
         """Return the state that `remember` restores."""
-        ...
+        return ()
 
     def remember(self, memory: Memory) -> None:
         """Go on from where `memory` was taken."""
-        ...

@@ -1,38 +1,34 @@
 """An arm that follows joint angles: the slave of a master, or one arm of a person's imitation (Fig. 4: direct control of the joints)."""
 
-from typing import Protocol
-
 import numpy as np
 
 from controllers.kinematics import Arm, Array
 from controllers.limits import bounded_task
-from scenes.arm_tasks.arm_task import Memory
+from scenes.arm_tasks.arm_task import ArmTask, Memory
 from scenes.room import World
 from scenes.settings import RunSettings
 from scenes.targets import Target
 
 
-class JointSource(Protocol):
-    """The model that is followed."""
+class JointSource:
+    """The model that is followed; one without a memory of its own only says its angles."""
 
     def begin(self) -> None:
         """Take the present state as where everything begins."""
-        ...
 
     def angles(self, target: Target | None, settings: RunSettings, time: float) -> tuple[Array, Array]:
         """Return q_d (n,) [rad] and its velocity (n,) [rad/s]."""
-        ...
+        raise NotImplementedError
 
     def memory(self) -> Memory:
         """Return everything that goes on to the next step, as copies."""
-        ...
+        return ()
 
     def remember(self, memory: Memory) -> None:
         """Go on from there."""
-        ...
 
 
-class JointFollower:
+class JointFollower(ArmTask):
     """q̇_n = q̇_d + K (q_d − q): eq. (7) with J = I.
 
     Args:
@@ -43,9 +39,7 @@ class JointFollower:
 
     def __init__(self, world: World, arm: Arm, model: JointSource) -> None:
         self.joints = arm.joints
-        self.squared_error = 0.0
-        self.desired: Array | None = world.positions[arm.joints].copy()
-        self.task_jacobian: Array | None = None
+        self.desired = world.positions[arm.joints].copy()
         self._positions = world.positions[arm.joints]
         self._box = world.bounds.part(arm.joints)
         self._model = model
@@ -74,10 +68,11 @@ class JointFollower:
         self._model.remember(memory)
 
 
-class Master:
+class Master(JointSource):
     """The other arm, of which every joint is copied: q_d = q_s0 + S (q_m − q_m0), S the identity or the mirror's signs.
 
-    Where one arm has more joints than the other, its last ones have no partner: those of a slave stay as they are.
+    The rig's start postures correspond to each other, wherever the arms are when everything begins. Where one arm has more joints than
+    the other, its last ones have no partner: those of a slave stay as they are.
 
     Args:
         world: where.
@@ -91,22 +86,10 @@ class Master:
         count = min(len(self._master), len(self._slave))
         self._signs, self._same = (np.pad(s[:count], (0, len(self._slave) - count)) for s in (signs, np.ones_like(signs)))
         self._partner = np.minimum(np.arange(len(self._slave)), count - 1)
-        self._start = world.room.start
-        self._joints = master.joints, slave.joints
-        self._from, self._to = self._start[master.joints], self._start[slave.joints]
-
-    def begin(self) -> None:
-        """The rig's start postures correspond to each other, wherever the arms are now."""
+        self._from, self._to = world.room.start[master.joints], world.room.start[slave.joints]
 
     def angles(self, target: Target | None, settings: RunSettings, time: float) -> tuple[Array, Array]:
         """Return q_d (n,) [rad] and its velocity (n,), the master's of the last tick [rad/s]."""
         del target, time
         signs = self._signs if settings.following == "mirrored" else self._same
         return self._to + signs * (self._master - self._from)[self._partner], signs * self._speed[self._partner]
-
-    def memory(self) -> Memory:
-        """Return nothing: the master is read again at every tick."""
-        return ()
-
-    def remember(self, memory: Memory) -> None:
-        """Nothing to remember."""

@@ -1,7 +1,7 @@
 """The arm that a person holds."""
 
 from controllers.kinematics import Arm, Array
-from scenes.arm_tasks.arm_task import Memory
+from scenes.arm_tasks.arm_task import ArmTask, Memory
 from scenes.guide import Guide
 from scenes.robots import Robot
 from scenes.room import World
@@ -9,7 +9,7 @@ from scenes.settings import RunSettings
 from scenes.targets import HandTarget, JointTarget, LinkTarget, PairTarget, Target
 
 
-class GuidedTask:
+class GuidedTask(ArmTask):
     """Follows a hand, an elbow, a pulled link or joint positions at no more than a person's speed; see `scenes.guide`.
 
     Args:
@@ -20,8 +20,6 @@ class GuidedTask:
 
     def __init__(self, world: World, arm: Arm, robot: Robot) -> None:
         self.joints = arm.joints
-        self.squared_error = 0.0
-        self.desired: Array | None = None
         self._positions = world.positions[arm.joints]
         posture = world.room.start[arm.joints]
         self._guide = Guide(world.kinematics, arm, robot, world.bounds.part(arm.joints), posture)
@@ -34,7 +32,7 @@ class GuidedTask:
 
     def begin(self) -> None:
         """Come to rest."""
-        self._guide.reset()
+        self._guide.velocities[:] = 0.0
 
     def nominal(self, target: Target | None, settings: RunSettings, time: float) -> Array:
         """Return q̇ (n,) of the person's hand on the arm [rad/s]; the array is reused."""

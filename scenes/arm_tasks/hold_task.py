@@ -8,8 +8,8 @@ import numpy as np
 from controllers.kinematics import Arm, Array, damped_solution
 from controllers.limits import bounded_task
 from controllers.tasks import TASK_DIMENSION, fill_place_task, hold, pose_error, position_error
-from scenes.arm_tasks.arm_task import Memory
-from scenes.guide import FOLLOW_GAIN, pull, shortened
+from scenes.arm_tasks.arm_task import ArmTask, Memory
+from scenes.guide import ELBOW_DAMPING, FOLLOW_GAIN, elbow_motion, pull, shortened
 from scenes.room import World
 from scenes.settings import RunSettings
 from scenes.targets import HandTarget, JointTarget, LinkTarget, PairTarget, Target
@@ -19,14 +19,11 @@ Path = Callable[[float, Array], tuple[Array, Array]]
 
 _STILL: Final = np.zeros(3)
 
-ELBOW_DAMPING: Final = 0.05
-"""Damping of the elbow's pseudo-inverse [m/rad]."""
-
 SELF_MOTION_SPEED: Final = 0.6
 """Largest |q̇₀| with which the joints are led to a posture [rad/s]: a tenth of a millimetre of the hand's error at usual gains."""
 
 
-class HoldTask:
+class HoldTask(ArmTask):
     """q̇_n = J^#(ẋ_d + K e) + N q̇₀, eqs (7), (8): the hand is drawn to its place.
 
     Args:
@@ -40,14 +37,13 @@ class HoldTask:
 
     def __init__(self, world: World, arm: Arm, path: Path | None = None, movable: bool = False, overdriven: bool = False) -> None:
         self.joints = arm.joints
-        self.squared_error = 0.0
-        self.desired: Array | None = None
-        self.task_jacobian: Array | None = None
+        self._jacobian: Array | None = None
         self.place: Array = np.zeros(3)
         """Where the hand should be (3,), world [m]."""
         self.place_rotation: Array = np.eye(3)
         """How it should be turned (3, 3)."""
-        self._home = self.place
+        self.home: Array = self.place
+        """Where the hand was when everything began (3,), world [m]; the path begins there."""
         self.path_began = -1.0
         """When the place began to move by itself [s]; −1 before that."""
         self._overdriven = overdriven
@@ -59,11 +55,16 @@ class HoldTask:
         self._spatial = world.kinematics.jacobian[:, arm.joints]
         self._box = world.bounds.part(arm.joints)
 
+    @property
+    def task_jacobian(self) -> Array | None:
+        """J (m, n) of the hand's place or pose in the last `nominal`."""
+        return self._jacobian
+
     def begin(self) -> None:
         """The place is where the hand is now."""
         self.place = self._pose.translation.copy()
         self.place_rotation = self._pose.rotation.copy()
-        self._home = self.place.copy()
+        self.home = self.place.copy()
         self.path_began = -1.0
 
     def nominal(self, target: Target | None, settings: RunSettings, time: float) -> Array:
@@ -74,7 +75,7 @@ class HoldTask:
             if self.path_began < 0.0:
                 # The way begins where the hand is, whenever it is chosen.
                 self.path_began = time
-            self.place, speed = self._path(time - self.path_began, self._home)
+            self.place, speed = self._path(time - self.path_began, self.home)
         swing: Array | None = None
         # A second person holds this arm; the first one does only where it is the only arm.
         target = target.second if isinstance(target, PairTarget) else target if self._movable else None
@@ -83,10 +84,7 @@ class HoldTask:
         elif isinstance(target, HandTarget):
             self._carry(target, settings)
             if target.elbow is not None:
-                elbow = kinematics.joint_point(arm.elbow)
-                J_elbow = kinematics.point_jacobian(arm, arm.elbow, elbow)
-                way = shortened((target.elbow - elbow) * FOLLOW_GAIN, settings.hand_speed)
-                swing = damped_solution(J_elbow, way, ELBOW_DAMPING)
+                swing = elbow_motion(kinematics, arm, target.elbow, settings.hand_speed)
         elif isinstance(target, JointTarget):
             swing = shortened((target.positions - self._joints) * FOLLOW_GAIN, SELF_MOTION_SPEED)
         pose = self._pose
@@ -102,7 +100,7 @@ class HoldTask:
             self.squared_error = x * x + y * y + z * z
             J = kinematics.hand_jacobian(arm, TASK_DIMENSION[task])
             dq = hold(J, error, gain, speed, swing)
-        self.task_jacobian = J
+        self._jacobian = J
         return bounded_task(dq, J, self._box, settings.bounds)
 
     def _pulled(self, target: LinkTarget, settings: RunSettings) -> Array | None:
@@ -121,16 +119,11 @@ class HoldTask:
         if target.rotation is not None:
             self.place_rotation = target.rotation
 
-    @property
-    def home(self) -> Array:
-        """Where the hand was when everything began (3,), world [m]; the path begins there."""
-        return self._home
-
     def memory(self) -> Memory:
         """Return the place, how the hand is to be turned, and where the path begins."""
-        return self.place.copy(), self.place_rotation.copy(), self._home.copy(), np.array(self.path_began)
+        return self.place.copy(), self.place_rotation.copy(), self.home.copy(), np.array(self.path_began)
 
     def remember(self, memory: Memory) -> None:
         """Keep this place."""
-        self.place, self.place_rotation, self._home = (array.copy() for array in memory[:3])
+        self.place, self.place_rotation, self.home = (array.copy() for array in memory[:3])
         self.path_began = float(memory[3])

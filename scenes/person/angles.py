@@ -21,7 +21,6 @@ rotation turn about the same line. And with a straight elbow the rotation is not
 """
 
 import math
-from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -36,22 +35,10 @@ TRUSTED_SINE: Final = 0.1
 SIGN: Final[dict[ArmName, float]] = {"left": 1.0, "right": -1.0}
 
 
-@dataclass(frozen=True)
-class Proportions:
-    """Lengths of a person [m]. The defaults are those of the human model that is drawn, a man of 1.8 m.
-
-    Attributes:
-        shoulder_width: from shoulder joint to shoulder joint.
-        upper_arm: from shoulder to elbow.
-        forearm: from elbow to wrist.
-    """
-
-    shoulder_width: float = 0.42
-    upper_arm: float = 0.276
-    forearm: float = 0.287
-
-
-MODEL_PROPORTIONS: Final = Proportions()
+SHOULDER_WIDTH: Final = 0.42
+UPPER_ARM: Final = 0.276
+FOREARM: Final = 0.287
+"""Of the human model that is drawn, a man of 1.8 m: from shoulder to shoulder, from shoulder to elbow, and on to the wrist [m]."""
 
 
 class BodyPoints(NamedTuple):
@@ -164,12 +151,12 @@ def direction_angles(
     return np.array([f, a, r, e])
 
 
-def arm_points(angles: Array, side: ArmName, proportions: Proportions = MODEL_PROPORTIONS) -> tuple[Array, Array, Array]:
+def arm_points(angles: Array, side: ArmName) -> tuple[Array, Array, Array]:
     """Return shoulder, elbow and wrist (3,) in the torso frame [m]. `angles`: (4,) [rad]."""
     upper, forearm = arm_directions(angles, side)
-    shoulder = np.array([0.0, SIGN[side] * proportions.shoulder_width / 2.0, 0.0])
-    elbow = shoulder + proportions.upper_arm * upper
-    return shoulder, elbow, elbow + proportions.forearm * forearm
+    shoulder = np.array([0.0, SIGN[side] * SHOULDER_WIDTH / 2.0, 0.0])
+    elbow = shoulder + UPPER_ARM * upper
+    return shoulder, elbow, elbow + FOREARM * forearm
 
 
 def torso_rotation(left_shoulder: Array, right_shoulder: Array, hips: Array) -> Array | None:

@@ -17,7 +17,7 @@ import pinocchio as pin
 
 from controllers.kinematics import Array
 from scenes import glb, surfaces
-from scenes.person.angles import MODEL_PROPORTIONS, SIGN, arm_rotation
+from scenes.person.angles import SHOULDER_WIDTH, SIGN, UPPER_ARM, arm_rotation
 from scenes.person.source import MissingPackage
 
 if TYPE_CHECKING:
@@ -81,15 +81,13 @@ def body_parts() -> tuple[BodyPart, ...]:
         raise _missing("is not installed") from None
     key = glb.source_key([__file__, glb.__file__, surfaces.__file__], release)
     blobs = glb.cached("person", key, _build)
-    names = ("body", *_CUTS)
-    p = MODEL_PROPORTIONS
-    places = {"body": (0.0, 0.0, SHOULDER_HEIGHT)}
+    nodes = {"body": ("", (0.0, 0.0, SHOULDER_HEIGHT))}
     for side, sign in SIGN.items():
-        places[f"{side}_upper_arm"] = (0.0, sign * p.shoulder_width / 2.0, 0.0)
-        places[f"{side}_forearm"] = (0.0, 0.0, -p.upper_arm)
+        nodes[f"{side}_upper_arm"] = "body", (0.0, sign * SHOULDER_WIDTH / 2.0, 0.0)
+        nodes[f"{side}_forearm"] = f"{side}_upper_arm", (0.0, 0.0, -UPPER_ARM)
     return tuple(
-        BodyPart(name, _parent(name), blob, pin.SE3(np.eye(3), np.array(places[name])))
-        for name, blob in zip(names, blobs, strict=True)
+        BodyPart(name, parent, blob, pin.SE3(np.eye(3), np.array(place)))
+        for (name, (parent, place)), blob in zip(nodes.items(), blobs, strict=True)
     )
 
 
@@ -103,10 +101,6 @@ def body_poses(angles: Array) -> dict[str, Quaternion]:
         # A bent elbow brings the hand forward: a turn about −y.
         poses[f"{side}_forearm"] = (math.cos(half), 0.0, -math.sin(half), 0.0)
     return poses
-
-
-def _parent(name: str) -> str:
-    return "" if name == "body" else "body" if name.endswith("upper_arm") else name.replace("forearm", "upper_arm")
 
 
 def _missing(what: str) -> MissingPackage:

@@ -44,19 +44,19 @@ _PARTS: Final = ELBOWS | UPPER_ARMS | COLLARS | WRISTS | THIGHS
 _DECORATION: Final = frozenset({"bip", "biped", "bone", "b", "def", "j", "jnt", "joint", "mixamorig", "rig", "character", "skel"})
 
 
-def read_bvh(source: Path | str | bytes, name: str | None = None) -> SampledAngles:
+def read_bvh(source: Path | bytes, name: str = "") -> SampledAngles:
     """Return the motion of both arms in a BVH file, which starts at time 0.
 
     Args:
-        source: a path; or the file's content, as text with more than one line or as bytes.
-        name: of the file in messages; by default its path.
+        source: a path, or the file's content.
+        name: of the file in messages, if its content is given.
 
     Raises:
         BadInputFile: no such file, or not such a file; names the line, or the joints that were not found, and the remedy.
     """
     file = load_bvh(source, name)
     skeleton = _Skeleton(file)
-    places = file.positions(skeleton.joints())
+    places = file.positions({*skeleton.arm["left"], *skeleton.arm["right"], *skeleton.hips})
     shoulders, elbows, wrists = (
         np.stack([places[skeleton.arm[side][i]] for side in ("left", "right")], axis=1) for i in range(3)
     )
@@ -106,10 +106,6 @@ class _Skeleton:
         self._parts = [joint_part(joint.name) for joint in file.joints]
         self.arm: dict[ArmName, tuple[int, int, int]] = {"left": self._find_arm("left"), "right": self._find_arm("right")}
         self.hips = self._find_hips()
-
-    def joints(self) -> set[int]:
-        """Return all that must be placed."""
-        return {*self.arm["left"], *self.arm["right"], *self.hips}
 
     def _find_arm(self, side: ArmName) -> tuple[int, int, int]:
         elbow = self._named(side, ELBOWS)

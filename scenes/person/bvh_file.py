@@ -93,21 +93,12 @@ class BvhFile:
         return turn
 
 
-def load_bvh(source: Path | str | bytes, name: str | None = None) -> BvhFile:
-    """Return the content of a BVH file.
-
-    Args:
-        source: a path; or the file's content, as text with more than one line or as bytes.
-        name: of the file in messages; by default its path.
-
-    Raises:
-        BadInputFile: no such file, or not such a file; names the line and the remedy.
-    """
-    if isinstance(source, Path) or (isinstance(source, str) and _is_path(source)):
-        path = Path(source)
-        name = name or str(path)
+def load_bvh(source: Path | bytes, name: str = "") -> BvhFile:
+    """Return the content of a BVH file; raises and takes arguments as `scenes.person.bvh.read_bvh`."""
+    if isinstance(source, Path):
+        name = str(source)
         try:
-            source = read_file(path, MOST_BYTES)
+            source = read_file(source, MOST_BYTES)
         except FileNotFoundError:
             raise BadInputFile("{name}: there is no such file; give the path of a BVH file.", name=name) from None
         except OSError as error:
@@ -117,16 +108,11 @@ def load_bvh(source: Path | str | bytes, name: str | None = None) -> BvhFile:
     name = name or LazyText("The BVH file")
     if len(source) > MOST_BYTES:
         raise _too_large(name)
-    text = source.decode("utf-8-sig", errors="replace") if isinstance(source, bytes) else source
     # Of the separators that `splitlines` knows, only these end a line for a person who looks the number up.
-    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    text = source.decode("utf-8-sig", errors="replace").replace("\r\n", "\n").replace("\r", "\n")
     if text.count("\n") > MOST_LINES:
         raise _too_large(name)
     return _Reader(name, text).read()
-
-
-def _is_path(text: str) -> bool:
-    return bool(text.strip()) and "\n" not in text and "\r" not in text
 
 
 def _too_large(name: str) -> BadInputFile:

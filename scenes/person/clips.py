@@ -54,7 +54,6 @@ class Clip:
     def __init__(self, name: ClipName, seed: int = 1) -> None:
         if name not in CLIP_NAMES:
             raise BadSetting(f"There is no clip {str(name)[:40]!r}; choose from {', '.join(CLIP_NAMES)}.")
-        self.name, self.seed = name, seed
         names = tuple(_GESTURES) if name == "medley" else (name,)
         keys, tables = [], []
         for gesture in names:

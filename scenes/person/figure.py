@@ -6,7 +6,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from controllers.kinematics import Array
-from scenes.person.angles import MODEL_PROPORTIONS, Proportions, arm_directions, arm_points, arm_rotation, direction_angles
+from scenes.person.angles import FOREARM, UPPER_ARM, arm_directions, arm_points, arm_rotation, direction_angles
 from scenes.person.clips import REST
 from scenes.settings import ArmName
 
@@ -41,12 +41,10 @@ class Figure:
     """A person who stays as they were dragged; a `PersonSource`. Points are in the torso frame, its origin halfway between the shoulders.
 
     Args:
-        proportions: the lengths that are kept.
         start: angles (2, 4) of both arms [rad].
     """
 
-    def __init__(self, proportions: Proportions = MODEL_PROPORTIONS, start: Array = REST) -> None:
-        self.proportions = proportions
+    def __init__(self, start: Array = REST) -> None:
         self._start = start.copy()
         self._angles = start.copy()
 
@@ -59,12 +57,12 @@ class Figure:
 
     def points(self, side: ArmName) -> tuple[Array, Array, Array]:
         """Return shoulder, elbow and wrist (3,) of an arm [m]."""
-        return arm_points(self._angles[_row(side)], side, self.proportions)
+        return arm_points(self._angles[_row(side)], side)
 
     def drag_wrist(self, side: ArmName, point: Array) -> None:
         """Bring a wrist to a point (3,) [m], or as near as the arm reaches, with the least swivel of the elbow; a point must be finite."""
         shoulder, elbow, wrist = self.points(side)
-        a, b = self.proportions.upper_arm, self.proportions.forearm
+        a, b = UPPER_ARM, FOREARM
         way = np.asarray(point, float) - shoulder
         distance = _length(way)
         if not math.isfinite(distance):
@@ -105,13 +103,13 @@ class Figure:
         """Return the grasp of an upper arm or a forearm at a point (3,) [m]; a forearm near its elbow is held at the elbow."""
         shoulder, elbow, wrist = self.points(side)
         if not forearm:
-            upper = (elbow - shoulder) / self.proportions.upper_arm
+            upper = (elbow - shoulder) / UPPER_ARM
             way = point - shoulder
             return Grasp(side, False, 0.0, way - upper * float(upper @ way))
-        axis = (wrist - elbow) / self.proportions.forearm
+        axis = (wrist - elbow) / FOREARM
         way = point - wrist
         along = float(axis @ way)
-        if along < -0.5 * self.proportions.forearm:
+        if along < -0.5 * FOREARM:
             return Grasp(side, False, 0.0, point - elbow)
         return Grasp(side, True, along, way - axis * along)
 
@@ -123,7 +121,7 @@ class Figure:
             return
         for _ in range(SETTLING):
             _, elbow, wrist = self.points(grasp.side)
-            self.drag_wrist(grasp.side, goal - (wrist - elbow) * (grasp.along / self.proportions.forearm))
+            self.drag_wrist(grasp.side, goal - (wrist - elbow) * (grasp.along / FOREARM))
 
     def _take(self, side: ArmName, upper: Array, forearm: Array) -> None:
         angles = self._angles.copy()

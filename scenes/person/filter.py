@@ -37,14 +37,13 @@ class AngleFilter:
     solved exactly for an input that rests during a step, so that two steps of dt/2 give what one of dt gives.
 
     Args:
-        start: the output before the first step, any shape [rad].
+        start: the output before the first step (rows, k) [rad].
         cutoff_hz: [Hz].
         top_rate: [rad/s].
 
     Attributes:
         values: the output, shaped like `start` [rad].
         rates: its mean speed during the last step [rad/s].
-        lost: whether the last input was missing.
         lost_for: how long inputs have been missing [s].
     """
 
@@ -53,10 +52,10 @@ class AngleFilter:
         self.reset(start)
 
     def reset(self, start: Array) -> None:
-        """Be at rest at these values, any shape [rad]."""
+        """Be at rest at these values (rows, k) [rad]."""
         self.values = np.array(start, float)
         self.rates = np.zeros_like(self.values)
-        self.lost, self.lost_for = False, 0.0
+        self.lost_for = 0.0
         self._goal = self.values.copy()
 
     def step(self, wanted: Array | None, dt: float) -> Array:
@@ -66,16 +65,12 @@ class AngleFilter:
             wanted: the input, shaped like `start` [rad]; None, or anything not finite, means that no person is seen: the output comes
                 to rest at the input seen last.
         """
-        self.lost = wanted is None or not bool(np.isfinite(wanted).all())
-        if self.lost:
+        if wanted is None or not np.isfinite(wanted).all():
             self.lost_for += dt
         else:
             self.lost_for = 0.0
-            self._goal[...] = wanted
-        if dt > 0.0:
-            # A row is a vector; what has no rows is one.
-            goal, values, rates = (np.atleast_2d(array) for array in (self._goal, self.values, self.rates))
-            fill_filtered(goal, self._omega, self._top_rate, dt, values, rates)
+            self._goal[:] = wanted
+        fill_filtered(self._goal, self._omega, self._top_rate, dt, self.values, self.rates)
         return self.values.copy()
 
     def memory(self) -> tuple[Array, ...]:
@@ -85,4 +80,3 @@ class AngleFilter:
     def remember(self, memory: tuple[Array, ...]) -> None:
         self.values, self.rates, self._goal = (array.copy() for array in memory[:3])
         self.lost_for = float(memory[3])
-        self.lost = self.lost_for > 0.0

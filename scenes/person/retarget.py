@@ -23,7 +23,7 @@ from controllers.compiled import FilledVector, Loop, Matrix, Vector
 from controllers.kinematics import Array
 from scenes.lwr.facts import JOINTS
 from scenes.person.angles import SIGN, fill_directions, remembered, wrapped
-from scenes.rigs import RIGS, Rig
+from scenes.rigs import Rig
 
 DRIVEN: Final = 4
 """Joints of an arm that the person drives: the first so many."""
@@ -40,24 +40,19 @@ EXACT: Final = 1e-9
 _LIMITS: Final = np.array([joint.position_limit - LIMIT_MARGIN for joint in JOINTS[:DRIVEN]])
 
 
-def arm_joints(upper: Array, forearm: Array, base_rotation: Array, previous: Array | None = None) -> Array:
-    """Return q1 … q4 (4,) [rad] of one LWR, the branch nearest to the sample before among those that miss nothing.
-
-    Args:
-        upper, forearm: unit vectors (3,) towards the hand, world.
-        base_rotation: R (3, 3) of the robot's base in the world.
-        previous: q1 … q4 of the sample before (4,); without, the natural branch is preferred.
-    """
-    joints = np.empty(DRIVEN)
-    fill_joints(upper, forearm, base_rotation, _LIMITS, previous is not None, joints if previous is None else previous, joints)
-    return joints
-
-
 @Loop
 def fill_joints(
     upper: Vector, forearm: Vector, base: Matrix, limits: Vector, known: bool, before: Vector, joints: FilledVector
 ) -> None:
-    """Fill `arm_joints` (4,). `limits`: of q1 … q4 (4,) [rad]; `known`: whether there is a sample before."""
+    """Fill q1 … q4 (4,) [rad] of one LWR, the branch nearest to the sample before among those that miss nothing.
+
+    Args:
+        upper, forearm: unit vectors (3,) towards the hand, world.
+        base: R (3, 3) of the robot's base in the world.
+        limits: of q1 … q4 (4,) [rad].
+        known: whether there is a sample before; without, the natural branch is preferred.
+        before: q1 … q4 of that sample (4,).
+    """
     ux = upper[0] * base[0, 0] + upper[1] * base[1, 0] + upper[2] * base[2, 0]
     uy = upper[0] * base[0, 1] + upper[1] * base[1, 1] + upper[2] * base[2, 1]
     uz = upper[0] * base[0, 2] + upper[1] * base[1, 2] + upper[2] * base[2, 2]
@@ -125,11 +120,6 @@ def fill_robot_arm(
     fill_joints(upper, forearm, base, limits, known, before, joints)
 
 
-def natural_pose(angles: Array, rig: Rig = RIGS["torso"]) -> Array:
-    """Return q1 … q4 of both robots (2, 4) [rad] that show a person's angles (2, 4) [rad], in the natural branch if limits allow."""
-    return Retargeter(rig).joints(angles)
-
-
 class Retargeter:
     """A person's angles, in the world's frame (x forward, y left, z up) → joints of both robots, going on from the sample before.
 
@@ -137,7 +127,7 @@ class Retargeter:
         rig: where the robots stand.
     """
 
-    def __init__(self, rig: Rig = RIGS["torso"]) -> None:
+    def __init__(self, rig: Rig) -> None:
         self._bases = (rig.left_base.rotation.copy(), rig.right_base.rotation.copy())
         self._previous: Array | None = None
 
@@ -146,7 +136,7 @@ class Retargeter:
         self._previous = None if joints is None else joints.copy()
 
     def joints(self, angles: Array) -> Array:
-        """Return q1 … q4 of both robots (2, 4) [rad], left robot first, inside their limits.
+        """Return q1 … q4 of both robots (2, 4) [rad], left robot first, inside their limits; at first in the natural branch.
 
         Args:
             angles: of the person (2, 4) [rad], the person's left arm first.

@@ -6,7 +6,7 @@ import numpy as np
 
 from controllers.errors import DuetError
 from controllers.kinematics import Array
-from scenes.targets import between
+from scenes.targets import AnglesTarget, between
 
 
 class MissingPackage(DuetError):
@@ -22,6 +22,22 @@ class PersonSource(Protocol):
         None while no person is seen. The array is the caller's to keep.
         """
         ...
+
+
+class PersonTarget:
+    """A person as a source of targets.
+
+    Args:
+        source: of the angles.
+        loop: start again after so many seconds; None for a source that does not end.
+    """
+
+    def __init__(self, source: PersonSource, loop: float | None = None) -> None:
+        self._source, self._loop = source, loop
+
+    def target(self, time: float) -> AnglesTarget:
+        """Return how the person's arms are at a time [s]."""
+        return AnglesTarget(self._source.angles(time % self._loop if self._loop else time))
 
 
 class SampledAngles:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import importlib.metadata
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
@@ -140,28 +141,31 @@ def robot_link_meshes(name: str, coarse: bool = False) -> tuple[Parts, ...]:
 
 def _painted(name: str, smallest: float, weld: float) -> tuple[dict[str, list[trimesh.Trimesh]], ...]:
     """Every joint's loose pieces by the name of their material, welded, without tiny ones."""
+    found: list[dict[str, list[trimesh.Trimesh]]] = [{} for _ in range(robot(name).model.njoints)]
+    for joint, paint, vertices, faces in _file_shapes(name) if name in FILES else _example_shapes(name):
+        loose = _welded(vertices, faces, weld).split(only_watertight=False)
+        if parts := [part for part in loose if np.linalg.norm(part.extents) > smallest]:
+            found[joint].setdefault(paint, []).extend(parts)
+    return tuple(dict(sorted(parts.items())) for parts in found)
+
+
+def _example_shapes(name: str) -> Iterator[tuple[int, str, Array, NDArray[np.int64]]]:
+    """Yield of every shape of a robot of the package: joint, name of the material, vertices in the joint's frame (k, 3), faces (l, 3)."""
     import trimesh
 
-    if name in FILES:
-        return _painted_file(name, smallest, weld)
-    model, shapes = load_example(EXAMPLES[name], pin.GeometryType.VISUAL)
-    found: list[dict[str, list[trimesh.Trimesh]]] = [{} for _ in range(model.njoints)]
+    _, shapes = load_example(EXAMPLES[name], pin.GeometryType.VISUAL)
     for body in shapes.geometryObjects:
         scene = trimesh.load_scene(str(Path(body.meshPath)))
         for node in scene.graph.nodes_geometry:
             placement, key = scene.graph[node]
             piece = scene.geometry[key]
             pose = body.placement.homogeneous @ placement
-            bare = _welded(piece.vertices @ pose[:3, :3].T + pose[:3, 3], piece.faces, weld)
             paint = _nearest_paint(name, piece.visual.material.main_color[:3])
-            for part in bare.split(only_watertight=False):
-                if np.linalg.norm(part.extents) > smallest:
-                    found[body.parentJoint].setdefault(paint, []).append(part)
-    return tuple(dict(sorted(parts.items())) for parts in found)
+            yield body.parentJoint, paint, piece.vertices @ pose[:3, :3].T + pose[:3, 3], piece.faces
 
 
-def _painted_file(name: str, smallest: float, weld: float) -> tuple[dict[str, list[trimesh.Trimesh]], ...]:
-    """The same of a robot from a file: of its colours only light and dark count."""
+def _file_shapes(name: str) -> Iterator[tuple[int, str, Array, NDArray[np.int64]]]:
+    """Yield the same of a robot from a file: of its colours only light and dark count."""
     from scenes.robots.urdf_file import load_arm, solids
 
     arm = load_arm(name)
@@ -170,13 +174,8 @@ def _painted_file(name: str, smallest: float, weld: float) -> tuple[dict[str, li
     areas = np.array([float(mesh.area) for _, mesh, _ in shapes])
     # An arm that is dark all over has the colour of its side all the same.
     darkest = DARK if areas[lights >= DARK].sum() > 0.3 * areas.sum() else -1.0
-    found: list[dict[str, list[trimesh.Trimesh]]] = [{} for _ in range(arm.model.njoints)]
     for (joint, mesh, _), light in zip(shapes, lights.tolist(), strict=True):
-        bare = _welded(np.asarray(mesh.vertices), np.asarray(mesh.faces), weld)
-        parts = [part for part in bare.split(only_watertight=False) if np.linalg.norm(part.extents) > smallest]
-        if parts:
-            found[joint].setdefault("dark" if light < darkest else "body", []).extend(parts)
-    return tuple(dict(sorted(parts.items())) for parts in found)
+        yield joint, "dark" if light < darkest else "body", np.asarray(mesh.vertices), np.asarray(mesh.faces)
 
 
 def _column_height(name: str) -> float:

@@ -46,20 +46,7 @@ def found_postures(made: Robot, base: pin.SE3, other: pin.SE3, side: ArmName, ri
     if known is not None:
         return [known]
     away = other.translation - base.translation
-    return [q.copy() for q in _searched(made.key, _Place(base), _goal(made, base, away, side))]
-
-
-class _Place:
-    """A pose that can be a key of a cache."""
-
-    def __init__(self, pose: pin.SE3) -> None:
-        self.pose, self._key = pose, pose.homogeneous.tobytes()
-
-    def __hash__(self) -> int:
-        return hash(self._key)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Place) and self._key == other._key
+    return [q.copy() for q in _searched(made.key, base.homogeneous.tobytes(), _goal(made, base, away, side))]
 
 
 def arm_reach(made: Robot) -> float:
@@ -89,10 +76,10 @@ def _goal(made: Robot, base: pin.SE3, away: Array, side: ArmName) -> tuple[float
 
 
 @cache
-def _searched(key: str, place: _Place, goal: tuple[float, float, float]) -> tuple[Array, ...]:
-    """Return the postures, found from random ones; the same every time."""
+def _searched(key: str, place: bytes, goal: tuple[float, float, float]) -> tuple[Array, ...]:
+    """Return the postures, found from random ones; the same every time. `place`: the base's pose (4, 4), as a cache can have it."""
     made = robot(key)
-    model, data, base = made.model, made.model.createData(), place.pose
+    model, data, base = made.model, made.model.createData(), pin.SE3(np.frombuffer(place).reshape(4, 4))
     low, high = model.lowerPositionLimit + STOP, model.upperPositionLimit - STOP
     narrow = high < low
     low, high = np.where(narrow, (low + high) / 2.0, low), np.where(narrow, (low + high) / 2.0, high)
@@ -106,20 +93,16 @@ def _searched(key: str, place: _Place, goal: tuple[float, float, float]) -> tupl
         pin.framesForwardKinematics(model, data, q)
         point = data.oMf[hand].translation
         heights = [float(base.act(data.oMi[j].translation)[2]) for j in range(made.shoulder, model.njoints)]
-        elbow = float(base.act(data.oMi[made.elbow].translation)[2])
-        shoulder, wrist = data.oMi[made.shoulder].translation, data.oMi[made.wrist].translation
-        straight = float(np.linalg.norm(wrist - shoulder)) / max(
-            float(np.linalg.norm(data.oMi[made.elbow].translation - shoulder))
-            + float(np.linalg.norm(wrist - data.oMi[made.elbow].translation)),
-            1e-9,
-        )
+        shoulder, elbow, wrist = (data.oMi[j].translation for j in (made.shoulder, made.elbow, made.wrist))
+        bent = float(np.linalg.norm(elbow - shoulder)) + float(np.linalg.norm(wrist - elbow))
+        straight = float(np.linalg.norm(wrist - shoulder)) / max(bent, 1e-9)
         # Its own foot, which the law does not know.
-        near = min(float(np.linalg.norm(data.oMi[made.wrist].translation[:2])), float(np.linalg.norm(point[:2])))
+        near = min(float(np.linalg.norm(wrist[:2])), float(np.linalg.norm(point[:2])))
         score = -6.0 * float(np.linalg.norm(point - target)) / reach
         score += 3.0 * float(np.linalg.svd(J, compute_uv=False)[2]) / reach
         score -= 4.0 * max(0.0, straight - 0.9) + 8.0 * max(0.0, 0.22 - near)
         score -= 8.0 * max(0.0, float(base.translation[2]) + 0.08 - min(heights))
-        score += 0.6 * min(elbow - float(base.translation[2]), 0.6)
+        score += 0.6 * min(float(base.act(elbow)[2]) - float(base.translation[2]), 0.6)
         return score - 0.05 * float(np.abs(q).mean())
 
     random = np.random.default_rng(5)

@@ -211,16 +211,13 @@ def landmarks(model: pin.Model) -> tuple[int, int, int]:
     """
     data, random = model.createData(), np.random.default_rng(2)
     axes = [joint_axis(model, joint) for joint in range(1, model.njoints)]
-    across = np.zeros(model.njoints)
     stretch = np.zeros(model.njoints)
     bend = np.zeros(model.njoints)
     postures = random.uniform(-1.5, 1.5, (64, model.nq))
     last = model.njoints - 1
     pin.forwardKinematics(model, data, np.zeros(model.nq))
     world = [data.oMi[j].rotation @ axes[j - 1] for j in range(1, model.njoints)]
-    for j in range(2, model.njoints):
-        across[j] = np.linalg.norm(np.cross(world[0], world[j - 1]))
-    shoulder = next((j for j in range(2, last - 2) if across[j] > 0.5), 2)
+    shoulder = next((j for j in range(2, last - 2) if np.linalg.norm(np.cross(world[0], world[j - 1])) > 0.5), 2)
     for q in postures:
         pin.forwardKinematics(model, data, q)
         points = [data.oMi[j].translation.copy() for j in range(model.njoints)]

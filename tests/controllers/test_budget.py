@@ -7,7 +7,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from controllers import budget
-from controllers.activation import activation, activation_slope
+from controllers.activation import activation
 
 DISTANCES = st.floats(-0.5, 5.0)
 CRITICAL = st.floats(0.03, 0.30)
@@ -31,34 +31,28 @@ def euler(d: float, dt: float, steps: int, dm: float, n: float, v: float, u: flo
     return path
 
 
-@given(st.floats(0.0, 1.0), NOMINAL, st.floats(-1.0, 1.0), st.floats(-1.0, 1.0), PULL, PULL)
-def test_the_line_is_a_blend_of_retreat_and_pull(lam: float, v: float, u: float, w: float, left: float, right: float) -> None:
-    """λ = 1: v − w; λ = 0: −u − w; straight in between. With w = −J_d q̇ of the other arm, two lines make that for both."""
+@given(st.floats(0.0, 1.0), NOMINAL, st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
+def test_the_line_is_a_blend_of_retreat_and_pull(lam: float, v: float, u: float, w: float) -> None:
+    """λ = 1: v − w; λ = 0: −u − w; straight in between."""
     assert budget.distance_rate(lam, v, u, w) == pytest.approx(lam * (v - w) + (1.0 - lam) * (-u - w), abs=1e-12)
-    other = lam * v - (1.0 - lam) * right
-    assert budget.distance_rate_both(lam, v, left, right) == pytest.approx(budget.distance_rate(lam, v, left, -other), abs=1e-12)
-    assert budget.distance_rate_both(1.0, v, left, right) == pytest.approx(2.0 * v)
 
 
 def test_limits_of_the_threshold() -> None:
     # w = v still holds, at d_m exactly; the least bit more does not.
-    assert budget.holds_distance(0.3, 0.3) and not budget.holds_distance(0.3, 0.3 + 1e-9)
     assert budget.resting_distance(0.15, 6, 0.3, 0.2, 0.3) == pytest.approx(0.15)
-    assert budget.resting_activation(0.3, 0.2, 0.3) == pytest.approx(1.0)
-    # u + v = 0: λ does not matter, λ* is nan; a little off it is a number again.
-    assert math.isnan(budget.resting_activation(0.3, -0.3, 0.1))
-    assert budget.resting_activation(0.3, -0.2, 0.25) == pytest.approx(0.5)
+    assert math.isnan(budget.resting_distance(0.15, 6, 0.3, 0.2, 0.3 + 1e-9))
+    # u + v = 0: λ does not matter, any step will do; a little off there is a limit.
     assert budget.largest_step(0.15, 6, 0.3, -0.3) == math.inf
     assert math.isfinite(budget.largest_step(0.15, 6, 0.3, -0.2))
 
 
 @given(CRITICAL, ORDERS, NOMINAL, st.floats(0.01, 1.0), SHARE)
 def test_nothing_moves_at_rest(dm: float, n: float, v: float, u: float, share: float) -> None:
-    """At d* the rate is 0 and λ is λ*; nearer it is positive, further away negative; the time constant is −1 over its slope."""
+    """At d* the rate is 0 and λ as said; nearer it is positive, further away negative; the time constant is −1 over its slope."""
     w = share * v
     rest = budget.resting_distance(dm, n, v, u, w)
     assert rest >= dm and rate_at(rest, dm, n, v, u, w) == pytest.approx(0.0, abs=1e-9)
-    assert activation(rest, dm, n) == pytest.approx(budget.resting_activation(v, u, w), rel=1e-9)
+    assert activation(rest, dm, n) == pytest.approx((u + w) / (u + v), rel=1e-9)
     assert rate_at(0.99 * rest, dm, n, v, u, w) > 0.0 > rate_at(1.01 * rest, dm, n, v, u, w)
     h = 1e-6 * rest
     if rest > dm + h and u >= 0.02 and share <= 0.9:
@@ -71,17 +65,15 @@ def test_the_threshold_is_the_obstacles_speed(dm: float, n: float, v: float, u: 
     """At d_m line (R) gives v − w whatever u: the distance holds if and only if w ≤ v, and is lost at w − v if not."""
     at_threshold = rate_at(dm, dm, n, v, u, w)
     assert at_threshold == pytest.approx(v - w, abs=1e-12)
-    assert budget.holds_distance(v, w) is (w <= v)
     assert budget.distance_loss_rate(v, w) == pytest.approx(max(0.0, -at_threshold), abs=1e-12)
 
 
 @given(CRITICAL, ORDERS, NOMINAL, PULL, st.floats(-1.0, 1.0), st.floats(1e-6, 1.0))
 def test_where_there_is_no_rest(dm: float, n: float, v: float, u: float, w: float, more: float) -> None:
-    """u + w ≤ 0: nothing draws the bodies together, d* = inf; w > v: λ* would exceed 1, d* is nan. So are the times."""
-    following = budget.resting_distance, budget.settling_time, budget.largest_step_at_rest
+    """u + w ≤ 0: nothing draws the bodies together, d* = inf; w > v: λ would have to exceed 1, d* is nan. So is the time constant."""
+    following = budget.resting_distance, budget.settling_time
     assume(-w - more + w <= 0.0)
-    assert [value(dm, n, v, -w - more, w) for value in following] == [math.inf] * 3
-    assert budget.resting_activation(v, u, v + more) > 1.0
+    assert [value(dm, n, v, -w - more, w) for value in following] == [math.inf] * 2
     assert all(math.isnan(value(dm, n, v, u, v + more)) for value in following)
 
 
@@ -100,7 +92,7 @@ def test_euler_by_example() -> None:
 def test_the_limits_of_explicit_euler(dm: float, n: float, v: float, u: float, share: float) -> None:
     """A nanometre off the rest shrinks at .95 of the limit, grows at 1.05 of it; λ is steepest at d_m, the limit smallest."""
     w = share * v
-    rest, limit = budget.resting_distance(dm, n, v, u, w), budget.largest_step_at_rest(dm, n, v, u, w)
+    rest, limit = budget.resting_distance(dm, n, v, u, w), 2.0 * budget.settling_time(dm, n, v, u, w)
     least = budget.largest_step(dm, n, v, u)
     assert least <= limit * (1.0 + 1e-12)
     # With half of the smallest limit the distance comes to rest from its side.
@@ -110,7 +102,7 @@ def test_the_limits_of_explicit_euler(dm: float, n: float, v: float, u: float, s
         assert abs(below - rest) < 0.6e-9 and abs(above - rest) > 2e-9
     # As the obstacle's speed nears v, the rest nears d_m, and its limit the smallest: neither is too cautious.
     if n >= 1.5:
-        assert budget.largest_step_at_rest(dm, n, v, u, (1.0 - 1e-7) * v) == pytest.approx(least, rel=1e-5)
+        assert 2.0 * budget.settling_time(dm, n, v, u, (1.0 - 1e-7) * v) == pytest.approx(least, rel=1e-5)
 
 
 @pytest.mark.parametrize(("d", "n", "speed"), [(0.15, 6, 0.3), (0.10, 6, 0.3), (0.30, 1, 0.15), (0.30, 2, 0.075)])
@@ -137,12 +129,3 @@ def test_it_is_one_up_to_the_critical_distance_and_continuous_there(share: float
     gap = 1.0 - activation(dm * (1.0 + off), dm, n)
     assert 0.0 <= gap <= n * off + 1e-12
     assert gap == pytest.approx(n * off, rel=0.5 * (n + 1.0) * off + 1e-6)
-    assert activation_slope(share * dm, dm, n) == 0.0
-    assert activation_slope(dm * (1.0 + 1e-9), dm, n) == pytest.approx(-n / dm, rel=1e-6)
-
-
-@given(st.floats(1.001, 20.0), CRITICAL, ORDERS)
-def test_slope_against_finite_differences(ratio: float, dm: float, n: float) -> None:
-    d, h = ratio * dm, 1e-6 * dm
-    numeric = (activation(d + h, dm, n) - activation(d - h, dm, n)) / (2.0 * h)
-    assert activation_slope(d, dm, n) == pytest.approx(numeric, rel=1e-5, abs=1e-9)

@@ -60,7 +60,7 @@ def test_point_jacobian_against_finite_differences(rig: RigName) -> None:
 
                 def point(at: Array, joint: int = joint) -> Array:
                     kinematics.update(at)
-                    return kinematics.joint_point(joint) + kinematics.joint_rotation(joint) @ local
+                    return kinematics.data.oMi[joint].act(local)
 
                 numeric = derivative(point, q)[:, arm.joints]
                 at = point(q)

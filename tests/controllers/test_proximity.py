@@ -87,7 +87,7 @@ def test_distances_and_witness_points_against_own_geometry(rig: RigName) -> None
             first, second = detector.witness_points(pair)
             assert_allclose(first, p, atol=1e-9)
             assert_allclose(second, r, atol=1e-9)
-            n = detector.direction(pair)
+            n = detector.data.distanceResults[pair].normal
             assert np.linalg.norm(n) == pytest.approx(1.0, abs=1e-9)
             assert_allclose(second - first, expected * n, atol=1e-9)
         assert (near.pair, near.distance) == (int(distances.argmin()), distances.min())

@@ -67,7 +67,7 @@ def test_what_is_set_and_taken_back_between_two_steps_changes_nothing(key: str, 
 def test_the_last_seconds_are_a_piece_of_their_own(scene: str) -> None:
     simulation, recorded = session(scene, "smooth_priority", 2.6, 1.6)
     table = simulation.history.table(recorded.steps)
-    for seconds in (0.004, 1.0, recorded.seconds - recorded.dt, recorded.seconds, math.inf):
+    for seconds in (0.004, 1.0, recorded.seconds - recorded.settings.dt, recorded.seconds, math.inf):
         piece = newest_piece(recorded, seconds)
         assert piece.steps == newest_steps(recorded, seconds)
         # Two time steps may not fill the time to the end.
@@ -233,20 +233,19 @@ def test_the_paper_is_smooth_over_all_pairs_only_and_a_hard_switch_never(changes
 
 
 @pytest.mark.parametrize(
-    ("largest", "verdict", "words"),
+    ("largest", "verdict"),
     [
-        ((0.8, 0.4, 0.2, 0.1), "smooth", "Smooth"), ((0.8, 0.45, 0.2, 0.12), "smooth", "Smooth"),
-        ((0.5, 0.5, 0.5, 0.5), "jump", "A jump of 0.5 rad/s"), ((0.5, 0.52, 0.48, 0.51), "jump", "A jump"),
+        ((0.8, 0.4, 0.2, 0.1), "smooth"), ((0.8, 0.45, 0.2, 0.12), "smooth"),
+        ((0.5, 0.5, 0.5, 0.5), "jump"), ((0.5, 0.52, 0.48, 0.51), "jump"),
         # A jump of 0.1 below the smooth motion of the longer steps.
-        ((0.4, 0.2, 0.105, 0.1), "jump", "A jump of 0.1 rad/s"),
+        ((0.4, 0.2, 0.105, 0.1), "jump"),
         # Seen in a window of the hold scene under `single`: small jumps that become rarer.
-        ((5.977e-4, 5.145e-4, 4.027e-4, 2.444e-4), "between", "41 % of the largest step are left; 12 % would be smooth"),
-        ((0.8, 0.4, 0.2, 0.15), "between", "Between"), ((0.0, 0.0, 0.0, 0.0), "still", "Nothing moved"),
-        ((1e-14, 1e-15, 1e-14, 1e-13), "still", "Nothing moved"), ((0.0, 0.0, 0.0, 0.1), "jump", "A jump"),
-        ((0.1, 0.0, 0.0, 0.0), "still", "Nothing moved"), ((0.8, 0.4, None, 0.1), "measuring", "Measuring"),
-        ((None, None, None, None), "measuring", "Measuring"),
+        ((5.977e-4, 5.145e-4, 4.027e-4, 2.444e-4), "between"),
+        ((0.8, 0.4, 0.2, 0.15), "between"), ((0.0, 0.0, 0.0, 0.0), "still"),
+        ((1e-14, 1e-15, 1e-14, 1e-13), "still"), ((0.0, 0.0, 0.0, 0.1), "jump"),
+        ((0.1, 0.0, 0.0, 0.0), "still"), ((0.8, 0.4, None, 0.1), "measuring"),
+        ((None, None, None, None), "measuring"),
     ],
 )  # fmt: skip
-def test_verdicts(largest: tuple[float | None, ...], verdict: StepTrend, words: str) -> None:
-    measured = StepStudy(RunSettings(), 10.0, tuple(0.005 / k for k in SUBSTEPS), largest)
-    assert measured.verdict == verdict and words in measured.words
+def test_verdicts(largest: tuple[float | None, ...], verdict: StepTrend) -> None:
+    assert StepStudy(RunSettings(), 10.0, tuple(0.005 / k for k in SUBSTEPS), largest).verdict == verdict

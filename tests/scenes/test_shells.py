@@ -128,7 +128,7 @@ def test_surfaces_by_closed_forms() -> None:
 
 
 def test_sizes_and_colours_of_files() -> None:
-    assert max(map(len, (room_shells.torso_glb(), room_shells.table_glb(), room_shells.table_glb(1.4)))) <= 300_000
+    assert max(map(len, (room_shells.torso_glb(), room_shells.table_glb(1.1), room_shells.table_glb(1.4)))) <= 300_000
     n = 70_000
     points = np.random.default_rng(1).normal(size=(n, 3))
     faces = np.array([[0, 1, n - 1]])

@@ -49,7 +49,7 @@ class FigureGrip(Grip):
     def _begin(self) -> None:
         """Become the source, standing as the person stands who is drawn."""
         drawn = self._view.angles
-        self._figure = Figure(start=drawn) if np.isfinite(drawn).all() else Figure()
+        self._figure = Figure(drawn) if np.isfinite(drawn).all() else Figure()
         self._session.set_source(self)
 
     def target(self, time: float) -> AnglesTarget:

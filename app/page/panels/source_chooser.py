@@ -8,13 +8,14 @@ import viser
 from app.i18n.speaking import tr
 from app.session.actions import Action
 from app.session.frame import Frame
-from app.session.input_source import MODEL_REMEDY, PersonTarget, from_bvh
+from app.session.input_source import MODEL_REMEDY, from_bvh
 from app.session.session import Session
 from app.settings import Source
 from app.text.templates import element
 from app.web.control_events import on_file
 from controllers.errors import DuetError
 from scenes.person.bvh import read_bvh
+from scenes.person.source import PersonTarget
 
 
 class TakePerson(Action):

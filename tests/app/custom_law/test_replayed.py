@@ -178,9 +178,10 @@ def test_answers_count_for_the_bound_of_memory(file: Path) -> None:
     with session_of(write(file, PAPER)) as session:
         session.inputs = InputsLog(most_bytes=60_000)
         ran(session, 1400)
-        assert session.inputs.nbytes < 110_000 and session.inputs.seconds < 4.0
+        assert session.inputs.nbytes < 110_000
         recorded = session.recorded()
-        assert recorded is not None and rerun(recorded).table[-1].tobytes() == session.simulation.history.table(1).tobytes()
+        assert recorded is not None and recorded.seconds < 4.0
+        assert rerun(recorded).table[-1].tobytes() == session.simulation.history.table(1).tobytes()
 
 
 @pytest.mark.parametrize(

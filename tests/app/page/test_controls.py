@@ -120,7 +120,7 @@ def test_smoothness_in_a_table() -> None:
     half = StepStudy(run, 10.0, dts, (0.5, None, 0.51, None))
     html = text(smoothness_html(Smoothness(smooth, half)))
     assert "5 ms 0.0800 0.5000" in html and "2.5 ms 0.0400 …" in html and "0.625 ms 0.0100 …" in html
-    assert f"Law: {smooth.words}" in html and f"Ghost: {half.words}" in html
+    assert "Law: Smooth: half the time step, half the largest step." in html and "Ghost: Measuring …" in html
     assert "Ghost" not in text(smoothness_html(Smoothness(smooth, None)))
 
 

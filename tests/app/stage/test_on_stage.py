@@ -15,7 +15,7 @@ from app.stage.person_figure import SCALE, on_person, on_stage
 from controllers.kinematics import Array
 from scenes import solo
 from scenes.ball import BALL_RADIUS, PATH, POINT_RADIUS
-from scenes.person.angles import arm_points
+from scenes.person.angles import FOREARM, arm_points
 from scenes.person.figure import Figure
 from scenes.robots import RobotName, robot
 from scenes.settings import ArmName
@@ -199,7 +199,7 @@ def test_the_figure_stands_where_its_arms_are() -> None:
 
 def drawn_wrist(guest: Guest, side: ArmName) -> Array:
     forearm = drawn_pose(guest, f"/person/body/{side}_upper_arm/{side}_forearm")
-    return forearm.act(np.array([0.0, 0.0, -SCALE * Figure().proportions.forearm]))
+    return forearm.act(np.array([0.0, 0.0, -SCALE * FOREARM]))
 
 
 def test_a_clip_moves_the_figure_and_the_robots(one: Guest) -> None:

@@ -17,7 +17,7 @@ from numpy.testing import assert_allclose
 from controllers.errors import DuetError
 from controllers.kinematics import Array
 from scenes.person import body
-from scenes.person.angles import MODEL_PROPORTIONS, Proportions, arm_directions, arm_points
+from scenes.person.angles import FOREARM, UPPER_ARM, arm_directions, arm_points
 from scenes.person.clips import REST
 from scenes.person.figure import MOST_BENT, Figure
 from scenes.person.source import MissingPackage
@@ -75,7 +75,7 @@ def test_the_nodes_go_where_the_arms_go() -> None:
             assert_allclose(placed[f"{side}_upper_arm"].translation, shoulder, atol=1e-3)
             forearm = placed[f"{side}_forearm"]
             assert_allclose(forearm.translation, elbow, atol=1e-3)
-            assert_allclose(forearm.act(np.array([0.0, 0.0, -MODEL_PROPORTIONS.forearm])), wrist, atol=1e-3)
+            assert_allclose(forearm.act(np.array([0.0, 0.0, -FOREARM])), wrist, atol=1e-3)
 
 
 def test_the_parts() -> None:
@@ -96,9 +96,9 @@ def test_the_parts() -> None:
 
 
 def test_bones_run_along_the_meshes() -> None:
-    p, meshes = MODEL_PROPORTIONS, body.person_meshes()
+    meshes = body.person_meshes()
     for side in SIDES:
-        for name, length in ((f"{side}_upper_arm", p.upper_arm), (f"{side}_forearm", p.forearm)):
+        for name, length in ((f"{side}_upper_arm", UPPER_ARM), (f"{side}_forearm", FOREARM)):
             low, high = meshes[name].bounds
             assert np.abs([low[:2], high[:2]]).max() < 0.07 and -0.005 < high[2] < 0.05
             assert low[2] < -0.95 * length
@@ -134,9 +134,8 @@ def test_without_the_package(cache_folder: Path, monkeypatch: pytest.MonkeyPatch
         body.body_parts()
 
 
-UPPER, FORE = MODEL_PROPORTIONS.upper_arm, MODEL_PROPORTIONS.forearm
-SHORTEST = float(np.hypot(UPPER + FORE * np.cos(MOST_BENT), FORE * np.sin(MOST_BENT)))
-LONGEST = UPPER + FORE
+SHORTEST = float(np.hypot(UPPER_ARM + FOREARM * np.cos(MOST_BENT), FOREARM * np.sin(MOST_BENT)))
+LONGEST = UPPER_ARM + FOREARM
 
 points = st.tuples(*[st.floats(-1.0, 1.0)] * 3).map(np.array)
 
@@ -145,8 +144,8 @@ def check_lengths(figure: Figure) -> None:
     assert np.isfinite(figure.angles()).all() and (figure.angles()[:, 3] <= MOST_BENT + 1e-6).all()
     for side in SIDES:
         shoulder, elbow, wrist = figure.points(side)
-        assert np.isclose(np.linalg.norm(elbow - shoulder), figure.proportions.upper_arm)
-        assert np.isclose(np.linalg.norm(wrist - elbow), figure.proportions.forearm)
+        assert np.isclose(np.linalg.norm(elbow - shoulder), UPPER_ARM)
+        assert np.isclose(np.linalg.norm(wrist - elbow), FOREARM)
 
 
 @given(bodies(arms), st.sampled_from(SIDES), points)
@@ -185,7 +184,7 @@ def test_a_drag_in_small_steps_moves_in_small_steps(side: ArmName) -> None:
     assert worst < 0.03
 
 
-def test_swivel_reset_and_proportions() -> None:
+def test_swivel_and_reset() -> None:
     # A wrist dragged to where it is leaves the elbow there; dragged straight towards the shoulder, the elbow stays in its
     # plane.
     figure = Figure(start=np.radians([[40.0, 35.0, 20.0, 70.0]] * 2))
@@ -195,8 +194,8 @@ def test_swivel_reset_and_proportions() -> None:
     plane = np.cross(wrist - shoulder, elbow - shoulder)
     figure.drag_wrist("left", shoulder + 0.8 * (wrist - shoulder))
     assert abs(plane @ (figure.points("left")[1] - shoulder)) < 1e-9
-    # It stands as at the start again; other people have other lengths; what is given out is a copy.
-    figure = Figure(Proportions(0.3, 0.2, 0.2))
+    # It stands as at the start again; what is given out is a copy.
+    figure = Figure()
     figure.drag_wrist("left", np.array([0.3, 0.2, 0.1]))
     check_lengths(figure)
     figure.reset()
@@ -240,5 +239,5 @@ def test_what_is_held_comes_along(start: Array, side: ArmName, forearm: bool, sh
     check_lengths(figure)
     if grasp.forearm and 0.2 < np.linalg.norm(goal - shoulder) < 0.8 * LONGEST and grasp.along <= 0.0:
         _, elbow, wrist = figure.points(side)
-        held = wrist + (wrist - elbow) * (grasp.along / FORE) + grasp.aside
+        held = wrist + (wrist - elbow) * (grasp.along / FOREARM) + grasp.aside
         assert np.linalg.norm(held - goal) < 0.02
