@@ -9,13 +9,16 @@ from app.session.background_studies import BackgroundStudies
 from app.session.clock import BUDGET, FRAME, Pace
 from app.session.microscope import Magnified
 from app.session.session import Session
-from app.session.shown import Past, Shown
+from app.session.shown import Past
 from app.settings import Settings
 from controllers.kinematics import Array
 from scenes.history import Sample
 from scenes.rerun import WhatIf
 from scenes.simulation import Simulation
 from scenes.targets import Target
+
+Shown = Session | Past
+"""What a page shows: the live session, or a replay in its place."""
 
 
 class Contact(NamedTuple):
@@ -173,7 +176,7 @@ def make_frame(session: Session, decide: Callable[[], None], now: float, elapsed
     return freeze(session, now, shown, elapsed)
 
 
-def freeze(live: Session | Past, now: float, shown: Shown | None = None, elapsed: float = 0.0) -> Frame:
+def freeze(live: Shown, now: float, shown: Shown | None = None, elapsed: float = 0.0) -> Frame:
     """Return the present moment of a run as a frame.
 
     Args:

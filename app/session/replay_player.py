@@ -83,7 +83,7 @@ class ReplayPlayer:
             self.seek(time)
             return
         reach = max(REVIEWED, self._session.simulation.time - time + 2.0)
-        if self._session.paused and (recorded := self.recorded(reach)) is not None:
+        if self._session.halt and (recorded := self.recorded(reach)) is not None:
             self.reviewing, self.mark, self._seek = True, mark, time
             self._stop()
             self.jobs.submit("film", self._show_moment, make_films, recorded, self._session.ghost_recorded(reach), urgent=True)

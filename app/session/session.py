@@ -42,7 +42,7 @@ class Session:
         sources: persons beside the built-in one, and a student's law: of the server at first, and then also the visitor's own.
     """
 
-    # Live, see `app.session.shown.Shown`.
+    # Of a replay, see `app.session.shown.Past`.
     replay_time, replayed_file, reviewed, mark = None, "", False, None
 
     def __init__(
