@@ -5,7 +5,7 @@ faster than 0.25 m/s. The paper's law passes all six if its pseudo-inverse is da
 printed it asks for any speed where J_d is singular. What other laws fail is tested with them.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Final
 
 import numpy as np
@@ -40,25 +40,18 @@ QUICK: Final = 1e-3
 """Time that a call may take, with the way to the law and back [s]."""
 
 
-def examine_law(law: Candidate, again: Callable[[], None] = lambda: None, only: Sequence[str] | None = None) -> list[TrialResult]:
-    """Return the verdicts of the tests.
+def verdict_on(law: Candidate, name: str) -> TrialResult:
+    """Return the verdict of one test.
 
     Args:
         law: d ↦ q̇ as in `controllers.laws.situation.Law`.
-        again: called before every test, so that a law that has failed can restart.
-        only: names of the tests to be made; None for all six.
+        name: of the test, one of `TRIALS`.
     """
-    verdicts: list[TrialResult] = []
-    for name in TRIALS if only is None else only:
-        again()
-        line = None
-        try:
-            passed, reason, numbers, curve = TRIALS[name](law)
-        except arena.TrialStopped as stopped:
-            passed, reason, numbers, curve = False, str(stopped), {}, stopped.curve
-            line = stopped.line
-        verdicts.append(TrialResult(name, passed, reason, numbers, None if passed else curve, line))
-    return verdicts
+    try:
+        passed, reason, numbers, curve = TRIALS[name](law)
+    except arena.TrialStopped as stopped:
+        return TrialResult(name, False, str(stopped), {}, stopped.curve, stopped.line)
+    return TrialResult(name, passed, reason, numbers, None if passed else curve)
 
 
 TrialOutcome = tuple[bool, str, dict[str, float], TrialCurve | None]

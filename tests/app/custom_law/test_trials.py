@@ -17,7 +17,7 @@ from app.custom_law.arena import TrialResult
 from app.custom_law.examination import NO_FILE, Dropped, Examination, ExaminationProgress, examine, examine_one
 from app.custom_law.law_file import LawFile
 from app.custom_law.law_limits import LawProblem
-from app.custom_law.trials import TRIALS, WHY, examine_law
+from app.custom_law.trials import TRIALS, WHY, verdict_on
 from app.lessons.bookmark import Phase
 from app.lessons.loading import load_lessons
 from app.lessons.session.lesson_actions import Check, GoBack, GoOn
@@ -64,7 +64,8 @@ def from_text(text: str) -> Candidate:
 @cache
 def verdicts_of(name: str) -> dict[str, TrialResult]:
     """Of a built-in law; to be read only."""
-    return {verdict.name: verdict for verdict in examine_law(built_in(name))}
+    law = built_in(name)
+    return {test: verdict_on(law, test) for test in TRIALS}
 
 
 def failed(verdicts: list[TrialResult]) -> set[str]:
@@ -82,7 +83,8 @@ TASK_ONLY = "def law(s):\n    return s.nominal"
 
 
 def test_a_law_of_a_student_fails_what_it_should() -> None:
-    verdicts, unprotected = examine_law(from_text(SWITCHED)), verdicts_of("unprotected")
+    law, unprotected = from_text(SWITCHED), verdicts_of("unprotected")
+    verdicts = [verdict_on(law, test) for test in TRIALS]
     assert failed(verdicts) == {SMOOTH}, verdicts
     for verdict in (*verdicts, *unprotected.values()):
         assert verdict.passed == ("fails" not in verdict.reason) and ("≤" in verdict.reason or "≥" in verdict.reason)
@@ -118,7 +120,7 @@ def test_a_new_law_is_the_papers_and_fails_what_the_paper_left_open(
     text = path.read_text(encoding="utf-8")
     assert "law-test her_law.py" in text and "my_law.py" not in text
     # The other three are made on the same law in this process, see below; through another one they take their time.
-    monkeypatch.setattr("app.custom_law.trials.TRIALS", {name: TRIALS[name] for name in (OUT, BOUNDED, QUICK)})
+    monkeypatch.setattr("app.custom_law.examination.TRIALS", {name: TRIALS[name] for name in (OUT, BOUNDED, QUICK)})
     assert law_test(LawTest(path)) == 1
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) == 4 and lines[-1] == "her_law.py: 2 of 3 tests passed."
@@ -148,9 +150,9 @@ def test_what_the_built_in_laws_fail(name: str, failures: set[str]) -> None:
 
 def test_numbers_of_the_built_in_laws() -> None:
     # The barrier keeps d_m as soon as it knows how fast the hand comes; the paper's law with n = 1 harms the task from afar.
-    (kept,) = examine_law(built_in("barrier_qp", feed_forward=True), only=(KEEPS,))
-    assert kept.passed and not verdicts_of("barrier_qp")[KEEPS].passed
-    early, out, bounded = examine_law(built_in(order=1.0), only=(ALONE, OUT, BOUNDED))
+    assert verdict_on(built_in("barrier_qp", feed_forward=True), KEEPS).passed and not verdicts_of("barrier_qp")[KEEPS].passed
+    flat = built_in(order=1.0)
+    early, out, bounded = (verdict_on(flat, test) for test in (ALONE, OUT, BOUNDED))
     assert not early.passed and "the hand leaves its place by 7" in early.reason
     assert out.passed and bounded.passed
     # Far from the ball the hand rests where λ (v + u) = u; out of the overlap it takes (d_m − d) / v; of a jump all is left.
@@ -189,11 +191,11 @@ def test_a_slow_law_is_named_and_does_not_hold_the_others_up() -> None:
     """2 ms a call: too slow. 60 ms a call: the runs are ended after 10 s of calls."""
     law = built_in()
     law.seconds = 0.002
-    verdicts = examine_law(law, only=(OUT, QUICK))
+    verdicts = [verdict_on(law, test) for test in (OUT, QUICK)]
     assert [verdict.passed for verdict in verdicts] == [True, False]
     assert "a call ≤ 1 ms fails: the median of 300 calls is 2 ms" in verdicts[-1].reason
     law.seconds = 0.06
-    verdicts = examine_law(law)
+    verdicts = [verdict_on(law, test) for test in TRIALS]
     assert failed(verdicts) == {KEEPS, SMOOTH, OUT, ALONE, QUICK}
     assert "a call takes 60 ms" in verdicts[0].reason
 
