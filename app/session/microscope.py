@@ -72,7 +72,7 @@ class Microscope:
     """
 
     def __init__(self, background: Jobs | None, wake: Callable[[], None]) -> None:
-        self._jobs = None if background is None else JobWatch(background, wake, self._failed)
+        self._jobs = JobWatch(background, wake, self._failed)
         self.quantity: Signal = "dq"
         self._time: float | None = None
         self.span: tuple[float, float, float] | None = None
@@ -101,8 +101,7 @@ class Microscope:
         Args:
             window: gives the newest piece of its inputs of a length [s].
         """
-        if self._jobs is not None:
-            self._jobs.collect()
+        self._jobs.collect()
         dt, history = simulation.settings.dt, simulation.history
         times = history.column("t")
         if len(times) < 2:
@@ -124,7 +123,7 @@ class Microscope:
         if self._asked is None or self._asked[:3] != (history, time, dt):
             self._finer = None
         # Asked once more when the run has gone on as far as there is to see.
-        if self._asked != (asked := (history, time, dt, whole)) and self._jobs is not None:
+        if self._asked != (asked := (history, time, dt, whole)) and self._jobs.computes:
             self._asked = asked
             if (recorded := window(max(WINDOW, float(times[-1]) - time) + AROUND * dt)) is not None:
                 self._jobs.submit("microscope", self._take, finer_rows, recorded, time, dt)
@@ -144,8 +143,7 @@ class Microscope:
 
     def forget(self) -> None:
         """Drop what is being computed, and the instant: it was one of the run before."""
-        if self._jobs is not None:
-            self._jobs.close()
+        self._jobs.close()
         self._asked = self._finer = self._time = None
 
 
