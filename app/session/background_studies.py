@@ -144,7 +144,7 @@ class BackgroundStudies:
         change: Callable[[str, object], None],
         watch: Callable[[Recorded, str], None] | None = None,
     ) -> None:
-        self._inputs, self._settings = inputs, settings
+        self._inputs = inputs
         self.questions = Studies(background, wake)
         self.trade_off = self.safety_curves = None
         if background is not None:
@@ -156,13 +156,13 @@ class BackgroundStudies:
 
     def advance(self, elapsed: float, simulation: Simulation) -> None:
         """Ask and answer what is due. `elapsed`: wall time since the last call [s]."""
-        self.questions.advance(elapsed, self._settings(), simulation, self._inputs.window)
+        self.questions.advance(elapsed, simulation, self._inputs)
         self.knob_search.advance()
         self.counterexample.advance(elapsed)
 
     def magnified(self, simulation: Simulation) -> Magnified | None:
         """Return the single steps about the instant that the visitor looks at; they are asked for while they are shown."""
-        return self.microscope.magnify(simulation, self._inputs.window)
+        return self.microscope.magnify(simulation, self._inputs)
 
     def forget(self) -> None:
         """Drop what is about the run before a reset."""

@@ -89,15 +89,12 @@ class Studies:
             self._jobs.drop("what if")
             self._rested, self._moved = 0.0, True
 
-    def advance(
-        self, elapsed: float, settings: Settings, simulation: Simulation, window: Callable[[float], Recorded | None]
-    ) -> None:
+    def advance(self, elapsed: float, simulation: Simulation, inputs: InputsLog) -> None:
         """Ask and answer what is due.
 
         Args:
             elapsed: wall time since the last call [s].
-            settings, simulation: of the run, now.
-            window: gives the newest piece of its inputs of a length [s].
+            simulation, inputs: of the run.
         """
         self._jobs.collect()
         if self._rested is None:
@@ -108,25 +105,23 @@ class Studies:
             return
         if self._moved:
             self._moved = False
-            self._ask_what_if("newest", min(MOVING * settings.run.dt, WINDOW), settings, simulation, window)
+            self._ask_what_if("newest", min(MOVING * simulation.settings.dt, WINDOW), simulation, inputs)
         elif self._rested >= REST:
             self._rested = None
-            self._ask_what_if("what if", WINDOW, settings, simulation, window)
+            self._ask_what_if("what if", WINDOW, simulation, inputs)
 
-    def _ask_what_if(
-        self, kind: str, seconds: float, settings: Settings, simulation: Simulation, window: Callable[[float], Recorded | None]
-    ) -> None:
-        recorded = window(seconds)
+    def _ask_what_if(self, kind: str, seconds: float, simulation: Simulation, inputs: InputsLog) -> None:
+        recorded = inputs.window(seconds)
         if recorded is None:
             return
         table = simulation.history.table(recorded.steps)
         if len(table) < recorded.steps:
             # At small time steps the log reaches back farther than the curves that are drawn.
-            recorded = window(len(table) * settings.run.dt - CHAPTER)
+            recorded = inputs.window(len(table) * simulation.settings.dt - CHAPTER)
             if recorded is None or recorded.steps > len(table):
                 return
             table = table[-recorded.steps :]
-        present = values(settings.run)
+        present = values(simulation.settings)
         asked = {key: present[key] for key in WHAT_IF_KEYS}
 
         def done(answer: WhatIf) -> None:

@@ -99,9 +99,9 @@ class MicroscopeButtons(PagePanel):
         microscope = self._session.studies.microscope
         match action:
             case Magnify(quantity) if quantity is not None:
-                microscope.look_at(quantity)
+                microscope.quantity = quantity
             case Magnify(_, 0):
-                microscope.find_jump()
+                microscope.go_to(None)
             case Magnify(_, steps):
                 microscope.move(steps, self._session.settings.run.dt)
             case _:

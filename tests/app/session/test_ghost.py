@@ -270,7 +270,7 @@ def test_another_signal_and_another_instant() -> None:
     session = looking(desk, RunSettings(), 3.0)
     jump = seen(session, desk)
     for quantity in ("d", "lambda", "e"):
-        session.studies.microscope.look_at(quantity)
+        session.studies.microscope.quantity = quantity
         found = session.studies.magnified(session.simulation)
         assert found is not None and found.finer is not None and found.time == jump.time
         table = session.simulation.history.table()
@@ -279,7 +279,7 @@ def test_another_signal_and_another_instant() -> None:
         assert np.array_equal(found.steps.values, column[at : at + len(found.steps.values)])
     session.studies.microscope.move(-STRIDE, 0.005)
     assert seen(session, desk).time == pytest.approx(jump.time - STRIDE * 0.005)
-    session.studies.microscope.find_jump()
+    session.studies.microscope.go_to(None)
     assert seen(session, desk).time == jump.time
     # At the newest step there is nothing after it yet; the finer steps are asked for again when there is.
     session.studies.microscope.move(10_000, 0.005)
