@@ -108,9 +108,11 @@ class Session:
 
     def state(self) -> SessionState:
         """Return where the session is."""
-        ghost = None if self.ghost is None or self._ghost.source is not None else RunState.of(self.ghost, self._ghost.inputs)
+        ghost = None
+        if self.ghost is not None and self._ghost.source is None:
+            ghost = RunState(*self._ghost.inputs.cut(self.ghost))
         halted: tuple[Reason, ...] = tuple(reason for reason in LASTING if reason in self.halt)
-        return SessionState(RunState.of(self.simulation, self.inputs), ghost, self._ghost.frozen, halted, self._input.began)
+        return SessionState(RunState(*self.inputs.cut(self.simulation)), ghost, self._ghost.frozen, halted, self._input.began)
 
     def go_on_from(self, state: SessionState, history: float = 0.0) -> Iterator[None]:
         """Go on from where a session with the same settings was, its ghost too; yield every few steps that are made again for it.

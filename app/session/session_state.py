@@ -7,7 +7,7 @@ from typing import Final
 
 from app.session.clock import Reason
 from controllers.kinematics import Array
-from scenes.inputs import InputsLog, Recorded
+from scenes.inputs import Recorded
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation, Snapshot
 
@@ -28,11 +28,6 @@ class RunState:
 
     snapshot: Snapshot
     pieces: tuple[Recorded, ...] = ()
-
-    @classmethod
-    def of(cls, simulation: Simulation, inputs: InputsLog) -> "RunState":
-        """Return the present state of a run with its inputs."""
-        return cls(*inputs.cut(simulation))
 
 
 @dataclass(frozen=True)
