@@ -83,24 +83,21 @@ def make_film(recorded: Recorded, stopped: Callable[[], bool] = never) -> Record
     states: list[bytes] = []
     rows: list[Array] = []
     row_steps: list[int] = []
-    made, period = 0, -1
-    for stretch in recorded.stretches:
-        simulation.apply(stretch.settings)
-        for target in stretch.targets.each():
-            if made % LOOK == 0 and stopped():
-                raise Stopped
-            if made % spacing == 0:
-                states.append(_packed(simulation))
-            number = int(simulation.time / PERIOD)
-            simulation.step(target)
-            row = simulation.history.table(1)[0]
-            if number != period:
-                period = number
-                rows.append(row)
-                row_steps.append(made)
-            elif row[COLUMN["d"]] < rows[-1][COLUMN["d"]]:
-                rows[-1], row_steps[-1] = row, made
-            made += 1
+    period = -1
+    for made, target in enumerate(recorded.targets(simulation)):
+        if made % LOOK == 0 and stopped():
+            raise Stopped
+        if made % spacing == 0:
+            states.append(_packed(simulation))
+        number = int(simulation.time / PERIOD)
+        simulation.step(target)
+        row = simulation.history.table(1)[0]
+        if number != period:
+            period = number
+            rows.append(row)
+            row_steps.append(made)
+        elif row[COLUMN["d"]] < rows[-1][COLUMN["d"]]:
+            rows[-1], row_steps[-1] = row, made
     marks = np.arange(len(states)) * spacing
     return RecordedFilm(recorded, marks, tuple(states), np.array(rows), np.array(row_steps))
 

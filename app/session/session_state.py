@@ -69,12 +69,10 @@ def resumed(simulation: Simulation, state: RunState, pieces: tuple[Recorded, ...
     if pieces:
         simulation.apply(pieces[0].settings)
         simulation.resume(pieces[0].snapshot)
-        for stretch in itertools.chain.from_iterable(piece.stretches for piece in pieces):
-            simulation.apply(stretch.settings)
-            for target in stretch.targets.each():
-                simulation.step(target)
-                if simulation.steps % PART == 0:
-                    yield
+        for target in itertools.chain.from_iterable(piece.targets(simulation) for piece in pieces):
+            simulation.step(target)
+            if simulation.steps % PART == 0:
+                yield
         simulation.apply(settings)
     if not pieces or simulation.positions.tobytes() != state.snapshot.positions.tobytes():
         simulation.resume(state.snapshot)
