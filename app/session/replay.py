@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 
 from controllers.kinematics import Array
-from scenes.history import COLUMN, SCALARS, History
+from scenes.history import COLUMN, History
 from scenes.inputs import WIDTHS, Recorded, decoded
 from scenes.rerun import LOOK, Stopped, begun, never
 from scenes.simulation import Simulation, Snapshot
@@ -44,9 +44,6 @@ CAPACITY: Final = 8_000
 AHEAD: Final = 10.0
 """The axis of a long replay's plots goes on in pieces of this length, so that it stands still in between [s]; what is no longer than two
 of them is drawn as a whole."""
-
-_FIRST: Final = COLUMN["e2_b"]
-_HEAD: Final = len(SCALARS)
 
 
 @dataclass(frozen=True)
@@ -197,7 +194,7 @@ class Replay:
 
     def moment(self, step: int) -> float:
         """Return the time after so many steps [s]."""
-        i = min(bisect_right(self._starts, step - 1), len(self._times) - 1) - 1
+        i = self._stretch_of(step - 1)
         return self._times[i] + (step - self._starts[i]) * self.recorded.stretches[i].settings.dt
 
     def nearest(self, time: float) -> int:
@@ -283,11 +280,7 @@ class Replay:
     def _fill(self, simulation: Simulation, last: int) -> None:
         """Give a simulation the history of `PAST` up to a row of the film."""
         # A new object, so that readers of the history notice the jump.
-        simulation.history = history = History(CAPACITY, len(simulation.positions))
+        simulation.history = History(CAPACITY, len(simulation.positions))
         rows = self._film.rows[:last]
         first = int(np.searchsorted(rows[:, COLUMN["t"]], rows[-1, COLUMN["t"]] - PAST)) if last else 0
-        table = rows[first:]
-        parts = (history.positions(table), history.velocities(table), history.desired(table))
-        for row, q, dq, desired in zip(table.tolist(), *parts, strict=True):
-            second = None if math.isnan(row[_FIRST]) else tuple(row[_FIRST:_HEAD])
-            history.append(tuple(row[:_FIRST]), q, dq, desired, second)
+        simulation.history.begin_with(rows[first:])
