@@ -124,7 +124,7 @@ class BackgroundStudies:
         inputs: of the run.
         settings: gives the session's present settings.
         change: sets one of them, by its key.
-        watch: has a run replayed, by its name; None where none is.
+        watch: has a run replayed, by its name.
 
     Attributes:
         questions: "what if", and how smooth the run is.
@@ -142,7 +142,7 @@ class BackgroundStudies:
         inputs: InputsLog,
         settings: Callable[[], Settings],
         change: Callable[[str, object], None],
-        watch: Callable[[Recorded, str], None] | None = None,
+        watch: Callable[[Recorded, str], None],
     ) -> None:
         self._inputs = inputs
         self.questions = Studies(background, wake)
@@ -151,7 +151,7 @@ class BackgroundStudies:
             self.trade_off = BackgroundParts(background, wake, TRADE_OFF_ORDERS, trade_off_row, _any_order)
             self.safety_curves = BackgroundParts(background, wake, knobs(), knob_curve, _any_law)
         self.knob_search = KnobSearch(background, wake, settings, change)
-        self.counterexample = CounterexampleSearch(None if watch is None else background, wake, settings, watch)
+        self.counterexample = CounterexampleSearch(background, wake, settings, watch)
         self.microscope = Microscope(background, wake)
 
     def advance(self, elapsed: float, simulation: Simulation) -> None:

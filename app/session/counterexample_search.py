@@ -30,7 +30,7 @@ class CounterexampleSearch:
         background: where the runs are made; None where nothing is searched.
         wake: called, from any thread, when there is news.
         settings: gives the session's present settings.
-        watch: has a run replayed, by its name; None where nothing is searched.
+        watch: has a run replayed, by its name.
 
     Attributes:
         worst: the worst run so far; None before the first start has been searched.
@@ -44,7 +44,7 @@ class CounterexampleSearch:
         background: Jobs | None,
         wake: Callable[[], None],
         settings: Callable[[], Settings],
-        watch: Callable[[Recorded, str], None] | None,
+        watch: Callable[[Recorded, str], None],
     ) -> None:
         self._jobs = JobWatch(background, wake, self._failed)
         self._settings, self._watch = settings, watch
@@ -119,8 +119,7 @@ class CounterexampleSearch:
 
     def _show(self, attack: Attack, recorded: Recorded) -> None:
         self.replayed = attack
-        if self._watch is not None:
-            self._watch(recorded, NAME)
+        self._watch(recorded, NAME)
 
     def _search_on(self) -> None:
         assert self._asked is not None

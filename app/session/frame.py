@@ -169,11 +169,8 @@ def make_frame(session: Session, decide: Callable[[], None], now: float, elapsed
     session.take_actions(elapsed)
     decide()
     session.step(elapsed, budget)
-    shown: Shown = session
-    if session.player is not None:
-        session.player.advance(elapsed)
-        shown = session.player.past or session
-    return freeze(session, now, shown, elapsed)
+    session.player.advance(elapsed)
+    return freeze(session, now, session.player.past, elapsed)
 
 
 def freeze(live: Shown, now: float, shown: Shown | None = None, elapsed: float = 0.0) -> Frame:

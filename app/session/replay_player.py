@@ -25,7 +25,7 @@ class ReplayPlayer:
     """All methods belong to the thread that advances the session.
 
     Args:
-        background: computes the replay's film.
+        background: computes the replay's film; with None there is never one.
         wake: called, from any thread, when the state of a job has changed.
 
     Attributes:
@@ -37,7 +37,7 @@ class ReplayPlayer:
         mark: the moment of the replay that is worth a look; None if there is none.
     """
 
-    def __init__(self, session: Live, background: Jobs, wake: Callable[[], None]) -> None:
+    def __init__(self, session: Live, background: Jobs | None, wake: Callable[[], None]) -> None:
         self._session = session
         self.jobs = JobWatch(background, wake, self._fail)
         self.news: list[tuple[str, str]] = []

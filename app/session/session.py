@@ -38,7 +38,7 @@ class Session:
     Args:
         settings: of the run and of the page.
         wake: called after every `post`, to ask for a frame at once.
-        background: where "what if" and smoothness are computed; without one they are not.
+        background: where replays, "what if", smoothness and so on are computed; without one they are not.
         sources: persons beside the built-in one, and a student's law: of the server at first, and then also the visitor's own.
     """
 
@@ -67,8 +67,8 @@ class Session:
         self._ghost = GhostRun(settings.run, self.law)
         self._wish: tuple[Target | None] | None = None
         """The target of a step that its law has not answered yet."""
-        self.player = None if background is None else ReplayPlayer(self, background, wake)
-        """Replays in the place of the live run; None where nothing is computed in the background."""
+        self.player = ReplayPlayer(self, background, wake)
+        """Replays in the place of the live run."""
         self.studies = self._new_studies()
         self.posts = ActionQueue(self.handle)
         self.takers: dict[Hashable, Callable[[actions.Action], bool]] = {}
@@ -98,8 +98,7 @@ class Session:
     def _new_studies(self) -> BackgroundStudies:
         # They know the settings' laws only, and would answer for another one.
         studied = self.background if self.sources.law_file is None else None
-        watch = None if self.player is None else self.player.watch_file
-        return BackgroundStudies(studied, self.wake, self.inputs, lambda: self.settings, self.change, watch)
+        return BackgroundStudies(studied, self.wake, self.inputs, lambda: self.settings, self.change, self.player.watch_file)
 
     def wake(self) -> None:
         """Ask for a frame at once; from any thread."""

@@ -146,12 +146,12 @@ class MomentChooser(PagePanel):
         """Do an action if it is about the moment; return whether it was."""
         if not isinstance(action, ShowMoment):
             return False
-        if self._player is not None and re.fullmatch(r"\d{1,7}(\.\d{1,6})?", action.text):
+        if re.fullmatch(r"\d{1,7}(\.\d{1,6})?", action.text):
             self._player.review(float(action.text))
             self._microscope.go_to(float(action.text))
         return True
 
     def show(self, frame: Frame) -> None:
         """Offer the plots to be dragged over while the run stands or is replayed."""
-        offered = self._player is not None and (frame.pace.paused or frame.replayed) and frame.sample.time > 0.0
+        offered = (frame.pace.paused or frame.replayed) and frame.sample.time > 0.0
         self._html.content = self._mark + _GRIP if offered else ""

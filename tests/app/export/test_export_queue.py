@@ -40,7 +40,6 @@ class Desk:
         self.background = Inline()
         run = given_settings(**settings)
         self.session = Session(Settings(run=run), background=self.background, sources=people or InputSources())
-        assert self.session.player is not None
         self.queue = ExportQueue(self.session, self.session.player)
 
     def run(self, seconds: float) -> None:
