@@ -1,6 +1,7 @@
 """The replay in a session: the last part of its run, or the run of a file, in the place of the live one."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Final
 
 from app.i18n.speaking import N_
@@ -46,7 +47,6 @@ class ReplayPlayer:
         self.reviewing = False
         self.mark: Mark | None = None
         self._ghost: Replay | None = None
-        self._whole: Recorded | None = None
         self._run: RunSettings | None = None
         self._seek: float | None = None
 
@@ -64,11 +64,11 @@ class ReplayPlayer:
         if whole is None or draft is None:
             self.news.append((N_("There is nothing to replay yet"), N_("Let it run for a moment.")))
             return
-        self._watch(draft, whole if whole.steps > draft.steps else None, "")
+        self._watch(draft, "", whole if whole.steps > draft.steps else None)
 
     def watch_file(self, recorded: Recorded, name: str) -> None:
         self.leave()
-        self._watch(recorded, None, name)
+        self._watch(recorded, name)
 
     def review(self, time: float, mark: Mark | None = None) -> None:
         """Show a moment of the live run while it stands: the scene as it was then, plots over time of the whole run.
@@ -104,16 +104,15 @@ class ReplayPlayer:
         if self.mark is None and (time := replay.nearest_moment) is not None:
             self.mark = Mark(time, LazyText(N_("smallest distance")))
 
-    def _watch(self, recorded: Recorded, whole: Recorded | None, name: str) -> None:
-        self.loaded, self._whole = name, whole
+    def _watch(self, recorded: Recorded, name: str, whole: Recorded | None = None) -> None:
+        self.loaded = name
         self._stop()
         # Urgent jobs go first.
-        self.jobs.submit("film", self._show, make_film, recorded, urgent=recorded.seconds <= 2.0 * DRAFT)
+        self.jobs.submit("film", partial(self._show, whole), make_film, recorded, urgent=recorded.seconds <= 2.0 * DRAFT)
 
-    def _show(self, kept: RecordedFilm) -> None:
+    def _show(self, whole: Recorded | None, kept: RecordedFilm) -> None:
         self._open(replay := Replay(kept.recorded, kept))
         replay.toggle()
-        whole, self._whole = self._whole, None
         if whole is not None:
             self.jobs.submit("film", self._lengthen, make_film, whole)
 
@@ -128,7 +127,7 @@ class ReplayPlayer:
     def leave(self) -> None:
         """Go back to live: a run that went on before goes on."""
         self.jobs.drop("film")
-        self.replay, self.loaded, self._whole, self._seek = None, "", None, None
+        self.replay, self.loaded, self._seek = None, "", None
         self.reviewing, self.mark, self._ghost, self._run = False, None, None, None
         self._session.halt.set("replay", False)
 
