@@ -121,6 +121,7 @@ class Replay:
         simulation: as it was at this moment, with the history before it; read only.
         playing: whether `advance` goes on.
         speed: simulated over wall time.
+        step: how many of the `steps` are made at this moment, from 1; read only.
     """
 
     def __init__(self, recorded: Recorded, kept: RecordedFilm | None = None) -> None:
@@ -136,7 +137,7 @@ class Replay:
         self._ends = [np.cumsum(stretch.targets.counts.astype(np.int64)) for stretch in stretches]
         self._offsets = [stretch.targets.offsets for stretch in stretches]
         self._debt = 0.0
-        self._made = 0
+        self.step = 0
         self._stretch = 0
         self._traced: tuple[float, Simulation] | None = None
         self.simulation = begun(recorded, CAPACITY)
@@ -158,13 +159,8 @@ class Replay:
         return self._starts[-1]
 
     @property
-    def step(self) -> int:
-        """How many of them are made at this moment, from 1."""
-        return self._made
-
-    @property
     def time(self) -> float:
-        return self.moment(self._made)
+        return self.moment(self.step)
 
     @property
     def traced(self) -> Simulation:
@@ -190,7 +186,7 @@ class Replay:
     @property
     def target(self) -> Target | None:
         """The target of the newest step."""
-        return self._target(self._made - 1)
+        return self._target(self.step - 1)
 
     def moment(self, step: int) -> float:
         """Return the time after so many steps [s]."""
@@ -207,8 +203,7 @@ class Replay:
 
     def seek(self, time: float) -> None:
         """Go to a time [s], or to the nearest moment there is."""
-        self._debt = 0.0
-        self._go(self.nearest(time))
+        self.seek_step(self.nearest(time))
 
     def seek_step(self, step: int) -> None:
         """Go to the moment after so many steps, or to the nearest end."""
@@ -219,7 +214,7 @@ class Replay:
         """Play or pause; at the end, play from the beginning."""
         self.playing = not self.playing
         self._debt = 0.0
-        if self.playing and self._made >= self.steps:
+        if self.playing and self.step >= self.steps:
             self._go(1)
 
     def advance(self, elapsed: float) -> int:
@@ -228,8 +223,8 @@ class Replay:
             return 0
         self._debt += elapsed * self.speed
         made, deadline = 0, perf_counter() + BUDGET
-        while self._made < self.steps:
-            dt = self.recorded.stretches[self._stretch_of(self._made)].settings.dt
+        while self.step < self.steps:
+            dt = self.recorded.stretches[self._stretch_of(self.step)].settings.dt
             if self._debt < dt * (1.0 - 1e-9):
                 return made
             self._debt -= dt
@@ -254,18 +249,18 @@ class Replay:
     def _go(self, step: int) -> None:
         # The state before the step itself, so that there always is a newest step.
         mark = int(np.searchsorted(self._film.marks, step - 1, side="right")) - 1
-        if not self._made <= step or int(self._film.marks[mark]) > self._made:
+        if not self.step <= step or int(self._film.marks[mark]) > self.step:
             self._jump(mark)
-        while self._made < step:
+        while self.step < step:
             self._make_step()
 
     def _make_step(self) -> None:
-        stretch = self._stretch_of(self._made)
+        stretch = self._stretch_of(self.step)
         if stretch != self._stretch:
             self._stretch = stretch
             self.simulation.apply(self.recorded.stretches[stretch].settings)
-        self.simulation.step(self._target(self._made))
-        self._made += 1
+        self.simulation.step(self._target(self.step))
+        self.step += 1
 
     def _jump(self, mark: int) -> None:
         """Go to a snapshot, with the history before it."""
@@ -275,7 +270,7 @@ class Replay:
         simulation.apply(settings)
         simulation.resume(Snapshot(settings, *pickle.loads(kept.states[mark])))
         self._fill(simulation, int(np.searchsorted(kept.row_steps, step)))
-        self._made = step
+        self.step = step
 
     def _fill(self, simulation: Simulation, last: int) -> None:
         """Give a simulation the history of `PAST` up to a row of the film."""
