@@ -6,6 +6,7 @@ from typing import Final
 
 from app.runtime.job_pool import Job, Jobs
 from app.runtime.job_watch import JobWatch
+from app.session.studies import LEAST
 from app.settings import Settings
 from controllers.errors import LazyText
 from scenes.inputs import Recorded
@@ -15,9 +16,6 @@ from scenes.settings import LawSettings, RunSettings, specs, values
 
 WINDOW: Final = 30.0
 """How much of the run is made again for each value of the knob [s]."""
-
-LEAST: Final = 50
-"""Steps below which there is nothing to compare."""
 
 
 class KnobSearch:
