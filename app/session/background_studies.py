@@ -7,7 +7,7 @@ from typing import Final, Generic, NamedTuple, TypeVar
 from app.runtime.job_pool import Job, Jobs
 from app.session.counterexample_search import CounterexampleSearch
 from app.session.knob_search import KnobSearch
-from app.session.microscope import Magnified, Microscope
+from app.session.microscope import Microscope
 from app.session.studies import Studies
 from app.settings import Settings
 from scenes.inputs import InputsLog, Recorded
@@ -144,25 +144,20 @@ class BackgroundStudies:
         change: Callable[[str, object], None],
         watch: Callable[[Recorded, str], None],
     ) -> None:
-        self._inputs = inputs
-        self.questions = Studies(background, wake)
+        self.questions = Studies(background, wake, inputs)
         self.trade_off = self.safety_curves = None
         if background is not None:
             self.trade_off = BackgroundParts(background, wake, TRADE_OFF_ORDERS, trade_off_row, _any_order)
             self.safety_curves = BackgroundParts(background, wake, knobs(), knob_curve, _any_law)
         self.knob_search = KnobSearch(background, wake, settings, change)
         self.counterexample = CounterexampleSearch(background, wake, settings, watch)
-        self.microscope = Microscope(background, wake)
+        self.microscope = Microscope(background, wake, inputs)
 
     def advance(self, elapsed: float, simulation: Simulation) -> None:
         """Ask and answer what is due. `elapsed`: wall time since the last call [s]."""
-        self.questions.advance(elapsed, simulation, self._inputs)
+        self.questions.advance(elapsed, simulation)
         self.knob_search.advance()
         self.counterexample.advance(elapsed)
-
-    def magnified(self, simulation: Simulation) -> Magnified | None:
-        """Return the single steps about the instant that the visitor looks at; they are asked for while they are shown."""
-        return self.microscope.magnify(simulation, self._inputs)
 
     def forget(self) -> None:
         """Drop what is about the run before a reset."""

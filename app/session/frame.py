@@ -135,7 +135,7 @@ class Frame:
     @property
     def magnified(self) -> Magnified | None:
         """Single steps of the live run; None of a replay."""
-        return self.studies.magnified(self.live.simulation) if self.studies is not None and self.of_live else None
+        return self.studies.microscope.magnify(self.live.simulation) if self.studies is not None and self.of_live else None
 
     @cached_property
     def state(self) -> tuple[object, ...]:

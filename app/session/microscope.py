@@ -66,14 +66,15 @@ class Microscope:
     Args:
         background: where the finer steps are computed; None where they are not.
         wake: called, from any thread, when they are there.
+        inputs: of the run.
 
     Attributes:
         quantity: the signal.
         span: when what is kept of the run begins and ends, and the instant that was shown last [s]; None while there is none.
     """
 
-    def __init__(self, background: Jobs | None, wake: Callable[[], None]) -> None:
-        self._jobs = JobWatch(background, wake, self._failed)
+    def __init__(self, background: Jobs | None, wake: Callable[[], None], inputs: InputsLog) -> None:
+        self._jobs, self._inputs = JobWatch(background, wake, self._failed), inputs
         self.quantity: Signal = "dq"
         self._time: float | None = None
         self.span: tuple[float, float, float] | None = None
@@ -90,8 +91,8 @@ class Microscope:
         if self.span is not None:
             self._time = self.span[2] + steps * dt
 
-    def magnify(self, simulation: Simulation, inputs: InputsLog) -> Magnified | None:
-        """Return what is seen of a run with these inputs; None before its second step."""
+    def magnify(self, simulation: Simulation) -> Magnified | None:
+        """Return what is seen of the run; None before its second step. Finer steps are asked for while they are shown."""
         self._jobs.collect()
         dt, history = simulation.settings.dt, simulation.history
         times = history.column("t")
@@ -116,7 +117,7 @@ class Microscope:
         # Asked once more when the run has gone on as far as there is to see.
         if self._asked != (asked := (history, time, dt, whole)) and self._jobs.computes:
             self._asked = asked
-            if (recorded := inputs.window(max(WINDOW, float(times[-1]) - time) + AROUND * dt)) is not None:
+            if (recorded := self._inputs.window(max(WINDOW, float(times[-1]) - time) + AROUND * dt)) is not None:
                 self._jobs.submit("microscope", self._take, finer_rows, recorded, time, dt)
         of = self.quantity
         steps = Steps(dt, table[:, COLUMN["t"]], _signal(simulation, table, of, joint))

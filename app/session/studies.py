@@ -52,6 +52,7 @@ class Studies:
     Args:
         background: where they are computed; None where nothing is studied.
         wake: called, from any thread, when there is news.
+        inputs: of the run.
 
     Attributes:
         what_if: how the last part would have gone with the present settings; None without a question, or for another run.
@@ -59,8 +60,8 @@ class Studies:
         message: why something could not be computed, for the visitor; "" if all is well.
     """
 
-    def __init__(self, background: Jobs | None, wake: Callable[[], None]) -> None:
-        self._jobs = JobWatch(background, wake, self._failed)
+    def __init__(self, background: Jobs | None, wake: Callable[[], None], inputs: InputsLog) -> None:
+        self._jobs, self._inputs = JobWatch(background, wake, self._failed), inputs
         self.what_if: WhatIf | None = None
         self.smoothness: Smoothness | None = None
         self.message = ""
@@ -89,13 +90,8 @@ class Studies:
             self._jobs.drop("what if")
             self._rested, self._moved = 0.0, True
 
-    def advance(self, elapsed: float, simulation: Simulation, inputs: InputsLog) -> None:
-        """Ask and answer what is due.
-
-        Args:
-            elapsed: wall time since the last call [s].
-            simulation, inputs: of the run.
-        """
+    def advance(self, elapsed: float, simulation: Simulation) -> None:
+        """Ask and answer what is due about a run. `elapsed`: wall time since the last call [s]."""
         self._jobs.collect()
         if self._rested is None:
             return
@@ -105,19 +101,19 @@ class Studies:
             return
         if self._moved:
             self._moved = False
-            self._ask_what_if("newest", min(MOVING * simulation.settings.dt, WINDOW), simulation, inputs)
+            self._ask_what_if("newest", min(MOVING * simulation.settings.dt, WINDOW), simulation)
         elif self._rested >= REST:
             self._rested = None
-            self._ask_what_if("what if", WINDOW, simulation, inputs)
+            self._ask_what_if("what if", WINDOW, simulation)
 
-    def _ask_what_if(self, kind: str, seconds: float, simulation: Simulation, inputs: InputsLog) -> None:
-        recorded = inputs.window(seconds)
+    def _ask_what_if(self, kind: str, seconds: float, simulation: Simulation) -> None:
+        recorded = self._inputs.window(seconds)
         if recorded is None:
             return
         table = simulation.history.table(recorded.steps)
         if len(table) < recorded.steps:
             # At small time steps the log reaches back farther than the curves that are drawn.
-            recorded = inputs.window(len(table) * simulation.settings.dt - CHAPTER)
+            recorded = self._inputs.window(len(table) * simulation.settings.dt - CHAPTER)
             if recorded is None or recorded.steps > len(table):
                 return
             table = table[-recorded.steps :]
