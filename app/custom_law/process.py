@@ -17,7 +17,7 @@ from collections import deque
 from multiprocessing.connection import Connection
 from pathlib import Path
 from time import monotonic
-from typing import IO, Final, Literal, TypeVar
+from typing import Final, Literal, TypeVar
 
 import app
 from app.custom_law.law_file import FILENAME, quoted
@@ -154,11 +154,9 @@ def _end(process: "subprocess.Popen[bytes]", line: Connection) -> None:
     _kill(process)
     with contextlib.suppress(subprocess.TimeoutExpired):
         process.wait(10.0)
-    streams: tuple[IO[bytes] | None, ...] = (process.stdin, process.stderr)
-    for stream in streams:
-        if stream is not None:
-            with contextlib.suppress(OSError):
-                stream.close()
+    for stream in filter(None, (process.stdin, process.stderr)):
+        with contextlib.suppress(OSError):
+            stream.close()
 
 
 def _kill(process: "subprocess.Popen[bytes]") -> None:
