@@ -3,7 +3,7 @@
 import itertools
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from typing import Final, Protocol
 
@@ -131,8 +131,8 @@ class TrialStopped(Exception):
 
 def enter(scene: str, law: Candidate | None, dt: float = DT, path: str = "stay") -> Simulation:
     """Return an experiment at its start, with a law of its own or (None) unprotected."""
-    settings = RunSettings(scene=scene, dt=dt, law=LawSettings(law=NO_AVOIDANCE, critical_distance=CRITICAL_DISTANCE))
-    simulation = Simulation(replace(settings, path=path))  # pyright: ignore[reportArgumentType]
+    unprotected = LawSettings(law=NO_AVOIDANCE, critical_distance=CRITICAL_DISTANCE)
+    simulation = Simulation(RunSettings(scene=scene, dt=dt, path=path, law=unprotected))  # pyright: ignore[reportArgumentType]
     if law is not None:
         simulation.law = law
     return simulation
