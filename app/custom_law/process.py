@@ -184,7 +184,7 @@ class LawFailed(Exception):
         self.problem = problem
 
 
-class LawProcess:
+class LawProcess(Child):
     """A process with one version of a file.
 
     Attributes:
@@ -196,18 +196,11 @@ class LawProcess:
         self.wants_all_pairs, self.has_activation = True, False
         self.seconds = float("nan")
         self._name, self._text, self._limits = readable(path.name), text, limits
-        self._child = Child(path, limits.memory)
+        super().__init__(path, limits.memory)
         self._phase: Literal["starting", "loading", "ready"] = "starting"
         self._patience = Patience(self.pid, limits.start)
         self._asked: deque[LawQuestion] = deque()
         self._called: set[type[LawQuestion]] = set()
-
-    @property
-    def pid(self) -> int:
-        return self._child.pid
-
-    def end(self) -> None:
-        self._child.end()
 
     def ready(self, wait: bool) -> bool:
         """Return whether it can be asked.
@@ -308,13 +301,13 @@ class LawProcess:
 
     def _send(self, message: LoadFile | LawQuestion) -> None:
         try:
-            self._child.line.send_bytes(encode(message))
+            self.line.send_bytes(encode(message))
         except OSError:
             raise self._died() from None
 
     def _body(self, seconds: float) -> bytes | None:
         try:
-            return self._child.receive(seconds)
+            return self.receive(seconds)
         except (OSError, EOFError):
             raise self._died() from None
 
@@ -330,7 +323,7 @@ class LawProcess:
                     limit=limit,
                 )
             )
-        line = self._child.place()
+        line = self.place()
         parts = {"limit": limit * 1e3, "where": quoted(self._text, line)}
         if self._phase == "loading":
             what = LazyText("reading the file did not end within {limit:g} ms{where}. Is there an endless loop?", **parts)
@@ -339,7 +332,7 @@ class LawProcess:
         return self._lost(what, line)
 
     def _died(self) -> LawFailed:
-        code, words, line = self._child.last_words()
+        code, words, line = self.last_words()
         if self._phase == "starting":
             why = words.splitlines()[-1] if words else LazyText("exit code {code}", code=code)
             return self._lost(LazyText("its process could not be started: {error}", error=why))
