@@ -56,18 +56,17 @@ class Session:
         self._ask_for_frame = wake
         self.stirred = True
         """Whether anything was posted, or anything that was computed has come, since actions were last taken."""
-        wake = self.wake
         self.simulation = Simulation(settings.run)
         self.halt = Halt()
         """Why no step is made, if none is."""
         self.inputs = InputsLog()
         """What the run was made with."""
-        self.law = StudentLaw(sources, background, wake, settings.page.ghost == "own")
+        self.law = StudentLaw(sources, background, self.wake, settings.page.ghost == "own")
         """The law of a student's file, if there is one."""
         self._ghost = GhostRun(settings.run, self.law)
         self._wish: tuple[Target | None] | None = None
         """The target of a step that its law has not answered yet."""
-        self.player = ReplayPlayer(self, background, wake)
+        self.player = ReplayPlayer(self, background, self.wake)
         """Replays in the place of the live run."""
         self.studies = self._new_studies()
         self.posts = ActionQueue(self.handle)
