@@ -47,7 +47,6 @@ class TrialResult:
 
     Attributes:
         reason: which one, and by how much it holds or fails; a `Message`.
-        numbers: behind it, SI units.
         curve: of the run that failed; None where the test has no run, or is passed.
         line: of the file where it failed, counted from 1; None where no line is to blame.
     """
@@ -55,7 +54,6 @@ class TrialResult:
     name: str
     passed: bool
     reason: str
-    numbers: dict[str, float]
     curve: TrialCurve | None = None
     line: int | None = None
 

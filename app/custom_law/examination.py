@@ -43,7 +43,7 @@ def examine(
         if not law.load():
             # It cannot even be loaded: one reason for all.
             reason, line = law.problem or ("the file could not be loaded.", None)
-            yield from (TrialResult(name, False, reason, {}, line=line) for name in only or TRIALS)
+            yield from (TrialResult(name, False, reason, line=line) for name in only or TRIALS)
             return
         for name in only or TRIALS:
             if law.problem is not None:
