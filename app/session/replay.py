@@ -217,24 +217,23 @@ class Replay:
         if self.playing and self.step >= self.steps:
             self._go(1)
 
-    def advance(self, elapsed: float) -> int:
-        """Play `elapsed` seconds of wall time; return the number of steps made. Pauses at the end."""
+    def advance(self, elapsed: float) -> None:
+        """Play `elapsed` seconds of wall time. Pauses at the end."""
         if not self.playing:
-            return 0
+            return
         self._debt += elapsed * self.speed
         made, deadline = 0, perf_counter() + BUDGET
         while self.step < self.steps:
             dt = self.recorded.stretches[self._stretch_of(self.step)].settings.dt
             if self._debt < dt * (1.0 - 1e-9):
-                return made
+                return
             self._debt -= dt
             self._make_step()
             made += 1
             if made % 8 == 0 and perf_counter() > deadline:
                 self._debt = 0.0
-                return made
+                return
         self.playing = False
-        return made
 
     def _stretch_of(self, step: int) -> int:
         return min(bisect_right(self._starts, step), len(self._starts) - 1) - 1

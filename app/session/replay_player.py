@@ -175,15 +175,14 @@ class ReplayPlayer:
         live = self._session if self.reviewing else None
         return Past(self.replay, self._session.settings, self.loaded, self._ghost, live, self.mark)
 
-    def advance(self, elapsed: float) -> bool:
-        """Collect finished jobs and play `elapsed` seconds [s] on; return whether the replay has moved."""
+    def advance(self, elapsed: float) -> None:
+        """Collect finished jobs and play `elapsed` seconds [s] on."""
         self.jobs.collect()
         if self._run is not None and ("replay" not in self._session.halt or self._session.settings.run is not self._run):
             # After a change of the experiment the visitor wants to see the live run.
             self.leave()
         if self.replay is None:
-            return False
-        before = self.replay.step
+            return
         if self._seek is not None:
             self.replay.playing = False
             self.replay.seek(self._seek)
@@ -192,4 +191,3 @@ class ReplayPlayer:
         self.replay.advance(elapsed)
         if self._ghost is not None:
             self._ghost.seek(self.replay.time)
-        return self.replay.step != before
