@@ -145,12 +145,10 @@ def _short(text: str | None) -> str:
 
 def _read_csv(path: Path) -> tuple[tuple[str, ...], list[list[str]]]:
     with _readable(path):
-        text = read_file(path, _MOST_BYTES).decode("utf-8")
-    # What follows the last line break is a row that was being written.
-    lines = text.split("\n")[:-1]
-    head = tuple(line[2:] for line in lines if line.startswith("# "))
-    # A drawn curve has commas.
-    with _readable(path):
+        # What follows the last line break is a row that was being written.
+        lines = read_file(path, _MOST_BYTES).decode("utf-8").split("\n")[:-1]
+        head = tuple(line[2:] for line in lines if line.startswith("# "))
+        # A drawn curve has commas.
         return head, list(csv.reader(lines[len(head) + 1 :]))
 
 
