@@ -8,8 +8,8 @@ from typing import Final, NamedTuple
 from app.session.background_studies import BackgroundStudies
 from app.session.clock import BUDGET, FRAME, Pace
 from app.session.microscope import Magnified
+from app.session.replay_player import Past
 from app.session.session import Session
-from app.session.shown import Past
 from app.settings import Settings
 from controllers.kinematics import Array
 from scenes.history import Sample
