@@ -183,8 +183,6 @@ def freeze(live: Shown, now: float, shown: Shown | None = None, elapsed: float =
         elapsed: wall time since the last frame [s].
     """
     shown = shown or live
-    simulation, studies = shown.simulation, live.studies if isinstance(live, Session) else None
-    ghost = None if isinstance(live, Session) and live.ghost_hidden else shown.ghost
-    invitation = OpenInvitation(live.invitation, live.guest is not None) if isinstance(live, Session) else NO_INVITATION
-    sample, settings = simulation.sample(), shown.settings
-    return Frame(now, shown, live, studies, simulation, ghost, sample, settings, shown.pace, elapsed, invitation)
+    simulation, ghost = shown.simulation, None if live.ghost_hidden else shown.ghost
+    sample, invitation = simulation.sample(), OpenInvitation(live.invitation, live.guest is not None)
+    return Frame(now, shown, live, live.studies, simulation, ghost, sample, shown.settings, shown.pace, elapsed, invitation)

@@ -75,7 +75,8 @@ class Past:
         reviewed: whether it is a moment of the live run, which stands meanwhile, so that what is known of all of it holds.
     """
 
-    held = None
+    # Of a session, see there.
+    held, studies, ghost_hidden, invitation, guest = None, None, False, "", None
 
     def __init__(
         self,
