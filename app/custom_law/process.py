@@ -211,20 +211,19 @@ class LawProcess(Child):
         Raises:
             LawFailed: the file cannot be used.
         """
-        while self._phase != "ready":
-            seconds = math.inf if wait else 0.0
-            if self._phase == "starting":
-                if self._receive(Started, seconds) is None:
-                    return False
-                self._phase = "loading"
-                self._patience = Patience(self.pid, self._limits.load)
-                self._send(LoadFile(self._text))
-            else:
-                loaded = self._receive(FileLoaded, seconds)
-                if loaded is None:
-                    return False
-                self._phase = "ready"
-                self.wants_all_pairs, self.has_activation = loaded.wants_all_pairs, loaded.has_activation
+        seconds = math.inf if wait else 0.0
+        if self._phase == "starting":
+            if self._receive(Started, seconds) is None:
+                return False
+            self._phase = "loading"
+            self._patience = Patience(self.pid, self._limits.load)
+            self._send(LoadFile(self._text))
+        if self._phase == "loading":
+            loaded = self._receive(FileLoaded, seconds)
+            if loaded is None:
+                return False
+            self._phase = "ready"
+            self.wants_all_pairs, self.has_activation = loaded.wants_all_pairs, loaded.has_activation
         return True
 
     @property
