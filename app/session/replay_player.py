@@ -76,7 +76,7 @@ class Past:
     """
 
     # Of a session, see there.
-    held, studies, ghost_hidden, invitation, guest = None, None, False, "", None
+    held, studies, ghost_hidden = None, None, False
 
     def __init__(
         self,
