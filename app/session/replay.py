@@ -85,7 +85,8 @@ def make_film(recorded: Recorded, stopped: Callable[[], bool] = never) -> Record
         if made % LOOK == 0 and stopped():
             raise Stopped
         if made % spacing == 0:
-            states.append(_packed(simulation))
+            s = simulation.snapshot()
+            states.append(pickle.dumps((s.steps, s.time, s.positions, s.velocities, s.memories, s.robot), pickle.HIGHEST_PROTOCOL))
         number = int(simulation.time / PERIOD)
         simulation.step(target)
         row = simulation.history.table(1)[0]
@@ -104,11 +105,6 @@ def make_films(
 ) -> tuple[RecordedFilm, RecordedFilm | None]:
     """Make a recorded piece again, and the ghost's, see `make_film`."""
     return make_film(recorded, stopped), None if beside is None else make_film(beside, stopped)
-
-
-def _packed(simulation: Simulation) -> bytes:
-    s = simulation.snapshot()
-    return pickle.dumps((s.steps, s.time, s.positions, s.velocities, s.memories, s.robot), pickle.HIGHEST_PROTOCOL)
 
 
 class Replay:
