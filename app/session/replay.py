@@ -86,7 +86,8 @@ def make_film(recorded: Recorded, stopped: Callable[[], bool] = never) -> Record
             raise Stopped
         if made % spacing == 0:
             s = simulation.snapshot()
-            states.append(pickle.dumps((s.steps, s.time, s.positions, s.velocities, s.memories, s.robot), pickle.HIGHEST_PROTOCOL))
+            state = s.steps, s.time, s.positions, s.velocities, s.memories, s.robot
+            states.append(pickle.dumps(state, pickle.HIGHEST_PROTOCOL))
         number = int(simulation.time / PERIOD)
         simulation.step(target)
         row = simulation.history.table(1)[0]
