@@ -93,6 +93,12 @@ class History:
         """Forget everything."""
         self.count = 0
 
+    def begin_with(self, table: Array) -> None:
+        """Keep the steps of a table of as many joints (rows, columns), no more than `capacity`, in the place of what there was."""
+        self.count = len(table)
+        if self.count:
+            self._rows, self._with_second = table.copy(), True
+
     def append(
         self,
         scalars: tuple[float, ...],

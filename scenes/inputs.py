@@ -94,9 +94,11 @@ class Recorded:
         """Length [s]."""
         return sum(stretch.targets.steps * stretch.settings.dt for stretch in self.stretches)
 
-    def targets(self) -> Iterator[Target | None]:
-        """Yield the target of every step."""
+    def targets(self, simulation: Simulation | None = None) -> Iterator[Target | None]:
+        """Yield the target of every step. `simulation`: takes on the settings of each step before its target is given; None for none."""
         for stretch in self.stretches:
+            if simulation is not None:
+                simulation.apply(stretch.settings)
             yield from stretch.targets.each()
 
 

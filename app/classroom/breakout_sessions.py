@@ -121,7 +121,7 @@ Plenary = tuple[Session, LessonSession]
 def run_of(participants: Iterable[Participant], student: str) -> Ran | None:
     """Return the newest part of a group's run; None for a group that has no session here. `student`: its id."""
     players = (one.visitor.session.player for one in participants if one.group == student and one.visitor is not None)
-    return next((Ran(student, player.recorded(SHOWN)) for player in players if player is not None), None)
+    return next((Ran(student, player.recorded(SHOWN)) for player in players), None)
 
 
 class BreakoutSessions:

@@ -15,9 +15,8 @@ from app.lessons.session.lesson_session import LessonSession
 from app.page.lessons.duel import record_html
 from app.page.lessons.lesson_panel import ORDER
 from app.page.view import View
-from app.session.frame import Frame
+from app.session.frame import Frame, Shown
 from app.session.session import Session
-from app.session.shown import Shown
 from app.settings import Language, Look
 from app.web.address import Address
 from app.web.audiences import Audience

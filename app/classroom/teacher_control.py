@@ -182,7 +182,7 @@ class TeacherControl:
         poll, presenter, player = self.poll(), self.presenter, self._session.player
         presenter.follow(self._walk, poll is not None and poll.revealed, not self._session.paused)
         runs = presenter.work is not None and presenter.work.run
-        if player is not None and self._replayed and not (runs and player.loaded == self._replayed):
+        if self._replayed and not (runs and player.loaded == self._replayed):
             # Page ↓ ends the student's run, and so does the teacher's own button of the replay.
             if player.loaded == self._replayed:
                 player.leave()
@@ -202,7 +202,7 @@ class TeacherControl:
     def _show_run(self, student: str, recorded: Recorded | None) -> None:
         """Replay a student's run on the stage, if the teacher still wants it."""
         player, wanted = self._session.player, self._classroom.wanted
-        if student != wanted or player is None:
+        if student != wanted:
             return
         self._classroom.wanted = ""
         if recorded is None:

@@ -3,7 +3,7 @@
 import itertools
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from typing import Final, Protocol
 
@@ -47,7 +47,6 @@ class TrialResult:
 
     Attributes:
         reason: which one, and by how much it holds or fails; a `Message`.
-        numbers: behind it, SI units.
         curve: of the run that failed; None where the test has no run, or is passed.
         line: of the file where it failed, counted from 1; None where no line is to blame.
     """
@@ -55,7 +54,6 @@ class TrialResult:
     name: str
     passed: bool
     reason: str
-    numbers: dict[str, float]
     curve: TrialCurve | None = None
     line: int | None = None
 
@@ -131,8 +129,8 @@ class TrialStopped(Exception):
 
 def enter(scene: str, law: Candidate | None, dt: float = DT, path: str = "stay") -> Simulation:
     """Return an experiment at its start, with a law of its own or (None) unprotected."""
-    settings = RunSettings(scene=scene, dt=dt, law=LawSettings(law=NO_AVOIDANCE, critical_distance=CRITICAL_DISTANCE))
-    simulation = Simulation(replace(settings, path=path))  # pyright: ignore[reportArgumentType]
+    unprotected = LawSettings(law=NO_AVOIDANCE, critical_distance=CRITICAL_DISTANCE)
+    simulation = Simulation(RunSettings(scene=scene, dt=dt, path=path, law=unprotected))  # pyright: ignore[reportArgumentType]
     if law is not None:
         simulation.law = law
     return simulation

@@ -5,7 +5,6 @@ import hashlib
 import math
 from pathlib import Path
 from time import monotonic
-from types import TracebackType
 from typing import ClassVar, Final
 
 import numpy as np
@@ -105,7 +104,7 @@ class CustomLaw(LawOfFile):
     def __enter__(self) -> "CustomLaw":
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(self, *raised: object) -> None:
         self.close()
 
     @property

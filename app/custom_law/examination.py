@@ -6,11 +6,10 @@ from pathlib import Path
 from time import perf_counter
 from typing import NamedTuple
 
-from app.custom_law import trials
 from app.custom_law.arena import TrialResult
 from app.custom_law.custom_law import CustomLaw, read_law
 from app.custom_law.law_limits import LawLimits, without_core
-from app.custom_law.trials import TRIALS, advice, examine_law
+from app.custom_law.trials import TRIALS, advice, verdict_on
 from app.runtime.job_pool import Job, Jobs
 from controllers.errors import DuetError, LazyText
 from controllers.kinematics import Array
@@ -41,19 +40,16 @@ def examine(
         Dropped: it was `stopped`.
     """
     with _Examined(path, limits, text, stopped) as law:
-
-        def again() -> None:
-            if law.problem is not None:
-                law.problem = None
-                law.restart()
-
         if not law.load():
             # It cannot even be loaded: one reason for all.
             reason, line = law.problem or ("the file could not be loaded.", None)
-            yield from (TrialResult(name, False, reason, {}, line=line) for name in only or trials.TRIALS)
+            yield from (TrialResult(name, False, reason, line=line) for name in only or TRIALS)
             return
-        for name in only or trials.TRIALS:
-            yield from examine_law(law, again, (name,))
+        for name in only or TRIALS:
+            if law.problem is not None:
+                law.problem = None
+                law.restart()
+            yield verdict_on(law, name)
 
 
 def examine_one(path: Path, text: bytes, name: str, stopped: Callable[[], bool]) -> TrialResult:

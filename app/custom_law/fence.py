@@ -235,10 +235,9 @@ def _end(process: "subprocess.Popen[bytes]", token: str) -> None:
     while (members := _members(token)) and time.monotonic() < end:
         _kill(members)
         time.sleep(0.001)
-    for stream in (process.stdout, process.stdin):
-        if stream is not None:
-            with contextlib.suppress(OSError):
-                stream.close()
+    for stream in filter(None, (process.stdout, process.stdin)):
+        with contextlib.suppress(OSError):
+            stream.close()
 
 
 def _kill(members: list[int]) -> None:

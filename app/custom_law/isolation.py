@@ -95,6 +95,8 @@ def guard_memory() -> None:
 
 def _own_world(folder: str, seen: list[str]) -> None:
     """Enter all namespaces, with a root of its own; returns in the first process of the new one, which its parent waits for."""
+    import resource
+
     _enter(_USER | _MOUNTS | _PROCESSES | _NETWORK | _MESSAGES)
     child = os.fork()
     if child:
@@ -118,7 +120,8 @@ def _own_world(folder: str, seen: list[str]) -> None:
         # Since Linux 6.14 each of these namespaces has a number of its own; 301 is the least.
         file.write(str(300 + PROCESSES))
     os.chdir(folder)
-    _limit_processes(PROCESSES)
+    # Of this user namespace. Linux does not count those of root, and before 5.14 it counts all of the user.
+    resource.setrlimit(resource.RLIMIT_NPROC, (PROCESSES, PROCESSES))
     _prctl(_NO_NEW_PRIVILEGES, 1)
 
 
@@ -154,13 +157,6 @@ def _enter(namespaces: int) -> None:
     for name, text in (("setgroups", "deny"), ("uid_map", f"{user or 1000} {user} 1"), ("gid_map", f"{group or 1000} {group} 1")):
         with open(f"/proc/self/{name}", "w", encoding="ascii") as file:
             file.write(text)
-
-
-def _limit_processes(most: int) -> None:
-    """Limit the processes of this user namespace. Linux does not count those of root, and before 5.14 it counts all of the user."""
-    import resource
-
-    resource.setrlimit(resource.RLIMIT_NPROC, (most, most))
 
 
 def _ended(child: int) -> int:

@@ -17,7 +17,7 @@ from collections import deque
 from multiprocessing.connection import Connection
 from pathlib import Path
 from time import monotonic
-from typing import IO, Final, Literal, TypeVar
+from typing import Final, Literal, TypeVar
 
 import app
 from app.custom_law.law_file import FILENAME, quoted
@@ -154,11 +154,9 @@ def _end(process: "subprocess.Popen[bytes]", line: Connection) -> None:
     _kill(process)
     with contextlib.suppress(subprocess.TimeoutExpired):
         process.wait(10.0)
-    streams: tuple[IO[bytes] | None, ...] = (process.stdin, process.stderr)
-    for stream in streams:
-        if stream is not None:
-            with contextlib.suppress(OSError):
-                stream.close()
+    for stream in filter(None, (process.stdin, process.stderr)):
+        with contextlib.suppress(OSError):
+            stream.close()
 
 
 def _kill(process: "subprocess.Popen[bytes]") -> None:
@@ -186,7 +184,7 @@ class LawFailed(Exception):
         self.problem = problem
 
 
-class LawProcess:
+class LawProcess(Child):
     """A process with one version of a file.
 
     Attributes:
@@ -198,18 +196,11 @@ class LawProcess:
         self.wants_all_pairs, self.has_activation = True, False
         self.seconds = float("nan")
         self._name, self._text, self._limits = readable(path.name), text, limits
-        self._child = Child(path, limits.memory)
+        super().__init__(path, limits.memory)
         self._phase: Literal["starting", "loading", "ready"] = "starting"
         self._patience = Patience(self.pid, limits.start)
         self._asked: deque[LawQuestion] = deque()
         self._called: set[type[LawQuestion]] = set()
-
-    @property
-    def pid(self) -> int:
-        return self._child.pid
-
-    def end(self) -> None:
-        self._child.end()
 
     def ready(self, wait: bool) -> bool:
         """Return whether it can be asked.
@@ -220,20 +211,19 @@ class LawProcess:
         Raises:
             LawFailed: the file cannot be used.
         """
-        while self._phase != "ready":
-            seconds = math.inf if wait else 0.0
-            if self._phase == "starting":
-                if self._receive(Started, seconds) is None:
-                    return False
-                self._phase = "loading"
-                self._patience = Patience(self.pid, self._limits.load)
-                self._send(LoadFile(self._text))
-            else:
-                loaded = self._receive(FileLoaded, seconds)
-                if loaded is None:
-                    return False
-                self._phase = "ready"
-                self.wants_all_pairs, self.has_activation = loaded.wants_all_pairs, loaded.has_activation
+        seconds = math.inf if wait else 0.0
+        if self._phase == "starting":
+            if self._receive(Started, seconds) is None:
+                return False
+            self._phase = "loading"
+            self._patience = Patience(self.pid, self._limits.load)
+            self._send(LoadFile(self._text))
+        if self._phase == "loading":
+            loaded = self._receive(FileLoaded, seconds)
+            if loaded is None:
+                return False
+            self._phase = "ready"
+            self.wants_all_pairs, self.has_activation = loaded.wants_all_pairs, loaded.has_activation
         return True
 
     @property
@@ -310,13 +300,13 @@ class LawProcess:
 
     def _send(self, message: LoadFile | LawQuestion) -> None:
         try:
-            self._child.line.send_bytes(encode(message))
+            self.line.send_bytes(encode(message))
         except OSError:
             raise self._died() from None
 
     def _body(self, seconds: float) -> bytes | None:
         try:
-            return self._child.receive(seconds)
+            return self.receive(seconds)
         except (OSError, EOFError):
             raise self._died() from None
 
@@ -332,7 +322,7 @@ class LawProcess:
                     limit=limit,
                 )
             )
-        line = self._child.place()
+        line = self.place()
         parts = {"limit": limit * 1e3, "where": quoted(self._text, line)}
         if self._phase == "loading":
             what = LazyText("reading the file did not end within {limit:g} ms{where}. Is there an endless loop?", **parts)
@@ -341,7 +331,7 @@ class LawProcess:
         return self._lost(what, line)
 
     def _died(self) -> LawFailed:
-        code, words, line = self._child.last_words()
+        code, words, line = self.last_words()
         if self._phase == "starting":
             why = words.splitlines()[-1] if words else LazyText("exit code {code}", code=code)
             return self._lost(LazyText("its process could not be started: {error}", error=why))

@@ -5,7 +5,7 @@ faster than 0.25 m/s. The paper's law passes all six if its pseudo-inverse is da
 printed it asks for any speed where J_d is singular. What other laws fail is tested with them.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Final
 
 import numpy as np
@@ -40,36 +40,27 @@ QUICK: Final = 1e-3
 """Time that a call may take, with the way to the law and back [s]."""
 
 
-def examine_law(law: Candidate, again: Callable[[], None] = lambda: None, only: Sequence[str] | None = None) -> list[TrialResult]:
-    """Return the verdicts of the tests.
+def verdict_on(law: Candidate, name: str) -> TrialResult:
+    """Return the verdict of one test.
 
     Args:
         law: d ↦ q̇ as in `controllers.laws.situation.Law`.
-        again: called before every test, so that a law that has failed can restart.
-        only: names of the tests to be made; None for all six.
+        name: of the test, one of `TRIALS`.
     """
-    verdicts: list[TrialResult] = []
-    for name in TRIALS if only is None else only:
-        again()
-        line = None
-        try:
-            passed, reason, numbers, curve = TRIALS[name](law)
-        except arena.TrialStopped as stopped:
-            passed, reason, numbers, curve = False, str(stopped), {}, stopped.curve
-            line = stopped.line
-        verdicts.append(TrialResult(name, passed, reason, numbers, None if passed else curve, line))
-    return verdicts
+    try:
+        passed, reason, curve = TRIALS[name](law)
+    except arena.TrialStopped as stopped:
+        return TrialResult(name, False, str(stopped), stopped.curve, stopped.line)
+    return TrialResult(name, passed, reason, None if passed else curve)
 
 
-TrialOutcome = tuple[bool, str, dict[str, float], TrialCurve | None]
-"""Passed, reason, numbers, curve."""
+TrialOutcome = tuple[bool, str, TrialCurve | None]
+"""Passed, reason, curve."""
 
 
-def _outcome(
-    passed: bool, held: str, failed: str, numbers: dict[str, float], curve: TrialCurve | None = None, **parts: object
-) -> TrialOutcome:
+def _outcome(passed: bool, held: str, failed: str, curve: TrialCurve | None = None, **parts: object) -> TrialOutcome:
     """Return the outcome with one of two reasons. `parts`: of both templates."""
-    return passed, LazyText(held if passed else failed, **parts), numbers, curve
+    return passed, LazyText(held if passed else failed, **parts), curve
 
 
 def keeps_its_distance(law: Candidate) -> TrialOutcome:
@@ -81,15 +72,10 @@ def keeps_its_distance(law: Candidate) -> TrialOutcome:
     i = int(d.argmin())
     pair = pair_label(simulation.detector.pair_names[int(table[i, COLUMN["pair"]])])
     parts = {"limit": _mm(arena.CRITICAL_DISTANCE), "d": _mm(d[i]), "time": float(table[i, COLUMN["t"]]), "pair": pair}
-    numbers = {
-        "d_min": float(d[i]),
-        "d_m": arena.CRITICAL_DISTANCE,
-        "time_below": float(np.count_nonzero(d < arena.CRITICAL_DISTANCE)) * arena.DT,
-    }
     missing = arena.CRITICAL_DISTANCE - float(d[i])
     held = N_("d ≥ {limit} holds: the smallest d is {d}, at t = {time:.2f} s between {pair}.")
     failed = N_("d ≥ {limit} fails by {by}: d = {d} at t = {time:.2f} s between {pair}.")
-    return _outcome(missing <= SLACK, held, failed, numbers, arena.distance_curve(table), by=_mm(missing), **parts)
+    return _outcome(missing <= SLACK, held, failed, arena.distance_curve(table), by=_mm(missing), **parts)
 
 
 def leaves_the_task_alone(law: Candidate) -> TrialOutcome:
@@ -97,22 +83,19 @@ def leaves_the_task_alone(law: Candidate) -> TrialOutcome:
     empty = arena.enter(SOLO, law, path="circle")
     table = arena.play(empty, law, [None] * round(2.0 / arena.DT))
     error = arena.largest_error(table)
-    task_alone = arena.error_of_the_task_alone()
-    numbers = {"empty_room": error, "task_alone": task_alone}
-    if error > task_alone + UNTOUCHED:
-        limit = task_alone + UNTOUCHED
+    limit = arena.error_of_the_task_alone() + UNTOUCHED
+    if error > limit:
         parts = {"limit": _mm(limit), "by": _mm(error - limit)}
         failed = N_("|e| ≤ {limit} in an empty room (d = ∞) fails by {by}.")
-        return _outcome(False, "", failed, numbers, arena.error_curve(table, limit), **parts)
+        return _outcome(False, "", failed, arena.error_curve(table, limit), **parts)
     beside = arena.enter(BALL, law)
     arena.put_the_ball_away(beside)
     table = arena.play(beside, law, [None] * round(REST / arena.DT))
     error, d = arena.largest_error(table), float(table[0, COLUMN["d"]])
-    numbers |= {"beside_a_ball": error, "d": d}
     parts = {"limit": _mm(UNHARMED), "by": _mm(error - UNHARMED), "d": _mm(d), "error": _mm(error)}
     held = N_("|e| ≤ {limit} beside a ball that is {d} away holds: {error}.")
     failed = N_("|e| ≤ {limit} beside a ball that is {d} away fails by {by}: the hand leaves its place by {error}.")
-    return _outcome(error <= UNHARMED, held, failed, numbers, arena.error_curve(table, UNHARMED), **parts)
+    return _outcome(error <= UNHARMED, held, failed, arena.error_curve(table, UNHARMED), **parts)
 
 
 def gets_out(law: Candidate) -> TrialOutcome:
@@ -121,25 +104,20 @@ def gets_out(law: Candidate) -> TrialOutcome:
     simulation.reset(np.array(arena.overlapping()))
     table = arena.play(simulation, law, [None] * round(STAY / arena.DT))
     d = table[:, COLUMN["d"]]
-    late = d[round(ESCAPE / arena.DT) :]
+    least = float(d[round(ESCAPE / arena.DT) :].min())
     inside = np.flatnonzero(d < arena.CRITICAL_DISTANCE - SLACK)
-    numbers = {
-        "d_start": float(d[0]),
-        "d_min_after": float(late.min()),
-        "time": (int(inside[-1]) + 1) * arena.DT if len(inside) else 0.0,
-    }
-    missing = arena.CRITICAL_DISTANCE - numbers["d_min_after"]
+    missing = arena.CRITICAL_DISTANCE - least
     parts = {
         "start": _mm(d[0]),
         "limit": _mm(arena.CRITICAL_DISTANCE),
         "after": ESCAPE,
         "by": _mm(missing),
-        "time": numbers["time"],
+        "time": (int(inside[-1]) + 1) * arena.DT if len(inside) else 0.0,
+        "d": _mm(least),
     }
     held = N_("from d = {start}, d ≥ {limit} after {after:g} s holds: it takes {time:.2f} s.")
     failed = N_("from d = {start}, d ≥ {limit} after {after:g} s fails by {by}: d = {d}.")
-    curve = arena.distance_curve(table)
-    return _outcome(missing <= SLACK, held, failed, numbers, curve, d=_mm(numbers["d_min_after"]), **parts)
+    return _outcome(missing <= SLACK, held, failed, arena.distance_curve(table), **parts)
 
 
 def is_smooth(law: Candidate) -> TrialOutcome:
@@ -154,13 +132,12 @@ def is_smooth(law: Candidate) -> TrialOutcome:
         largest.append(float(steps.max()))
         lines[f"dt = {dt * 1e3:g} ms"] = arena.worst_values(steps)
     share = largest[1] / largest[0] if largest[0] > 0.0 else 0.0
-    numbers = {"dq_step_10ms": largest[0], "dq_step_5ms": largest[1], "share": share}
     steps = LazyText("{before:.3g} rad/s at dt = 10 ms, {after:.3g} at 5 ms", before=largest[0], after=largest[1])
     word = LazyText("a jump stays, however small dt") if share > 0.85 else LazyText("a smooth q̇ leaves 50 %")
     held = N_("largest step of q̇ ≤ {limit:.0%} at half the dt holds: {share:.0%} is left ({steps}).")
     failed = N_("largest step of q̇ ≤ {limit:.0%} at half the dt fails: {share:.0%} is left ({steps}); {word}.")
     curve = TrialCurve("dq_step", PASSAGE, None, lines)
-    return _outcome(share <= HALVED, held, failed, numbers, curve, limit=HALVED, share=share, steps=steps, word=word)
+    return _outcome(share <= HALVED, held, failed, curve, limit=HALVED, share=share, steps=steps, word=word)
 
 
 def is_bounded(law: Candidate) -> TrialOutcome:
@@ -173,11 +150,10 @@ def is_bounded(law: Candidate) -> TrialOutcome:
         if speed > worst:
             worst = speed
             where = f"|J_d| = {float(np.linalg.norm(situation.row)):g} m/rad, d = {_mm(situation.distance)}"
-    numbers = {"dq_max": worst, "bound": arena.TOP_SPEED}
     parts = {"limit": arena.TOP_SPEED, "worst": worst, "by": worst - arena.TOP_SPEED, "where": where}
     held = N_("|q̇| ≤ {limit:g} rad/s near a singular J_d holds: the most is {worst:.3g} rad/s.")
     failed = N_("|q̇| ≤ {limit:g} rad/s near a singular J_d fails by {by:.3g} rad/s: {worst:.3g} rad/s at {where}.")
-    return _outcome(worst <= arena.TOP_SPEED * (1.0 + 1e-9), held, failed, numbers, **parts)
+    return _outcome(worst <= arena.TOP_SPEED * (1.0 + 1e-9), held, failed, **parts)
 
 
 def is_quick(law: Candidate) -> TrialOutcome:
@@ -189,12 +165,9 @@ def is_quick(law: Candidate) -> TrialOutcome:
         arena.stop_if_failed(law)
         taken.append(law.seconds)
     median = float(np.median(taken))
-    numbers = {"median": median, "largest": max(taken)}
     if median > QUICK:
-        failed = LazyText("a call ≤ 1 ms fails: the median of 300 calls is {median:.3g} ms.", median=median * 1e3)
-        return False, failed, numbers, None
-    held = LazyText("a call ≤ 1 ms holds: the median of 300 calls is {median:.3g} µs.", median=median * 1e6)
-    return True, held, numbers, None
+        return False, LazyText("a call ≤ 1 ms fails: the median of 300 calls is {median:.3g} ms.", median=median * 1e3), None
+    return True, LazyText("a call ≤ 1 ms holds: the median of 300 calls is {median:.3g} µs.", median=median * 1e6), None
 
 
 TRIALS: Final[dict[str, Callable[[Candidate], TrialOutcome]]] = {

@@ -18,7 +18,7 @@ import zstandard
 
 from app.session.frame import freeze
 from app.session.replay import Replay
-from app.session.shown import Past
+from app.session.replay_player import Past
 from app.settings import PageSettings, Settings
 from app.stage.camera_view import view_of
 from app.stage.stage import Stage

@@ -19,10 +19,9 @@ from app.page.panels.title_bar import titlebar
 from app.page.view import View
 from app.runtime.throttled_log import ThrottledLog
 from app.session.actions import Action, Drag, FirstView, Hover, Nudge, SwingElbow
-from app.session.frame import Frame, freeze
+from app.session.frame import Frame, Shown, freeze
 from app.session.second_hand import SecondHand
 from app.session.session import Session
-from app.session.shown import Shown
 from app.settings import GUEST
 from app.text.templates import macros
 from app.theme import BRAND

@@ -128,7 +128,7 @@ class Visitor:
                 self.session.studies.counterexample.open(self.query[ATTACK])
             except BadSetting as error:
                 self.operation.notify_problems((str(error),))
-        if not self.is_back and not known and PUSH in self.query and self.session.player is not None:
+        if not self.is_back and not known and PUSH in self.query:
             try:
                 self.session.player.watch_file(run_of_text(self.query[PUSH]), tr(PUSH_NAME))
             except BadInputFile as error:

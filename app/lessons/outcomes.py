@@ -16,7 +16,7 @@ from app.lessons.reference_runs import comparisons, drawn, measured, wanted
 from app.lessons.runs import Pairs, Setup, changes_text, deviations, settings_text, value_text
 from app.lessons.texts import MeasuredValues
 from app.plots.curve_chart import Curve
-from app.session.shown import Mark
+from app.session.replay_player import Mark
 from app.settings import Language
 from controllers.errors import LazyText, NumberText
 from scenes.settings import RunSettings, specs, values

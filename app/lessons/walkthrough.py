@@ -31,7 +31,7 @@ from app.lessons.room_places import mark_places, start_positions
 from app.lessons.runs import Setup
 from app.lessons.step_view import StepPosition, StepView, has_curve, has_why, make_view
 from app.plots.curve_chart import Curve
-from app.session.shown import Mark
+from app.session.replay_player import Mark
 from app.settings import Settings
 from controllers.errors import BadSetting
 from controllers.kinematics import Array

@@ -73,8 +73,6 @@ class Operation:
         self.whole, self._presenting = whole, presenting
         self._client, self._session, self._view = client, session, view
         self._controls = Controls(client.gui, session, self.notify, presenting, canvas_size(client)[0] <= PHONE)
-        # A session that is operated has a background.
-        assert session.player is not None
         self._keep = client.gui.add_folder(tr("Keep and replay"), order=self._controls.below_clock, expand_by_default=False)
         with self._keep:
             self._replay_bar = ReplayBar(client.gui, session, session.player, self._send, self.notify)

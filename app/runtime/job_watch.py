@@ -10,13 +10,15 @@ class JobWatch:
     """Submits jobs and collects their results. All methods belong to one thread.
 
     Args:
-        background: runs the jobs.
+        background: runs the jobs; with None there are none, and what is submitted is left out.
         wake: called, from any thread, when the state of a job has changed.
         failed: called by `collect` with a job that has failed.
     """
 
-    def __init__(self, background: Jobs, wake: Callable[[], None], failed: Callable[[Job], None]) -> None:
+    def __init__(self, background: Jobs | None, wake: Callable[[], None], failed: Callable[[Job], None]) -> None:
         self._background, self._wake, self._failed = background, wake, failed
+        self.computes = background is not None
+        """Whether there is what runs the jobs."""
         self._jobs: dict[Job, Callable[[Any], None]] = {}
 
     @property
@@ -29,10 +31,12 @@ class JobWatch:
     ) -> None:
         """Submit a job in the place of an older one of its kind, see `Jobs.submit`; `collect` calls `done` with its result."""
         self.drop(kind)
-        self._jobs[self._background.submit(self, kind, function, *arguments, urgent=urgent, wake=self._wake)] = done
+        if self._background is not None:
+            self._jobs[self._background.submit(self, kind, function, *arguments, urgent=urgent, wake=self._wake)] = done
 
     def drop(self, kind: str) -> None:
-        self._background.cancel(self, kind)
+        if self._background is not None:
+            self._background.cancel(self, kind)
         self._jobs = {job: done for job, done in self._jobs.items() if job.kind != kind}
 
     def collect(self) -> None:
@@ -46,5 +50,6 @@ class JobWatch:
                 self._failed(job)
 
     def close(self) -> None:
-        self._background.cancel(self)
+        if self._background is not None:
+            self._background.cancel(self)
         self._jobs.clear()

@@ -187,12 +187,6 @@ class ActionQueue:
     def __len__(self) -> int:
         return len(self._waiting)
 
-    @property
-    def waiting(self) -> tuple[Action, ...]:
-        """What waits, the next one first."""
-        with self._lock:
-            return tuple(action for action, _ in self._waiting.values())
-
     def put(self, action: Action) -> None:
         """Queue an action; an older one of its control is dropped if it still waits."""
         control = action.control

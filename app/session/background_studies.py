@@ -1,13 +1,13 @@
 """Everything that is computed beside one session's run, behind one object; the maps and curves come part by part, while they are shown."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Final, Generic, NamedTuple, TypeVar
 
 from app.runtime.job_pool import Job, Jobs
 from app.session.counterexample_search import CounterexampleSearch
 from app.session.knob_search import KnobSearch
-from app.session.microscope import Magnified, Microscope
+from app.session.microscope import Microscope
 from app.session.studies import Studies
 from app.settings import Settings
 from scenes.inputs import InputsLog, Recorded
@@ -85,24 +85,12 @@ def knob_curve(settings: RunSettings, knob: LawKnob, stopped: Callable[[], bool]
     Raises:
         Stopped: as soon as `stopped()` is true, after the run at work.
     """
-    points: list[SafetyPoint] = []
-    for point in knob_points(knob, settings, SECONDS):
-        if stopped():
-            raise Stopped
-        points.append(SafetyPoint(point.summary.d_min, point.summary.e2_max))
-    return tuple(sorted(points))
-
-
-SafetyCurves = BackgroundParts[LawKnob, tuple[SafetyPoint, ...]]
-"""One curve a knob."""
-
-
-def safety_curves(background: Jobs, wake: Callable[[], None]) -> SafetyCurves:
-    """Return the curves of a session; they do not depend on the chosen law. For the arguments see `BackgroundParts`."""
-    return SafetyCurves(background, wake, knobs(), knob_curve, _any_law)
+    found = (point.summary for point in _while_wanted(knob_points(knob, settings, SECONDS), stopped))
+    return tuple(sorted(SafetyPoint(summary.d_min, summary.e2_max) for summary in found))
 
 
 def _any_law(run: RunSettings) -> RunSettings:
+    """Return the settings for the curves of all laws, which do not depend on the chosen one."""
     return replace(run, law=replace(run.law, law=DEFAULT_LAW, feed_forward=False))
 
 
@@ -112,25 +100,19 @@ def trade_off_row(settings: RunSettings, order: float, stopped: Callable[[], boo
     Raises:
         Stopped: as soon as `stopped()` is true, after the run at work.
     """
-    points: list[TradeOff] = []
-    for point in trade_off(settings, SECONDS, order):
-        if stopped():
-            raise Stopped
-        points.append(point)
-    return tuple(points)
-
-
-TradeOffMap = BackgroundParts[float, tuple[TradeOff, ...]]
-"""One row an n."""
-
-
-def trade_off_map(background: Jobs, wake: Callable[[], None]) -> TradeOffMap:
-    """Return the map of a session; it does not depend on the present n and v. For the arguments see `BackgroundParts`."""
-    return TradeOffMap(background, wake, TRADE_OFF_ORDERS, trade_off_row, _any_order)
+    return tuple(_while_wanted(trade_off(settings, SECONDS, order), stopped))
 
 
 def _any_order(run: RunSettings) -> RunSettings:
+    """Return the settings for the map, which does not depend on the present n and v."""
     return replace(run, law=replace(run.law, order=1.0, nominal_velocity=0.1))
+
+
+def _while_wanted(points: Iterable[Result], stopped: Callable[[], bool]) -> Iterator[Result]:
+    for point in points:
+        if stopped():
+            raise Stopped
+        yield point
 
 
 class BackgroundStudies:
@@ -142,11 +124,12 @@ class BackgroundStudies:
         inputs: of the run.
         settings: gives the session's present settings.
         change: sets one of them, by its key.
-        watch: has a run replayed, by its name; None where none is.
+        watch: has a run replayed, by its name.
 
     Attributes:
         questions: "what if", and how smooth the run is.
-        trade_off, safety_curves: distance against error over n and v, and law by law; None without a background.
+        trade_off, safety_curves: distance against error over n and v, a row an n, and law by law, a curve a knob; None without a
+            background.
         knob_search: for the same distance.
         counterexample: the search for a run that breaks the promise.
         microscope: which single steps are looked at.
@@ -159,25 +142,22 @@ class BackgroundStudies:
         inputs: InputsLog,
         settings: Callable[[], Settings],
         change: Callable[[str, object], None],
-        watch: Callable[[Recorded, str], None] | None = None,
+        watch: Callable[[Recorded, str], None],
     ) -> None:
-        self._inputs, self._settings = inputs, settings
-        self.questions = Studies(background, wake)
-        self.trade_off = None if background is None else trade_off_map(background, wake)
-        self.safety_curves = None if background is None else safety_curves(background, wake)
+        self.questions = Studies(background, wake, inputs)
+        self.trade_off = self.safety_curves = None
+        if background is not None:
+            self.trade_off = BackgroundParts(background, wake, TRADE_OFF_ORDERS, trade_off_row, _any_order)
+            self.safety_curves = BackgroundParts(background, wake, knobs(), knob_curve, _any_law)
         self.knob_search = KnobSearch(background, wake, settings, change)
-        self.counterexample = CounterexampleSearch(None if watch is None else background, wake, settings, watch)
-        self.microscope = Microscope(background, wake)
+        self.counterexample = CounterexampleSearch(background, wake, settings, watch)
+        self.microscope = Microscope(background, wake, inputs)
 
     def advance(self, elapsed: float, simulation: Simulation) -> None:
         """Ask and answer what is due. `elapsed`: wall time since the last call [s]."""
-        self.questions.advance(elapsed, self._settings(), simulation, self._inputs.window)
+        self.questions.advance(elapsed, simulation)
         self.knob_search.advance()
         self.counterexample.advance(elapsed)
-
-    def magnified(self, simulation: Simulation) -> Magnified | None:
-        """Return the single steps about the instant that the visitor looks at; they are asked for while they are shown."""
-        return self.microscope.magnify(simulation, self._inputs.window)
 
     def forget(self) -> None:
         """Drop what is about the run before a reset."""

@@ -1,6 +1,5 @@
 """A run's clock: how many steps are due in a frame, how fast simulated time has gone lately, and why the run stands still."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -100,25 +99,16 @@ NOT_THE_VISITORS: Final[frozenset[Reason]] = frozenset(("teacher", "hidden"))
 """Reasons that the visitor cannot lift."""
 
 
-class Halt:
+class Halt(set[Reason]):
     """The reasons for which no step is made; false while there is none."""
-
-    def __init__(self, reasons: Iterable[Reason] = ()) -> None:
-        self._reasons: set[Reason] = set(reasons)
-
-    def __bool__(self) -> bool:
-        return bool(self._reasons)
-
-    def __contains__(self, reason: Reason) -> bool:
-        return reason in self._reasons
 
     def set(self, reason: Reason, halted: bool = True) -> None:
         """Set a reason, or lift it."""
         if halted:
-            self._reasons.add(reason)
+            self.add(reason)
         else:
-            self._reasons.discard(reason)
+            self.discard(reason)
 
     def go_on(self) -> None:
         """Lift every reason that is the visitor's to lift."""
-        self._reasons &= NOT_THE_VISITORS
+        self.intersection_update(NOT_THE_VISITORS)

@@ -30,7 +30,7 @@ class CounterexampleSearch:
         background: where the runs are made; None where nothing is searched.
         wake: called, from any thread, when there is news.
         settings: gives the session's present settings.
-        watch: has a run replayed, by its name; None where nothing is searched.
+        watch: has a run replayed, by its name.
 
     Attributes:
         worst: the worst run so far; None before the first start has been searched.
@@ -44,9 +44,9 @@ class CounterexampleSearch:
         background: Jobs | None,
         wake: Callable[[], None],
         settings: Callable[[], Settings],
-        watch: Callable[[Recorded, str], None] | None,
+        watch: Callable[[Recorded, str], None],
     ) -> None:
-        self._jobs = None if background is None else JobWatch(background, wake, self._failed)
+        self._jobs = JobWatch(background, wake, self._failed)
         self._settings, self._watch = settings, watch
         self._asked: RunSettings | None = None
         self._starts, self._elapsed = 0, 0.0
@@ -58,7 +58,7 @@ class CounterexampleSearch:
     @property
     def busy(self) -> bool:
         """Whether a search is under way."""
-        return self._jobs is not None and "search" in self._jobs.kinds
+        return "search" in self._jobs.kinds
 
     @property
     def broken(self) -> bool:
@@ -67,12 +67,12 @@ class CounterexampleSearch:
 
     def toggle(self) -> None:
         """Begin a search, or end the one under way and keep what it has found."""
-        if self.busy and self._jobs is not None:
+        if self.busy:
             self._jobs.drop("search")
             return
         self.forget()
         run = self._settings().run
-        if self._jobs is None:
+        if not self._jobs.computes:
             self.message = LazyText("Nothing can be searched while a custom law runs.")
             return
         try:
@@ -85,8 +85,6 @@ class CounterexampleSearch:
 
     def advance(self, elapsed: float) -> None:
         """Collect what was found, and go on. `elapsed`: wall time since the last call [s]."""
-        if self._jobs is None:
-            return
         self._elapsed += elapsed
         self._jobs.collect()
         if self._asked is not None and self._asked != self._settings().run:
@@ -99,8 +97,7 @@ class CounterexampleSearch:
 
     def replay(self, attack: Attack) -> None:
         """Replay an attack."""
-        if self._jobs is not None:
-            self._jobs.submit("replay", partial(self._show, attack), replayed, attack, urgent=True)
+        self._jobs.submit("replay", partial(self._show, attack), replayed, attack, urgent=True)
 
     def open(self, text: str) -> None:
         """Replay the attack that a link names, under the present settings.
@@ -112,23 +109,20 @@ class CounterexampleSearch:
 
     def forget(self) -> None:
         """Drop the search and what it has found."""
-        if self._jobs is not None:
-            self._jobs.drop("search")
+        self._jobs.drop("search")
         self._asked = self.worst = None
         self.runs, self.message = 0, ""
 
     def close(self) -> None:
         """Drop everything that is being computed."""
-        if self._jobs is not None:
-            self._jobs.close()
+        self._jobs.close()
 
     def _show(self, attack: Attack, recorded: Recorded) -> None:
         self.replayed = attack
-        if self._watch is not None:
-            self._watch(recorded, NAME)
+        self._watch(recorded, NAME)
 
     def _search_on(self) -> None:
-        assert self._jobs is not None and self._asked is not None
+        assert self._asked is not None
         self._jobs.submit("search", self._take, searched, self._asked, self._asked.seed, self._starts, inf)
         self._starts += 1
 

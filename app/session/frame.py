@@ -8,14 +8,17 @@ from typing import Final, NamedTuple
 from app.session.background_studies import BackgroundStudies
 from app.session.clock import BUDGET, FRAME, Pace
 from app.session.microscope import Magnified
+from app.session.replay_player import Past
 from app.session.session import Session
-from app.session.shown import Past, Shown
 from app.settings import Settings
 from controllers.kinematics import Array
 from scenes.history import Sample
 from scenes.rerun import WhatIf
 from scenes.simulation import Simulation
 from scenes.targets import Target
+
+Shown = Session | Past
+"""What a page shows: the live session, or a replay in its place."""
 
 
 class Contact(NamedTuple):
@@ -65,15 +68,6 @@ def contact(simulation: Simulation, sample: Sample) -> Contact:
     )
 
 
-class OpenInvitation(NamedTuple):
-    """Of a second person. `word`: of the link, "" without an invitation; `accepted`: whether a guest has come by it."""
-
-    word: str = ""
-    accepted: bool = False
-
-
-NO_INVITATION: Final = OpenInvitation()
-
 LATEST: Final = 3.0
 """Panels wait so many times their period at most."""
 
@@ -92,7 +86,6 @@ class Frame:
         settings: of the run that is shown, and of the page.
         pace: how fast it goes.
         elapsed: wall time since the last frame [s]; 0 where there was none.
-        invitation: of a second person.
     """
 
     now: float
@@ -105,7 +98,6 @@ class Frame:
     settings: Settings
     pace: Pace
     elapsed: float = 0.0
-    invitation: OpenInvitation = NO_INVITATION
 
     def after(self, period: float) -> float:
         """Return when a panel is due again that is drawn once in a period [s].
@@ -132,7 +124,7 @@ class Frame:
     @property
     def magnified(self) -> Magnified | None:
         """Single steps of the live run; None of a replay."""
-        return self.studies.magnified(self.live.simulation) if self.studies is not None and self.of_live else None
+        return self.studies.microscope.magnify(self.live.simulation) if self.studies is not None and self.of_live else None
 
     @cached_property
     def state(self) -> tuple[object, ...]:
@@ -166,14 +158,11 @@ def make_frame(session: Session, decide: Callable[[], None], now: float, elapsed
     session.take_actions(elapsed)
     decide()
     session.step(elapsed, budget)
-    shown: Shown = session
-    if session.player is not None:
-        session.player.advance(elapsed)
-        shown = session.player.past or session
-    return freeze(session, now, shown, elapsed)
+    session.player.advance(elapsed)
+    return freeze(session, now, session.player.past, elapsed)
 
 
-def freeze(live: Session | Past, now: float, shown: Shown | None = None, elapsed: float = 0.0) -> Frame:
+def freeze(live: Shown, now: float, shown: Shown | None = None, elapsed: float = 0.0) -> Frame:
     """Return the present moment of a run as a frame.
 
     Args:
@@ -183,8 +172,5 @@ def freeze(live: Session | Past, now: float, shown: Shown | None = None, elapsed
         elapsed: wall time since the last frame [s].
     """
     shown = shown or live
-    simulation, studies = shown.simulation, live.studies if isinstance(live, Session) else None
-    ghost = None if isinstance(live, Session) and live.ghost_hidden else shown.ghost
-    invitation = OpenInvitation(live.invitation, live.guest is not None) if isinstance(live, Session) else NO_INVITATION
-    sample, settings = simulation.sample(), shown.settings
-    return Frame(now, shown, live, studies, simulation, ghost, sample, settings, shown.pace, elapsed, invitation)
+    simulation, ghost = shown.simulation, None if live.ghost_hidden else shown.ghost
+    return Frame(now, shown, live, live.studies, simulation, ghost, simulation.sample(), shown.settings, shown.pace, elapsed)

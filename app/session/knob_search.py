@@ -6,6 +6,7 @@ from typing import Final
 
 from app.runtime.job_pool import Job, Jobs
 from app.runtime.job_watch import JobWatch
+from app.session.studies import LEAST
 from app.settings import Settings
 from controllers.errors import LazyText
 from scenes.inputs import Recorded
@@ -15,9 +16,6 @@ from scenes.settings import LawSettings, RunSettings, specs, values
 
 WINDOW: Final = 30.0
 """How much of the run is made again for each value of the knob [s]."""
-
-LEAST: Final = 50
-"""Steps below which there is nothing to compare."""
 
 
 class KnobSearch:
@@ -40,7 +38,7 @@ class KnobSearch:
         settings: Callable[[], Settings],
         change: Callable[[str, object], None],
     ) -> None:
-        self._jobs = None if background is None else JobWatch(background, wake, self._failed)
+        self._jobs = JobWatch(background, wake, self._failed)
         self._settings, self._change = settings, change
         self.message = ""
         self._asked: Settings | None = None
@@ -59,7 +57,7 @@ class KnobSearch:
         """
         settings = self._settings()
         run, ghost = settings.run, settings.page.ghost
-        if self._jobs is None:
+        if not self._jobs.computes:
             self.message = LazyText("Laws cannot be compared while a custom law runs.")
         elif ghost in ("off", "own", run.law.law):
             self.message = LazyText("First choose another law as the ghost, or freeze these settings.")
@@ -73,13 +71,11 @@ class KnobSearch:
 
     def advance(self) -> None:
         """Do what a finished search asks for."""
-        if self._jobs is not None:
-            self._jobs.collect()
+        self._jobs.collect()
 
     def forget(self) -> None:
         """Drop a search."""
-        if self._jobs is not None:
-            self._jobs.close()
+        self._jobs.close()
         self._asked, self.message = None, ""
 
     def _found(self, match: KnobMatch) -> None:

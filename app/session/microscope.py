@@ -10,7 +10,7 @@ from app.runtime.job_pool import Job, Jobs
 from app.runtime.job_watch import JobWatch
 from controllers.kinematics import Array
 from scenes.history import COLUMN, History
-from scenes.inputs import Recorded
+from scenes.inputs import InputsLog
 from scenes.simulation import Simulation
 from scenes.smoothness import AROUND, avoiding_rates, finer_rows, rows_around, time_of_largest_jump
 
@@ -66,28 +66,24 @@ class Microscope:
     Args:
         background: where the finer steps are computed; None where they are not.
         wake: called, from any thread, when they are there.
+        inputs: of the run.
 
     Attributes:
+        quantity: the signal.
         span: when what is kept of the run begins and ends, and the instant that was shown last [s]; None while there is none.
     """
 
-    def __init__(self, background: Jobs | None, wake: Callable[[], None]) -> None:
-        self._jobs = None if background is None else JobWatch(background, wake, self._failed)
+    def __init__(self, background: Jobs | None, wake: Callable[[], None], inputs: InputsLog) -> None:
+        self._jobs, self._inputs = JobWatch(background, wake, self._failed), inputs
         self.quantity: Signal = "dq"
         self._time: float | None = None
         self.span: tuple[float, float, float] | None = None
         self._asked: tuple[History, float, float, bool] | None = None
         self._finer: Array | None = None
 
-    def look_at(self, quantity: Signal) -> None:
-        self.quantity = quantity
-
-    def find_jump(self) -> None:
-        """Go to the largest step of q̇, and follow it."""
-        self._time = None
-
-    def go_to(self, time: float) -> None:
-        """Go to a time on the clock of the run [s], or to the nearest step that is kept."""
+    def go_to(self, time: float | None) -> None:
+        """Go to a time on the clock of the run [s], or to the nearest step that is kept; None for the largest step of q̇, which is
+        followed."""
         self._time = time
 
     def move(self, steps: int, dt: float) -> None:
@@ -95,14 +91,9 @@ class Microscope:
         if self.span is not None:
             self._time = self.span[2] + steps * dt
 
-    def magnify(self, simulation: Simulation, window: Callable[[float], Recorded | None]) -> Magnified | None:
-        """Return what is seen of a run; None before its second step.
-
-        Args:
-            window: gives the newest piece of its inputs of a length [s].
-        """
-        if self._jobs is not None:
-            self._jobs.collect()
+    def magnify(self, simulation: Simulation) -> Magnified | None:
+        """Return what is seen of the run; None before its second step. Finer steps are asked for while they are shown."""
+        self._jobs.collect()
         dt, history = simulation.settings.dt, simulation.history
         times = history.column("t")
         if len(times) < 2:
@@ -124,9 +115,9 @@ class Microscope:
         if self._asked is None or self._asked[:3] != (history, time, dt):
             self._finer = None
         # Asked once more when the run has gone on as far as there is to see.
-        if self._asked != (asked := (history, time, dt, whole)) and self._jobs is not None:
+        if self._asked != (asked := (history, time, dt, whole)) and self._jobs.computes:
             self._asked = asked
-            if (recorded := window(max(WINDOW, float(times[-1]) - time) + AROUND * dt)) is not None:
+            if (recorded := self._inputs.window(max(WINDOW, float(times[-1]) - time) + AROUND * dt)) is not None:
                 self._jobs.submit("microscope", self._take, finer_rows, recorded, time, dt)
         of = self.quantity
         steps = Steps(dt, table[:, COLUMN["t"]], _signal(simulation, table, of, joint))
@@ -144,8 +135,7 @@ class Microscope:
 
     def forget(self) -> None:
         """Drop what is being computed, and the instant: it was one of the run before."""
-        if self._jobs is not None:
-            self._jobs.close()
+        self._jobs.close()
         self._asked = self._finer = self._time = None
 
 

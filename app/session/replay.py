@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 
 from controllers.kinematics import Array
-from scenes.history import COLUMN, SCALARS, History
+from scenes.history import COLUMN, History
 from scenes.inputs import WIDTHS, Recorded, decoded
 from scenes.rerun import LOOK, Stopped, begun, never
 from scenes.simulation import Simulation, Snapshot
@@ -44,9 +44,6 @@ CAPACITY: Final = 8_000
 AHEAD: Final = 10.0
 """The axis of a long replay's plots goes on in pieces of this length, so that it stands still in between [s]; what is no longer than two
 of them is drawn as a whole."""
-
-_FIRST: Final = COLUMN["e2_b"]
-_HEAD: Final = len(SCALARS)
 
 
 @dataclass(frozen=True)
@@ -83,24 +80,23 @@ def make_film(recorded: Recorded, stopped: Callable[[], bool] = never) -> Record
     states: list[bytes] = []
     rows: list[Array] = []
     row_steps: list[int] = []
-    made, period = 0, -1
-    for stretch in recorded.stretches:
-        simulation.apply(stretch.settings)
-        for target in stretch.targets.each():
-            if made % LOOK == 0 and stopped():
-                raise Stopped
-            if made % spacing == 0:
-                states.append(_packed(simulation))
-            number = int(simulation.time / PERIOD)
-            simulation.step(target)
-            row = simulation.history.table(1)[0]
-            if number != period:
-                period = number
-                rows.append(row)
-                row_steps.append(made)
-            elif row[COLUMN["d"]] < rows[-1][COLUMN["d"]]:
-                rows[-1], row_steps[-1] = row, made
-            made += 1
+    period = -1
+    for made, target in enumerate(recorded.targets(simulation)):
+        if made % LOOK == 0 and stopped():
+            raise Stopped
+        if made % spacing == 0:
+            s = simulation.snapshot()
+            state = s.steps, s.time, s.positions, s.velocities, s.memories, s.robot
+            states.append(pickle.dumps(state, pickle.HIGHEST_PROTOCOL))
+        number = int(simulation.time / PERIOD)
+        simulation.step(target)
+        row = simulation.history.table(1)[0]
+        if number != period:
+            period = number
+            rows.append(row)
+            row_steps.append(made)
+        elif row[COLUMN["d"]] < rows[-1][COLUMN["d"]]:
+            rows[-1], row_steps[-1] = row, made
     marks = np.arange(len(states)) * spacing
     return RecordedFilm(recorded, marks, tuple(states), np.array(rows), np.array(row_steps))
 
@@ -110,11 +106,6 @@ def make_films(
 ) -> tuple[RecordedFilm, RecordedFilm | None]:
     """Make a recorded piece again, and the ghost's, see `make_film`."""
     return make_film(recorded, stopped), None if beside is None else make_film(beside, stopped)
-
-
-def _packed(simulation: Simulation) -> bytes:
-    s = simulation.snapshot()
-    return pickle.dumps((s.steps, s.time, s.positions, s.velocities, s.memories, s.robot), pickle.HIGHEST_PROTOCOL)
 
 
 class Replay:
@@ -127,6 +118,7 @@ class Replay:
         simulation: as it was at this moment, with the history before it; read only.
         playing: whether `advance` goes on.
         speed: simulated over wall time.
+        step: how many of the `steps` are made at this moment, from 1; read only.
     """
 
     def __init__(self, recorded: Recorded, kept: RecordedFilm | None = None) -> None:
@@ -142,7 +134,7 @@ class Replay:
         self._ends = [np.cumsum(stretch.targets.counts.astype(np.int64)) for stretch in stretches]
         self._offsets = [stretch.targets.offsets for stretch in stretches]
         self._debt = 0.0
-        self._made = 0
+        self.step = 0
         self._stretch = 0
         self._traced: tuple[float, Simulation] | None = None
         self.simulation = begun(recorded, CAPACITY)
@@ -164,13 +156,8 @@ class Replay:
         return self._starts[-1]
 
     @property
-    def step(self) -> int:
-        """How many of them are made at this moment, from 1."""
-        return self._made
-
-    @property
     def time(self) -> float:
-        return self.moment(self._made)
+        return self.moment(self.step)
 
     @property
     def traced(self) -> Simulation:
@@ -196,11 +183,11 @@ class Replay:
     @property
     def target(self) -> Target | None:
         """The target of the newest step."""
-        return self._target(self._made - 1)
+        return self._target(self.step - 1)
 
     def moment(self, step: int) -> float:
         """Return the time after so many steps [s]."""
-        i = min(bisect_right(self._starts, step - 1), len(self._times) - 1) - 1
+        i = self._stretch_of(step - 1)
         return self._times[i] + (step - self._starts[i]) * self.recorded.stretches[i].settings.dt
 
     def nearest(self, time: float) -> int:
@@ -213,8 +200,7 @@ class Replay:
 
     def seek(self, time: float) -> None:
         """Go to a time [s], or to the nearest moment there is."""
-        self._debt = 0.0
-        self._go(self.nearest(time))
+        self.seek_step(self.nearest(time))
 
     def seek_step(self, step: int) -> None:
         """Go to the moment after so many steps, or to the nearest end."""
@@ -225,27 +211,26 @@ class Replay:
         """Play or pause; at the end, play from the beginning."""
         self.playing = not self.playing
         self._debt = 0.0
-        if self.playing and self._made >= self.steps:
+        if self.playing and self.step >= self.steps:
             self._go(1)
 
-    def advance(self, elapsed: float) -> int:
-        """Play `elapsed` seconds of wall time; return the number of steps made. Pauses at the end."""
+    def advance(self, elapsed: float) -> None:
+        """Play `elapsed` seconds of wall time. Pauses at the end."""
         if not self.playing:
-            return 0
+            return
         self._debt += elapsed * self.speed
         made, deadline = 0, perf_counter() + BUDGET
-        while self._made < self.steps:
-            dt = self.recorded.stretches[self._stretch_of(self._made)].settings.dt
+        while self.step < self.steps:
+            dt = self.recorded.stretches[self._stretch_of(self.step)].settings.dt
             if self._debt < dt * (1.0 - 1e-9):
-                return made
+                return
             self._debt -= dt
             self._make_step()
             made += 1
             if made % 8 == 0 and perf_counter() > deadline:
                 self._debt = 0.0
-                return made
+                return
         self.playing = False
-        return made
 
     def _stretch_of(self, step: int) -> int:
         return min(bisect_right(self._starts, step), len(self._starts) - 1) - 1
@@ -260,18 +245,18 @@ class Replay:
     def _go(self, step: int) -> None:
         # The state before the step itself, so that there always is a newest step.
         mark = int(np.searchsorted(self._film.marks, step - 1, side="right")) - 1
-        if not self._made <= step or int(self._film.marks[mark]) > self._made:
+        if not self.step <= step or int(self._film.marks[mark]) > self.step:
             self._jump(mark)
-        while self._made < step:
+        while self.step < step:
             self._make_step()
 
     def _make_step(self) -> None:
-        stretch = self._stretch_of(self._made)
+        stretch = self._stretch_of(self.step)
         if stretch != self._stretch:
             self._stretch = stretch
             self.simulation.apply(self.recorded.stretches[stretch].settings)
-        self.simulation.step(self._target(self._made))
-        self._made += 1
+        self.simulation.step(self._target(self.step))
+        self.step += 1
 
     def _jump(self, mark: int) -> None:
         """Go to a snapshot, with the history before it."""
@@ -281,16 +266,12 @@ class Replay:
         simulation.apply(settings)
         simulation.resume(Snapshot(settings, *pickle.loads(kept.states[mark])))
         self._fill(simulation, int(np.searchsorted(kept.row_steps, step)))
-        self._made = step
+        self.step = step
 
     def _fill(self, simulation: Simulation, last: int) -> None:
         """Give a simulation the history of `PAST` up to a row of the film."""
         # A new object, so that readers of the history notice the jump.
-        simulation.history = history = History(CAPACITY, len(simulation.positions))
+        simulation.history = History(CAPACITY, len(simulation.positions))
         rows = self._film.rows[:last]
         first = int(np.searchsorted(rows[:, COLUMN["t"]], rows[-1, COLUMN["t"]] - PAST)) if last else 0
-        table = rows[first:]
-        parts = (history.positions(table), history.velocities(table), history.desired(table))
-        for row, q, dq, desired in zip(table.tolist(), *parts, strict=True):
-            second = None if math.isnan(row[_FIRST]) else tuple(row[_FIRST:_HEAD])
-            history.append(tuple(row[:_FIRST]), q, dq, desired, second)
+        simulation.history.begin_with(rows[first:])

@@ -1,17 +1,23 @@
 """The replay in a session: the last part of its run, or the run of a file, in the place of the live one."""
 
 from collections.abc import Callable
-from typing import Final
+from dataclasses import replace
+from functools import partial
+from typing import Final, NamedTuple, Protocol
 
 from app.i18n.speaking import N_
 from app.runtime.job_pool import Job, Jobs
 from app.runtime.job_watch import JobWatch
 from app.session.actions import Action, Pause, Reset, SingleStep
+from app.session.clock import Halt, Pace
 from app.session.replay import RecordedFilm, Replay, make_film, make_films
-from app.session.shown import Live, Mark, Past
+from app.session.student_law import LawStatus
+from app.settings import Settings
 from controllers.errors import LazyText
 from scenes.inputs import Recorded
 from scenes.settings import RunSettings
+from scenes.simulation import Simulation
+from scenes.targets import Target
 
 DRAFT: Final = 20.0
 """The newest part of a long replay, which is there first [s]."""
@@ -21,11 +27,105 @@ REVIEWED: Final = DRAFT + 2.0
 asked for."""
 
 
+class Mark(NamedTuple):
+    """A moment of a run that is worth a look.
+
+    Attributes:
+        time: on the clock of the run [s].
+        name: what is then, in the visitor's language once it is read by `tr`.
+    """
+
+    time: float
+    name: LazyText
+
+
+class Live(Protocol):
+    """The live run, as what replays a part of it reads and stops it; see `Session`."""
+
+    settings: Settings
+    simulation: Simulation
+    halt: Halt
+
+    @property
+    def traced(self) -> "tuple[Simulation, Simulation | None]":
+        """The run and its ghost, as plots over time draw them."""
+        ...
+
+    def recorded(self, seconds: float) -> Recorded | None:
+        """Return the newest piece of the run [s] as it can be made again; None if there is none."""
+        ...
+
+    def ghost_recorded(self, seconds: float) -> Recorded | None:
+        """Return the newest piece of the ghost's run [s]; None if there is none."""
+        ...
+
+
+class Past:
+    """A replay as a page reads it in the place of a session: nothing is held there.
+
+    Args:
+        replay: where it stands.
+        settings: of the live session; the page stays as it is, the run is that of the replay.
+        file: name of the loaded file that is replayed; "" for the session's own run.
+        beside: of the ghost, at the same moment; None where there is none.
+        live: the run of which this is a moment, as all of it is drawn; None of a replay by itself.
+        mark: the moment that is worth a look; None if there is none.
+
+    Attributes:
+        reviewed: whether it is a moment of the live run, which stands meanwhile, so that what is known of all of it holds.
+    """
+
+    # Of a session, see there.
+    held, studies, ghost_hidden = None, None, False
+
+    def __init__(
+        self,
+        replay: Replay,
+        settings: Settings,
+        file: str = "",
+        beside: Replay | None = None,
+        live: Live | None = None,
+        mark: Mark | None = None,
+    ) -> None:
+        self._replay, self._settings, self._live = replay, settings, live
+        self.replayed_file, self.reviewed, self.mark = file, live is not None, mark
+        self.ghost = None if beside is None else beside.simulation
+        law = replay.recorded.law
+        self.student_law = LawStatus() if law is None else LawStatus(law.file, sha256=law.sha256)
+
+    @property
+    def simulation(self) -> Simulation:
+        return self._replay.simulation
+
+    @property
+    def settings(self) -> Settings:
+        """Those of the run then, with those of the page now."""
+        page = self._settings.page if self.reviewed else replace(self._settings.page, ghost="off")
+        return replace(self._settings, run=self._replay.simulation.settings, page=page)
+
+    @property
+    def traced(self) -> tuple[Simulation, Simulation | None]:
+        """The run and its ghost as plots over time draw them: as far as their axis goes."""
+        return (self._replay.traced, None) if self._live is None else self._live.traced
+
+    @property
+    def pace(self) -> Pace:
+        return Pace(not self._replay.playing, self._replay.speed, False)
+
+    @property
+    def replay_time(self) -> float:
+        """The moment that is replayed, on the clock of the run [s]."""
+        return self._replay.time
+
+    def target(self) -> Target | None:
+        return self._replay.target
+
+
 class ReplayPlayer:
     """All methods belong to the thread that advances the session.
 
     Args:
-        background: computes the replay's film.
+        background: computes the replay's film; with None there is never one.
         wake: called, from any thread, when the state of a job has changed.
 
     Attributes:
@@ -37,7 +137,7 @@ class ReplayPlayer:
         mark: the moment of the replay that is worth a look; None if there is none.
     """
 
-    def __init__(self, session: Live, background: Jobs, wake: Callable[[], None]) -> None:
+    def __init__(self, session: Live, background: Jobs | None, wake: Callable[[], None]) -> None:
         self._session = session
         self.jobs = JobWatch(background, wake, self._fail)
         self.news: list[tuple[str, str]] = []
@@ -46,7 +146,6 @@ class ReplayPlayer:
         self.reviewing = False
         self.mark: Mark | None = None
         self._ghost: Replay | None = None
-        self._whole: Recorded | None = None
         self._run: RunSettings | None = None
         self._seek: float | None = None
 
@@ -64,11 +163,11 @@ class ReplayPlayer:
         if whole is None or draft is None:
             self.news.append((N_("There is nothing to replay yet"), N_("Let it run for a moment.")))
             return
-        self._watch(draft, whole if whole.steps > draft.steps else None, "")
+        self._watch(draft, "", whole if whole.steps > draft.steps else None)
 
     def watch_file(self, recorded: Recorded, name: str) -> None:
         self.leave()
-        self._watch(recorded, None, name)
+        self._watch(recorded, name)
 
     def review(self, time: float, mark: Mark | None = None) -> None:
         """Show a moment of the live run while it stands: the scene as it was then, plots over time of the whole run.
@@ -83,7 +182,7 @@ class ReplayPlayer:
             self.seek(time)
             return
         reach = max(REVIEWED, self._session.simulation.time - time + 2.0)
-        if self._session.paused and (recorded := self.recorded(reach)) is not None:
+        if self._session.halt and (recorded := self.recorded(reach)) is not None:
             self.reviewing, self.mark, self._seek = True, mark, time
             self._stop()
             self.jobs.submit("film", self._show_moment, make_films, recorded, self._session.ghost_recorded(reach), urgent=True)
@@ -104,16 +203,15 @@ class ReplayPlayer:
         if self.mark is None and (time := replay.nearest_moment) is not None:
             self.mark = Mark(time, LazyText(N_("smallest distance")))
 
-    def _watch(self, recorded: Recorded, whole: Recorded | None, name: str) -> None:
-        self.loaded, self._whole = name, whole
+    def _watch(self, recorded: Recorded, name: str, whole: Recorded | None = None) -> None:
+        self.loaded = name
         self._stop()
         # Urgent jobs go first.
-        self.jobs.submit("film", self._show, make_film, recorded, urgent=recorded.seconds <= 2.0 * DRAFT)
+        self.jobs.submit("film", partial(self._show, whole), make_film, recorded, urgent=recorded.seconds <= 2.0 * DRAFT)
 
-    def _show(self, kept: RecordedFilm) -> None:
+    def _show(self, whole: Recorded | None, kept: RecordedFilm) -> None:
         self._open(replay := Replay(kept.recorded, kept))
         replay.toggle()
-        whole, self._whole = self._whole, None
         if whole is not None:
             self.jobs.submit("film", self._lengthen, make_film, whole)
 
@@ -128,7 +226,7 @@ class ReplayPlayer:
     def leave(self) -> None:
         """Go back to live: a run that went on before goes on."""
         self.jobs.drop("film")
-        self.replay, self.loaded, self._whole, self._seek = None, "", None, None
+        self.replay, self.loaded, self._seek = None, "", None
         self.reviewing, self.mark, self._ghost, self._run = False, None, None, None
         self._session.halt.set("replay", False)
 
@@ -176,15 +274,14 @@ class ReplayPlayer:
         live = self._session if self.reviewing else None
         return Past(self.replay, self._session.settings, self.loaded, self._ghost, live, self.mark)
 
-    def advance(self, elapsed: float) -> bool:
-        """Collect finished jobs and play `elapsed` seconds [s] on; return whether the replay has moved."""
+    def advance(self, elapsed: float) -> None:
+        """Collect finished jobs and play `elapsed` seconds [s] on."""
         self.jobs.collect()
         if self._run is not None and ("replay" not in self._session.halt or self._session.settings.run is not self._run):
             # After a change of the experiment the visitor wants to see the live run.
             self.leave()
         if self.replay is None:
-            return False
-        before = self.replay.step
+            return
         if self._seek is not None:
             self.replay.playing = False
             self.replay.seek(self._seek)
@@ -193,4 +290,3 @@ class ReplayPlayer:
         self.replay.advance(elapsed)
         if self._ghost is not None:
             self._ghost.seek(self.replay.time)
-        return self.replay.step != before

@@ -38,11 +38,11 @@ class Session:
     Args:
         settings: of the run and of the page.
         wake: called after every `post`, to ask for a frame at once.
-        background: where "what if" and smoothness are computed; without one they are not.
+        background: where replays, "what if", smoothness and so on are computed; without one they are not.
         sources: persons beside the built-in one, and a student's law: of the server at first, and then also the visitor's own.
     """
 
-    # Live, see `app.session.shown.Shown`.
+    # Of a replay, see `app.session.replay_player.Past`.
     replay_time, replayed_file, reviewed, mark = None, "", False, None
 
     def __init__(
@@ -56,19 +56,18 @@ class Session:
         self._ask_for_frame = wake
         self.stirred = True
         """Whether anything was posted, or anything that was computed has come, since actions were last taken."""
-        wake = self.wake
         self.simulation = Simulation(settings.run)
         self.halt = Halt()
         """Why no step is made, if none is."""
         self.inputs = InputsLog()
         """What the run was made with."""
-        self.law = StudentLaw(sources, background, wake, settings.page.ghost == "own")
+        self.law = StudentLaw(sources, background, self.wake, settings.page.ghost == "own")
         """The law of a student's file, if there is one."""
         self._ghost = GhostRun(settings.run, self.law)
         self._wish: tuple[Target | None] | None = None
         """The target of a step that its law has not answered yet."""
-        self.player = None if background is None else ReplayPlayer(self, background, wake)
-        """Replays in the place of the live run; None where nothing is computed in the background."""
+        self.player = ReplayPlayer(self, background, self.wake)
+        """Replays in the place of the live run."""
         self.studies = self._new_studies()
         self.posts = ActionQueue(self.handle)
         self.takers: dict[Hashable, Callable[[actions.Action], bool]] = {}
@@ -98,8 +97,7 @@ class Session:
     def _new_studies(self) -> BackgroundStudies:
         # They know the settings' laws only, and would answer for another one.
         studied = self.background if self.sources.law_file is None else None
-        watch = None if self.player is None else self.player.watch_file
-        return BackgroundStudies(studied, self.wake, self.inputs, lambda: self.settings, self.change, watch)
+        return BackgroundStudies(studied, self.wake, self.inputs, lambda: self.settings, self.change, self.player.watch_file)
 
     def wake(self) -> None:
         """Ask for a frame at once; from any thread."""
@@ -108,9 +106,11 @@ class Session:
 
     def state(self) -> SessionState:
         """Return where the session is."""
-        ghost = None if self.ghost is None or self._ghost.source is not None else RunState.of(self.ghost, self._ghost.inputs)
+        ghost = None
+        if self.ghost is not None and self._ghost.source is None:
+            ghost = RunState(*self._ghost.inputs.cut(self.ghost))
         halted: tuple[Reason, ...] = tuple(reason for reason in LASTING if reason in self.halt)
-        return SessionState(RunState.of(self.simulation, self.inputs), ghost, self._ghost.frozen, halted, self._input.began)
+        return SessionState(RunState(*self.inputs.cut(self.simulation)), ghost, self._ghost.frozen, halted, self._input.began)
 
     def go_on_from(self, state: SessionState, history: float = 0.0) -> Iterator[None]:
         """Go on from where a session with the same settings was, its ghost too; yield every few steps that are made again for it.

@@ -7,7 +7,7 @@ from typing import Final
 
 from app.session.clock import Reason
 from controllers.kinematics import Array
-from scenes.inputs import InputsLog, Recorded
+from scenes.inputs import Recorded
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation, Snapshot
 
@@ -28,11 +28,6 @@ class RunState:
 
     snapshot: Snapshot
     pieces: tuple[Recorded, ...] = ()
-
-    @classmethod
-    def of(cls, simulation: Simulation, inputs: InputsLog) -> "RunState":
-        """Return the present state of a run with its inputs."""
-        return cls(*inputs.cut(simulation))
 
 
 @dataclass(frozen=True)
@@ -74,12 +69,10 @@ def resumed(simulation: Simulation, state: RunState, pieces: tuple[Recorded, ...
     if pieces:
         simulation.apply(pieces[0].settings)
         simulation.resume(pieces[0].snapshot)
-        for stretch in itertools.chain.from_iterable(piece.stretches for piece in pieces):
-            simulation.apply(stretch.settings)
-            for target in stretch.targets.each():
-                simulation.step(target)
-                if simulation.steps % PART == 0:
-                    yield
+        for target in itertools.chain.from_iterable(piece.targets(simulation) for piece in pieces):
+            simulation.step(target)
+            if simulation.steps % PART == 0:
+                yield
         simulation.apply(settings)
     if not pieces or simulation.positions.tobytes() != state.snapshot.positions.tobytes():
         simulation.resume(state.snapshot)

@@ -52,6 +52,7 @@ class Studies:
     Args:
         background: where they are computed; None where nothing is studied.
         wake: called, from any thread, when there is news.
+        inputs: of the run.
 
     Attributes:
         what_if: how the last part would have gone with the present settings; None without a question, or for another run.
@@ -59,8 +60,8 @@ class Studies:
         message: why something could not be computed, for the visitor; "" if all is well.
     """
 
-    def __init__(self, background: Jobs | None, wake: Callable[[], None]) -> None:
-        self._jobs = None if background is None else JobWatch(background, wake, self._failed)
+    def __init__(self, background: Jobs | None, wake: Callable[[], None], inputs: InputsLog) -> None:
+        self._jobs, self._inputs = JobWatch(background, wake, self._failed), inputs
         self.what_if: WhatIf | None = None
         self.smoothness: Smoothness | None = None
         self.message = ""
@@ -70,12 +71,11 @@ class Studies:
     @property
     def busy(self) -> bool:
         """Whether anything is being computed, or about to be."""
-        return self._rested is not None or (self._jobs is not None and any(kind != "warm" for kind in self._jobs.kinds))
+        return self._rested is not None or any(kind != "warm" for kind in self._jobs.kinds)
 
     def prepare(self, settings: Settings) -> None:
         """Make a process ready for the first question."""
-        if self._jobs is not None:
-            self._jobs.submit("warm", lambda _: None, warm, settings.run)
+        self._jobs.submit("warm", lambda _: None, warm, settings.run)
 
     def follow(self, before: Settings, after: Settings, rebuilt: bool) -> None:
         """Prepare, ask or drop "what if" after a change of the settings. `rebuilt`: whether the run is of another experiment now."""
@@ -85,50 +85,39 @@ class Studies:
             self.forget_what_if()
         elif not before.page.what_if:
             self.prepare(after)
-        elif self._jobs is not None and (after.run.law, after.run.gain) != (before.run.law, before.run.gain):
+        elif self._jobs.computes and (after.run.law, after.run.gain) != (before.run.law, before.run.gain):
             # A long answer that is being computed is about a value that is no longer set.
             self._jobs.drop("what if")
             self._rested, self._moved = 0.0, True
 
-    def advance(
-        self, elapsed: float, settings: Settings, simulation: Simulation, window: Callable[[float], Recorded | None]
-    ) -> None:
-        """Ask and answer what is due.
-
-        Args:
-            elapsed: wall time since the last call [s].
-            settings, simulation: of the run, now.
-            window: gives the newest piece of its inputs of a length [s].
-        """
-        if self._jobs is not None:
-            self._jobs.collect()
+    def advance(self, elapsed: float, simulation: Simulation) -> None:
+        """Ask and answer what is due about a run. `elapsed`: wall time since the last call [s]."""
+        self._jobs.collect()
         if self._rested is None:
             return
         self._rested += elapsed
         # A short answer that is under way is finished, or there would be none as long as the slider moves.
-        if self._jobs is None or "newest" in self._jobs.kinds:
+        if "newest" in self._jobs.kinds:
             return
         if self._moved:
             self._moved = False
-            self._ask_what_if("newest", min(MOVING * settings.run.dt, WINDOW), settings, simulation, window)
+            self._ask_what_if("newest", min(MOVING * simulation.settings.dt, WINDOW), simulation)
         elif self._rested >= REST:
             self._rested = None
-            self._ask_what_if("what if", WINDOW, settings, simulation, window)
+            self._ask_what_if("what if", WINDOW, simulation)
 
-    def _ask_what_if(
-        self, kind: str, seconds: float, settings: Settings, simulation: Simulation, window: Callable[[float], Recorded | None]
-    ) -> None:
-        recorded = window(seconds)
-        if recorded is None or self._jobs is None:
+    def _ask_what_if(self, kind: str, seconds: float, simulation: Simulation) -> None:
+        recorded = self._inputs.window(seconds)
+        if recorded is None:
             return
         table = simulation.history.table(recorded.steps)
         if len(table) < recorded.steps:
             # At small time steps the log reaches back farther than the curves that are drawn.
-            recorded = window(len(table) * settings.run.dt - CHAPTER)
+            recorded = self._inputs.window(len(table) * simulation.settings.dt - CHAPTER)
             if recorded is None or recorded.steps > len(table):
                 return
             table = table[-recorded.steps :]
-        present = values(settings.run)
+        present = values(simulation.settings)
         asked = {key: present[key] for key in WHAT_IF_KEYS}
 
         def done(answer: WhatIf) -> None:
@@ -142,7 +131,7 @@ class Studies:
         Args:
             runs: the inputs and the settings of the run, "law", and of its "ghost" if there is one.
         """
-        if self._jobs is None:
+        if not self._jobs.computes:
             return
         self._forget_smoothness()
         known: dict[Who, tuple[Recorded, RunSettings]] = {}
@@ -175,23 +164,20 @@ class Studies:
 
     def _forget_smoothness(self) -> None:
         self.smoothness = None
-        if self._jobs is not None:
-            for kind in self._jobs.kinds:
-                if kind.startswith("smoothness"):
-                    self._jobs.drop(kind)
+        for kind in self._jobs.kinds:
+            if kind.startswith("smoothness"):
+                self._jobs.drop(kind)
 
     def forget(self) -> None:
         """Drop all questions and answers: they were about another run."""
-        if self._jobs is not None:
-            self._jobs.close()
+        self._jobs.close()
         self._rested = self.what_if = self.smoothness = None
         self._moved = False
         self.message = ""
 
     def forget_what_if(self) -> None:
         """Drop "what if" alone."""
-        if self._jobs is not None:
-            self._jobs.drop("what if")
-            self._jobs.drop("newest")
+        self._jobs.drop("what if")
+        self._jobs.drop("newest")
         self._rested = self.what_if = None
         self._moved = False

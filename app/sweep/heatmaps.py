@@ -26,7 +26,7 @@ _SHOWN: Final = {
 
 _LIGHT: Final = PALETTES["light"]
 _COLOURS: Final = (*_LIGHT.joints, _LIGHT.resting)
-_DASHES: Final = ("-", "--", "-.", ":", "-", "--", "-.", ":")
+_DASHES: Final = ("-", "--", "-.", ":")
 _MARKERS: Final = "osD^vPX*"
 
 
@@ -90,13 +90,9 @@ class _Plan:
 
     def part(self, field: Array, panel: tuple[int, ...]) -> Array:
         """Return a panel's part of a field of the grid's shape: (y, x), (series, x) or (1, x)."""
-        kept = [axis for axis in (self.y or self.series, self.x) if axis is not None]
-        place = {axis.key: i for i, axis in enumerate(self.grid.axes)}
-        at: list[Any] = [slice(None)] * len(place)
-        for axis, i in zip(self.beside, panel, strict=True):
-            at[place[axis.key]] = i
-        free = [axis.key for axis in self.grid.axes if axis not in self.beside]
-        return np.atleast_2d(np.transpose(field[tuple(at)], [free.index(axis.key) for axis in kept]))
+        order = (*self.beside, self.y or self.series, self.x)
+        ordered = np.transpose(field, [self.grid.axes.index(axis) for axis in order if axis is not None])
+        return np.atleast_2d(ordered[panel])
 
     def title(self, panel: tuple[int, ...]) -> str:
         return ", ".join(f"{self.symbol(axis)} = {self.shown(axis, i)}" for axis, i in zip(self.beside, panel, strict=True))

@@ -2,7 +2,7 @@
 
 import csv
 import io
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -12,8 +12,6 @@ from scenes.files import read_file, writable, written
 from scenes.sweep import FIGURES, Grid, SweepFigures
 
 Format = Literal["csv", "parquet"]
-Rows = Mapping[int, SweepFigures]
-"""Index of a point → its figures."""
 
 _WHOLE: Final = frozenset({"pair_switches"})
 _HEAD: Final = b"sweep"
@@ -55,6 +53,7 @@ class SweepFiles:
             folder.mkdir(parents=True, exist_ok=True)
         self._points = grid.points()
         self.rows: dict[int, SweepFigures] = {}
+        """Index of a point → its figures."""
         for path in (self.table, self.part):
             if path.exists():
                 self.rows |= self._read(path)
@@ -66,7 +65,7 @@ class SweepFiles:
     def recording(self) -> Iterator[Callable[[int, SweepFigures], None]]:
         """Yield a function that writes a point's row to disk at once."""
         # Rewritten: after a power failure the last row may be incomplete.
-        self._write_csv(self.part, self.rows)
+        self._write_csv(self.part)
         with writable(self.part, "out"):
             out = self.part.open("a", encoding="utf-8", newline="\n")
 
@@ -86,7 +85,7 @@ class SweepFiles:
 
     def finish(self) -> None:
         """Write the complete table in order, and remove the rows so far."""
-        (self._write_csv if self.form == "csv" else self._write_parquet)(self.table, self.rows)
+        (self._write_csv if self.form == "csv" else self._write_parquet)(self.table)
         self.part.unlink(missing_ok=True)
 
     def _line(self, index: int, figures: SweepFigures) -> str:
@@ -94,16 +93,16 @@ class SweepFiles:
         csv.writer(line, lineterminator="\n").writerow(map(_cell, (*self._points[index], *figures)))
         return line.getvalue()
 
-    def _write_csv(self, path: Path, rows: Rows) -> None:
+    def _write_csv(self, path: Path) -> None:
         lines = [f"# {line}\n" for line in head_of(self.grid)]
         lines.append(",".join(sweep_columns(self.grid)) + "\n")
-        lines += [self._line(index, rows[index]) for index in sorted(rows)]
+        lines += [self._line(index, figures) for index, figures in sorted(self.rows.items())]
         with written(path, "out") as new:
             new.write_text("".join(lines), encoding="utf-8", newline="\n")
 
-    def _write_parquet(self, path: Path, rows: Rows) -> None:
+    def _write_parquet(self, path: Path) -> None:
         pa, pq = _pyarrow()
-        table = [(*self._points[index], *rows[index]) for index in sorted(rows)]
+        table = [(*self._points[index], *figures) for index, figures in sorted(self.rows.items())]
         columns = dict(zip(sweep_columns(self.grid), map(list, zip(*table, strict=True)), strict=True))
         with written(path, "out") as new:
             pq.write_table(pa.table(columns).replace_schema_metadata({_HEAD: "\n".join(head_of(self.grid)).encode()}), new)
@@ -146,12 +145,10 @@ def _short(text: str | None) -> str:
 
 def _read_csv(path: Path) -> tuple[tuple[str, ...], list[list[str]]]:
     with _readable(path):
-        text = read_file(path, _MOST_BYTES).decode("utf-8")
-    # What follows the last line break is a row that was being written.
-    lines = text.split("\n")[:-1]
-    head = tuple(line[2:] for line in lines if line.startswith("# "))
-    # A drawn curve has commas.
-    with _readable(path):
+        # What follows the last line break is a row that was being written.
+        lines = read_file(path, _MOST_BYTES).decode("utf-8").split("\n")[:-1]
+        head = tuple(line[2:] for line in lines if line.startswith("# "))
+        # A drawn curve has commas.
         return head, list(csv.reader(lines[len(head) + 1 :]))
 
 

@@ -106,7 +106,7 @@ class LessonSession:
             self._session.halt.go_on()
             self._session.looks_up_at = 0.0
             self._session.ghost_hidden = self._session.on_grid = False
-            self._leave_replay()
+            self._session.player.leave()
             self.open = False
             self.version += 1
 
@@ -404,9 +404,9 @@ class LessonSession:
 
     def _show_moment(self) -> None:
         """Have the picture of a run that is measured stand at the moment that its step is about."""
-        player, walk = self._session.player, self.walk
-        if player is not None and walk.run_id == self._measured and (mark := walk.decisive(self._session.simulation)) is not None:
-            player.review(mark.time, mark)
+        walk = self.walk
+        if walk.run_id == self._measured and (mark := walk.decisive(self._session.simulation)) is not None:
+            self._session.player.review(mark.time, mark)
             self._session.studies.microscope.go_to(mark.time - self._session.settings.run.dt)
 
     def vary(self, query: Mapping[str, str]) -> None:
@@ -427,12 +427,8 @@ class LessonSession:
         walk = self.walk
         self._run_id, self._measured, self._taken = walk.run_id, -1, None
         self._runner.begin(walk, own_settings)
-        self._leave_replay()
+        self._session.player.leave()
         self.version += 1
-
-    def _leave_replay(self) -> None:
-        if self._session.player is not None:
-            self._session.player.leave()
 
     # ---- what is shown -----------------------------------------------------------------------------------------------------
 

@@ -99,9 +99,9 @@ class MicroscopeButtons(PagePanel):
         microscope = self._session.studies.microscope
         match action:
             case Magnify(quantity) if quantity is not None:
-                microscope.look_at(quantity)
+                microscope.quantity = quantity
             case Magnify(_, 0):
-                microscope.find_jump()
+                microscope.go_to(None)
             case Magnify(_, steps):
                 microscope.move(steps, self._session.settings.run.dt)
             case _:
@@ -146,12 +146,12 @@ class MomentChooser(PagePanel):
         """Do an action if it is about the moment; return whether it was."""
         if not isinstance(action, ShowMoment):
             return False
-        if self._player is not None and re.fullmatch(r"\d{1,7}(\.\d{1,6})?", action.text):
+        if re.fullmatch(r"\d{1,7}(\.\d{1,6})?", action.text):
             self._player.review(float(action.text))
             self._microscope.go_to(float(action.text))
         return True
 
     def show(self, frame: Frame) -> None:
         """Offer the plots to be dragged over while the run stands or is replayed."""
-        offered = self._player is not None and (frame.pace.paused or frame.replayed) and frame.sample.time > 0.0
+        offered = (frame.pace.paused or frame.replayed) and frame.sample.time > 0.0
         self._html.content = self._mark + _GRIP if offered else ""

@@ -12,8 +12,7 @@ from app.page.panels.promise_pills import pills_html, promise_html
 from app.recording.run_file import SHOWN_DIGITS, made_with
 from app.session.clock import Pace
 from app.session.elbow_swivel import Swivel
-from app.session.frame import Frame
-from app.session.shown import Shown
+from app.session.frame import Frame, Shown
 from app.session.student_law import LawStatus
 from app.text.equations import equation_html
 from app.text.experiment_texts import EXPERIMENT_TEXTS

@@ -40,7 +40,6 @@ def ran(session: Session, steps: int) -> None:
 
 
 def queue_of(session: Session) -> ExportQueue:
-    assert session.player is not None
     return ExportQueue(session, session.player)
 
 

@@ -15,7 +15,7 @@ from msgspec import msgpack
 
 from app.custom_law.law_file import LawFile, Wrong
 from app.custom_law.law_limits import problem_of
-from app.custom_law.trials import examine_law
+from app.custom_law.trials import verdict_on
 from app.custom_law.wire import Failure, TextParts, decode_reply, encode
 from app.hosting.visitor import open_link, step_of
 from app.i18n.catalogue import words_of
@@ -190,7 +190,7 @@ class Still(Unprotected):
 
 
 def test_verdicts_of_the_six_tests_are_said() -> None:
-    (verdict,) = examine_law(Still(), only=("bounded where J_d is singular",))
+    verdict = verdict_on(Still(), "bounded where J_d is singular")
     assert words_of("de")(verdict.reason) == "|q̇| ≤ 1.92 rad/s nahe einem singulären J_d gilt: Am meisten sind es 0.1 rad/s."
 
 

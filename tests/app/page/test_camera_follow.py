@@ -17,7 +17,7 @@ from app.page.camera_follow import CameraFollow
 from app.page.lessons.lesson_camera import lesson_view
 from app.page.picture_size import FreePicture, PictureSize, free_picture
 from app.session.input_source import InputSource
-from app.session.shown import Mark
+from app.session.replay_player import Mark
 from app.stage.camera_view import AHEAD, Pose, contact_points, framed_now, project, view_of
 from app.theme import DOCK_WIDTH
 from scenes.history import COLUMN

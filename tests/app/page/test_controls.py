@@ -198,7 +198,7 @@ def test_what_if_in_a_table(scene: str) -> None:
     ],
 )
 def test_a_search_says_which_condition_was_missing(law: str, lost: float, strict: float, words: tuple[str, str]) -> None:
-    search = CounterexampleSearch(None, lambda: None, Settings, None)
+    search = CounterexampleSearch(None, lambda: None, Settings, lambda recorded, name: None)
     attack = Attack(everything("hold", law).run, np.zeros(14), np.zeros((3, 3)))
     search.worst, search.runs = Found(attack, Loss(lost, strict, 0.003, {}), {}, 40), 40
     said = attack_html(search)

@@ -42,9 +42,9 @@ def test_a_push_is_counted_and_its_link_replays_it_in_another_browser(house: Ope
     assert push is not None
     other = arrive(app, link)
     other.visitor.wait_for(lambda v: "This is a push from a link" in shown(v) and "Try to touch it" in shown(v))
-    other.wait(lambda s: s.player is not None and s.player.replay is not None)
+    other.wait(lambda s: s.player.replay is not None)
     player = other.session.player
-    assert player is not None and player.replay is not None
+    assert player.replay is not None
     table = rerun(push).table
     assert (
         rerun(player.replay.recorded).table.tobytes()
@@ -52,10 +52,10 @@ def test_a_push_is_counted_and_its_link_replays_it_in_another_browser(house: Ope
         == rerun(run_of_text(link.rpartition("=")[2])).table.tobytes()
     )
     # The replay itself, at its end.
-    other.wait(lambda s: s.player is not None and s.player.replay is not None and s.player.replay.step == len(table))
+    other.wait(lambda s: s.player.replay is not None and s.player.replay.step == len(table))
     ended = other.ask(lambda s: player.replay and player.replay.simulation.history.table(1)[0].tobytes())
     assert ended == table[-1].tobytes()
     for damaged, why in ((link[:-3], "push: the link is damaged"), (f"{link}{'A' * 3500}", "push: is longer than 3000")):
         third = arrive(app, damaged)
         third.visitor.wait_for(lambda v, why=why: any(why in note for note in notes(v)))
-        assert third.session.player is not None and third.session.player.replay is None
+        assert third.session.player.replay is None

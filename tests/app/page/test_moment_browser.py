@@ -20,7 +20,6 @@ MOUSE = 0.03
 
 
 def player_of(session: Session) -> ReplayPlayer:
-    assert session.player is not None
     return session.player
 
 

@@ -66,7 +66,7 @@ def test_the_worst_run_is_replayed_and_its_link_makes_it_again(desk: Inline) -> 
     desk.work("replay")
     session.advance(0.0)
     desk.work("film")
-    assert session.player is not None and search.worst is not None
+    assert search.worst is not None
     session.player.advance(0.0)
     replay = session.player.replay
     assert replay is not None and session.player.loaded == NAME and replay.end == pytest.approx(LENGTH)
@@ -97,7 +97,7 @@ def test_a_link_replays_its_run_on_the_page_and_a_damaged_one_is_named(house: Op
     link = "&".join(f"{key}={text}" for key, text in {"dt": "0.02", ATTACK: attack.text()}.items())
     one = arrive(app, link)
     one.visitor.wait_for(lambda v: f"This is {NAME}" in shown(v))
-    one.wait(lambda s: s.player is not None and s.player.replay is not None)
+    one.wait(lambda s: s.player.replay is not None)
     # The page's own link is that of the replay.
     one.visitor.wait_for(lambda v: f"{ATTACK}={quote(attack.text(), safe='')}" in shown(v))
     other = arrive(app, f"{ATTACK}=1,2")

@@ -215,10 +215,10 @@ def looking(desk: Inline, settings: RunSettings = SWITCHED, seconds: float = 6.0
 
 
 def seen(session: Session, desk: Inline) -> Magnified:
-    first = session.studies.magnified(session.simulation)
+    first = session.studies.microscope.magnify(session.simulation)
     assert first is not None and first.finer is None
     assert desk.work("microscope") == ["microscope"]
-    second = session.studies.magnified(session.simulation)
+    second = session.studies.microscope.magnify(session.simulation)
     assert second is not None and second.finer is not None and second.time == first.time
     return second
 
@@ -246,7 +246,7 @@ def test_what_is_seen_is_the_history_and_the_finer_steps_are_a_rerun() -> None:
     # A jump stays at half the step.
     assert found.finer.largest == pytest.approx(found.steps.largest, rel=0.1)
     # Nothing is asked a second time.
-    assert session.studies.magnified(session.simulation) is not None and not desk.waiting("microscope")
+    assert session.studies.microscope.magnify(session.simulation) is not None and not desk.waiting("microscope")
     dots = re.findall(r'class="(\w+) dots" d="([^"]*)"', microscope_html(found, session.settings.run, 150))
     assert [(name, path.count("h0")) for name, path in dots] == [("u", 2 * AROUND + 1), ("ghost", 4 * AROUND + 1)]
 
@@ -270,8 +270,8 @@ def test_another_signal_and_another_instant() -> None:
     session = looking(desk, RunSettings(), 3.0)
     jump = seen(session, desk)
     for quantity in ("d", "lambda", "e"):
-        session.studies.microscope.look_at(quantity)
-        found = session.studies.magnified(session.simulation)
+        session.studies.microscope.quantity = quantity
+        found = session.studies.microscope.magnify(session.simulation)
         assert found is not None and found.finer is not None and found.time == jump.time
         table = session.simulation.history.table()
         at = int(np.searchsorted(table[:, COLUMN["t"]], found.steps.times[0]))
@@ -279,7 +279,7 @@ def test_another_signal_and_another_instant() -> None:
         assert np.array_equal(found.steps.values, column[at : at + len(found.steps.values)])
     session.studies.microscope.move(-STRIDE, 0.005)
     assert seen(session, desk).time == pytest.approx(jump.time - STRIDE * 0.005)
-    session.studies.microscope.find_jump()
+    session.studies.microscope.go_to(None)
     assert seen(session, desk).time == jump.time
     # At the newest step there is nothing after it yet; the finer steps are asked for again when there is.
     session.studies.microscope.move(10_000, 0.005)
@@ -290,9 +290,9 @@ def test_another_signal_and_another_instant() -> None:
     session.studies.microscope.move(0, 0.005)
     session.advance(0.1)
     session.advance(0.1)
-    assert session.studies.magnified(session.simulation) is not None and desk.waiting("microscope")
+    assert session.studies.microscope.magnify(session.simulation) is not None and desk.waiting("microscope")
     session.reset()
-    assert session.studies.magnified(session.simulation) is session.studies.microscope.span is None
+    assert session.studies.microscope.magnify(session.simulation) is session.studies.microscope.span is None
     assert not desk.waiting("microscope")
 
 
@@ -300,7 +300,7 @@ def test_another_signal_and_another_instant() -> None:
 def test_any_instant_of_the_run(time: float) -> None:
     desk = Inline()
     session = looking(desk, RunSettings(), 24.0)
-    assert session.studies.magnified(session.simulation) is not None
+    assert session.studies.microscope.magnify(session.simulation) is not None
     desk.work("microscope")
     session.studies.microscope.go_to(time + 0.001)
     found = seen(session, desk)
@@ -316,4 +316,4 @@ def test_any_instant_of_the_run(time: float) -> None:
     assert session.studies.microscope.span == (table[0, COLUMN["t"]], table[-1, COLUMN["t"]], found.time)
     # A place before the run is its beginning.
     session.studies.microscope.go_to(-5.0)
-    assert (first := session.studies.magnified(session.simulation)) is not None and first.time == table[0, COLUMN["t"]]
+    assert (first := session.studies.microscope.magnify(session.simulation)) is not None and first.time == table[0, COLUMN["t"]]

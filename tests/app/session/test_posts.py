@@ -149,17 +149,19 @@ def test_what_builds_nothing_is_not_held_back(session: Session, clock: SimpleNam
     assert not len(session.posts) and session.settings.run.law.critical_distance == pytest.approx(0.195)
 
 
-def test_a_queue_says_what_waits(session: Session) -> None:
+def test_what_waits_is_done_in_order_or_dropped() -> None:
+    done: list[Action] = []
+    queue = ActionQueue(done.append, lambda: 0.0)
     for action in (Pause(), SetSetting("dm", 0.15), SetSetting("scene", "hold"), SetSetting("dm", 0.2), Pause()):
-        session.post(action)
-    session.post(Digit(2))
-    session.post(Drag("hand", "end"))
-    waits = ["Pause()", "SetSetting(key='dm', value=0.2)", "Pause()", "Digit(number=2)"]
-    assert [repr(action) for action in session.posts.waiting[:-1]] == waits
-    assert repr(session.posts.waiting[-1]).startswith("Drag(handle='hand', phase='end'")
-    session.posts.drop()
-    session.advance(0.0)
-    assert session.posts.waiting == () and session.settings == Settings()
+        queue.put(action)
+    queue.put(Digit(2))
+    queue.put(drag := Drag("hand", "end"))
+    queue.do()
+    assert done == [Pause(), SetSetting("dm", 0.2), Pause(), Digit(2), drag] and not len(queue)
+    queue.put(Pause())
+    queue.drop()
+    queue.do()
+    assert len(done) == 5 and not len(queue)
 
 
 def test_nothing_is_queued_but_values() -> None:

@@ -33,7 +33,6 @@ class Watched:
 
     @property
     def player(self) -> ReplayPlayer:
-        assert self.session.player is not None
         return self.session.player
 
     def frame(self, elapsed: float = 0.05) -> Frame:

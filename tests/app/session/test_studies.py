@@ -11,7 +11,7 @@ import pytest
 
 from app.plots.trade_off_charts import map_html, place_on_map, safety_html
 from app.runtime.job_pool import JobPool
-from app.session.background_studies import SafetyPoint, safety_curves, trade_off_map
+from app.session.background_studies import SafetyPoint
 from app.session.session import Session
 from app.session.studies import MOVING, REST, SMOOTHNESS_WINDOW, WINDOW
 from app.settings import PageSettings, Settings
@@ -257,16 +257,16 @@ RUN = RunSettings(dt=0.02)
 @pytest.mark.parametrize(
     ("study", "unlike", "alike"),
     [
-        (trade_off_map, {"critical_distance": 0.1}, {"order": 3.0, "nominal_velocity": 0.5}),
-        (safety_curves, {"convexity": 1e-3}, {"law": "barrier_qp", "feed_forward": True}),
+        ("trade_off", {"critical_distance": 0.1}, {"order": 3.0, "nominal_velocity": 0.5}),
+        ("safety_curves", {"convexity": 1e-3}, {"law": "barrier_qp", "feed_forward": True}),
     ],
     ids=["map", "curves"],
 )
-def test_a_study_grows_and_is_computed_once(study: Any, unlike: dict[str, Any], alike: dict[str, Any]) -> None:
+def test_a_study_grows_and_is_computed_once(study: str, unlike: dict[str, Any], alike: dict[str, Any]) -> None:
     """Every point in the end; what is varied, or chosen beside it, does not begin it again, anything else does."""
     news = threading.Event()
     with closing(JobPool(1)) as background:
-        made, seen = study(background, news.set), [0]
+        made, seen = getattr(Session(Settings(), news.set, background).studies, study), [0]
         assert made.results(RUN) == {} and made.size == 0.0
         while made.size < 1.0:
             assert news.wait(60.0)
@@ -275,7 +275,7 @@ def test_a_study_grows_and_is_computed_once(study: Any, unlike: dict[str, Any], 
         assert seen == sorted(seen)
         rows = made.results(replace(RUN, law=replace(RUN.law, **alike)))
         points = [point for row in rows.values() for point in row]
-        if study is trade_off_map:
+        if study == "trade_off":
             at = {(p.order, p.nominal_velocity): p for p in points}
             assert set(at) == {(n, v) for n in TRADE_OFF_ORDERS for v in TRADE_OFF_VELOCITIES}
             # The larger n, the later the arm gives way: nearer, and with a smaller error.

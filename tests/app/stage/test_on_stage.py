@@ -375,7 +375,7 @@ def test_a_pull_is_replayed_and_the_past_cannot_be_taken_hold_of(guest: Guest) -
     pull(guest, link, "end", start, goal)
     guest.wait(lambda s: s.held is None)
     guest.visitor.set_value("replay", "Watch")
-    guest.wait(lambda s: s.player is not None and s.player.past is not None)
+    guest.wait(lambda s: s.player.past is not None)
     guest.visitor.wait_for(lambda v: not v.mirror.grabbable)
     guest.visitor.wait_for(lambda _: visible(guest, "/grip/point"))
     # The past begins where the link was taken.
