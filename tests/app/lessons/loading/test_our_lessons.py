@@ -11,7 +11,7 @@ import tyro
 from app.cli.lessons import Lessons, lessons
 from app.lessons import FOLDER
 from app.lessons.bookmark import Bookmark
-from app.lessons.check import check_lesson, shown_early
+from app.lessons.check import at_step, check_lesson, shown_early
 from app.lessons.lesson import HINTS, MOST_NUMBERS, MOST_PLOTS, LessonBook
 from app.lessons.loading import Notes, StepNotes, load_lessons, load_notes, read_notes
 from app.lessons.measures.quantity import QUANTITIES
@@ -222,7 +222,7 @@ def test_the_check_asks_our_lessons_for_what_the_list_shows() -> None:
 def test_the_check_finds_a_page_that_shows_the_answer_while_it_asks(monkeypatch: pytest.MonkeyPatch) -> None:
     book = our_book()
     monkeypatch.setattr(Walkthrough, "law_shown", True)
-    told = {lesson.id: list(shown_early(book, lesson, int(lesson.steps[0].at_lever))) for lesson in book.lessons}
+    told = {lesson.id: list(shown_early(at_step(book, lesson, int(lesson.steps[0].at_lever)))) for lesson in book.lessons}
     assert told["strict-priority"] == told["hold"] == ["λ and what follows from it, on the card of the line of contact"]
     assert told["lambda"][1:] == ["the plot curve"] and told["stability"][1:] == ["the plot stability"]
     lesson = dataclasses.replace(book.lessons[3], steps=book.lessons[3].steps[:2])
