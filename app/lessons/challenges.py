@@ -4,7 +4,7 @@ import re
 from functools import partial
 from typing import Final
 
-from app.lessons.attempts import TESTS
+from app.custom_law.trials import TRIALS
 from app.lessons.blocks import Table, is_toml_number, quoted_value
 from app.lessons.lesson import MOST_FORECASTS, Challenge, Compared, Criterion, Forecast, Measurement, Trial
 from app.lessons.markdown import FaultLog
@@ -142,7 +142,7 @@ def read_trials(
         return ()
     known = [c.measurement.id for c in challenge.criteria] + [f.measurement.id for f in challenge.forecasts]
     if challenge.custom_law:
-        known += list(TESTS)
+        known += TRIALS
     log = FaultLog()
 
     def trial(number: int, entry: Table) -> Trial:

@@ -8,8 +8,9 @@ from time import perf_counter
 from typing import Final, Literal
 
 from app.custom_law import template
+from app.custom_law.trials import examine_law
 from app.lessons import FOLDER
-from app.lessons.attempts import StandIn, examine_built_in, stand_in
+from app.lessons.attempts import StandIn
 from app.lessons.bookmark import Phase
 from app.lessons.curve_drawing import ENOUGH, Drawing, flat_line
 from app.lessons.lesson import AT_ONCE, Challenge, Lesson, LessonBook, Question, Step, Trial
@@ -18,6 +19,7 @@ from app.lessons.reference_runs import measured, simulated, wanted
 from app.lessons.runs import Input, Setup
 from app.lessons.walkthrough import Walkthrough
 from app.plots.curve_chart import COLUMNS, Curve
+from scenes.settings import LawSettings
 
 WRONG_PATHS: Final = 3
 """Wrong paths that a lesson has to have, at least."""
@@ -247,7 +249,7 @@ def _untouched(walk: Walkthrough) -> str:
     challenge, texts = walk.step.challenge, list[str]()
     assert challenge is not None
     if challenge.custom_law:
-        attempts = [walk.attempt_custom_law(examine_built_in(StandIn(template.law)).judgements)]
+        attempts = [walk.attempt_custom_law(examine_law(StandIn(template.law)))]
     else:
         attempts = [walk.attempt(simulated(setup)) for setup in untouched(challenge, walk.step.trials)]
     for attempt in attempts:
@@ -289,7 +291,7 @@ def _attempt(walk: Walkthrough, trial: Trial) -> str:
 def _tried(walk: Walkthrough, step: Step, trial: Trial) -> tuple[str, ...]:
     """Return by which inequalities a trial fails."""
     if trial.law:
-        attempt = walk.attempt_custom_law(examine_built_in(stand_in(trial.law)).judgements)
+        attempt = walk.attempt_custom_law(examine_law(StandIn(LawSettings(law=trial.law).made())))
     else:
         attempt = walk.attempt(simulated(trial.setup), said_by(step, trial))
     if attempt is None:

@@ -8,7 +8,8 @@ from collections.abc import Mapping, Sequence
 from math import inf
 from typing import Final
 
-from app.lessons.attempts import RunWatch, attempted
+from app.custom_law.arena import TrialResult
+from app.lessons.attempts import RunWatch, attempt_of, attempted
 from app.lessons.bookmark import Bookmark, Phase, first_phase, fitting_steps, furthest_phase, phases_of
 from app.lessons.curve_drawing import checked_curve, law_curve
 from app.lessons.evidence import Evidence
@@ -17,7 +18,6 @@ from app.lessons.measures.quantity import measure
 from app.lessons.outcomes import (
     FARTHEST,
     Attempt,
-    Judgement,
     StepOutcome,
     asks_for_distance,
     decisive_moment,
@@ -400,12 +400,12 @@ class Walkthrough:
         self.done.note(attempt, again)
         return attempt
 
-    def attempt_custom_law(self, judgements: Sequence[Judgement]) -> Attempt | None:
-        """Take note of how a custom law did in its tests."""
+    def attempt_custom_law(self, verdicts: Sequence[TrialResult]) -> Attempt | None:
+        """Judge the challenge by how a custom law did in its tests; None where none is to be tried."""
         challenge = self.step.challenge
         if challenge is None or self.phase is not Phase.CHALLENGE or not challenge.custom_law:
             return None
-        attempt = Attempt.of(judgements)
+        attempt = attempt_of(verdicts)
         self.done.note(attempt)
         return attempt
 

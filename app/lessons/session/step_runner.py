@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import Final
 
 from app.i18n.speaking import N_
-from app.lessons.attempts import attempt_of
 from app.lessons.bookmark import Phase
 from app.lessons.lesson import Setup, Step
 from app.lessons.outcomes import reference
@@ -205,5 +204,5 @@ class StepRunner:
         if examination is None or not examination.advance():
             return False
         if examination.progress.finished:
-            walk.attempt_custom_law(attempt_of(examination.progress.verdicts).judgements)
+            walk.attempt_custom_law(examination.progress.verdicts)
         return True

@@ -16,11 +16,12 @@ import numpy as np
 import pytest
 
 from app.cli.main import main
+from app.custom_law.trials import examine_law
 from app.export.csv_table import csv_bytes
 from app.export.player import player_html
 from app.export.plot_pictures import picture_bytes
 from app.figures import equal_safety, laws_compared
-from app.lessons.attempts import examine_built_in, stand_in
+from app.lessons.attempts import StandIn
 from app.page.page_assets import style_sheet
 from app.page.panels import contact_card
 from app.page.panels.readout import status_html
@@ -233,8 +234,7 @@ def test_a_file_s_own_law_runs_above_it_and_beside_it(tmp_path: Path) -> None:
 
 
 def test_it_is_graded_as_the_built_in_laws_are() -> None:
-    attempt = examine_built_in(stand_in(NAME), only=("leaves the task alone",))
-    assert len(attempt.judgements) == 1
+    assert len(examine_law(StandIn(LawSettings(law=NAME).made()), only=("leaves the task alone",))) == 1
 
 
 def test_no_other_file_of_the_product_names_a_law() -> None:

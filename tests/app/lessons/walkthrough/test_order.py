@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.custom_law.trials import WHY
-from app.lessons.attempts import StandIn, examine_built_in, stand_in
+from app.custom_law.trials import WHY, examine_law
+from app.lessons.attempts import StandIn, attempt_of
 from app.lessons.bookmark import Phase
 from app.lessons.labels import Contrast
 from app.lessons.lesson import LessonBook
@@ -16,7 +16,7 @@ from app.settings import PageSettings, Settings
 from controllers.errors import BadSetting
 from controllers.laws.situation import Situation
 from scenes.roles import NoSource
-from scenes.settings import RunSettings, changed
+from scenes.settings import LawSettings, RunSettings, changed
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget
 from tests.app.lessons.helpers import our_book, run_out, to_challenge
@@ -274,7 +274,7 @@ def textbook(s: Situation) -> np.ndarray:
 
 
 def test_the_textbooks_law_fails_where_there_is_no_lever() -> None:
-    attempt = examine_built_in(StandIn(textbook), ("gets out", "bounded where J_d is singular"))
+    attempt = attempt_of(examine_law(StandIn(textbook), only=("gets out", "bounded where J_d is singular")))
     assert attempt.failed == ("bounded where J_d is singular",)
     (judgement,) = [j for j in attempt.judgements if not j.passed]
     assert judgement.text.startswith("bounded where J_d is singular: |q̇| ≤ 1.92 rad/s")
@@ -287,8 +287,8 @@ def test_custom_law_attempts_are_noted() -> None:
     assert walk.attempt_custom_law(()) is None
     to_challenge(walk)
     assert walk.attempt(simulated(walk.setup)) is None
-    judgements = examine_built_in(stand_in("unprotected"), only=("leaves the task alone", "gets out")).judgements
-    failed = walk.attempt_custom_law(judgements)
+    verdicts = examine_law(StandIn(LawSettings(law="unprotected").made()), only=("leaves the task alone", "gets out"))
+    failed = walk.attempt_custom_law(verdicts)
     assert failed is not None and failed.failed == ("gets out",) and "fails by" in failed.text
-    passed = walk.attempt_custom_law([judgement for judgement in judgements if judgement.passed])
+    passed = walk.attempt_custom_law([verdict for verdict in verdicts if verdict.passed])
     assert passed is not None and walk.done.passed and walk.done.attempts == 2
