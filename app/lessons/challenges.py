@@ -8,7 +8,7 @@ from app.custom_law.trials import TRIALS
 from app.lessons.blocks import Table, is_toml_number, quoted_value
 from app.lessons.lesson import MOST_FORECASTS, Challenge, Compared, Criterion, Forecast, Measurement, Trial
 from app.lessons.markdown import FaultLog
-from app.lessons.measures.quantity import QUANTITIES, checked_parameters, read_parameters
+from app.lessons.measures.quantity import QUANTITIES, read_parameters
 from app.lessons.room_places import start_positions
 from app.lessons.runs import Setup
 from app.lessons.setups import read_changes, read_setup, start_of_table
@@ -50,11 +50,10 @@ def read_measurement(table: Table, setup: Setup) -> Measurement:
     if len(compare) > MOST_COMPARED:
         raise table.fault("compare", f"compare names {len(compare)} further runs; take at most {MOST_COMPARED}.")
     given = {key: table.any(key) for key in found.parameters if table.has(key)}
+    read = partial(read_parameters, f"measurement {name}", found.function)
     for key, value in given.items():
-        table.checked(
-            key, partial(read_parameters, f"measurement {name}", found.function, {key: found.parameters[key]}, {key: value})
-        )
-    parameters = table.checked("name", lambda: checked_parameters(name, given))
+        table.checked(key, partial(read, {key: found.parameters[key]}, {key: value}))
+    parameters = table.checked("name", partial(read, found.parameters, given))
     if name == "setting" and given["key"] not in specs():
         raise table.fault("key", f"There is no setting {quoted_value(given['key'])}; choose from {', '.join(specs())}.")
     table.close()

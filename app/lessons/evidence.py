@@ -123,9 +123,7 @@ class Evidence:
         return self.kinematics_at(row).joint_point(self.arm.elbow)
 
     def sampled_rows(self) -> list[int]:
-        """Return evenly spaced rows of the whole run: at most `SAMPLES`, the last one among them."""
-        if not self.rows:
-            return []
+        """Return evenly spaced rows of the whole run, which has some: at most `SAMPLES`, the last one among them."""
         return sorted({round(x) for x in np.linspace(0, self.rows - 1, min(self.rows, SAMPLES))})
 
     def along(self, what: Callable[[int], Array]) -> Array:
