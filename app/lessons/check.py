@@ -144,7 +144,7 @@ def _reference(walk: Walkthrough) -> str:
             trial = next((t for t in step.trials if not t.fails), None)
             if trial is None:
                 raise NotAsDeclared(f"{where}: no attempt is declared that passes")
-            _ensure(_tried(walk, step, trial) == (), f"{where}: {walk.view().attempt}")
+            _ensure(_tried(walk, step, trial) == (), f"{where}: {walk.done.last}")
             _ensure(walk.done.passed, f"{where}: the challenge was passed, but is not noted")
         _ensure("{measured" not in str(walk.view().texts), f"{where}: a number is left open in the text")
         walk.next()

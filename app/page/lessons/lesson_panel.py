@@ -136,7 +136,7 @@ class LessonPanel:
         self._fold(view.phase is not Phase.CHALLENGE)
         blocks = blocks_html(view, numbers, run.computing, self._operated)
         if run.own_tests is not None:
-            blocks["attempt"] = law_html(run.own_tests, *run.custom_law_state, view.passed, self.edits)
+            blocks["attempt"] = law_html(run.own_tests, *run.custom_law_state, view.done.passed, self.edits)
         over = view.step.at_lever and view.phase is not Phase.DO
         ghost = frame.live.settings.page.ghost
         # The student may have chosen another ghost meanwhile, or none.

@@ -115,7 +115,7 @@ def test_what_was_said_to_an_attempt_changes_its_language_after_a_reload(languag
     simulation = simulated(replace(walk.setup, seconds=0.1))
     assert walk.attempt(simulation) is not None
     again = Walkthrough(our_book(language), walk.to_json())
-    attempt, before = again.view().attempt, walk.view().attempt
+    attempt, before = again.done.last, walk.done.last
     assert attempt is not None and attempt == before
     set_language(language)
     for said in (attempt.note, *(judgement.text for judgement in attempt.judgements)):
