@@ -112,7 +112,7 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
         verdict=answer_verdict(at),
         outcome=outcome.lines(step, language) if outcome else (),
         why_outcome=done.why.lines(step, language) if outcome and done.why else (),
-        why=has_why(at),
+        why=why_of(at) is not None,
         own_curve=has_curve(at),
         showing=at.beside is not None,
         contrast=contrast(at),
@@ -130,12 +130,12 @@ def knows_outcome(phase: Phase) -> bool:
     return phase not in (Phase.PREDICT, Phase.DO)
 
 
-def has_why(at: StepPosition) -> bool:
-    """Return whether there is a run that shows why the answer is wrong, and it may be begun now."""
+def why_of(at: StepPosition) -> Setup | None:
+    """Return the run that shows why the answer is wrong; None if there is none, or it may not be begun now."""
     question, choice = at.step.question, at.done.choice
     if question is None or choice is None or choice == question.right or at.phase not in (Phase.OBSERVE, Phase.EXPLAIN):
-        return False
-    return question.choices[choice].why is not None
+        return None
+    return question.choices[choice].why
 
 
 def has_curve(at: StepPosition) -> bool:

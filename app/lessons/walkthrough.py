@@ -29,7 +29,7 @@ from app.lessons.progress import LONGEST_REASON, MOST_TRIES, MOST_WORDS, StepPro
 from app.lessons.reference_runs import person_of
 from app.lessons.room_places import mark_places, start_positions
 from app.lessons.runs import Setup
-from app.lessons.step_view import StepPosition, StepView, has_curve, has_why, make_view
+from app.lessons.step_view import StepPosition, StepView, has_curve, make_view, why_of
 from app.plots.curve_chart import Curve
 from app.session.shown import Mark
 from app.settings import Settings
@@ -198,7 +198,7 @@ class Walkthrough:
         if place + 1 < len(phases):
             self._enter(phases[place + 1])
             return True
-        after = self._at.after()
+        after = self._at.next_to(1)
         if after is None:
             return False
         self._at = after
@@ -214,7 +214,7 @@ class Walkthrough:
         if before is not None:
             self._enter(before)
             return True
-        step_before = self._at.before()
+        step_before = self._at.next_to(-1)
         if step_before is None:
             return False
         self._at = step_before
@@ -238,10 +238,7 @@ class Walkthrough:
 
     def show_why(self) -> bool:
         """Begin the run that shows why the answer is wrong. Returns whether there is one."""
-        question, choice = self.step.question, self.done.choice
-        if question is None or choice is None or not has_why(self._place()):
-            return False
-        return self._show_beside(question.choices[choice].why)
+        return self._show_beside(why_of(self._place()))
 
     def show_curve(self) -> bool:
         """Begin the step's run with the λ(d) that the student drew. Returns whether there is one."""
@@ -423,10 +420,10 @@ class Walkthrough:
 
     def view(self, book: LessonBook | None = None) -> StepView:
         """Return everything that a page shows now. `book`: the same one in the reader's language; None for this one."""
-        last = self._at.after() is None
+        last = self._at.next_to(1) is None
         waits = self.locked and not self.done.predicted and self.step.asked != "first"
         can_next = not waits and (self.showing or self.phase is not self.phases[-1] or not last)
-        can_back = self.showing or self._before() is not None or self._at.before() is not None
+        can_back = self.showing or self._before() is not None or self._at.next_to(-1) is not None
         return make_view(self._place(book), self.yours, can_next, can_back)
 
     @property

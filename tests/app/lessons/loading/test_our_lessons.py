@@ -152,11 +152,11 @@ ALL = [(i, j) for i, lesson in enumerate(BOOK.lessons) for j in range(len(lesson
 
 def test_there_and_back() -> None:
     way = [Bookmark(BOOK)]
-    while (after := way[-1].after()) is not None:
+    while (after := way[-1].next_to(1)) is not None:
         way.append(after)
     assert [(at.lesson_index, at.step_index) for at in way] == ALL
     assert [at.step for at in way] == [step for lesson in BOOK.lessons for step in lesson.steps]
-    assert way[0].before() is None and [at.before() for at in way[1:]] == way[:-1]
+    assert way[0].next_to(-1) is None and [at.next_to(-1) for at in way[1:]] == way[:-1]
 
 
 def test_a_step_is_found_by_place_and_by_name() -> None:
