@@ -1,7 +1,7 @@
 """One student on the way through the lessons: goal → predict → do → observe → explain → challenge. Knows nothing of a page.
 
 The page shows `view`, calls what the student does (`choose`, `next`, `back`, `reset`, `hint`, `attempt` …), runs a simulation with
-`settings`, `start` and `target_source` whenever `run_id` has changed, passes it to `watch` every frame and to `observe` at its end.
+`settings`, `setup.start` and `target_source` whenever `run_id` has changed, passes it to `watch` every frame and to `observe` at its end.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,7 +27,7 @@ from app.lessons.outcomes import (
 )
 from app.lessons.progress import LONGEST_REASON, MOST_TRIES, MOST_WORDS, StepProgress, Try, from_json, to_json
 from app.lessons.reference_runs import person_of
-from app.lessons.room_places import mark_places, start_positions
+from app.lessons.room_places import mark_places
 from app.lessons.runs import Setup
 from app.lessons.step_view import StepPosition, StepView, has_curve, make_view, why_of
 from app.plots.curve_chart import Curve
@@ -318,10 +318,6 @@ class Walkthrough:
     def settings(self, start: Settings | None = None) -> Settings:
         """Return the settings with which the present run begins. `start`: of the page now, which stays where the lesson does not say."""
         return self.setup.settings(start or Settings())
-
-    def start(self, simulation: Simulation) -> Array | None:
-        """Return q (nv,) from which the present run begins, for `Simulation.reset`; None for the room's start."""
-        return start_positions(simulation.room, self.setup.start)
 
     def target_source(self, simulation: Simulation) -> TargetSource:
         """Return the target source of a simulation at the start of the run; without targets where the student moves."""

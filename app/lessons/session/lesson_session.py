@@ -18,7 +18,7 @@ from app.lessons.lesson_list import LessonEntry, lesson_entries
 from app.lessons.open_steps import OpenSteps
 from app.lessons.progress import SavedLesson
 from app.lessons.session import lesson_actions
-from app.lessons.session.step_runner import FurtherRuns, StepRunner, asks_for_custom_law, deviation_from_lesson, with_look
+from app.lessons.session.step_runner import StepRunner, asks_for_custom_law, deviation_from_lesson, with_look
 from app.lessons.step_view import StepView
 from app.lessons.walkthrough import Walkthrough
 from app.runtime.throttled_log import ThrottledLog
@@ -56,8 +56,7 @@ class LessonSession:
         self._run_id = self._measured = self._reported_run = -1
         self._taken: float | None = None
         self._errors = ThrottledLog(log)
-        self._runs = FurtherRuns()
-        self._runner = StepRunner(session, self._runs, self.notes)
+        self._runner = StepRunner(session, self.notes)
         self._waiting: lesson_actions.GoOn | lesson_actions.Check | None = None
 
     # ---- in and out --------------------------------------------------------------------------------------------------------
@@ -221,7 +220,7 @@ class LessonSession:
 
     def _act(self, action: lesson_actions.LessonAction) -> None:
         walk, session = self.walk, self._session
-        if isinstance(action, lesson_actions.GoOn | lesson_actions.Check) and not self._runs.ready:
+        if isinstance(action, lesson_actions.GoOn | lesson_actions.Check) and not self._runner.further.ready:
             self._waiting = action
             return
         shown_beside = walk.showing and "teacher" not in session.halt
@@ -361,7 +360,7 @@ class LessonSession:
             self._taken = simulation.time
         if self._runner.advance_law_tests(walk):
             self.version += 1
-        if self._waiting is not None and self._runs.ready:
+        if self._waiting is not None and self._runner.further.ready:
             self.act(self._waiting)
             return
         if walk.run_id == self._measured or simulation.steps == 0 or not walk.finished(simulation) or self._push_goes_on():
@@ -373,7 +372,7 @@ class LessonSession:
             self._measured = walk.run_id
             self._show_moment()
             return
-        if not self._runs.ready:
+        if not self._runner.further.ready:
             return
         self._measured = walk.run_id
         if walk.phase is not Phase.CHALLENGE or walk.showing:

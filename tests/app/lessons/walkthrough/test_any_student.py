@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from app.lessons.bookmark import Phase
 from app.lessons.lesson import LessonBook
 from app.lessons.progress import Progress, from_json, to_json
-from app.lessons.reference_runs import simulated
+from app.lessons.reference_runs import begin_reference_run, simulated
 from app.lessons.walkthrough import Walkthrough
 from scenes.settings import changed
 from scenes.simulation import Simulation
@@ -41,7 +41,7 @@ class Student:
         if self._turn != self.walk.run_id:
             self._turn = self.walk.run_id
             self.simulation = Simulation(self.walk.settings().run, 200)
-            self.simulation.reset(self.walk.start(self.simulation))
+            begin_reference_run(self.simulation, self.walk.setup)
             self._person = self.walk.target_source(self.simulation)
 
     def do(self, action: str | tuple[object, ...]) -> None:

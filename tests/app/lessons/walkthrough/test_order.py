@@ -154,7 +154,7 @@ def test_every_run_of_every_lesson_can_be_begun_as_a_page_does_it() -> None:
             if step.question:
                 walk.choose(0)
             simulation = Simulation(walk.settings().run, 100)
-            simulation.reset(walk.start(simulation))
+            begin_reference_run(simulation, walk.setup)
             assert all(value is None or np.isfinite(value) for _, value in walk.live(simulation))
             person = walk.target_source(simulation)
             for _ in range(3):
