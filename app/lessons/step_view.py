@@ -88,6 +88,23 @@ class StepView(StepPosition):
     can_back: bool
 
 
+@dataclass(frozen=True)
+class LessonEntry:
+    """A line of the list of lessons.
+
+    Attributes:
+        lesson: in the reader's language.
+        finished: of each step, whether it is.
+        here: whether the student was in this lesson last.
+        step: at which it opens, from 0.
+    """
+
+    lesson: Lesson
+    finished: tuple[bool, ...]
+    here: bool
+    step: int
+
+
 def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> StepView:
     """Return everything that a page shows at a place."""
     step, done, phases = at.step, at.done, phases_of(at.step)

@@ -4,13 +4,13 @@ The page shows `view`, calls what the student does (`choose`, `next`, `back`, `r
 `settings`, `setup.start` and `target_source` whenever `run_id` has changed, passes it to `watch` every frame and to `observe` at its end.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from math import inf
 from typing import Final
 
 from app.custom_law.arena import TrialResult
 from app.lessons.attempts import RunWatch, attempt_of, attempted
-from app.lessons.bookmark import Bookmark, Phase, first_phase, fitting_steps, furthest_phase, phases_of
+from app.lessons.bookmark import Bookmark, Phase, first_phase, fitting_steps, furthest_phase, is_finished, phases_of
 from app.lessons.curve_drawing import checked_curve, law_curve
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import AT_ONCE, LAST, Lesson, LessonBook, Measurement, Step
@@ -29,7 +29,7 @@ from app.lessons.progress import LONGEST_REASON, MOST_TRIES, MOST_WORDS, StepPro
 from app.lessons.reference_runs import person_of
 from app.lessons.room_places import mark_places
 from app.lessons.runs import Setup
-from app.lessons.step_view import StepPosition, StepView, has_curve, make_view, why_of
+from app.lessons.step_view import LessonEntry, StepPosition, StepView, has_curve, make_view, why_of
 from app.plots.curve_chart import Curve
 from app.session.shown import Mark
 from app.settings import Settings
@@ -421,6 +421,15 @@ class Walkthrough:
         can_next = not waits and (self.showing or self.phase is not self.phases[-1] or not last)
         can_back = self.showing or self._before() is not None or self._at.next_to(-1) is not None
         return make_view(self._place(book), self.yours, can_next, can_back)
+
+    def entries(self, book: LessonBook | None = None) -> Iterator[LessonEntry]:
+        """Yield every lesson, and how far the student has come in it. `book`: as for `view`."""
+        begun = self.begun or self.step is not self.book.lessons[self.book.first].steps[0]
+        for lesson in (book or self.book).lessons:
+            finished = tuple(is_finished(step, self.done_in(lesson.id, step.id)) for step in lesson.steps)
+            here = begun and lesson.id == self.lesson.id
+            step = self.step_index if here else finished.index(False) if False in finished else 0
+            yield LessonEntry(lesson, finished, here, step)
 
     @property
     def kept(self) -> Mapping[str, TargetSource]:

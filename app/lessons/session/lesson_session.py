@@ -14,12 +14,10 @@ from app.i18n.speaking import N_
 from app.lessons.bookmark import Phase
 from app.lessons.labels import label_of
 from app.lessons.lesson import LessonBook
-from app.lessons.lesson_list import LessonEntry, lesson_entries
 from app.lessons.open_steps import OpenSteps
 from app.lessons.progress import SavedLesson
 from app.lessons.session import lesson_actions
 from app.lessons.session.step_runner import StepRunner, asks_for_custom_law, deviation_from_lesson, with_look
-from app.lessons.step_view import StepView
 from app.lessons.walkthrough import Walkthrough
 from app.runtime.throttled_log import ThrottledLog
 from app.session.session import Session
@@ -281,7 +279,7 @@ class LessonSession:
     def _place(self, wanted: lesson_actions.GoTo) -> tuple[int, int]:
         """Return the lesson and the step, both from 0."""
         lesson = self.book.lessons.index(self.walk.lesson) if wanted.lesson is None else wanted.lesson
-        return lesson, self.entries()[lesson].step if wanted.step is None else wanted.step
+        return lesson, tuple(self.walk.entries())[lesson].step if wanted.step is None else wanted.step
 
     def _fast_forwards(self) -> bool:
         """Fast-forward the run to its end; return whether that is possible. Otherwise the reference run gives the outcome."""
@@ -435,20 +433,12 @@ class LessonSession:
 
     # ---- what is shown -----------------------------------------------------------------------------------------------------
 
-    def entries(self, book: LessonBook | None = None) -> tuple[LessonEntry, ...]:
-        """Return the list of lessons. `book`: see `view`."""
-        return tuple(lesson_entries(self.walk, book))
-
     def translate(self, book: LessonBook) -> None:
         """Go on with the same lessons in another language."""
         self.book = book
         if self._walk is not None:
             self._walk.translate(book)
         self.version += 1
-
-    def view(self, book: LessonBook | None = None) -> StepView:
-        """Return everything that is to be shown of the present step. `book`: the lessons in the reader's language; None for these."""
-        return self.walk.view(book)
 
     @property
     def own_tests(self) -> ExaminationProgress | None:
@@ -468,7 +458,11 @@ class LessonSession:
         return law.problem, law.away
 
     def live(self, simulation: Simulation, book: LessonBook | None = None) -> tuple[tuple[str, str], ...]:
-        """Return label and value of the step's numbers, as they are at the moment of the run that is shown. `book`: see `view`."""
+        """Return label and value of the step's numbers, as they are at the moment of the run that is shown.
+
+        Args:
+            book: the lessons in the reader's language; None for these.
+        """
         language = self.walk.in_book(book).lesson.language
         try:
             return tuple((label_of(m, language), words_of(language)(m.text(value))) for m, value in self.walk.live(simulation))

@@ -217,7 +217,7 @@ class LessonControls:
             self._shown = state
             self._arrange_list(self._list)
             if not run.listing:
-                view = run.view()
+                view = run.walk.view()
                 self._arrange(view, paused, over)
                 self._reason.show(view)
                 changed = view.contrast.keys if view.contrast is not None else ()
@@ -237,7 +237,7 @@ class LessonControls:
         if run.listing:
             self._steps.show(visible=False)
             self._nav.show(visible=False)
-            view = run.view()
+            view = run.walk.view()
             self._reason.show(None)
             self._flash.content = ""
             self._forecasts.show(view, None)

@@ -11,8 +11,7 @@ from app.i18n.speaking import tr
 from app.lessons.bookmark import Phase
 from app.lessons.curve_drawing import DrawingVerdict, drawing_svg
 from app.lessons.labels import sentence
-from app.lessons.lesson_list import LessonEntry
-from app.lessons.step_view import StepView
+from app.lessons.step_view import LessonEntry, StepView
 from app.page.lessons.duel import duel_html
 from app.page.lessons.search_plot import search_plot
 from app.text.lesson_text import lesson_html, plain

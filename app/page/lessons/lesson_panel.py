@@ -123,12 +123,12 @@ class LessonPanel:
     def _list(self) -> dict[str, Markup]:
         self._style.content = self._sheet() + panel_style(self._widen(False))
         self._fold(True)
-        made = lesson_list_html(self._run.entries(self._book), self.openers)
+        made = lesson_list_html(self._run.walk.entries(self._book), self.openers)
         return {"list": element("div", "", made, class_="duet duet-lesson duet-l-list")}
 
     def _step(self, frame: Frame) -> dict[str, Markup]:
         run = self._run
-        view = run.view(self._book)
+        view = run.walk.view(self._book)
         self.contrast = view.contrast
         simulation = (frame if frame.of_live else frame.live).simulation
         numbers = run.live(simulation, self._book) if view.phase is not Phase.PREDICT else ()
