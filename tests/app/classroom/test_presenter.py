@@ -240,7 +240,9 @@ def test_what_a_class_or_a_lesson_says_is_never_markup(stage: Stage) -> None:
     assert poll is not None
     evil = "<img src=x onerror=alert(1)>"
     bad = replace(poll, choices=(evil,) * 4, outcome=(evil,), revealed=True)
-    view = replace(stage.lessons.walk.view(), texts=tuple((name, evil) for name in ("goal", "predict", "do", "observe", "explain")))
+    view = replace(
+        stage.lessons.walk.view(), texts=tuple((name, evil) for name in ("goal", "predict", "do", "observe", "explain"))
+    )
     view = replace(view, outcome=(evil,), step=replace(view.step, title=evil))
     for station in Station:
         for one in (bad, None):

@@ -36,8 +36,7 @@ from app.session.input_source import InputSources
 from app.session.relevant_settings import matters
 from app.session.session import Session
 from app.settings import PageSettings, Settings, from_query, ghosts, to_query
-from app.text.equations import equation_html
-from app.text.law_texts import LAW_TEXTS, LawTexts
+from app.text.law_texts import LAW_TEXTS, LawTexts, equation_html
 from controllers.laws.row_law import RowLaw
 from scenes.headless import run
 from scenes.law_knobs import knobs, match_knob

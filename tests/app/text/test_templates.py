@@ -54,7 +54,7 @@ from app.plots.chart import Chart, ChartAxes
 from app.session.student_law import LawStatus
 from app.settings import Settings
 from app.text.documents import document_html, document_page
-from app.text.equations import equation_html
+from app.text.law_texts import equation_html
 from app.text.templates import element, lowered, macros, page_of_template, tr_html
 from app.web.address import Address
 from controllers.errors import LazyText

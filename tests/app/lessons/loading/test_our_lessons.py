@@ -19,7 +19,7 @@ from app.lessons.scripts import SCRIPTS
 from app.lessons.walkthrough import Walkthrough
 from app.page.panels.teachers_tab import notes_html
 from app.settings import LANGUAGES, TRANSLATIONS
-from app.text.equations import ALONE
+from app.text.law_texts import ALONE
 from controllers.activation import activation
 from controllers.errors import BadSetting
 from scenes.lwr.facts import JOINTS
