@@ -5,7 +5,7 @@ from functools import partial
 from typing import Final
 
 from app.custom_law.trials import TRIALS
-from app.lessons.blocks import Table, is_toml_number, quoted_value
+from app.lessons.blocks import Table, is_number, quoted_value
 from app.lessons.lesson import MOST_FORECASTS, Challenge, Compared, Criterion, Forecast, Measurement, Trial
 from app.lessons.markdown import FaultLog
 from app.lessons.measures.quantity import QUANTITIES, read_parameters
@@ -170,7 +170,7 @@ def read_trials(
 def _said(table: Table, value: object, measurements: tuple[Measurement, ...]) -> float | str:
     if isinstance(value, str) and value in [m.id for m in measurements]:
         return value
-    if is_toml_number(value):
+    if is_number(value):
         return float(value)
     ids = ", ".join(m.id for m in measurements) or "none"
     raise table.fault("forecasts", f"forecasts: {quoted_value(value)} is neither a number nor a measurement of the step ({ids}).")

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final, cast, get_args
 
-from app.lessons.blocks import NEEDED, Table, is_toml_number, quoted_value, read_block
+from app.lessons.blocks import NEEDED, Table, is_number, quoted_value, read_block
 from app.lessons.challenges import no_doubles, read_challenge, read_identity, read_measurement, read_trials
 from app.lessons.curve_drawing import read_drawing
 from app.lessons.lesson import (
@@ -229,13 +229,13 @@ def _expects(table: Table, count: int) -> tuple[Expectation, ...]:
         raise table.fault("expects", f"{message}; the step has {count} answers.")
     if all(isinstance(x, list) and len(x) == 2 for x in values):
         return tuple(_range(table, x) for x in values)
-    if not all(is_toml_number(x) for x in values):
+    if not all(is_number(x) for x in values):
         raise table.fault("expects", f"{message}, all of one kind.")
     return tuple(float(x) for x in values)
 
 
 def _range(table: Table, values: list[Any]) -> tuple[float, float]:
-    if not all(is_toml_number(x) for x in values) or not values[0] < values[1]:
+    if not all(is_number(x) for x in values) or not values[0] < values[1]:
         raise table.fault(
             "expects", f"{quoted_value(values)} is not a range; write [low, high] with low < high, inf is possible."
         )
