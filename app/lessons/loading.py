@@ -259,27 +259,16 @@ def _with_texts(step: Step, part: Chapter) -> Step:
             raise Fault(line, f"has {len(items)} answers, but the English step has {len(question.choices)}.")
         choices = tuple(replace(c, text=i.text, reply=i.quote or c.reply) for c, i in zip(question.choices, items, strict=True))
         question = replace(question, text=asked, choices=choices)
-    challenge = step.challenge
+    challenge, challenge_text = step.challenge, texts.pop("challenge")
     if challenge is not None:
-        challenge = replace(challenge, text=texts["Challenge"])
+        challenge = replace(challenge, text=challenge_text)
     hints = step.hints
     if hints:
         _, items = read_items(part.sections["Hints"])
         if len(items) != len(hints):
             raise Fault(part.sections["Hints"].line, f"has {len(items)} hints; there must be {len(hints)}.")
         hints = tuple(item.text for item in items)
-    return replace(
-        step,
-        title=part.title,
-        goal=texts["Goal"],
-        do=texts["Do"],
-        observe=texts["Observe"],
-        explain=texts["Explain"],
-        belief=texts["Belief"],
-        question=question,
-        challenge=challenge,
-        hints=hints,
-    )
+    return replace(step, title=part.title, question=question, challenge=challenge, hints=hints, **texts)
 
 
 def in_language(book: LessonBook, language: Language) -> LessonBook:
