@@ -15,7 +15,7 @@ from app.lessons.bookmark import Phase
 from app.lessons.curve_drawing import ENOUGH, Drawing, flat_line
 from app.lessons.lesson import AT_ONCE, Challenge, Lesson, LessonBook, Question, Step, Trial
 from app.lessons.outcomes import reference
-from app.lessons.reference_runs import measured, simulated, wanted
+from app.lessons.reference_runs import measured, simulated
 from app.lessons.runs import Input, Setup
 from app.lessons.walkthrough import Walkthrough
 from app.plots.curve_chart import COLUMNS, Curve
@@ -306,7 +306,7 @@ def said_by(step: Step, trial: Trial) -> tuple[float | None, ...]:
     for forecast, given in zip(step.challenge.forecasts, trial.forecasts, strict=True):
         if isinstance(given, str):
             m = next(m for m in step.measurements if m.id == given)
-            said.append(measured(step.challenge.setup.with_changes(forecast.changes), wanted((m,)))[0])
+            said.append(measured(step.challenge.setup.with_changes(forecast.changes), m.name, m.parameters))
         else:
             said.append(given)
     return tuple(said)

@@ -11,7 +11,7 @@ from app.i18n.speaking import N_
 from app.lessons.bookmark import Phase
 from app.lessons.lesson import Setup, Step
 from app.lessons.outcomes import reference
-from app.lessons.reference_runs import begin_reference_run, measured, person_of, wanted
+from app.lessons.reference_runs import begin_reference_run, measured, person_of
 from app.lessons.room_places import start_positions
 from app.lessons.runs import LONGEST
 from app.lessons.walkthrough import Walkthrough
@@ -70,7 +70,8 @@ def _make_runs(step: Step, why: Setup | None) -> None:
             reference(step, step.setup)
         if step.challenge is not None:
             for forecast in step.challenge.forecasts:
-                measured(step.challenge.setup.with_changes(forecast.changes), wanted((forecast.measurement,)))
+                m = forecast.measurement
+                measured(step.challenge.setup.with_changes(forecast.changes), m.name, m.parameters)
     except Exception:
         log.exception("the runs that a step compares with could not be made")
 
