@@ -12,7 +12,7 @@ from typing import Final
 
 from app.lessons import FOLDER
 from app.lessons.lesson import NO_LESSONS, Lesson, LessonBook, LessonProblem, Step
-from app.lessons.loading import in_language, load_lessons, load_notes, name_in_file, problems_of, read_text
+from app.lessons.loading import in_language, load_lessons, problems_of, read_text
 from app.lessons.markdown import Fault
 from app.lessons.playlist import everything, names_in, numbered
 from app.lessons.reference_runs import forget
@@ -40,11 +40,15 @@ def _files_below(folder: Path) -> Iterator[Path]:
 
 
 def notes_of(book: LessonBook) -> dict[str, str]:
-    """Return the teacher's notes of a book by the id of their lesson, as Markdown: of every lesson those that lie beside its file."""
-    folders = dict.fromkeys(step.setup.folder for lesson in book.lessons for step in lesson.steps)
-    notes = {folder: load_notes(folder) for folder in folders}
-    found = {one.id: notes[one.steps[0].setup.folder].get(name_in_file(one.file)) for one in book.lessons}
-    return {id: text for id, text in found.items() if text is not None}
+    """Return the teacher's notes beside the files of lessons, as Markdown, by the id of their lesson; what cannot be read is left out.
+
+    They are in files of their own, and in no `Lesson`, so that they cannot reach a student's page by mistake.
+    """
+    notes: dict[str, str] = {}
+    for lesson in book.lessons:
+        with suppress(Fault):
+            notes[lesson.id] = read_text(lesson.steps[0].setup.folder / lesson.file.replace(".md", ".notes.md"))
+    return notes
 
 
 class Library:

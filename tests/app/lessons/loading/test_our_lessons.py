@@ -13,7 +13,8 @@ from app.lessons import FOLDER
 from app.lessons.bookmark import Bookmark
 from app.lessons.check import at_step, check_lesson, shown_early
 from app.lessons.lesson import HINTS, MOST_NUMBERS, MOST_PLOTS, LessonBook
-from app.lessons.loading import Notes, StepNotes, load_lessons, load_notes, read_notes
+from app.lessons.library import notes_of
+from app.lessons.loading import Notes, StepNotes, load_lessons, read_notes
 from app.lessons.measures.quantity import QUANTITIES
 from app.lessons.scripts import SCRIPTS
 from app.lessons.walkthrough import Walkthrough
@@ -123,7 +124,7 @@ def test_notes_need_no_form_but_a_heading_with_a_number_begins_a_step(text: str,
 
 
 def test_our_notes_have_a_part_for_every_step_and_say_what_no_lesson_says() -> None:
-    texts = load_notes()
+    texts = notes_of(our_book())
     for lesson in our_book().lessons:
         everything, text = repr(lesson), texts.pop(lesson.id)
         assert not any(line in everything for line in text.splitlines() if len(line) > 20)
