@@ -92,7 +92,9 @@ def test_a_teacher_finds_the_notes_to_what_a_playlist_shows(tmp_path: Path) -> N
     playlist = write(tmp_path / "week.toml", 'lessons = ["lambda#tail", "drift", "lambda"]')
     library = Library(tmp_path / "theirs", playlist, with_notes=True)
     assert ids(library.book) == ["lambda", "drift", "lambda_2"]
-    assert library.notes == dict.fromkeys(("lambda", "lambda_2"), notes_of(our_book())["lambda"]), "a lesson of theirs has none of ours"
+    assert library.notes == dict.fromkeys(("lambda", "lambda_2"), notes_of(our_book())["lambda"]), (
+        "a lesson of theirs has none of ours"
+    )
     run, gui = LessonSession(Session(Settings()), library.book), MagicMock()
     run.enter("lambda")
     NotesView(gui, library.notes).show(run)
