@@ -168,19 +168,14 @@ class Table:
         return f"{self._path}.{key}" if self._path else key
 
     def _sub(self, key: str, data: dict[str, Any], index: int) -> "Table":
-        path, found, lines = self._child(key), -1, list[tuple[int, str]]()
+        path, found, inside, lines = self._child(key), -1, False, list[tuple[int, str]]()
         for number, line in self._lines:
             header = _HEADER.match(line)
             if header is not None:
                 name = re.sub(r"\s*\.\s*", ".", header[1])
-                if name == path:
-                    found += 1
+                found += name == path
                 inside = found == index and (name == path or name.startswith(path + "."))
-                if inside:
-                    lines.append((number, line))
-                elif found == index and lines:
-                    break
-            elif found == index and lines:
+            if inside:
                 lines.append((number, line))
         if not lines:
             at = self.line_of(key)

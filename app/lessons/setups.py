@@ -89,14 +89,12 @@ def _place(table: Table) -> RoomPlace:
     origin = cast(Anchor, table.choice("from", get_args(Anchor), "goal"))
     gap, tilt = table.number("gap", NEEDED, -0.5, 3.0), table.number("tilt", 0.0, -3.2, 3.2)
     toward: Any = table.any("toward")
-    if toward == "upper_arm":
-        direction: Any = toward
-    elif isinstance(toward, list) and len(toward) == 3 and all(is_number(x) and abs(x) < 1e6 for x in toward):
-        direction = (float(toward[0]), float(toward[1]), float(toward[2]))
-    else:
+    if isinstance(toward, list) and len(toward) == 3 and all(is_number(x) and abs(x) < 1e6 for x in toward):
+        toward = tuple(float(x) for x in toward)
+    elif toward != "upper_arm":
         raise table.fault("toward", f'toward = {quoted_value(toward)} is not a direction; write [0.0, 1.0, 0.0], or "upper_arm".')
     table.close()
-    return RoomPlace(origin, direction, gap, tilt)
+    return RoomPlace(origin, toward, gap, tilt)
 
 
 def read_input(table: Table, setup: Setup) -> Input:

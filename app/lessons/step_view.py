@@ -15,10 +15,6 @@ from app.lessons.runs import Setup, settings_text
 from app.lessons.texts import asks_for_numbers, filled, tabled
 from app.settings import Language
 
-_AFTER: Final = frozenset({Phase.OBSERVE.value, Phase.EXPLAIN.value, Phase.CHALLENGE.value})
-"""Texts that are read after the run."""
-
-
 PLOTTED_TRIES: Final = 3
 """So many tries at a search are plotted."""
 
@@ -118,11 +114,15 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
     }
     reached = phases[: phases.index(at.phase) + 1]
     outcome = done.outcome if knows_outcome(at.phase) else None
-    texts = [("goal", step.goal), *((phase.value, by_phase[phase]) for phase in reached if by_phase[phase])]
+    texts = (
+        (phase.value, fill(step, by_phase[phase], outcome if knows_outcome(phase) else None, language))
+        for phase in reached
+        if by_phase[phase]
+    )
     return StepView(
         **vars(replace(at, done=replace(done))),
         phases=phases,
-        texts=tuple((name, fill(step, text, outcome if name in _AFTER else None, language)) for name, text in texts),
+        texts=(("goal", fill(step, step.goal, None, language)), *texts),
         choices=tuple(fill(step, choice.text, None, language) for choice in question.choices) if question else (),
         drawing=drawn_curves(at),
         locked=at.phase is Phase.PREDICT and not done.predicted,

@@ -249,12 +249,9 @@ class LessonSession:
                 self._run_again()
             case lesson_actions.StartOrPause():
                 self._run()
-            case lesson_actions.ShowWhy():
-                if walk.show_why():
-                    self._begin()
-                    session.halt.go_on()
-            case lesson_actions.RunDrawing():
-                if walk.show_curve():
+            case lesson_actions.ShowWhy() | lesson_actions.RunDrawing():
+                shown = walk.show_why() if isinstance(action, lesson_actions.ShowWhy) else walk.show_curve()
+                if shown:
                     self._begin()
                     session.halt.go_on()
             case lesson_actions.ShowHint():
