@@ -124,7 +124,7 @@ _PAIRS: Final[dict[str, tuple[Any, Any]]] = {
         ("#006fae", "#b04d00", "#007a57", "#a3195b", "#7a3fc4", "#8c5d00", "#57606a"),
         ("#5ab4f0", "#ff8f45", "#3fd0a0", "#f58ab8", "#bd9bff", "#f0bd4a", "#a9b4bf"),
     ),
-    "laws": tuple(zip(*_LAWS, strict=True)),
+    "laws": (tuple(light for light, _ in _LAWS), tuple(dark for _, dark in _LAWS)),
     "background": (((243, 245, 248), (214, 220, 227)), ((34, 38, 44), (19, 21, 25))),
     "cell": ((205, 211, 218), (44, 48, 54)),
     "section": ((176, 184, 194), (62, 68, 76)),

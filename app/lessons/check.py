@@ -71,13 +71,15 @@ def at_step(book: LessonBook, lesson: Lesson, number: int) -> Walkthrough:
 def _paths(step: Step) -> Iterator[tuple[PathKind, str, bool, Callable[[Walkthrough], str]]]:
     """Yield the paths through a step beside the right answer: kind, name, whether it is meant to fail, and how it is walked."""
     wrong = [] if step.question is None else [i for i in range(len(step.question.choices)) if i != step.question.right]
-    yield from (("answer", f"answer {i + 1}", True, partial(_wrong_answer, answer=i)) for i in wrong)
+    for i in wrong:
+        yield "answer", f"answer {i + 1}", True, partial(_wrong_answer, answer=i)
     if step.drawing is not None:
         yield "drawing", "the truth, drawn", False, partial(_drawn, flat=False)
         yield "drawing", "a flat line", True, partial(_drawn, flat=True)
     if step.challenge is not None:
         yield "untouched", "as the step starts it", True, _untouched
-    yield from (("attempt", trial.name, bool(trial.fails), partial(_attempt, trial=trial)) for trial in step.trials)
+    for trial in step.trials:
+        yield "attempt", trial.name, bool(trial.fails), partial(_attempt, trial=trial)
 
 
 def _missing(book: LessonBook, lesson: Lesson) -> Iterator[tuple[str, str, str]]:

@@ -94,7 +94,7 @@ def _place(table: Table) -> RoomPlace:
     elif toward != "upper_arm":
         raise table.fault("toward", f'toward = {quoted_value(toward)} is not a direction; write [0.0, 1.0, 0.0], or "upper_arm".')
     table.close()
-    return RoomPlace(origin, toward, gap, tilt)
+    return RoomPlace(origin, cast(Any, toward), gap, tilt)
 
 
 def read_input(table: Table, setup: Setup) -> Input:
