@@ -82,6 +82,5 @@ def comparisons(setup: Setup, m: Measurement, compared: tuple[Compared, ...]) ->
 
 def forget() -> None:
     """Make every run again when it is next asked for."""
-    simulated.cache_clear()
-    measured.cache_clear()
-    drawn.cache_clear()
+    for cached in (simulated, measured, drawn):
+        cached.cache_clear()

@@ -184,28 +184,21 @@ class LessonSession:
             case lesson_actions.ListLessons():
                 self.listing = bool(self.book.lessons) and not self.listing
                 self.version += 1
-                return
             case lesson_actions.Enter(lesson):
                 self.enter(lesson)
-                return
             case lesson_actions.GoTo() if self.listing and not self.open:
                 self.enter(*self._place(action))
-                return
             case lesson_actions.SayNumber(index, number):
                 self.said.extend([None] * (index + 1 - len(self.said)))
                 self.said[index] = number
-                return
             case lesson_actions.Write(lesson, step, words):
                 self.walk.write(words, lesson, step)
-                return
             case _:
-                pass
-        self.listing = False
-        if not self.open:
-            return
-        self._waiting = None
-        self._guarded(lambda: self._act(action))
-        self._guarded(self._follow)
+                self.listing = False
+                if self.open:
+                    self._waiting = None
+                    self._guarded(lambda: self._act(action))
+                    self._guarded(self._follow)
 
     def _guarded(self, what: Callable[[], None]) -> None:
         try:
