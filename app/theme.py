@@ -2,7 +2,7 @@
 colour-blind people (after Okabe & Ito 2008), and every colour has a second cue: a dash, a width or a word."""
 
 from dataclasses import dataclass, fields
-from typing import Final
+from typing import Any, Final
 
 from app.settings import Profile, Theme
 
@@ -69,7 +69,22 @@ class Palette:
     alarm_tint: str
 
 
-_PAIRS: Final = {
+_LAWS: Final = (
+    ("#7a3fc4", "#bd9bff"),
+    ("#57606a", "#a9b4bf"),
+    ("#b04d00", "#ff8f45"),
+    ("#007a57", "#3fd0a0"),
+    ("#8c5d00", "#f0bd4a"),
+    ("#006fae", "#5ab4f0"),
+    ("#a3195b", "#f58ab8"),
+    ("#007281", "#4fd6e0"),
+    ("#567200", "#b5d33d"),
+    ("#24292f", "#e6edf3"),
+    ("#8a5a44", "#d8a78f"),
+)
+"""Of the laws, in the order of the picker, as in `_PAIRS`."""
+
+_PAIRS: Final[dict[str, tuple[Any, Any]]] = {
     "distance": ("#006fae", "#5ab4f0"),
     "critical": ("#b04d00", "#ff8f45"),
     "resting": ("#00718a", "#8fcdf5"),
@@ -105,50 +120,20 @@ _PAIRS: Final = {
     "warning_flash": ("#ffdf9e", "#6b4708"),
     "alarm_ink": ("#9c1a10", "#ffaaa0"),
     "alarm_tint": ("#fde4e1", "#4a1d19"),
+    "joints": (
+        ("#006fae", "#b04d00", "#007a57", "#a3195b", "#7a3fc4", "#8c5d00", "#57606a"),
+        ("#5ab4f0", "#ff8f45", "#3fd0a0", "#f58ab8", "#bd9bff", "#f0bd4a", "#a9b4bf"),
+    ),
+    "laws": (tuple(light for light, _ in _LAWS), tuple(dark for _, dark in _LAWS)),
+    "background": (((243, 245, 248), (214, 220, 227)), ((34, 38, 44), (19, 21, 25))),
+    "cell": ((205, 211, 218), (44, 48, 54)),
+    "section": ((176, 184, 194), (62, 68, 76)),
 }
-"""Field of `Palette` → colour in the light and in the dark theme."""
+"""Field of `Palette` → its value in the light and in the dark theme."""
 
 PALETTES: Final[dict[Theme, Palette]] = {
-    "light": Palette(
-        **{name: pair[0] for name, pair in _PAIRS.items()},
-        joints=("#006fae", "#b04d00", "#007a57", "#a3195b", "#7a3fc4", "#8c5d00", "#57606a"),
-        laws=(
-            "#7a3fc4",
-            "#57606a",
-            "#b04d00",
-            "#007a57",
-            "#8c5d00",
-            "#006fae",
-            "#a3195b",
-            "#007281",
-            "#567200",
-            "#24292f",
-            "#8a5a44",
-        ),
-        background=((243, 245, 248), (214, 220, 227)),
-        cell=(205, 211, 218),
-        section=(176, 184, 194),
-    ),
-    "dark": Palette(
-        **{name: pair[1] for name, pair in _PAIRS.items()},
-        joints=("#5ab4f0", "#ff8f45", "#3fd0a0", "#f58ab8", "#bd9bff", "#f0bd4a", "#a9b4bf"),
-        laws=(
-            "#bd9bff",
-            "#a9b4bf",
-            "#ff8f45",
-            "#3fd0a0",
-            "#f0bd4a",
-            "#5ab4f0",
-            "#f58ab8",
-            "#4fd6e0",
-            "#b5d33d",
-            "#e6edf3",
-            "#d8a78f",
-        ),
-        background=((34, 38, 44), (19, 21, 25)),
-        cell=(44, 48, 54),
-        section=(62, 68, 76),
-    ),
+    "light": Palette(**{name: light for name, (light, _) in _PAIRS.items()}),
+    "dark": Palette(**{name: dark for name, (_, dark) in _PAIRS.items()}),
 }
 
 SYMBOL_COLOURS: Final = {

@@ -70,7 +70,7 @@ class ScreenView:
         if shown == self._shown:
             return
         self._shown = shown
-        view = lessons.view(self._book) if lessons.open else None
+        view = lessons.walk.view(self._book) if lessons.open else None
         cues = ("panels",) if presenter.panels else ()
         if presenter.work is not None:
             self._over.content = work_html(presenter.work, self._book)

@@ -16,7 +16,7 @@ from app.lessons.labels import label_of
 from app.lessons.lesson import Forecast, Lesson
 from app.lessons.measures.quantity import QUANTITIES, UNITS
 from app.lessons.outcomes import reference
-from app.lessons.reference_runs import measured, wanted
+from app.lessons.reference_runs import measured
 from app.lessons.runs import settings_text
 from app.text.lesson_text import markdown_reader, plain
 from app.text.templates import element
@@ -68,7 +68,7 @@ def _numerical(paper: PaperStep) -> Iterator[Element]:
     for place, forecast in enumerate(forecasts, 1):
         m, language = forecast.measurement, paper.lesson.language
         assert challenge is not None
-        (value,) = measured(challenge.setup.with_changes(forecast.changes), wanted((m,)))
+        value = measured(challenge.setup.with_changes(forecast.changes), m.name, m.parameters)
         if value is None:
             continue
         factor, unit = UNITS[QUANTITIES[m.name].unit, m.unit]

@@ -1,7 +1,6 @@
 """The current language: everything that one visitor sees is drawn within one frame of one thread, which sets the language first, so that
 no part takes it as an argument."""
 
-from collections.abc import Iterable
 from contextvars import ContextVar
 from typing import Final
 
@@ -30,11 +29,6 @@ def tr(text: str, /, **parts: object) -> str:
 def decimal(number: str) -> str:
     """Return a number with the decimal sign of the current language."""
     return tr(NumberText(number))
-
-
-def tr_all(texts: Iterable[str]) -> tuple[str, ...]:
-    """Return several texts in the current language."""
-    return tuple(tr(text) for text in texts)
 
 
 def N_(english: str) -> str:

@@ -3,11 +3,11 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import inf
-from typing import ClassVar, Final
+from typing import ClassVar
 
 from app.custom_law.arena import TrialResult
 from app.custom_law.law_limits import LawProblem
-from app.custom_law.trials import TRIALS, WHY, verdict_on
+from app.custom_law.trials import WHY
 from app.i18n.speaking import N_
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Challenge
@@ -15,7 +15,7 @@ from app.lessons.outcomes import Attempt, Judgement, judge
 from controllers.errors import LazyText, NumberText, joined
 from controllers.kinematics import Array
 from controllers.laws.situation import Law, Situation
-from scenes.settings import LawSettings, RunSettings
+from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
 
@@ -74,12 +74,8 @@ def attempted(
     return replace(attempt, passed=False, note=LazyText(note, seconds=seconds)) if note else attempt
 
 
-TESTS: Final = tuple(TRIALS)
-"""Names, in their order."""
-
-
 class StandIn:
-    """A law that never fails, as the tests want one."""
+    """A law that never fails, as the tests of a custom law want one."""
 
     wants_all_pairs: ClassVar[bool] = True
     wants_task: ClassVar[bool] = True
@@ -112,13 +108,3 @@ def attempt_of(verdicts: Sequence[TrialResult]) -> Attempt:
         outcome = LazyText("{test}: {reason}", test=LazyText(verdict.name), reason=verdict.reason)
         judgements.append(Judgement(verdict.name, verdict.passed, joined((outcome, *why), " "), None))
     return Attempt.of(judgements)
-
-
-def examine_built_in(law: StandIn, only: Sequence[str] = TESTS) -> Attempt:
-    """Return the result of a built-in law. `only`: names of the tests to run."""
-    return attempt_of([verdict_on(law, name) for name in only])
-
-
-def stand_in(name: str) -> StandIn:
-    """Return a built-in law, by name, with d_m and v as the tests ask for."""
-    return StandIn(LawSettings(law=name).made())

@@ -1,6 +1,5 @@
 """The data side of a lesson file: a block of TOML. Every key is read by name and knows its line."""
 
-import math
 import re
 import tomllib
 from collections.abc import Callable, Iterable
@@ -81,7 +80,7 @@ class Table:
     def number(self, key: str, default: float = NEEDED, low: float = -LARGEST, high: float = LARGEST) -> float:
         """Take a number within bounds."""
         value = self.any(key, default)
-        if not is_toml_number(value) or not low <= value <= high:
+        if not is_number(value) or not low <= value <= high:
             raise self.fault(key, f"{key} = {quoted_value(value)} is not possible; give a number from {low:g} to {high:g}.")
         return float(value)
 
@@ -102,7 +101,7 @@ class Table:
     def numbers(self, key: str, count: int | None = None) -> tuple[float, ...]:
         """Take a list of finite numbers, of a certain length if that is given."""
         value = self.any(key, ())
-        if not isinstance(value, (list, tuple)) or not all(is_toml_number(x) and abs(x) <= LARGEST for x in value):
+        if not isinstance(value, (list, tuple)) or not all(is_number(x) and abs(x) <= LARGEST for x in value):
             raise self.fault(key, f"{key} = {quoted_value(value)} is not a list of numbers; write it like [0.0, 1.0, 0.0].")
         if count is not None and len(value) != count:
             raise self.fault(key, f"{key} has {len(value)} numbers; give {count}.")
@@ -169,19 +168,14 @@ class Table:
         return f"{self._path}.{key}" if self._path else key
 
     def _sub(self, key: str, data: dict[str, Any], index: int) -> "Table":
-        path, found, lines = self._child(key), -1, list[tuple[int, str]]()
+        path, found, inside, lines = self._child(key), -1, False, list[tuple[int, str]]()
         for number, line in self._lines:
             header = _HEADER.match(line)
             if header is not None:
                 name = re.sub(r"\s*\.\s*", ".", header[1])
-                if name == path:
-                    found += 1
+                found += name == path
                 inside = found == index and (name == path or name.startswith(path + "."))
-                if inside:
-                    lines.append((number, line))
-                elif found == index and lines:
-                    break
-            elif found == index and lines:
+            if inside:
                 lines.append((number, line))
         if not lines:
             at = self.line_of(key)
@@ -190,9 +184,9 @@ class Table:
         return Table(data, lines, lines[0][0], path)
 
 
-def is_toml_number(value: object) -> TypeGuard[int | float]:
-    """Return whether a value of TOML is a number that is not nan."""
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and not math.isnan(value)
+def is_number(value: object) -> TypeGuard[int | float]:
+    """Return whether a value of TOML or JSON is a number that is not nan."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and value == value
 
 
 def quoted_value(value: object) -> str:

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from enum import StrEnum
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from app.lessons.curve_drawing import checked_curve
 from app.lessons.lesson import Lesson, LessonBook, Step
@@ -31,22 +31,11 @@ class Bookmark(NamedTuple):
     def step(self) -> Step:
         return self.lesson.steps[self.step_index]
 
-    def after(self) -> "Bookmark | None":
-        """Return the next step, perhaps of the next lesson; None at the end of the book."""
-        if self.step_index + 1 < len(self.lesson.steps):
-            return self._replace(step_index=self.step_index + 1)
-        if self.lesson_index + 1 < len(self.book.lessons):
-            return self._replace(lesson_index=self.lesson_index + 1, step_index=0)
-        return None
-
-    def before(self) -> "Bookmark | None":
-        """Return the step before, perhaps of the lesson before; None at the beginning of the book."""
-        if self.step_index > 0:
-            return self._replace(step_index=self.step_index - 1)
-        if self.lesson_index > 0:
-            last = len(self.book.lessons[self.lesson_index - 1].steps) - 1
-            return self._replace(lesson_index=self.lesson_index - 1, step_index=last)
-        return None
+    def next_to(self, way: Literal[-1, 1]) -> "Bookmark | None":
+        """Return the next step, or the one before, perhaps of another lesson; None at the end and at the beginning of the book."""
+        places = [(i, j) for i, lesson in enumerate(self.book.lessons) for j in range(len(lesson.steps))]
+        place = places.index((self.lesson_index, self.step_index)) + way
+        return Bookmark(self.book, *places[place]) if 0 <= place < len(places) else None
 
     def at(self, lesson: str | int, step: int) -> "Bookmark":
         """Return a step. `lesson`: its id, or its place from 0; `step`: from 0.

@@ -4,11 +4,11 @@ import re
 from functools import partial
 from typing import Final
 
-from app.lessons.attempts import TESTS
-from app.lessons.blocks import Table, is_toml_number, quoted_value
+from app.custom_law.trials import TRIALS
+from app.lessons.blocks import Table, is_number, quoted_value
 from app.lessons.lesson import MOST_FORECASTS, Challenge, Compared, Criterion, Forecast, Measurement, Trial
 from app.lessons.markdown import FaultLog
-from app.lessons.measures.quantity import QUANTITIES, checked_parameters, read_parameters
+from app.lessons.measures.quantity import QUANTITIES, read_parameters
 from app.lessons.room_places import start_positions
 from app.lessons.runs import Setup
 from app.lessons.setups import read_changes, read_setup, start_of_table
@@ -50,11 +50,10 @@ def read_measurement(table: Table, setup: Setup) -> Measurement:
     if len(compare) > MOST_COMPARED:
         raise table.fault("compare", f"compare names {len(compare)} further runs; take at most {MOST_COMPARED}.")
     given = {key: table.any(key) for key in found.parameters if table.has(key)}
+    read = partial(read_parameters, f"measurement {name}", found.function)
     for key, value in given.items():
-        table.checked(
-            key, partial(read_parameters, f"measurement {name}", found.function, {key: found.parameters[key]}, {key: value})
-        )
-    parameters = table.checked("name", lambda: checked_parameters(name, given))
+        table.checked(key, partial(read, {key: found.parameters[key]}, {key: value}))
+    parameters = table.checked("name", partial(read, found.parameters, given))
     if name == "setting" and given["key"] not in specs():
         raise table.fault("key", f"There is no setting {quoted_value(given['key'])}; choose from {', '.join(specs())}.")
     table.close()
@@ -142,7 +141,7 @@ def read_trials(
         return ()
     known = [c.measurement.id for c in challenge.criteria] + [f.measurement.id for f in challenge.forecasts]
     if challenge.custom_law:
-        known += list(TESTS)
+        known += TRIALS
     log = FaultLog()
 
     def trial(number: int, entry: Table) -> Trial:
@@ -171,7 +170,7 @@ def read_trials(
 def _said(table: Table, value: object, measurements: tuple[Measurement, ...]) -> float | str:
     if isinstance(value, str) and value in [m.id for m in measurements]:
         return value
-    if is_toml_number(value):
+    if is_number(value):
         return float(value)
     ids = ", ".join(m.id for m in measurements) or "none"
     raise table.fault("forecasts", f"forecasts: {quoted_value(value)} is neither a number nor a measurement of the step ({ids}).")

@@ -3,20 +3,23 @@ fail for the reason that the lesson declares, and no challenge may pass with not
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from time import perf_counter
 from typing import Final, Literal
 
 from app.custom_law import template
+from app.custom_law.trials import TRIALS, verdict_on
 from app.lessons import FOLDER
-from app.lessons.attempts import StandIn, examine_built_in, stand_in
+from app.lessons.attempts import StandIn
 from app.lessons.bookmark import Phase
 from app.lessons.curve_drawing import ENOUGH, Drawing, flat_line
 from app.lessons.lesson import AT_ONCE, Challenge, Lesson, LessonBook, Question, Step, Trial
 from app.lessons.outcomes import reference
-from app.lessons.reference_runs import measured, simulated, wanted
+from app.lessons.reference_runs import measured, simulated
 from app.lessons.runs import Input, Setup
 from app.lessons.walkthrough import Walkthrough
 from app.plots.curve_chart import COLUMNS, Curve
+from scenes.settings import LawSettings
 
 WRONG_PATHS: Final = 3
 """Wrong paths that a lesson has to have, at least."""
@@ -48,55 +51,62 @@ class Walk:
 
 def check_lesson(book: LessonBook, lesson: Lesson) -> tuple[Walk, ...]:
     """Return every path through a lesson."""
-    walks = [*_timed(lesson, lesson.steps[0], "reference", "the right answers", False, lambda: _reference(book, lesson))]
+    walks = [_timed(at_step(book, lesson, 0), "reference", "the right answers", False, _reference)]
     for number, step in enumerate(lesson.steps):
-        question = step.question
-        for i in range(len(question.choices)) if question is not None else ():
-            if question is not None and i != question.right:
-                name = f"answer {i + 1}"
-                walks += _timed(lesson, step, "answer", name, True, lambda n=number, i=i: _wrong_answer(book, lesson, n, i))
-        if step.drawing is not None:
-            for name, wrong in (("the truth, drawn", False), ("a flat line", True)):
-                walks += _timed(
-                    lesson, step, "drawing", name, wrong, lambda n=number, wrong=wrong: _drawn(book, lesson, n, wrong)
-                )
-        if step.challenge is not None:
-            name = "as the step starts it"
-            walks += _timed(lesson, step, "untouched", name, True, lambda n=number: _untouched(book, lesson, n))
-        for trial in step.trials:
-            walks += _timed(
-                lesson, step, "attempt", trial.name, bool(trial.fails), lambda n=number, t=trial: _attempt(book, lesson, n, t)
-            )
+        walks += [_timed(at_step(book, lesson, number), *path) for path in _paths(step)]
     wrong = sum(walk.wrong and walk.ok for walk in walks if walk.kind in ("answer", "attempt"))
     text = f"{wrong} wrong paths fail as declared; at least {WRONG_PATHS} are asked for"
     walks.append(Walk(lesson.id, "", "lesson", "wrong paths", False, wrong >= WRONG_PATHS, text, 0.0))
+    walks += [Walk(lesson.id, step, "lesson", name, False, False, text, 0.0) for step, name, text in _missing(book, lesson)]
+    return tuple(walks)
+
+
+def at_step(book: LessonBook, lesson: Lesson, number: int) -> Walkthrough:
+    """Return a student who has just come to a step, from 0, of a lesson."""
+    walk = Walkthrough(book)
+    walk.go(lesson.id, number)
+    return walk
+
+
+def _paths(step: Step) -> Iterator[tuple[PathKind, str, bool, Callable[[Walkthrough], str]]]:
+    """Yield the paths through a step beside the right answer: kind, name, whether it is meant to fail, and how it is walked."""
+    wrong = [] if step.question is None else [i for i in range(len(step.question.choices)) if i != step.question.right]
+    for i in wrong:
+        yield "answer", f"answer {i + 1}", True, partial(_wrong_answer, answer=i)
+    if step.drawing is not None:
+        yield "drawing", "the truth, drawn", False, partial(_drawn, flat=False)
+        yield "drawing", "a flat line", True, partial(_drawn, flat=True)
+    if step.challenge is not None:
+        yield "untouched", "as the step starts it", True, _untouched
+    for trial in step.trials:
+        yield "attempt", trial.name, bool(trial.fails), partial(_attempt, trial=trial)
+
+
+def _missing(book: LessonBook, lesson: Lesson) -> Iterator[tuple[str, str, str]]:
+    """Yield what a lesson lacks as a whole: the step that shows it or "", its name, and the remedy."""
     unsaid = [name for name, text in (("Promise", lesson.promise), ("Learned", lesson.learned)) if not text]
     if unsaid and lesson.steps[0].setup.folder == FOLDER:
-        text = f"no “### {unsaid[0]}” under the title: the list of lessons shows it"
-        walks.append(Walk(lesson.id, "", "lesson", "list", False, False, text, 0.0))
-    early = [f"{step.id}: {what}" for number, step in enumerate(lesson.steps) for what in shown_early(book, lesson, number)]
+        yield "", "list", f"no “### {unsaid[0]}” under the title: the list of lessons shows it"
+    walks = [at_step(book, lesson, number) for number in range(len(lesson.steps))]
+    early = [f"{walk.step.id}: {what}" for walk in walks for what in shown_early(walk)]
     if early:
-        walks.append(
-            Walk(lesson.id, "", "lesson", "questions", False, False, f"shown while it is asked: {', '.join(early)}", 0.0)
-        )
+        yield "", "questions", f"shown while it is asked: {', '.join(early)}"
     untried = [s.id for s in lesson.steps if s.challenge is not None and not any(not t.fails for t in s.trials)]
     if untried:
-        text = f"no declared attempt passes the challenge of {', '.join(untried)}"
-        walks.append(Walk(lesson.id, untried[0], "lesson", "challenges", False, False, text, 0.0))
-    return tuple(walks)
+        yield untried[0], "challenges", f"no declared attempt passes the challenge of {', '.join(untried)}"
 
 
 class NotAsDeclared(Exception):
     """A path did not go as declared; the message says how."""
 
 
-def _timed(lesson: Lesson, step: Step, kind: PathKind, name: str, wrong: bool, walk: Callable[[], str]) -> Iterator[Walk]:
-    begin = perf_counter()
+def _timed(walk: Walkthrough, kind: PathKind, name: str, wrong: bool, path: Callable[[Walkthrough], str]) -> Walk:
+    lesson, step, begin = walk.lesson.id, walk.step.id, perf_counter()
     try:
-        ok, text = True, walk()
+        ok, text = True, path(walk)
     except NotAsDeclared as error:
         ok, text = False, str(error)
-    yield Walk(lesson.id, step.id, kind, name, wrong, ok, text, round(perf_counter() - begin, 3))
+    return Walk(lesson, step, kind, name, wrong, ok, text, round(perf_counter() - begin, 3))
 
 
 def _ensure(condition: bool, text: str) -> None:
@@ -104,11 +114,9 @@ def _ensure(condition: bool, text: str) -> None:
         raise NotAsDeclared(text)
 
 
-def _reference(book: LessonBook, lesson: Lesson) -> str:
+def _reference(walk: Walkthrough) -> str:
     """Walk a lesson with the right answers and the first attempt that passes; return the measured values."""
-    walk = Walkthrough(book)
-    walk.go(lesson.id)
-    found: list[str] = []
+    lesson, found = walk.lesson, list[str]()
     for number, step in enumerate(lesson.steps):
         where = f"step {number + 1}, {step.id}"
         _ensure(walk.step is step, f"{where}: the way leads to {walk.step.id} instead")
@@ -136,29 +144,27 @@ def _reference(book: LessonBook, lesson: Lesson) -> str:
             walk.next()
         if step.challenge is not None:
             trial = next((t for t in step.trials if not t.fails), None)
-            _ensure(trial is not None, f"{where}: no attempt is declared that passes")
-            if trial is not None:
-                _ensure(_tried(walk, step, trial) == (), f"{where}: {walk.view().attempt}")
-                _ensure(walk.done.passed, f"{where}: the challenge was passed, but is not noted")
+            if trial is None:
+                raise NotAsDeclared(f"{where}: no attempt is declared that passes")
+            _ensure(_tried(walk, step, trial) == (), f"{where}: {walk.done.last}")
+            _ensure(walk.done.passed, f"{where}: the challenge was passed, but is not noted")
         _ensure("{measured" not in str(walk.view().texts), f"{where}: a number is left open in the text")
         walk.next()
     return ", ".join(found)
 
 
-def _wrong_answer(book: LessonBook, lesson: Lesson, number: int, answer: int) -> str:
+def _wrong_answer(walk: Walkthrough, answer: int) -> str:
     """Give a wrong answer; return the reply to it."""
-    walk = Walkthrough(book)
-    walk.go(lesson.id, number)
     question = walk.step.question
-    if walk.step.concept and question is not None:
+    assert question is not None
+    if walk.step.concept:
         return _asked(walk, walk.step, question, answer, f"answer {answer + 1}")
-    _ensure(walk.choose(answer) and question is not None, "the answer was not taken")
+    _ensure(walk.choose(answer), "the answer was not taken")
     outcome = walk.observe(simulated(walk.setup))
     if walk.phase is Phase.DO:
         walk.next()
     verdict = walk.view().verdict
     _ensure(verdict is not None and not verdict.right, "the wrong answer is called right")
-    assert verdict is not None and question is not None
     decides = outcome.answer(question)
     _ensure(question.supported(decides) != answer, f"measured {decides}, which speaks for the wrong answer")
     m = walk.step.measurements[0]
@@ -197,10 +203,8 @@ def _asked(walk: Walkthrough, step: Step, question: Question, answer: int, where
     return ", ".join(m.text(found[0]) for m, found in zip(step.measurements, outcome.values, strict=True))
 
 
-def shown_early(book: LessonBook, lesson: Lesson, number: int) -> Iterator[str]:
+def shown_early(walk: Walkthrough) -> Iterator[str]:
     """Yield what the page says of the law while a step's question waits for its answer."""
-    walk = Walkthrough(book)
-    walk.go(lesson.id, number)
     if walk.step.question is None:
         return
     if walk.law_shown:
@@ -208,10 +212,8 @@ def shown_early(book: LessonBook, lesson: Lesson, number: int) -> Iterator[str]:
     yield from (f"the plot {plot}" for plot in walk.plots if plot in AT_ONCE)
 
 
-def _drawn(book: LessonBook, lesson: Lesson, number: int, flat: bool) -> str:
+def _drawn(walk: Walkthrough, flat: bool) -> str:
     """Draw the truth, or the flat line that is nearest to it; return the verdict."""
-    walk = Walkthrough(book)
-    walk.go(lesson.id, number)
     drawing, truth = walk.step.drawing, reference(walk.step, walk.step.setup).curve
     assert drawing is not None
     _check_truth(drawing, truth)
@@ -236,23 +238,20 @@ def _check_truth(drawing: Drawing, truth: Curve) -> None:
     _ensure(not outside, f"the truth leaves the axis, {outside[:1]}; choose another range of y")
 
 
-def _at_challenge(book: LessonBook, lesson: Lesson, number: int) -> Walkthrough:
-    walk = Walkthrough(book)
-    walk.go(lesson.id, number)
+def _go_to_challenge(walk: Walkthrough) -> None:
     if walk.step.question is not None:
         walk.choose(walk.step.question.right)
     while walk.phase is not Phase.CHALLENGE and walk.next():
         pass
-    return walk
 
 
-def _untouched(book: LessonBook, lesson: Lesson, number: int) -> str:
+def _untouched(walk: Walkthrough) -> str:
     """Try a challenge with nothing changed; return the judgement."""
-    walk = _at_challenge(book, lesson, number)
+    _go_to_challenge(walk)
     challenge, texts = walk.step.challenge, list[str]()
     assert challenge is not None
     if challenge.custom_law:
-        attempts = [walk.attempt_custom_law(examine_built_in(StandIn(template.law)).judgements)]
+        attempts = [walk.attempt_custom_law([verdict_on(StandIn(template.law), name) for name in TRIALS])]
     else:
         attempts = [walk.attempt(simulated(setup)) for setup in untouched(challenge, walk.step.trials)]
     for attempt in attempts:
@@ -278,9 +277,9 @@ def untouched(challenge: Challenge, trials: tuple[Trial, ...]) -> Iterator[Setup
         yield from (replace(asked, input=setup.input, seconds=setup.seconds) for setup in passing)
 
 
-def _attempt(book: LessonBook, lesson: Lesson, number: int, trial: Trial) -> str:
+def _attempt(walk: Walkthrough, trial: Trial) -> str:
     """Try a challenge in a declared way; return the judgement."""
-    walk = _at_challenge(book, lesson, number)
+    _go_to_challenge(walk)
     failed = _tried(walk, walk.step, trial)
     attempt = walk.done.last
     assert attempt is not None
@@ -294,11 +293,12 @@ def _attempt(book: LessonBook, lesson: Lesson, number: int, trial: Trial) -> str
 def _tried(walk: Walkthrough, step: Step, trial: Trial) -> tuple[str, ...]:
     """Return by which inequalities a trial fails."""
     if trial.law:
-        attempt = walk.attempt_custom_law(examine_built_in(stand_in(trial.law)).judgements)
+        law = StandIn(LawSettings(law=trial.law).made())
+        attempt = walk.attempt_custom_law([verdict_on(law, name) for name in TRIALS])
     else:
         attempt = walk.attempt(simulated(trial.setup), said_by(step, trial))
-    _ensure(attempt is not None, "the challenge took no attempt")
-    assert attempt is not None
+    if attempt is None:
+        raise NotAsDeclared("the challenge took no attempt")
     return attempt.failed
 
 
@@ -309,7 +309,7 @@ def said_by(step: Step, trial: Trial) -> tuple[float | None, ...]:
     for forecast, given in zip(step.challenge.forecasts, trial.forecasts, strict=True):
         if isinstance(given, str):
             m = next(m for m in step.measurements if m.id == given)
-            said.append(measured(step.challenge.setup.with_changes(forecast.changes), wanted((m,)))[0])
+            said.append(measured(step.challenge.setup.with_changes(forecast.changes), m.name, m.parameters))
         else:
             said.append(given)
     return tuple(said)

@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_, tr
-from app.lessons.blocks import NEEDED, Table
+from app.lessons.blocks import NEEDED, Table, is_number
 from app.lessons.evidence import Evidence
 from app.lessons.runs import Setup
 from app.plots.curve_chart import COLUMNS, Curve, CurveAxis, Line, curve_chart
@@ -163,7 +163,7 @@ def curve_from_text(drawing: Drawing, text: object) -> Curve | None:
         heights = json.loads(text)
     except (ValueError, RecursionError):
         return None
-    if not isinstance(heights, list) or not all(h is None or (_is_finite(h) and 0.0 <= h <= 1.0) for h in heights):
+    if not isinstance(heights, list) or not all(h is None or (is_number(h) and 0.0 <= h <= 1.0) for h in heights):
         return None
     return checked_curve(drawing, [None if h is None else drawing.y.value(h) for h in heights])
 
@@ -174,7 +174,7 @@ def checked_curve(drawing: Drawing, values: object) -> Curve | None:
         return None
     slack = 1e-6 * (drawing.y.high - drawing.y.low)
     for value in values:
-        if value is not None and not (_is_finite(value) and drawing.y.low - slack <= value <= drawing.y.high + slack):
+        if value is not None and not (is_number(value) and drawing.y.low - slack <= value <= drawing.y.high + slack):
             return None
     return tuple(None if v is None else float(v) for v in values) if any(v is not None for v in values) else ()
 
@@ -194,10 +194,6 @@ def _corners(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
         return [points[0], points[-1]]
     corner = away.index(max(away)) + 1
     return _corners(points[: corner + 1])[:-1] + _corners(points[corner:])
-
-
-def _is_finite(value: object) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e6
 
 
 def true_curve(drawing: Drawing, evidence: Evidence) -> Curve:

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from controllers.kinematics import Arm, Array, Kinematics
-from controllers.proximity import Proximity, ProximityDetector
+from controllers.proximity import ProximityDetector
 from scenes.history import COLUMN
 from scenes.room import Room
 from scenes.settings import RunSettings
@@ -105,14 +105,11 @@ class Evidence:
         self.kinematics.update(np.ascontiguousarray(self.positions[row]))
         return self.kinematics
 
-    def proximity_at(self, row: int) -> Proximity:
-        """Return the proximity in a row, as the law saw it."""
-        self.kinematics_at(row)
-        return self._detector.detect(self.settings.law.pairs, self.settings.law.beta, self.settings.law.convexity)
-
     def lever(self, row: int) -> Array:
-        """Return J_d (n,) of the arm in a row [m/rad]."""
-        return self.proximity_at(row).row[self.arm.joints].copy()
+        """Return J_d (n,) of the arm in a row, as the law saw it [m/rad]."""
+        self.kinematics_at(row)
+        law = self.settings.law
+        return self._detector.detect(law.pairs, law.beta, law.convexity).row[self.arm.joints].copy()
 
     def hand(self, row: int) -> Array:
         """Return where the arm's hand was (3,) [m]."""
@@ -123,9 +120,7 @@ class Evidence:
         return self.kinematics_at(row).joint_point(self.arm.elbow)
 
     def sampled_rows(self) -> list[int]:
-        """Return evenly spaced rows of the whole run: at most `SAMPLES`, the last one among them."""
-        if not self.rows:
-            return []
+        """Return evenly spaced rows of the whole run, which has some: at most `SAMPLES`, the last one among them."""
         return sorted({round(x) for x in np.linspace(0, self.rows - 1, min(self.rows, SAMPLES))})
 
     def along(self, what: Callable[[int], Array]) -> Array:

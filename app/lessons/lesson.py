@@ -139,7 +139,7 @@ class Trial:
     fails: tuple[str, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Step:
     """One thing to learn.
 
@@ -165,10 +165,10 @@ class Step:
 
     id: str
     title: str
-    goal: str
-    do: str
-    observe: str
-    explain: str
+    goal: str = ""
+    do: str = ""
+    observe: str = ""
+    explain: str = ""
     setup: Setup
     question: Question | None
     measurements: tuple[Measurement, ...]

@@ -1,20 +1,22 @@
-"""The lessons of a server, from their files: ours, a folder's and a playlist's; read again when a file has changed."""
+"""The lessons of a server, from their files: ours and a folder's, a test before and after them, or what a playlist names; read again
+when a file has changed."""
 
 import logging
 import os
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
+from dataclasses import replace
 from functools import cache
 from itertools import islice
 from pathlib import Path
 from typing import Final
 
 from app.lessons import FOLDER
-from app.lessons.lesson import NO_LESSONS, Lesson, LessonBook, LessonProblem, Step
-from app.lessons.loading import in_language, load_lessons, load_notes, name_in_file, problems_of, read_text
-from app.lessons.markdown import Fault
-from app.lessons.playlist import everything, names_in, numbered
+from app.lessons.blocks import read_block
+from app.lessons.lesson import LAST, NO_LESSONS, Lesson, LessonBook, LessonProblem, Step
+from app.lessons.loading import in_language, load_lessons, problems_of, read_text
+from app.lessons.markdown import DataBlock, Fault
 from app.lessons.reference_runs import forget
 from app.runtime.throttled_log import ThrottledLog
 from app.settings import TRANSLATIONS, Language
@@ -31,6 +33,9 @@ PERIOD: Final = 0.5
 MOST_FILES: Final = 2000
 """Files of a folder that are looked after: its own first, then those below it."""
 
+MOST_NAMES: Final = 200
+"""In a playlist."""
+
 _ours = cache(load_lessons)
 
 
@@ -40,11 +45,75 @@ def _files_below(folder: Path) -> Iterator[Path]:
 
 
 def notes_of(book: LessonBook) -> dict[str, str]:
-    """Return the teacher's notes of a book by the id of their lesson, as Markdown: of every lesson those that lie beside its file."""
-    folders = dict.fromkeys(step.setup.folder for lesson in book.lessons for step in lesson.steps)
-    notes = {folder: load_notes(folder) for folder in folders}
-    found = {one.id: notes[one.steps[0].setup.folder].get(name_in_file(one.file)) for one in book.lessons}
-    return {id: text for id, text in found.items() if text is not None}
+    """Return the teacher's notes beside the files of lessons, as Markdown, by the id of their lesson; what cannot be read is left out.
+
+    They are in files of their own, and in no `Lesson`, so that they cannot reach a student's page by mistake.
+    """
+    notes: dict[str, str] = {}
+    for lesson in book.lessons:
+        with suppress(Fault):
+            notes[lesson.id] = read_text(lesson.steps[0].setup.folder / lesson.file.replace(".md", ".notes.md"))
+    return notes
+
+
+def _names_in(text: str) -> list[str]:
+    """Return what a playlist names.
+
+    Raises:
+        Fault: it is no playlist.
+    """
+    table = read_block(DataBlock(1, text.splitlines()))
+    names = table.any("lessons", [])
+    if not isinstance(names, list) or not names or not all(isinstance(name, str) for name in names):
+        raise table.fault(
+            "lessons", 'a playlist needs a list of names, like lessons = ["drift", "lambda#tail", "mine/01-nearer.md"].'
+        )
+    if len(names) > MOST_NAMES:
+        raise table.fault("lessons", f"lessons names {len(names)}; at most {MOST_NAMES} are shown.")
+    table.close()
+    return names
+
+
+def _asked(lesson: Lesson, last: bool) -> Lesson:
+    """Return a test as it is asked for the first time, or for the last."""
+    steps = tuple(replace(step, asked="last" if last else "first") for step in lesson.steps)
+    return replace(lesson, id=lesson.id + LAST, title=lesson.again, steps=steps) if last else replace(lesson, steps=steps)
+
+
+def _everything(lessons: Iterable[Lesson]) -> Iterator[Lesson]:
+    """Yield all lessons, numbered from 1, between a test that is asked twice: the last one that there is."""
+    known = list(lessons)
+    test, others = next((one for one in reversed(known) if one.again), None), [one for one in known if not one.again]
+    if test is not None:
+        yield replace(_asked(test, False), number=0)
+    yield from (replace(lesson, number=number) for number, lesson in enumerate(others, 1))
+    if test is not None:
+        yield replace(_asked(test, True), number=len(others) + 1)
+
+
+def _numbered(chosen: Iterable[tuple[Lesson, Step | None]]) -> Iterator[Lesson]:
+    """Yield lessons from 1. Steps of one lesson that follow one another are one lesson; a test that comes twice is asked twice."""
+    entries = list(chosen)
+    merged: list[tuple[str, Lesson]] = []
+    for lesson, step in entries:
+        before = [one for name, one in merged if name == lesson.id]
+        twice = sum(other.id == lesson.id and part is None for other, part in entries) > 1
+        if lesson.again and step is None and twice and not any(one.asked == "last" for one in before):
+            made = _asked(lesson, any(one.asked == "first" for one in before))
+        elif step is not None and _takes(merged, lesson, step):
+            _, last = merged.pop()
+            made = replace(last, steps=(*last.steps, step))
+        else:
+            # No file has a name with an underscore.
+            id = f"{lesson.id}_{len(before) + 1}" if before else lesson.id
+            made = replace(lesson, id=id, steps=lesson.steps if step is None else (step,))
+        merged.append((lesson.id, made))
+    yield from (replace(lesson, number=number) for number, (_, lesson) in enumerate(merged, 1))
+
+
+def _takes(merged: list[tuple[str, Lesson]], lesson: Lesson, step: Step) -> bool:
+    """Return whether the newest lesson goes on with a step."""
+    return bool(merged) and merged[-1][0] == lesson.id and not merged[-1][1].asked and step not in merged[-1][1].steps
 
 
 class Library:
@@ -83,7 +152,7 @@ class Library:
         problems = [problem for book in books for problem in book.problems]
         known = {lesson.id: lesson for book in books for lesson in book.lessons}
         lessons = (
-            everything(known.values()) if self._playlist is None else self._listed(self._playlist, known, problems, language)
+            _everything(known.values()) if self._playlist is None else self._listed(self._playlist, known, problems, language)
         )
         return LessonBook(tuple(lessons), tuple(dict.fromkeys(problems)), cache(self.book_in))
 
@@ -98,7 +167,7 @@ class Library:
         text, chosen = "", list[tuple[Lesson, Step | None]]()
         try:
             text = read_text(path)
-            self._names = names_in(text)
+            self._names = _names_in(text)
         except Fault as fault:
             problems += problems_of(path, fault)
         for name in self._names:
@@ -107,7 +176,7 @@ class Library:
             except Fault as fault:
                 line = next((i for i, line in enumerate(text.splitlines(), 1) if f'"{name}"' in line), 1)
                 problems.append(LessonProblem(path.name, line, fault.message))
-        return numbered(chosen)
+        return _numbered(chosen)
 
     def _entry(
         self, path: Path, name: str, known: dict[str, Lesson], problems: list[LessonProblem], language: Language

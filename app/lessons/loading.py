@@ -73,7 +73,7 @@ def load_lessons(folder: Path = FOLDER, language: Language = "en", before: Lesso
     """Return the lessons of a folder in their order, and what was wrong with those that could not be read. Never raises.
 
     A lesson is a file `NN-name.md`; `NN-name.de.md` beside it carries its texts in another language, `NN-name.notes.md` what only a
-    teacher reads, see `load_notes`. Files with a name that does not begin with a digit are left alone.
+    teacher reads, see `library.notes_of`. Files with a name that does not begin with a digit are left alone.
 
     Args:
         language: of the texts; what is not translated stays English.
@@ -132,33 +132,8 @@ def _load(path: Path, lessons: list[Lesson]) -> Iterator[LessonProblem]:
         yield from _faults_of_notes(path)
 
 
-def name_in_file(file: str) -> str:
-    """Return the name of a lesson as its file has it; "" if the file has the name of no lesson."""
-    name = _NAME.match(file)
-    return name[2] if name is not None else ""
-
-
-def load_notes(folder: Path = FOLDER) -> dict[str, str]:
-    """Return the teacher's notes by the id of their lesson, as Markdown; a file that cannot be read is left out. Never raises.
-
-    They are in files of their own, and in no `Lesson`, so that they cannot reach a student's page by mistake.
-    """
-    notes: dict[str, str] = {}
-    try:
-        names = [(path, _NAME.match(path.name)) for path in sorted(folder.iterdir())]
-    except OSError:
-        return notes
-    for path, name in names:
-        if name is not None and name[3] == "notes":
-            try:
-                notes[name[2]] = read_text(path)
-            except Fault:
-                continue
-    return notes
-
-
 def _faults_of_notes(path: Path) -> Iterator[LessonProblem]:
-    """Yield what is wrong with the pictures and formulas of a teacher's notes; `load_notes` leaves out a file that cannot be read."""
+    """Yield what is wrong with the pictures and formulas of a teacher's notes; `library.notes_of` leaves out a file that cannot be read."""
     try:
         text = read_text(path)
     except Fault:
@@ -259,27 +234,16 @@ def _with_texts(step: Step, part: Chapter) -> Step:
             raise Fault(line, f"has {len(items)} answers, but the English step has {len(question.choices)}.")
         choices = tuple(replace(c, text=i.text, reply=i.quote or c.reply) for c, i in zip(question.choices, items, strict=True))
         question = replace(question, text=asked, choices=choices)
-    challenge = step.challenge
+    challenge, challenge_text = step.challenge, texts.pop("challenge")
     if challenge is not None:
-        challenge = replace(challenge, text=texts["Challenge"])
+        challenge = replace(challenge, text=challenge_text)
     hints = step.hints
     if hints:
         _, items = read_items(part.sections["Hints"])
         if len(items) != len(hints):
             raise Fault(part.sections["Hints"].line, f"has {len(items)} hints; there must be {len(hints)}.")
         hints = tuple(item.text for item in items)
-    return replace(
-        step,
-        title=part.title,
-        goal=texts["Goal"],
-        do=texts["Do"],
-        observe=texts["Observe"],
-        explain=texts["Explain"],
-        belief=texts["Belief"],
-        question=question,
-        challenge=challenge,
-        hints=hints,
-    )
+    return replace(step, title=part.title, question=question, challenge=challenge, hints=hints, **texts)
 
 
 def in_language(book: LessonBook, language: Language) -> LessonBook:

@@ -12,7 +12,7 @@ from app.lessons.evidence import Evidence
 from app.lessons.labels import compared_text, label_of, label_text
 from app.lessons.lesson import Challenge, Criterion, Forecast, Measurement, Question, Step
 from app.lessons.measures.quantity import Value, measure, moment, shown_value
-from app.lessons.reference_runs import comparisons, drawn, measured, wanted
+from app.lessons.reference_runs import comparisons, drawn, measured
 from app.lessons.runs import Pairs, Setup, changes_text, deviations, settings_text, value_text
 from app.lessons.texts import MeasuredValues
 from app.plots.curve_chart import Curve
@@ -120,7 +120,7 @@ def reference(step: Step, setup: Setup) -> StepOutcome:
     """Return the outcome of the step's run without the student."""
     if step.concept and not step.measurements:
         return StepOutcome((), True)
-    own = measured(setup, wanted(step.measurements))
+    own = [measured(setup, m.name, m.parameters) for m in step.measurements]
     found = tuple((value, *comparisons(setup, m, m.compare)) for value, m in zip(own, step.measurements, strict=True))
     curve = drawn(setup, step.drawing) if setup == step.setup and step.drawing is not None else ()
     return StepOutcome(found, True, not step.concept, curve=curve)
@@ -270,7 +270,7 @@ def _distinct_digits(m: Measurement, value: float, bound: float) -> int:
 
 def _foretold(forecast: Forecast, said: float | None, setup: Setup) -> Judgement:
     m, settings = forecast.measurement, changes_text(forecast.changes)
-    (value,) = measured(setup.with_changes(forecast.changes), wanted((m,)))
+    value = measured(setup.with_changes(forecast.changes), m.name, m.parameters)
     if said is None or value is None:
         return Judgement(m.id, False, LazyText("With {settings}: no number was given.", settings=settings), value)
     error = abs(said - value) / abs(value) if value else float("inf")

@@ -15,9 +15,6 @@ from scenes.recording import read_inputs
 from scenes.roles import NoSource, TargetSource
 from scenes.simulation import Simulation
 
-Wanted = tuple[tuple[str, Pairs], ...]
-"""Names and parameters of measurements."""
-
 KEPT_RUNS = 6
 """Whole runs that are kept in memory; of all others only the numbers are."""
 
@@ -67,10 +64,9 @@ def simulated(setup: Setup) -> Simulation:
 
 
 @lru_cache(maxsize=4096)
-def measured(setup: Setup, wanted: Wanted) -> tuple[Value, ...]:
-    """Return measurements of a run without a page; the second time from memory."""
-    evidence = Evidence(simulated(setup))
-    return tuple(measure(evidence, name, parameters) for name, parameters in wanted)
+def measured(setup: Setup, name: str, parameters: Pairs = ()) -> Value:
+    """Return a measurement of a run without a page; the second time from memory."""
+    return measure(Evidence(simulated(setup)), name, parameters)
 
 
 @lru_cache(maxsize=64)
@@ -79,18 +75,12 @@ def drawn(setup: Setup, drawing: Drawing) -> Curve:
     return true_curve(drawing, Evidence(simulated(setup)))
 
 
-def wanted(measurements: tuple[Measurement, ...]) -> Wanted:
-    """Return measurements as `measured` takes them."""
-    return tuple((m.name, m.parameters) for m in measurements)
-
-
-def comparisons(setup: Setup, measurement: Measurement, compared: tuple[Compared, ...]) -> tuple[Value, ...]:
-    """Return the measurement in each of some further runs."""
-    return tuple(measured(c.setup(setup), wanted((measurement,)))[0] for c in compared)
+def comparisons(setup: Setup, m: Measurement, compared: tuple[Compared, ...]) -> tuple[Value, ...]:
+    """Return a measurement in each of some further runs."""
+    return tuple(measured(c.setup(setup), m.name, m.parameters) for c in compared)
 
 
 def forget() -> None:
     """Make every run again when it is next asked for."""
-    simulated.cache_clear()
-    measured.cache_clear()
-    drawn.cache_clear()
+    for cached in (simulated, measured, drawn):
+        cached.cache_clear()

@@ -4,7 +4,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final, cast, get_args
 
-from app.lessons.blocks import NEEDED, Table, is_toml_number, quoted_value
+from app.lessons.blocks import NEEDED, Table, is_number, quoted_value
 from app.lessons.markdown import Fault, FaultLog
 from app.lessons.room_places import Anchor, RoomPlace, Start, ball_centre, start_positions
 from app.lessons.runs import AUTOPILOT, LONGEST, Input, Pairs, Setup, merged_pairs
@@ -39,7 +39,7 @@ def read_changes(table: Table, key: str = "settings") -> Pairs:
         return ()
     found, settings, log = [], Settings(), FaultLog()
     for name, value in given.rest().items():
-        if not isinstance(value, (str, bool)) and not is_toml_number(value):
+        if not isinstance(value, (str, bool)) and not is_number(value):
             log.found.append(given.fault(name, f"{name} = {quoted_value(value)} is not a value of a setting."))
             continue
         settings = log.take(partial(given.checked, name, partial(changed, settings, name, value)), settings)
@@ -89,14 +89,12 @@ def _place(table: Table) -> RoomPlace:
     origin = cast(Anchor, table.choice("from", get_args(Anchor), "goal"))
     gap, tilt = table.number("gap", NEEDED, -0.5, 3.0), table.number("tilt", 0.0, -3.2, 3.2)
     toward: Any = table.any("toward")
-    if toward == "upper_arm":
-        direction: Any = toward
-    elif isinstance(toward, list) and len(toward) == 3 and all(is_toml_number(x) and abs(x) < 1e6 for x in toward):
-        direction = (float(toward[0]), float(toward[1]), float(toward[2]))
-    else:
+    if isinstance(toward, list) and len(toward) == 3 and all(is_number(x) and abs(x) < 1e6 for x in toward):
+        toward = tuple(float(x) for x in toward)
+    elif toward != "upper_arm":
         raise table.fault("toward", f'toward = {quoted_value(toward)} is not a direction; write [0.0, 1.0, 0.0], or "upper_arm".')
     table.close()
-    return RoomPlace(origin, direction, gap, tilt)
+    return RoomPlace(origin, cast(Any, toward), gap, tilt)
 
 
 def read_input(table: Table, setup: Setup) -> Input:

@@ -1,6 +1,6 @@
 """What a page shows of a walkthrough: plain data, texts with their numbers in them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from app.i18n.catalogue import words_of
@@ -9,81 +9,14 @@ from app.lessons.bookmark import Phase, is_finished, phases_of
 from app.lessons.curve_drawing import DrawnCurves, judge_drawing
 from app.lessons.labels import Contrast, contrast_of
 from app.lessons.lesson import Lesson, Step
-from app.lessons.outcomes import AnswerVerdict, Attempt, StepOutcome, reference
+from app.lessons.outcomes import AnswerVerdict, StepOutcome, reference
 from app.lessons.progress import StepProgress, Try
 from app.lessons.runs import Setup, settings_text
 from app.lessons.texts import asks_for_numbers, filled, tabled
 from app.settings import Language
 
-_AFTER: Final = frozenset({Phase.OBSERVE.value, Phase.EXPLAIN.value, Phase.CHALLENGE.value})
-"""Texts that are read after the run."""
-
-
 PLOTTED_TRIES: Final = 3
 """So many tries at a search are plotted."""
-
-
-@dataclass(frozen=True)
-class StepView:
-    """Everything that a page shows, in the student's language; texts are Markdown with LaTeX, numbers filled in.
-
-    Attributes:
-        index, count: of the step, from 0, and how many the lesson has.
-        phase, phases: where, and which the step has.
-        texts: (phase or "goal", text), those that may be seen by now, in order.
-        choices: the answers; empty where nothing is asked.
-        chosen: index of the answer given.
-        because: the student's reason for it, as it was typed.
-        drawing: what is drawn, beside the truth once the outcome is known; None where no curve is asked for.
-        locked: whether Run is locked, because nothing is predicted yet.
-        verdict: what is said to the answer, once the outcome is known.
-        outcome: lines with what was measured.
-        why_outcome: lines with what was measured in the run that shows why the answer is wrong.
-        own_curve: whether a drawn λ(d) can be run now.
-        why: whether there is a run that shows why the answer is wrong; `showing` while it is on.
-        contrast: in what that run differs, while it is on.
-        challenge: whether the step has one; `attempts`, `passed` and `attempt`, the newest, tell how it went.
-        stale: whether another run has begun since that attempt.
-        tries: at a challenge that asks for the value of a setting, once there are enough of them to be plotted; the pushes of a duel.
-        forecasts: what the student has to say beforehand, one line each.
-        hints: those that are open; `more_hints` if there are others.
-        yours: whether the student moves.
-        lesson_finished: whether this is the end of the lesson's last step, and the step is finished.
-        can_next, can_back: whether there is something in that direction.
-    """
-
-    lesson: Lesson
-    step: Step
-    index: int
-    count: int
-    phase: Phase
-    phases: tuple[Phase, ...]
-    texts: tuple[tuple[str, str], ...]
-    choices: tuple[str, ...]
-    chosen: int | None
-    because: str
-    drawing: DrawnCurves | None
-    locked: bool
-    verdict: AnswerVerdict | None
-    outcome: tuple[str, ...]
-    why_outcome: tuple[str, ...]
-    why: bool
-    own_curve: bool
-    showing: bool
-    contrast: Contrast | None
-    challenge: bool
-    attempts: int
-    passed: bool
-    attempt: Attempt | None
-    stale: bool
-    tries: tuple[Try, ...]
-    forecasts: tuple[str, ...]
-    hints: tuple[str, ...]
-    more_hints: bool
-    yours: bool
-    lesson_finished: bool
-    can_next: bool
-    can_back: bool
 
 
 @dataclass(frozen=True)
@@ -91,7 +24,8 @@ class StepPosition:
     """Where a student is.
 
     Attributes:
-        lesson, step, index: which, and the step's place in the lesson.
+        lesson, step, index: which, and the step's place in the lesson, from 0.
+        done: what the student has done in it.
         beside: the run that is shown beside the step's own, or None.
         stale: whether another run has begun since the newest attempt.
     """
@@ -103,6 +37,68 @@ class StepPosition:
     done: StepProgress
     beside: Setup | None
     stale: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class StepView(StepPosition):
+    """Everything that a page shows, in the student's language; texts are Markdown with LaTeX, numbers filled in. `done` is a copy.
+
+    Attributes:
+        phases: which the step has.
+        texts: (phase or "goal", text), those that may be seen by now, in order.
+        choices: the answers; empty where nothing is asked.
+        drawing: what is drawn, beside the truth once the outcome is known; None where no curve is asked for.
+        locked: whether Run is locked, because nothing is predicted yet.
+        verdict: what is said to the answer, once the outcome is known.
+        outcome: lines with what was measured.
+        why_outcome: lines with what was measured in the run that shows why the answer is wrong.
+        own_curve: whether a drawn λ(d) can be run now.
+        why: whether there is a run that shows why the answer is wrong; `showing` while it is on.
+        contrast: in what that run differs, while it is on.
+        tries: at a challenge that asks for the value of a setting, once there are enough of them to be plotted; the pushes of a duel.
+        forecasts: what the student has to say beforehand, one line each.
+        hints: those that are open.
+        yours: whether the student moves.
+        lesson_finished: whether this is the end of the lesson's last step, and the step is finished.
+        can_next, can_back: whether there is something in that direction.
+    """
+
+    phases: tuple[Phase, ...]
+    texts: tuple[tuple[str, str], ...]
+    choices: tuple[str, ...]
+    drawing: DrawnCurves | None
+    locked: bool
+    verdict: AnswerVerdict | None
+    outcome: tuple[str, ...]
+    why_outcome: tuple[str, ...]
+    why: bool
+    own_curve: bool
+    showing: bool
+    contrast: Contrast | None
+    tries: tuple[Try, ...]
+    forecasts: tuple[str, ...]
+    hints: tuple[str, ...]
+    yours: bool
+    lesson_finished: bool
+    can_next: bool
+    can_back: bool
+
+
+@dataclass(frozen=True)
+class LessonEntry:
+    """A line of the list of lessons.
+
+    Attributes:
+        lesson: in the reader's language.
+        finished: of each step, whether it is.
+        here: whether the student was in this lesson last.
+        step: at which it opens, from 0.
+    """
+
+    lesson: Lesson
+    finished: tuple[bool, ...]
+    here: bool
+    step: int
 
 
 def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> StepView:
@@ -118,36 +114,28 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
     }
     reached = phases[: phases.index(at.phase) + 1]
     outcome = done.outcome if knows_outcome(at.phase) else None
-    texts = [("goal", step.goal), *((phase.value, by_phase[phase]) for phase in reached if by_phase[phase])]
+    texts = (
+        (phase.value, fill(step, by_phase[phase], outcome if knows_outcome(phase) else None, language))
+        for phase in reached
+        if by_phase[phase]
+    )
     return StepView(
-        lesson=at.lesson,
-        step=step,
-        index=at.index,
-        count=len(at.lesson.steps),
-        phase=at.phase,
+        **vars(replace(at, done=replace(done))),
         phases=phases,
-        texts=tuple((name, fill(step, text, outcome if name in _AFTER else None, language)) for name, text in texts),
+        texts=(("goal", fill(step, step.goal, None, language)), *texts),
         choices=tuple(fill(step, choice.text, None, language) for choice in question.choices) if question else (),
-        chosen=done.choice,
-        because=done.because,
         drawing=drawn_curves(at),
         locked=at.phase is Phase.PREDICT and not done.predicted,
         verdict=answer_verdict(at),
         outcome=outcome.lines(step, language) if outcome else (),
         why_outcome=done.why.lines(step, language) if outcome and done.why else (),
-        why=has_why(at),
+        why=why_of(at) is not None,
         own_curve=has_curve(at),
         showing=at.beside is not None,
         contrast=contrast(at),
-        challenge=challenge is not None,
-        attempts=done.attempts,
-        passed=done.passed,
-        attempt=done.last,
-        stale=at.stale,
         tries=done.tries if len(done.tries) >= PLOTTED_TRIES or (challenge and challenge.best_of) else (),
         forecasts=tuple(settings_text(f.changes) for f in challenge.forecasts) if challenge else (),
         hints=step.hints[: done.hints],
-        more_hints=done.hints < len(step.hints),
         yours=yours,
         lesson_finished=step is at.lesson.steps[-1] and at.phase is phases[-1] and at.beside is None and is_finished(step, done),
         can_next=can_next,
@@ -159,12 +147,12 @@ def knows_outcome(phase: Phase) -> bool:
     return phase not in (Phase.PREDICT, Phase.DO)
 
 
-def has_why(at: StepPosition) -> bool:
-    """Return whether there is a run that shows why the answer is wrong, and it may be begun now."""
+def why_of(at: StepPosition) -> Setup | None:
+    """Return the run that shows why the answer is wrong; None if there is none, or it may not be begun now."""
     question, choice = at.step.question, at.done.choice
     if question is None or choice is None or choice == question.right or at.phase not in (Phase.OBSERVE, Phase.EXPLAIN):
-        return False
-    return question.choices[choice].why is not None
+        return None
+    return question.choices[choice].why
 
 
 def has_curve(at: StepPosition) -> bool:

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final, cast, get_args
 
-from app.lessons.blocks import NEEDED, Table, is_toml_number, quoted_value, read_block
+from app.lessons.blocks import NEEDED, Table, is_number, quoted_value, read_block
 from app.lessons.challenges import no_doubles, read_challenge, read_identity, read_measurement, read_trials
 from app.lessons.curve_drawing import read_drawing
 from app.lessons.lesson import (
@@ -131,7 +131,8 @@ def read_step(part: Chapter, common: Common) -> Step:
     question = log.take(lambda: _question(part, table, setup, measurements if measured else None, concept), None)
     challenged = table.has("challenge")
     challenge = log.take(lambda: read_challenge(table, setup), None)
-    texts = log.take(lambda: _checked_texts(part, "Predict" in part.sections, challenged, concept), {})
+    texts: dict[str, Any] = log.take(lambda: _checked_texts(part, "Predict" in part.sections, challenged, concept), {})
+    challenge_text = texts.pop("challenge", "")
     hints = log.take(lambda: _hints(part, challenge), ())
     sound = measured and challenged is (challenge is not None)
     trials = log.take(lambda: read_trials(table, setup, challenge, measurements), ()) if sound else ()
@@ -153,14 +154,10 @@ def read_step(part: Chapter, common: Common) -> Step:
     step = Step(
         id=id,
         title=part.title,
-        goal=texts.get("Goal", ""),
-        do=texts.get("Do", ""),
-        observe=texts.get("Observe", ""),
-        explain=texts.get("Explain", ""),
         setup=setup,
         question=question,
         measurements=measurements,
-        challenge=replace(challenge, text=texts.get("Challenge", "")) if challenge is not None else None,
+        challenge=replace(challenge, text=challenge_text) if challenge is not None else None,
         hints=hints,
         trials=trials,
         camera=cast(LessonCamera, camera),
@@ -169,8 +166,8 @@ def read_step(part: Chapter, common: Common) -> Step:
         marks=marks,
         drawing=drawing,
         concept=concept,
-        belief=texts.get("Belief", ""),
         controls=controls,
+        **texts,
     )
     for key in ("right", "expects", "ratio", "why", "attempt"):
         # Not read yet where something else is at fault.
@@ -229,13 +226,13 @@ def _expects(table: Table, count: int) -> tuple[Expectation, ...]:
         raise table.fault("expects", f"{message}; the step has {count} answers.")
     if all(isinstance(x, list) and len(x) == 2 for x in values):
         return tuple(_range(table, x) for x in values)
-    if not all(is_toml_number(x) for x in values):
+    if not all(is_number(x) for x in values):
         raise table.fault("expects", f"{message}, all of one kind.")
     return tuple(float(x) for x in values)
 
 
 def _range(table: Table, values: list[Any]) -> tuple[float, float]:
-    if not all(is_toml_number(x) for x in values) or not values[0] < values[1]:
+    if not all(is_number(x) for x in values) or not values[0] < values[1]:
         raise table.fault(
             "expects", f"{quoted_value(values)} is not a range; write [low, high] with low < high, inf is possible."
         )
@@ -243,7 +240,7 @@ def _range(table: Table, values: list[Any]) -> tuple[float, float]:
 
 
 def step_texts(part: Chapter, step: Step) -> dict[str, str]:
-    """Return the texts of a step in another language, checked to be complete.
+    """Return the texts of a step in another language, checked to be complete: by field of `Step`, and that of its challenge.
 
     Raises:
         Fault: a section is missing.
@@ -260,12 +257,12 @@ def step_texts(part: Chapter, step: Step) -> dict[str, str]:
 
 def _checked_texts(part: Chapter, question: bool, challenge: bool, concept: bool) -> dict[str, str]:
     names = ("Goal", "Do", "Observe", "Explain", "Challenge", "Belief")
-    texts = {name: part.sections[name].text if name in part.sections else "" for name in names}
+    texts = {name.lower(): part.sections[name].text if name in part.sections else "" for name in names}
     needed = {"Goal": not concept, "Do": not concept, "Explain": question and not concept, "Challenge": challenge}
-    missing = [name for name, needs in needed.items() if needs and not texts[name]]
+    missing = [name for name, needs in needed.items() if needs and not texts[name.lower()]]
     log = FaultLog()
     log.found += [Fault(part.line, f"the step has no text under “### {name}”; add it.") for name in missing]
-    if not challenge and texts["Challenge"]:
+    if not challenge and texts["challenge"]:
         where = part.sections["Challenge"].line
         log.found.append(Fault(where, "the challenge is not declared; add [challenge] to the block."))
     log.close()

@@ -1,15 +1,16 @@
 """One student on the way through the lessons: goal → predict → do → observe → explain → challenge. Knows nothing of a page.
 
 The page shows `view`, calls what the student does (`choose`, `next`, `back`, `reset`, `hint`, `attempt` …), runs a simulation with
-`settings`, `start` and `target_source` whenever `run_id` has changed, passes it to `watch` every frame and to `observe` at its end.
+`settings`, `setup.start` and `target_source` whenever `run_id` has changed, passes it to `watch` every frame and to `observe` at its end.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from math import inf
 from typing import Final
 
-from app.lessons.attempts import RunWatch, attempted
-from app.lessons.bookmark import Bookmark, Phase, first_phase, fitting_steps, furthest_phase, phases_of
+from app.custom_law.arena import TrialResult
+from app.lessons.attempts import RunWatch, attempt_of, attempted
+from app.lessons.bookmark import Bookmark, Phase, first_phase, fitting_steps, furthest_phase, is_finished, phases_of
 from app.lessons.curve_drawing import checked_curve, law_curve
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import AT_ONCE, LAST, Lesson, LessonBook, Measurement, Step
@@ -17,7 +18,6 @@ from app.lessons.measures.quantity import measure
 from app.lessons.outcomes import (
     FARTHEST,
     Attempt,
-    Judgement,
     StepOutcome,
     asks_for_distance,
     decisive_moment,
@@ -27,9 +27,9 @@ from app.lessons.outcomes import (
 )
 from app.lessons.progress import LONGEST_REASON, MOST_TRIES, MOST_WORDS, StepProgress, Try, from_json, to_json
 from app.lessons.reference_runs import person_of
-from app.lessons.room_places import mark_places, start_positions
+from app.lessons.room_places import mark_places
 from app.lessons.runs import Setup
-from app.lessons.step_view import StepPosition, StepView, has_curve, has_why, make_view
+from app.lessons.step_view import LessonEntry, StepPosition, StepView, has_curve, make_view, why_of
 from app.plots.curve_chart import Curve
 from app.session.replay_player import Mark
 from app.settings import Settings
@@ -198,7 +198,7 @@ class Walkthrough:
         if place + 1 < len(phases):
             self._enter(phases[place + 1])
             return True
-        after = self._at.after()
+        after = self._at.next_to(1)
         if after is None:
             return False
         self._at = after
@@ -214,7 +214,7 @@ class Walkthrough:
         if before is not None:
             self._enter(before)
             return True
-        step_before = self._at.before()
+        step_before = self._at.next_to(-1)
         if step_before is None:
             return False
         self._at = step_before
@@ -238,10 +238,7 @@ class Walkthrough:
 
     def show_why(self) -> bool:
         """Begin the run that shows why the answer is wrong. Returns whether there is one."""
-        question, choice = self.step.question, self.done.choice
-        if question is None or choice is None or not has_why(self._place()):
-            return False
-        return self._show_beside(question.choices[choice].why)
+        return self._show_beside(why_of(self._place()))
 
     def show_curve(self) -> bool:
         """Begin the step's run with the λ(d) that the student drew. Returns whether there is one."""
@@ -322,10 +319,6 @@ class Walkthrough:
         """Return the settings with which the present run begins. `start`: of the page now, which stays where the lesson does not say."""
         return self.setup.settings(start or Settings())
 
-    def start(self, simulation: Simulation) -> Array | None:
-        """Return q (nv,) from which the present run begins, for `Simulation.reset`; None for the room's start."""
-        return start_positions(simulation.room, self.setup.start)
-
     def target_source(self, simulation: Simulation) -> TargetSource:
         """Return the target source of a simulation at the start of the run; without targets where the student moves."""
         return person_of(simulation, self.setup, self._kept)
@@ -400,12 +393,12 @@ class Walkthrough:
         self.done.note(attempt, again)
         return attempt
 
-    def attempt_custom_law(self, judgements: Sequence[Judgement]) -> Attempt | None:
-        """Take note of how a custom law did in its tests."""
+    def attempt_custom_law(self, verdicts: Sequence[TrialResult]) -> Attempt | None:
+        """Judge the challenge by how a custom law did in its tests; None where none is to be tried."""
         challenge = self.step.challenge
         if challenge is None or self.phase is not Phase.CHALLENGE or not challenge.custom_law:
             return None
-        attempt = Attempt.of(judgements)
+        attempt = attempt_of(verdicts)
         self.done.note(attempt)
         return attempt
 
@@ -423,11 +416,20 @@ class Walkthrough:
 
     def view(self, book: LessonBook | None = None) -> StepView:
         """Return everything that a page shows now. `book`: the same one in the reader's language; None for this one."""
-        last = self._at.after() is None
+        last = self._at.next_to(1) is None
         waits = self.locked and not self.done.predicted and self.step.asked != "first"
         can_next = not waits and (self.showing or self.phase is not self.phases[-1] or not last)
-        can_back = self.showing or self._before() is not None or self._at.before() is not None
+        can_back = self.showing or self._before() is not None or self._at.next_to(-1) is not None
         return make_view(self._place(book), self.yours, can_next, can_back)
+
+    def entries(self, book: LessonBook | None = None) -> Iterator[LessonEntry]:
+        """Yield every lesson, and how far the student has come in it. `book`: as for `view`."""
+        begun = self.begun or self.step is not self.book.lessons[self.book.first].steps[0]
+        for lesson in (book or self.book).lessons:
+            finished = tuple(is_finished(step, self.done_in(lesson.id, step.id)) for step in lesson.steps)
+            here = begun and lesson.id == self.lesson.id
+            step = self.step_index if here else finished.index(False) if False in finished else 0
+            yield LessonEntry(lesson, finished, here, step)
 
     @property
     def kept(self) -> Mapping[str, TargetSource]:

@@ -1,15 +1,18 @@
-"""The words of every law: its equation and where it comes from, what its activation is called, and what becomes of the gap."""
+"""The words of every law: its equation, also drawn, and where it comes from, what its activation is called, and what becomes of the gap."""
 
+import re
 from collections.abc import Callable
 from typing import Final, NamedTuple
 
 import numpy as np
 from markupsafe import Markup
 
-from app.text.templates import tr_html
+from app.i18n.speaking import tr
+from app.text.formula import coloured, formula
+from app.text.templates import macros, tr_html
 from controllers.curve import kept_distance
 from scenes.laws import BARRIER_LAW, DEFAULT_LAW, DRAWN_LAW, LEVER_LAW, NO_AVOIDANCE
-from scenes.settings import LawSettings
+from scenes.settings import LawSettings, RunSettings
 
 
 class LawLine(NamedTuple):
@@ -144,3 +147,24 @@ LAW_TEXTS: Final[dict[str, LawTexts]] = {
     ),
 }  # fmt: skip
 """Name → what is said of it."""
+
+ALONE: Final = ((r"\dot q = J^{{\#}}\left(\dot x_d + K\,{e}\right) + N\,\dot q_0", r"N = I - J^{{\#}}J"), "(4)–(8)")
+"""The equation of one arm with nothing near, and its source."""
+
+_SYMBOLS: Final = {"lam": r"\lambda", "v": "v", "u": "u", "d": "d", "dm": "d_m", "e": "e"}
+_COLOURED: Final = {name: coloured(name, symbol) for name, symbol in _SYMBOLS.items()}
+_WORDS: Final = re.compile(r"\\text\{\{(.+?)\}\}")
+
+
+def equation_of(run: RunSettings) -> tuple[tuple[str, ...], str]:
+    """Return the equation of a run, as lines of LaTeX, and its source."""
+    texts = LAW_TEXTS[run.law.law]
+    return ALONE if run.experiment.obstacle == "nothing" else (texts.equation, texts.source)
+
+
+def equation_html(run: RunSettings) -> Markup:
+    """Return the equation of a run with its source, in the visitor's language and its symbols in their colours."""
+    equation, source = equation_of(run)
+    lines = (_WORDS.sub(lambda found: rf"\text{{{{{tr(found[1])}}}}}", line).format(**_COLOURED) for line in equation)
+    drawings = [Markup(formula(line, False, 17.0)) for line in lines]
+    return macros("text/equation.html").equation(drawings, tr(source))

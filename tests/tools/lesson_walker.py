@@ -179,10 +179,10 @@ class Walker:
         if not right and question.choices[answer].why is not None:
             self._on("Show me why")
             self.hands.do("why")
-            until(page, lambda: run.view().showing, "the run that shows why")
+            until(page, lambda: run.walk.view().showing, "the run that shows why")
             self._on("Back to the outcome")
             self.hands.do("next")
-            until(page, lambda: not run.view().showing, "the outcome")
+            until(page, lambda: not run.walk.view().showing, "the outcome")
             self._at(Phase.OBSERVE)
             walked.whys += 1
         if not right:
@@ -234,7 +234,7 @@ class Walker:
         until(self.page, lambda: self.run.walk.done.last is not before, "the attempt", LONG)
 
     def _forecast(self, step: Step, trial: Trial) -> None:
-        for i, (label, number) in enumerate(zip(self.run.view().forecasts, said_by(step, trial), strict=True)):
+        for i, (label, number) in enumerate(zip(self.run.walk.view().forecasts, said_by(step, trial), strict=True)):
             assert number is not None
 
             def known(i: int = i, number: float = number) -> bool:

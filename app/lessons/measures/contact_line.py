@@ -14,7 +14,7 @@ FAR = 1000.0
 """Farther than anything rests [m]."""
 
 
-@quantity("setting", "", "", 3, live=True)
+@quantity("setting", "", "", 3, live=True, settings=True)
 def setting(evidence: Evidence, key: str) -> Value:
     """Return a setting of the run, in SI units; of a choice, its place in the list."""
     value, spec = values(evidence.settings).get(key), specs().get(key)
@@ -26,7 +26,7 @@ def setting(evidence: Evidence, key: str) -> Value:
 @quantity("λ now", "", "", 2, live=True)
 def activation_now(evidence: Evidence) -> Value:
     """Return λ in the newest step."""
-    return float(evidence.column("lambda")[-1]) if evidence.rows else None
+    return float(evidence.column("lambda")[-1])
 
 
 def _before_crossing(evidence: Evidence, ratio: float) -> Row:
@@ -48,7 +48,7 @@ def activation_met(evidence: Evidence, ratio: float) -> Value:
     return float(lam[k]) + part * float(lam[k + 1] - lam[k])
 
 
-@quantity("(dₘ/d)ⁿ at d = {ratio} dₘ", "", "", 3)
+@quantity("(dₘ/d)ⁿ at d = {ratio} dₘ", "", "", 3, settings=True)
 def activation_formula(evidence: Evidence, ratio: float) -> Value:
     """Return (d_m/d)ⁿ at d = `ratio` times d_m, eq. (31)."""
     law = evidence.settings.law
@@ -58,7 +58,7 @@ def activation_formula(evidence: Evidence, ratio: float) -> Value:
 @quantity("u now", "m/s", "m/s", 2, live=True)
 def pull_now(evidence: Evidence) -> Value:
     """Return u in the newest step, how fast the task pulls towards the obstacle [m/s]."""
-    return float(evidence.column("u")[-1]) if evidence.rows else None
+    return float(evidence.column("u")[-1])
 
 
 @quantity("d* now", "m", "mm", 0, live=True, obstacle=True)
@@ -87,13 +87,13 @@ def balance(law: LawSettings, gain: float, inside: float) -> float:
     return float(brentq(rate, d_m, FAR, xtol=1e-12))  # pyright: ignore[reportArgumentType]
 
 
-@quantity("d where λv = (1 − λ)K(d − d_goal)", "m", "mm", 1)
+@quantity("d where λv = (1 − λ)K(d − d_goal)", "m", "mm", 1, settings=True)
 def stand_off_formula(evidence: Evidence, gap: float) -> Value:
     """Return where a hand rests that is drawn straight to a goal at the distance `gap` from the obstacle [m]."""
     return balance(evidence.settings.law, evidence.settings.gain, gap)
 
 
-@quantity("displacement by λv = (1 − λ)K e", "m", "mm", 1)
+@quantity("displacement by λv = (1 − λ)K e", "m", "mm", 1, settings=True)
 def bias_formula(evidence: Evidence, gap: float) -> Value:
     """Return how far from a goal at the distance `gap` from the obstacle a hand rests, if it yields straight [m]."""
     return balance(evidence.settings.law, evidence.settings.gain, gap) - gap
@@ -112,8 +112,6 @@ def euler_number(evidence: Evidence) -> Value:
 
 def _fall(evidence: Evidence) -> Row:
     """Return the row of the fastest fall of d below d_m; None if d_m was never passed."""
-    if not evidence.has_obstacle:
-        return None
     d = evidence.column("law_d")
     below = np.flatnonzero(d[:-1] < evidence.settings.law.critical_distance)
     if not len(below):
@@ -121,16 +119,14 @@ def _fall(evidence: Evidence) -> Row:
     return int(below[np.diff(d)[below].argmin()])
 
 
-@quantity("loss of distance below dₘ", "m/s", "m/s", 3, row=_fall)
+@quantity("loss of distance below dₘ", "m/s", "m/s", 3, obstacle=True, row=_fall)
 def loss_rate(evidence: Evidence) -> Value:
     """Return the fastest fall of d below d_m [m/s]."""
-    row = _fall(evidence)
-    return (
-        None if row is None else float(evidence.column("law_d")[row] - evidence.column("law_d")[row + 1]) / evidence.settings.dt
-    )
+    row, d = _fall(evidence), evidence.column("law_d")
+    return None if row is None else float(d[row] - d[row + 1]) / evidence.settings.dt
 
 
-@quantity("w − v at that moment", "m/s", "m/s", 3, row=_fall)
+@quantity("w − v at that moment", "m/s", "m/s", 3, obstacle=True, row=_fall)
 def loss_formula(evidence: Evidence) -> Value:
     """Return w − v in the step in which d fell fastest below d_m, where λ = 1 [m/s]."""
     row = _fall(evidence)

@@ -109,7 +109,7 @@ def dead_time_number(evidence: Evidence, time: float, dead: float) -> Value:
 
 def joint_errors(evidence: Evidence) -> Array | None:
     """Return |q_d − q| of the arm with the shown task (rows,) [rad]; None if it follows no joints."""
-    if not evidence.rows or np.isnan(evidence.desired[-1]).any():
+    if np.isnan(evidence.desired[-1]).any():
         return None
     return np.linalg.norm(evidence.desired - evidence.positions[:, evidence.arm.joints], axis=1)
 

@@ -12,8 +12,8 @@ from scenes.solo import LAP, circle
 
 
 def hand_errors(evidence: Evidence) -> Array | None:
-    """Return |e| of the hand (rows,) [m]; None if the task is about joints, or nothing was done yet."""
-    if not evidence.rows or evidence.settings.experiment.error_unit != "m²":
+    """Return |e| of the hand (rows,) [m]; None if the task is about joints."""
+    if evidence.settings.experiment.error_unit != "m²":
         return None
     return np.sqrt(evidence.column("e2"))
 
@@ -21,8 +21,6 @@ def hand_errors(evidence: Evidence) -> Array | None:
 @quantity("ways to move while the hand's task is kept", "", "", 0, live=True)
 def null_dimension(evidence: Evidence) -> Value:
     """Return trace (I − J^# J) of the hand's task now, eq. (6): in how many independent ways the joints can move without it."""
-    if not evidence.rows:
-        return None
     J = evidence.kinematics_at(evidence.rows - 1).hand_jacobian(evidence.arm, TASK_DIMENSION[evidence.settings.task])
     if np.linalg.matrix_rank(J, tol=1e-3) < len(J):
         return float(J.shape[1] - np.linalg.matrix_rank(J, tol=1e-3))
@@ -73,8 +71,6 @@ def _elbow_farthest(evidence: Evidence) -> Row:
 @quantity("way between the elbow's farthest places", "m", "mm", 0, row=_elbow_farthest)
 def elbow_travel(evidence: Evidence) -> Value:
     """Return the largest distance between two places where the elbow was [m]."""
-    if not evidence.rows:
-        return None
     places = evidence.along(evidence.elbow)
     return max(float(np.sqrt(((places - place) ** 2).sum(axis=1).max())) for place in places)
 
@@ -92,8 +88,6 @@ def hand_turned(evidence: Evidence) -> Value:
 @quantity("elbow's smallest distance from the mark at {angle}", "m", "mm", 0)
 def mark_miss(evidence: Evidence, angle: float) -> Value:
     """Return how near the elbow came to the mark at an angle about the line from shoulder to wrist [m]."""
-    if not evidence.rows:
-        return None
     (mark,) = mark_places(evidence.room, (angle,))
     return float(np.sqrt(((evidence.along(evidence.elbow) - mark) ** 2).sum(axis=1).min()))
 
@@ -141,7 +135,7 @@ def lap_error(evidence: Evidence) -> Value:
     return None if errors is None or row is None else float(errors[row])
 
 
-@quantity("K dt", "", "", 2, live=True)
+@quantity("K dt", "", "", 2, live=True, settings=True)
 def gain_step(evidence: Evidence) -> Value:
     """Return K dt, the share of the error that a step takes back: above 2 the correction overshoots by more than the error."""
     run = evidence.settings

@@ -49,7 +49,7 @@ def textbook_speed(evidence: Evidence) -> Value:
 @quantity("largest joint speed reached", "rad/s", "rad/s", 2, row=lambda e: int(np.abs(e.velocities).max(axis=1).argmax()))
 def reached_speed(evidence: Evidence) -> Value:
     """Return the largest speed of one joint [rad/s]."""
-    return float(np.abs(evidence.velocities).max()) if evidence.rows else None
+    return float(np.abs(evidence.velocities).max())
 
 
 def _at_top_speed(evidence: Evidence) -> Row:
@@ -59,13 +59,13 @@ def _at_top_speed(evidence: Evidence) -> Row:
 @quantity("largest share of a joint's top speed", "", "%", 0, row=_at_top_speed)
 def speed_share(evidence: Evidence) -> Value:
     """Return the largest |q̇| of a joint over its limit."""
-    return float((np.abs(evidence.velocities) / evidence.speed_limits).max()) if evidence.rows else None
+    return float((np.abs(evidence.velocities) / evidence.speed_limits).max())
 
 
 @quantity("time without authority", "s", "s", 2)
 def time_without_authority(evidence: Evidence) -> Value:
     """Return how long the arm could not do what the law asked for [s]."""
-    return float(np.count_nonzero(evidence.column("authority"))) * evidence.settings.dt if evidence.rows else None
+    return float(np.count_nonzero(evidence.column("authority"))) * evidence.settings.dt
 
 
 SWINGS = 4

@@ -41,24 +41,20 @@ class Quantity:
     """Something that can be measured.
 
     Attributes:
-        name: of the function.
         label: what a person calls it; its parameters may stand in it in braces.
         unit: SI.
         shown: the usual unit for reading.
         digits: after the point, in that unit.
         live: whether it looks at the newest step only, so that it can be shown all the time.
-        about: first line of the docstring.
         function: (evidence, **parameters) → value.
         row: likewise → the row in which it stands; None for what is no single moment's.
     """
 
-    name: str
     label: str
     unit: str
     shown: str
     digits: int
     live: bool
-    about: str
     function: Callable[..., Value]
     row: Callable[..., Row] | None = None
 
@@ -83,6 +79,7 @@ def quantity(
     digits: int,
     live: bool = False,
     obstacle: bool = False,
+    settings: bool = False,
     row: Callable[..., Row] | None = None,
 ) -> Callable[[Callable[..., Value]], Callable[..., Value]]:
     """Make a function of `Evidence` known as something that can be measured.
@@ -90,30 +87,19 @@ def quantity(
     Args:
         label, unit, shown, digits, live, row: see `Quantity`.
         obstacle: whether a run tells it only if there is something to keep clear of.
+        settings: whether the settings alone tell it, even before the first step.
     """
 
     def note(measured: Callable[..., Value]) -> Callable[..., Value]:
         @wraps(measured)
         def function(evidence: Evidence, *given: Any, **parameters: Any) -> Value:
-            return measured(evidence, *given, **parameters) if evidence.has_obstacle or not obstacle else None
+            told = settings or (evidence.has_obstacle if obstacle else evidence.rows > 0)
+            return measured(evidence, *given, **parameters) if told else None
 
-        about = (function.__doc__ or "").strip().splitlines()[0].removeprefix("Return ")
-        QUANTITIES[function.__name__] = Quantity(function.__name__, label, unit, shown, digits, live, about, function, row)
+        QUANTITIES[function.__name__] = Quantity(label, unit, shown, digits, live, function, row)
         return function
 
     return note
-
-
-def checked_parameters(name: str, given: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
-    """Return the parameters of a measurement, checked.
-
-    Raises:
-        BadSetting: there is no such measurement or parameter, one is missing, or a value is not possible.
-    """
-    if name not in QUANTITIES:
-        raise BadSetting(f"There is no measurement {name[:40]!r}; choose from {', '.join(sorted(QUANTITIES))}.")
-    found = QUANTITIES[name]
-    return read_parameters(f"measurement {name}", found.function, found.parameters, given)
 
 
 def read_parameters(
@@ -122,7 +108,7 @@ def read_parameters(
     """Return keyword arguments for a function, checked against its signature: numbers, flags and choices.
 
     Raises:
-        BadSetting: see `checked_parameters`.
+        BadSetting: there is no such parameter, one is missing, or a value is not possible.
     """
     for key in given:
         if key not in wanted:

@@ -11,10 +11,8 @@ LOOKS = 60
 """Moments of a run that are analysed."""
 
 
-def analysed(evidence: Evidence, row: int) -> Analysis | None:
-    """Return section III's quantities in a row; None if there is nothing to avoid."""
-    if not evidence.has_obstacle:
-        return None
+def analysed(evidence: Evidence, row: int) -> Analysis:
+    """Return section III's quantities in a row of a run with something to avoid."""
     run = evidence.settings
     J_d = evidence.lever(row)
     J = None
@@ -23,15 +21,14 @@ def analysed(evidence: Evidence, row: int) -> Analysis | None:
     return analyse(J_d, J, float(evidence.column("lambda")[row]), run.gain, run.gain, damped=True)
 
 
-def _now(evidence: Evidence) -> Analysis | None:
+def _now(evidence: Evidence) -> Analysis:
     return analysed(evidence, evidence.rows - 1)
 
 
-@quantity("smallest eigenvalue of sym M now", "1/s", "1/s", 2, live=True)
+@quantity("smallest eigenvalue of sym M now", "1/s", "1/s", 2, live=True, obstacle=True)
 def eigenvalue_now(evidence: Evidence) -> Value:
     """Return the smallest eigenvalue of (M + Mᵀ)/2 in the newest step [1/s]: the paper's condition asks for more than 0."""
-    found = _now(evidence)
-    return None if found is None else found.smallest_eigenvalue
+    return _now(evidence).smallest_eigenvalue
 
 
 @quantity("smallest eigenvalue of sym M in the run", "1/s", "1/s", 2, obstacle=True)
@@ -41,26 +38,22 @@ def least_eigenvalue(evidence: Evidence, since: float = 0.0) -> Value:
     if not len(rows):
         return None
     chosen = rows[np.unique(np.linspace(0, len(rows) - 1, LOOKS).round().astype(int))]
-    found = [analysed(evidence, int(row)) for row in chosen]
-    return min(one.smallest_eigenvalue for one in found if one is not None)
+    return min(analysed(evidence, int(row)).smallest_eigenvalue for row in chosen)
 
 
-@quantity("rank of both tasks together", "", "", 0, live=True)
+@quantity("rank of both tasks together", "", "", 0, live=True, obstacle=True)
 def rank_now(evidence: Evidence) -> Value:
     """Return rank [J_a; J_b] in the newest step, eqs (14), (15)."""
-    found = _now(evidence)
-    return None if found is None else float(found.rank_stack)
+    return float(_now(evidence).rank_stack)
 
 
-@quantity("1 − λρ², the part of the task that is left", "", "", 2, live=True)
+@quantity("1 − λρ², the part of the task that is left", "", "", 2, live=True, obstacle=True)
 def survival_now(evidence: Evidence) -> Value:
     """Return 1 − λ ρ² in the newest step: how much of the task survives along the line of contact."""
-    found = _now(evidence)
-    return None if found is None else found.survival
+    return _now(evidence).survival
 
 
-@quantity("‖J_a J_b^#‖", "", "", 2, live=True)
+@quantity("‖J_a J_b^#‖", "", "", 2, live=True, obstacle=True)
 def coupling_now(evidence: Evidence) -> Value:
     """Return ‖J_a J_b^#‖ in the newest step, eq. (16): 0 for orthogonal tasks."""
-    found = _now(evidence)
-    return None if found is None else found.coupling
+    return _now(evidence).coupling

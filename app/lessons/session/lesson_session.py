@@ -14,12 +14,10 @@ from app.i18n.speaking import N_
 from app.lessons.bookmark import Phase
 from app.lessons.labels import label_of
 from app.lessons.lesson import LessonBook
-from app.lessons.lesson_list import LessonEntry, lesson_entries
 from app.lessons.open_steps import OpenSteps
 from app.lessons.progress import SavedLesson
 from app.lessons.session import lesson_actions
-from app.lessons.session.step_runner import FurtherRuns, StepRunner, asks_for_custom_law, deviation_from_lesson, with_look
-from app.lessons.step_view import StepView
+from app.lessons.session.step_runner import StepRunner, asks_for_custom_law, deviation_from_lesson, with_look
 from app.lessons.walkthrough import Walkthrough
 from app.runtime.throttled_log import ThrottledLog
 from app.session.session import Session
@@ -56,8 +54,7 @@ class LessonSession:
         self._run_id = self._measured = self._reported_run = -1
         self._taken: float | None = None
         self._errors = ThrottledLog(log)
-        self._runs = FurtherRuns()
-        self._runner = StepRunner(session, self._runs, self.notes)
+        self._runner = StepRunner(session, self.notes)
         self._waiting: lesson_actions.GoOn | lesson_actions.Check | None = None
 
     # ---- in and out --------------------------------------------------------------------------------------------------------
@@ -187,28 +184,21 @@ class LessonSession:
             case lesson_actions.ListLessons():
                 self.listing = bool(self.book.lessons) and not self.listing
                 self.version += 1
-                return
             case lesson_actions.Enter(lesson):
                 self.enter(lesson)
-                return
             case lesson_actions.GoTo() if self.listing and not self.open:
                 self.enter(*self._place(action))
-                return
             case lesson_actions.SayNumber(index, number):
                 self.said.extend([None] * (index + 1 - len(self.said)))
                 self.said[index] = number
-                return
             case lesson_actions.Write(lesson, step, words):
                 self.walk.write(words, lesson, step)
-                return
             case _:
-                pass
-        self.listing = False
-        if not self.open:
-            return
-        self._waiting = None
-        self._guarded(lambda: self._act(action))
-        self._guarded(self._follow)
+                self.listing = False
+                if self.open:
+                    self._waiting = None
+                    self._guarded(lambda: self._act(action))
+                    self._guarded(self._follow)
 
     def _guarded(self, what: Callable[[], None]) -> None:
         try:
@@ -221,7 +211,7 @@ class LessonSession:
 
     def _act(self, action: lesson_actions.LessonAction) -> None:
         walk, session = self.walk, self._session
-        if isinstance(action, lesson_actions.GoOn | lesson_actions.Check) and not self._runs.ready:
+        if isinstance(action, lesson_actions.GoOn | lesson_actions.Check) and not self._runner.further.ready:
             self._waiting = action
             return
         shown_beside = walk.showing and "teacher" not in session.halt
@@ -252,12 +242,9 @@ class LessonSession:
                 self._run_again()
             case lesson_actions.StartOrPause():
                 self._run()
-            case lesson_actions.ShowWhy():
-                if walk.show_why():
-                    self._begin()
-                    session.halt.go_on()
-            case lesson_actions.RunDrawing():
-                if walk.show_curve():
+            case lesson_actions.ShowWhy() | lesson_actions.RunDrawing():
+                shown = walk.show_why() if isinstance(action, lesson_actions.ShowWhy) else walk.show_curve()
+                if shown:
                     self._begin()
                     session.halt.go_on()
             case lesson_actions.ShowHint():
@@ -282,7 +269,7 @@ class LessonSession:
     def _place(self, wanted: lesson_actions.GoTo) -> tuple[int, int]:
         """Return the lesson and the step, both from 0."""
         lesson = self.book.lessons.index(self.walk.lesson) if wanted.lesson is None else wanted.lesson
-        return lesson, self.entries()[lesson].step if wanted.step is None else wanted.step
+        return lesson, tuple(self.walk.entries())[lesson].step if wanted.step is None else wanted.step
 
     def _fast_forwards(self) -> bool:
         """Fast-forward the run to its end; return whether that is possible. Otherwise the reference run gives the outcome."""
@@ -361,7 +348,7 @@ class LessonSession:
             self._taken = simulation.time
         if self._runner.advance_law_tests(walk):
             self.version += 1
-        if self._waiting is not None and self._runs.ready:
+        if self._waiting is not None and self._runner.further.ready:
             self.act(self._waiting)
             return
         if walk.run_id == self._measured or simulation.steps == 0 or not walk.finished(simulation) or self._push_goes_on():
@@ -373,7 +360,7 @@ class LessonSession:
             self._measured = walk.run_id
             self._show_moment()
             return
-        if not self._runs.ready:
+        if not self._runner.further.ready:
             return
         self._measured = walk.run_id
         if walk.phase is not Phase.CHALLENGE or walk.showing:
@@ -432,20 +419,12 @@ class LessonSession:
 
     # ---- what is shown -----------------------------------------------------------------------------------------------------
 
-    def entries(self, book: LessonBook | None = None) -> tuple[LessonEntry, ...]:
-        """Return the list of lessons. `book`: see `view`."""
-        return tuple(lesson_entries(self.walk, book))
-
     def translate(self, book: LessonBook) -> None:
         """Go on with the same lessons in another language."""
         self.book = book
         if self._walk is not None:
             self._walk.translate(book)
         self.version += 1
-
-    def view(self, book: LessonBook | None = None) -> StepView:
-        """Return everything that is to be shown of the present step. `book`: the lessons in the reader's language; None for these."""
-        return self.walk.view(book)
 
     @property
     def own_tests(self) -> ExaminationProgress | None:
@@ -465,7 +444,11 @@ class LessonSession:
         return law.problem, law.away
 
     def live(self, simulation: Simulation, book: LessonBook | None = None) -> tuple[tuple[str, str], ...]:
-        """Return label and value of the step's numbers, as they are at the moment of the run that is shown. `book`: see `view`."""
+        """Return label and value of the step's numbers, as they are at the moment of the run that is shown.
+
+        Args:
+            book: the lessons in the reader's language; None for these.
+        """
         language = self.walk.in_book(book).lesson.language
         try:
             return tuple((label_of(m, language), words_of(language)(m.text(value))) for m, value in self.walk.live(simulation))

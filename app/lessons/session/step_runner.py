@@ -8,12 +8,11 @@ from dataclasses import replace
 from typing import Final
 
 from app.i18n.speaking import N_
-from app.lessons.attempts import attempt_of
 from app.lessons.bookmark import Phase
 from app.lessons.lesson import Setup, Step
 from app.lessons.outcomes import reference
-from app.lessons.reference_runs import begin_reference_run as begin_run
-from app.lessons.reference_runs import measured, person_of, wanted
+from app.lessons.reference_runs import begin_reference_run, measured, person_of
+from app.lessons.room_places import start_positions
 from app.lessons.runs import LONGEST
 from app.lessons.walkthrough import Walkthrough
 from app.session.session import Session
@@ -71,7 +70,8 @@ def _make_runs(step: Step, why: Setup | None) -> None:
             reference(step, step.setup)
         if step.challenge is not None:
             for forecast in step.challenge.forecasts:
-                measured(step.challenge.setup.with_changes(forecast.changes), wanted((forecast.measurement,)))
+                m = forecast.measurement
+                measured(step.challenge.setup.with_changes(forecast.changes), m.name, m.parameters)
     except Exception:
         log.exception("the runs that a step compares with could not be made")
 
@@ -83,52 +83,10 @@ def with_look(settings: Settings, session: Session) -> Settings:
     return replace(settings, page=replace(look.of(settings.page), gizmo=page.gizmo))
 
 
-def apply_settings(session: Session, settings: Settings) -> str:
-    """Apply settings one by one, in whatever order they are possible; return the last refusal, "" if all were applied."""
-    problem = ""
-    for _ in range(3):
-        problem = ""
-        for key, value in values(settings).items():
-            if values(session.settings)[key] != value:
-                try:
-                    session.change(key, value)
-                except BadSetting as error:
-                    problem = str(error)
-        if not problem:
-            break
-    return problem
-
-
 def asks_for_custom_law(walk: Walkthrough) -> bool:
     """Return whether it is the turn of the visitor's custom law: everything else in the lessons is about the settings' law."""
     challenge = walk.step.challenge
     return walk.phase is Phase.CHALLENGE and challenge is not None and challenge.custom_law
-
-
-def begin_step_run(session: Session, walk: Walkthrough) -> None:
-    """Begin the present run of a walkthrough in a session that has its settings: from its start, with its target source."""
-    session.let_custom_law_run(asks_for_custom_law(walk))
-    session.reset()
-    start = walk.start(session.simulation)
-    if start is not None:
-        session.simulation.reset(start)
-        if session.ghost is not None:
-            session.ghost.reset(start)
-    session.on_grid = walk.pushes
-    if walk.yours:
-        session.set_source(None)
-        session.change("autopilot", False)
-    else:
-        session.set_source(walk.target_source(session.simulation))
-    if walk.showing:
-        asked = walk.step.setup
-        beside = Simulation(asked.run)
-        begin_run(beside, asked)
-        session.show_beside(beside, person_of(beside, asked, walk.kept))
-    # A hand that is the visitor's answers at once; anything else waits for Run.
-    session.looks_up_at = 0.0 if walk.yours else walk.setup.seconds
-    session.halt.go_on()
-    session.halt.set("lesson", walk.locked or not walk.yours)
 
 
 def deviation_from_lesson(session: Session, walk: Walkthrough) -> tuple[str, str] | None:
@@ -145,27 +103,60 @@ class StepRunner:
     """Begins and measures the run of a step; belongs to the session's thread.
 
     Args:
-        further: the further runs that it is compared with.
         notes: takes title and text of notices for the visitor.
 
     Attributes:
+        further: the further runs that it is compared with.
         seen: (lesson, step) → the run in which the visitor saw what came of it.
     """
 
-    def __init__(self, session: Session, further: FurtherRuns, notes: deque[tuple[str, str]]) -> None:
-        self._session, self._further, self._notes = session, further, notes
+    def __init__(self, session: Session, notes: deque[tuple[str, str]]) -> None:
+        self._session, self._notes = session, notes
+        self.further = FurtherRuns()
         self.seen: dict[tuple[str, str], Recorded] = {}
 
     def begin(self, walk: Walkthrough, own_settings: bool = False) -> None:
-        """Begin the present run. `own_settings`: with the visitor's, not with those of the step."""
-        self._further.prepare(walk.lesson.id, walk.step, walk.setup if walk.showing else None)
+        """Begin the present run, from its start and with its target source. `own_settings`: with the visitor's, not the step's."""
+        session = self._session
+        self.further.prepare(walk.lesson.id, walk.step, walk.setup if walk.showing else None)
         if not own_settings:
-            self.apply(walk.settings(with_look(Settings(), self._session)))
-        begin_step_run(self._session, walk)
+            self.apply(walk.settings(with_look(Settings(), session)))
+        session.let_custom_law_run(asks_for_custom_law(walk))
+        session.reset()
+        start = start_positions(session.simulation.room, walk.setup.start)
+        if start is not None:
+            session.simulation.reset(start)
+            if session.ghost is not None:
+                session.ghost.reset(start)
+        session.on_grid = walk.pushes
+        if walk.yours:
+            session.set_source(None)
+            session.change("autopilot", False)
+        else:
+            session.set_source(walk.target_source(session.simulation))
+        if walk.showing:
+            asked = walk.step.setup
+            beside = Simulation(asked.run)
+            begin_reference_run(beside, asked)
+            session.show_beside(beside, person_of(beside, asked, walk.kept))
+        # A hand that is the visitor's answers at once; anything else waits for Run.
+        session.looks_up_at = 0.0 if walk.yours else walk.setup.seconds
+        session.halt.go_on()
+        session.halt.set("lesson", walk.locked or not walk.yours)
 
     def apply(self, settings: Settings) -> None:
-        """Apply settings; a notice names the one that is not possible."""
-        problem = apply_settings(self._session, settings)
+        """Apply settings one by one, in whatever order they are possible; a notice says the last refusal, if some are not."""
+        problem = ""
+        for _ in range(3):
+            problem = ""
+            for key, value in values(settings).items():
+                if values(self._session.settings)[key] != value:
+                    try:
+                        self._session.change(key, value)
+                    except BadSetting as error:
+                        problem = str(error)
+            if not problem:
+                break
         if problem:
             self._notes.append(("A setting of the lesson is not possible here", problem))
 
@@ -205,5 +196,5 @@ class StepRunner:
         if examination is None or not examination.advance():
             return False
         if examination.progress.finished:
-            walk.attempt_custom_law(attempt_of(examination.progress.verdicts).judgements)
+            walk.attempt_custom_law(examination.progress.verdicts)
         return True

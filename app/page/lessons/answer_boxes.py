@@ -173,6 +173,6 @@ class ReasonBox:
             self._boxes[place] = self._make(*place)
         for other, box in self._boxes.items():
             box.visible = asking and other == place
-        if asking and self._written.get(place, "") != view.because:
+        if asking and self._written.get(place, "") != view.done.because:
             # A reload or a reset has changed it, not the student's typing.
-            self._written[place] = self._boxes[place].value = view.because
+            self._written[place] = self._boxes[place].value = view.done.because

@@ -217,7 +217,7 @@ class LessonControls:
             self._shown = state
             self._arrange_list(self._list)
             if not run.listing:
-                view = run.view()
+                view = run.walk.view()
                 self._arrange(view, paused, over)
                 self._reason.show(view)
                 changed = view.contrast.keys if view.contrast is not None else ()
@@ -237,7 +237,7 @@ class LessonControls:
         if run.listing:
             self._steps.show(visible=False)
             self._nav.show(visible=False)
-            view = run.view()
+            view = run.walk.view()
             self._reason.show(None)
             self._flash.content = ""
             self._forecasts.show(view, None)
@@ -247,11 +247,11 @@ class LessonControls:
                 other.visible = False
 
     def _arrange(self, view: StepView, paused: bool, over: bool) -> None:
-        self._steps.show(view.index, tuple(range(min(view.count, MOST_STEPS))))
+        self._steps.show(view.index, tuple(range(min(len(view.lesson.steps), MOST_STEPS))))
         asking = view.phase in (Phase.PREDICT, Phase.DO)
         for i, button in enumerate(self._choices):
             if asking and i < len(view.choices):
-                chosen = i == view.chosen
+                chosen = i == view.done.choice
                 _offer(button, True, choice_label(i + 1, view.choices[i], chosen), "blue" if chosen else "gray")
             else:
                 button.visible = False
@@ -290,7 +290,7 @@ class LessonControls:
         counted = self._run.walk.pushes and self._run.over
         _offer(self._check, there and not counted, label, None if to_check else "gray", disabled=running)
         label = tr("Hint {number} of {count}", number=len(view.hints) + 1, count=len(view.step.hints))
-        _offer(self._hint, challenge is not None and view.more_hints, label, "gray")
+        _offer(self._hint, challenge is not None and len(view.hints) < len(view.step.hints), label, "gray")
 
     def _arrange_settings(self, keys: tuple[str, ...]) -> None:
         """Offer the controls of these settings in the lesson's own panel."""
@@ -332,4 +332,4 @@ def next_label(view: StepView) -> str:
         if view.phase is Phase.DO and not view.yours:
             return tr("Skip the run")
         return tr(NEXT[view.phases[place + 1].value])
-    return tr("Next step") if view.index + 1 < view.count else tr("Next lesson")
+    return tr("Next step") if view.index + 1 < len(view.lesson.steps) else tr("Next lesson")

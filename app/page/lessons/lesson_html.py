@@ -11,8 +11,7 @@ from app.i18n.speaking import tr
 from app.lessons.bookmark import Phase
 from app.lessons.curve_drawing import DrawingVerdict, drawing_svg
 from app.lessons.labels import sentence
-from app.lessons.lesson_list import LessonEntry
-from app.lessons.step_view import StepView
+from app.lessons.step_view import LessonEntry, StepView
 from app.page.lessons.duel import duel_html
 from app.page.lessons.search_plot import search_plot
 from app.text.lesson_text import lesson_html, plain
@@ -73,7 +72,7 @@ def blocks_html(view: StepView, live: tuple[tuple[str, str], ...], computing: bo
 def _verdict_html(view: StepView, computing: bool) -> Markup:
     """Return the answer beside what was measured, and the reason; while the run goes on, what was predicted."""
     made, curves = macros(_TEMPLATE), view.drawing
-    chosen = None if view.chosen is None else view.choices[view.chosen]
+    chosen = None if view.done.choice is None else view.choices[view.done.choice]
     if computing:
         return made.measuring()
     if view.phase in (Phase.PREDICT, Phase.DO):
@@ -91,7 +90,7 @@ def _verdict_html(view: StepView, computing: bool) -> Markup:
     near = drawing_verdict_html(None if curves is None else curves.verdict)
     if view.verdict is not None:
         lines = view.verdict.lines
-        return figure + made.card(view.verdict, near, tr("You said"), chosen or "", lines, reply, view.because)
+        return figure + made.card(view.verdict, near, tr("You said"), chosen or "", lines, reply, view.done.because)
     return figure + made.measured(near, view.outcome) if view.outcome else _NOTHING
 
 
@@ -110,18 +109,18 @@ def drawing_verdict_html(verdict: DrawingVerdict | None) -> Markup:
 
 def attempt_html(view: StepView) -> Markup:
     """Return how the newest attempt at the challenge went: every inequality, the missed ones first."""
-    made, attempt, challenge = macros(_TEMPLATE), view.attempt, view.step.challenge
+    made, attempt, challenge = macros(_TEMPLATE), view.done.last, view.step.challenge
     if view.phase is not Phase.CHALLENGE:
         return _NOTHING
     if attempt is None:
-        return made.passed_before() if view.passed else _NOTHING
+        return made.passed_before() if view.done.passed else _NOTHING
     judgements = [
         (j.passed, sentence(tr(j.text)))
         for j in sorted(attempt.judgements, key=lambda j: j.passed)
         # The note says already why these have nothing to tell.
         if not attempt.note or j.passed or j.value is not None
     ]
-    card = duel_html(view) + made.attempt(attempt, view.attempts, judgements, view.stale)
+    card = duel_html(view) + made.attempt(attempt, view.done.attempts, judgements, view.stale)
     if challenge is None or not challenge.search:
         return card
     return card + search_plot(challenge, view.tries, view.lesson.language) if view.tries else card

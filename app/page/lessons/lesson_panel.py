@@ -123,12 +123,12 @@ class LessonPanel:
     def _list(self) -> dict[str, Markup]:
         self._style.content = self._sheet() + panel_style(self._widen(False))
         self._fold(True)
-        made = lesson_list_html(self._run.entries(self._book), self.openers)
+        made = lesson_list_html(self._run.walk.entries(self._book), self.openers)
         return {"list": element("div", "", made, class_="duet duet-lesson duet-l-list")}
 
     def _step(self, frame: Frame) -> dict[str, Markup]:
         run = self._run
-        view = run.view(self._book)
+        view = run.walk.view(self._book)
         self.contrast = view.contrast
         simulation = (frame if frame.of_live else frame.live).simulation
         numbers = run.live(simulation, self._book) if view.phase is not Phase.PREDICT else ()
@@ -136,7 +136,7 @@ class LessonPanel:
         self._fold(view.phase is not Phase.CHALLENGE)
         blocks = blocks_html(view, numbers, run.computing, self._operated)
         if run.own_tests is not None:
-            blocks["attempt"] = law_html(run.own_tests, *run.custom_law_state, view.passed, self.edits)
+            blocks["attempt"] = law_html(run.own_tests, *run.custom_law_state, view.done.passed, self.edits)
         over = view.step.at_lever and view.phase is not Phase.DO
         ghost = frame.live.settings.page.ghost
         # The student may have chosen another ghost meanwhile, or none.

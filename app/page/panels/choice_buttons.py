@@ -5,7 +5,7 @@ from typing import Final
 
 import viser
 
-from app.i18n.speaking import tr, tr_all
+from app.i18n.speaking import tr
 
 MARK: Final = "● "
 """Stands before the present choice: a cue that is no colour."""
@@ -31,7 +31,7 @@ class ChoiceButtons:
         chosen: Callable[[int], None],
         order: float | None = None,
     ) -> None:
-        said = self._labels = tr_all(labels)
+        said = self._labels = tuple(tr(label) for label in labels)
         self._shown: tuple[object, ...] = ()
         self._buttons = gui.add_button_group(tr(label), said, hint=tr(hint), order=order)
 

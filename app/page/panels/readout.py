@@ -14,8 +14,8 @@ from app.session.clock import Pace
 from app.session.elbow_swivel import Swivel
 from app.session.frame import Frame, Shown
 from app.session.student_law import LawStatus
-from app.text.equations import equation_html
 from app.text.experiment_texts import EXPERIMENT_TEXTS
+from app.text.law_texts import equation_html
 from app.text.templates import element, macros
 from controllers.kinematics import DAMPING, null_space_projector
 from controllers.limits import Authority

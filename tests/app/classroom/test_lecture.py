@@ -10,7 +10,8 @@ import pytest
 
 from app.bench.headless_client import Mirror
 from app.classroom.teacher_panel import COMMANDS
-from app.lessons.loading import load_lessons, load_notes
+from app.lessons.library import notes_of
+from app.lessons.loading import load_lessons
 from app.lessons.session.lesson_actions import Choose, GoOn, GoTo
 from app.page.panels.choice_buttons import MARK
 from app.start import App
@@ -22,7 +23,8 @@ from tests.app.page.helpers import bodies, buttons, click, open_lessons, shown
 from tests.app.web.conftest import ended
 from tests.blocking_client import BlockingClient
 
-BOOK, NOTES = load_lessons(), load_notes()
+BOOK = load_lessons()
+NOTES = notes_of(BOOK)
 
 
 @pytest.fixture(autouse=True)

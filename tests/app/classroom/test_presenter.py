@@ -185,7 +185,7 @@ def test_the_timer_runs_down_forces_nothing_and_ends_with_the_question(stage: St
 
 
 def screen(stage: Stage, poll: Poll | None, station: Station, left: int | None = None) -> str:
-    return screen_html(station, stage.lessons.view(), poll, left, ())
+    return screen_html(station, stage.lessons.walk.view(), poll, left, ())
 
 
 def test_before_the_reveal_the_screen_says_only_how_many(stage: Stage) -> None:
@@ -240,7 +240,9 @@ def test_what_a_class_or_a_lesson_says_is_never_markup(stage: Stage) -> None:
     assert poll is not None
     evil = "<img src=x onerror=alert(1)>"
     bad = replace(poll, choices=(evil,) * 4, outcome=(evil,), revealed=True)
-    view = replace(stage.lessons.view(), texts=tuple((name, evil) for name in ("goal", "predict", "do", "observe", "explain")))
+    view = replace(
+        stage.lessons.walk.view(), texts=tuple((name, evil) for name in ("goal", "predict", "do", "observe", "explain"))
+    )
     view = replace(view, outcome=(evil,), step=replace(view.step, title=evil))
     for station in Station:
         for one in (bad, None):
@@ -270,7 +272,7 @@ def test_reasons_are_taken_after_the_vote_and_shown_as_picked(stage: Stage) -> N
     stage.control.post("quote", "3, 1, 2, 77, no")
     stage.frame()
     assert stage.presenter.quotes == (reasons[3][1], "second thoughts")
-    made = screen_html(Station.QUESTION, stage.lessons.view(), stage.control.poll(), None, (), stage.presenter.quotes)
+    made = screen_html(Station.QUESTION, stage.lessons.walk.view(), stage.control.poll(), None, (), stage.presenter.quotes)
     assert "second thoughts" in made and "<img" not in made and "&lt;img" in made and "student" not in made
     # What is shown is what was picked, whatever its author writes then; after the reveal nothing is taken.
     classroom.give_reason(walk, "student 0", question, "something rude")
@@ -300,7 +302,7 @@ def test_a_tie_is_compared_with_both(stage: Stage) -> None:
     cards = tied_html(poll).partition("</style>")[2]
     assert cards.count("The class said") == 2 and cards.count("card wrong") == cards.count("card right") == 1
     # The run that shows why the first one is wrong is about that one alone.
-    if stage.lessons.view().why:
+    if stage.lessons.walk.view().why:
         stage.lessons.act(ShowWhy())
         stage.frame()
         poll = stage.control.poll()

@@ -26,8 +26,7 @@ from app.page.panels.hotkeys import CLICKER_KEYS, LESSON_KEYS, hotkeys
 from app.plots.plot_choice import CHARTS
 from app.plots.time_plots import TIME_PLOTS
 from app.settings import LANGUAGES, TRANSLATIONS, Settings
-from app.text.equations import ALONE
-from app.text.law_texts import LAW_TEXTS
+from app.text.law_texts import ALONE, LAW_TEXTS
 from scenes.laws import LAWS
 from scenes.settings import specs
 

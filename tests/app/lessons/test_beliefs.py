@@ -62,7 +62,7 @@ def test_ten_questions_with_a_belief_each_in_every_language_and_every_path_goes_
 def jacobians(step: str) -> tuple[Array, Array]:
     """Jacobian of the hand (6, 7) and row of the distance (7,) at the end of a step's run."""
     evidence = Evidence(simulated(next(one for one in FIRST.steps if one.id == step).setup))
-    row = evidence.proximity_at(evidence.rows - 1).row[evidence.arm.joints] if step != "null_space" else np.zeros(7)
+    row = evidence.lever(evidence.rows - 1) if step != "null_space" else np.zeros(7)
     # Away from the symmetric posture of the start.
     evidence.kinematics.update(evidence.positions[-1] + np.linspace(0.1, 0.4, evidence.positions.shape[1]))
     return evidence.kinematics.hand_jacobian(evidence.arm).copy(), row.copy()
@@ -141,7 +141,7 @@ def test_a_session_without_a_run_goes_on_by_button_and_by_key() -> None:
     session = Session(Settings())
     run = LessonSession(session, BOOK)
     run.enter("beliefs" + LAST, 9)
-    run._runs.wait(60.0)
+    run._runner.further.wait(60.0)
     for key in (do.StartOrPause(), do.GoOn()):
         run.act(key)
         assert run.walk.phase is Phase.PREDICT and session.paused

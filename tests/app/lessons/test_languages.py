@@ -7,10 +7,11 @@ from dataclasses import replace
 import pytest
 
 from app.classroom.classroom import Classroom
+from app.custom_law.trials import verdict_on
 from app.export.lab_report import Done, lab_bytes
 from app.i18n.catalogue import FOLDER, read_texts
 from app.i18n.speaking import set_language, tr
-from app.lessons.attempts import examine_built_in, stand_in
+from app.lessons.attempts import StandIn, attempt_of
 from app.lessons.bookmark import Phase, phases_of
 from app.lessons.evidence import Evidence
 from app.lessons.labels import label_of, sentence
@@ -21,7 +22,7 @@ from app.lessons.reference_runs import simulated
 from app.lessons.step_view import StepPosition, StepView, make_view
 from app.lessons.walkthrough import Walkthrough
 from app.settings import TRANSLATIONS, Language
-from scenes.settings import RunSettings, values
+from scenes.settings import LawSettings, RunSettings, values
 from tests.app.i18n.messages import NAMES
 from tests.app.lessons.helpers import our_book, to_challenge
 
@@ -49,7 +50,8 @@ def attempts(step: Step) -> Iterator[Attempt]:
     if challenge is None:
         return
     if challenge.custom_law:
-        yield examine_built_in(stand_in("unprotected"), only=("leaves the task alone", "gets out"))
+        law = StandIn(LawSettings(law="unprotected").made())
+        yield attempt_of([verdict_on(law, test) for test in ("leaves the task alone", "gets out")])
     for missed in (None, -1e-3, 1e-3, 0.0):
         judgements = []
         for c in challenge.criteria:
@@ -113,7 +115,7 @@ def test_what_was_said_to_an_attempt_changes_its_language_after_a_reload(languag
     simulation = simulated(replace(walk.setup, seconds=0.1))
     assert walk.attempt(simulation) is not None
     again = Walkthrough(our_book(language), walk.to_json())
-    attempt, before = again.view().attempt, walk.view().attempt
+    attempt, before = again.done.last, walk.done.last
     assert attempt is not None and attempt == before
     set_language(language)
     for said in (attempt.note, *(judgement.text for judgement in attempt.judgements)):

@@ -58,9 +58,11 @@ class Student:
         self.run_out()
 
     def run_out(self) -> None:
-        self.run._runs.wait(60.0)
+        self.run._runner.further.wait(60.0)
         session, run = self.session, self.run
-        self.frames_until(lambda: session.paused and not run.computing and (run._runs.ready or session.simulation.steps == 0))
+        self.frames_until(
+            lambda: session.paused and not run.computing and (run._runner.further.ready or session.simulation.steps == 0)
+        )
         self.run.decide()
 
     def to_challenge(self) -> None:
@@ -129,12 +131,12 @@ def test_the_outcome_is_measured_in_this_run_and_a_wrong_choice_gets_its_own() -
     run = one.run
     run.act(do.Choose(1))
     one.finish()
-    verdict, outcome = run.view().verdict, run.walk.done.outcome
+    verdict, outcome = run.walk.view().verdict, run.walk.done.outcome
     assert run.walk.phase is Phase.OBSERVE and verdict is not None and not verdict.right and one.session.paused
     assert outcome is not None and not outcome.reference
     run.act(do.ShowWhy())
-    assert run.view().showing and one.session.simulation.steps == 0
-    contrast = run.view().contrast
+    assert run.walk.view().showing and one.session.simulation.steps == 0
+    contrast = run.walk.view().contrast
     assert contrast is not None and contrast.headline == "Here you would be right: task = Hold pose"
     assert (
         contrast.keys == ("task",)
@@ -143,14 +145,14 @@ def test_the_outcome_is_measured_in_this_run_and_a_wrong_choice_gets_its_own() -
     )
     assert not one.session.paused, "it runs without a second click"
     one.run_out()
-    assert run.view().why_outcome
+    assert run.walk.view().why_outcome
     other, asked = one.session.ghost, run.walk.step.setup
     assert other is not None and other.settings == asked.run and other.time == pytest.approx(one.session.simulation.time)
     assert_array_equal(other.history.table()[:, COLUMN["t"]], one.session.simulation.history.table()[:, COLUMN["t"]])
     alone, count = simulated(asked).history, simulated(asked).steps
     assert_array_equal(other.history.table()[:count], alone.table(), "the step's own run, with its own inputs")
     run.act(do.GoOn())
-    assert not run.view().showing and one.session.ghost is None
+    assert not run.walk.view().showing and one.session.ghost is None
     # The question's run is made again at once, to its end, so that it stands in the plots.
     while not one.session.paused:
         one.frame(0.0)
@@ -166,7 +168,7 @@ def test_the_plot_counts_the_changes_that_the_outcome_counts() -> None:
     # Frames that do not come out even at the end of the run.
     one.frames_until(lambda: session.simulation.steps > 0 and session.paused, 0.047)
     assert session.simulation.time == pytest.approx(run.walk.setup.seconds, abs=1e-6)
-    run._runs.wait(60.0)
+    run._runner.further.wait(60.0)
     run.decide()
     assert run.walk.done.outcome is not None
     (measured,) = run.walk.done.outcome.known(run.walk.step)["switches"]
@@ -184,7 +186,7 @@ def test_a_run_that_is_skipped_is_still_measured_where_it_can_go_on(halted: bool
     one = Student()
     session, run = one.session, one.run
     run.act(do.Choose(1))
-    run._runs.wait(60.0)
+    run._runner.further.wait(60.0)
     if halted:
         session.halt.set("teacher")
     run.act(do.GoOn())
@@ -240,22 +242,22 @@ def test_a_challenge_says_what_failed_and_is_tried_again_with_the_students_own_s
     for _ in range(40):
         one.frame()
     run.act(do.Check())
-    attempt = run.view().attempt
+    attempt = run.walk.done.last
     assert attempt is not None and not attempt.passed and attempt.failed
     assert any("must be" in j.text for j in attempt.judgements)
     run.act(do.ShowHint())
-    assert len(run.view().hints) == 1
+    assert len(run.walk.view().hints) == 1
     session.change("k", 5.0)
     session.change("dt", 0.005)
     one.swing()
     run.act(do.Check())
-    attempt = run.view().attempt
+    attempt = run.walk.done.last
     assert attempt is not None and not attempt.passed and attempt.note, "settings changed in the middle of the run"
     run.act(do.RunAgain())
     assert session.simulation.steps == 0 and session.settings.run.gain == 5.0 and not session.paused
     one.swing()
     run.act(do.Check())
-    assert run.walk.done.passed, run.view().attempt
+    assert run.walk.done.passed, run.walk.done.last
     run.act(do.ResetStep())
     run.act(do.GoOn())
     assert session.settings.run.gain == run.walk.setup.run.gain != 5.0
@@ -280,7 +282,7 @@ fails = ["near"]
     run.enter(0, 0)
     to_challenge(run.walk)
     run.act(do.SayNumber(0, 1.0))
-    run._runs.wait(60.0)
+    run._runner.further.wait(60.0)
     run.act(do.Check())
     said = run.walk.done.last
     assert said is not None and said.judgements[0].value is not None and "you said 1.0 mm" in said.judgements[0].text
@@ -333,9 +335,9 @@ def test_of_five_pushes_the_nearest_is_kept_and_is_in_its_link_to_the_last_bit()
     assert_array_equal(rerun(again).table, table)
     margin = float(table[:, COLUMN["d"]].min()) - 0.15
     assert tries[1].measured == margin
-    said = attempt_html(run.view())
+    said = attempt_html(run.walk.view())
     assert f"You came to {1000 * margin:.1f} mm above dₘ." in said and said.count("mm above dₘ") == 6
-    assert "broke through by 3.2 mm" in duel_html(replace(run.view(), tries=(Try(0.4, -0.0032, True),)))
+    assert "broke through by 3.2 mm" in duel_html(replace(run.walk.view(), tries=(Try(0.4, -0.0032, True),)))
     # It outlives the process.
     saved = run.saved()
     assert saved is not None
@@ -442,7 +444,7 @@ def test_whatever_is_done_there_is_a_way_on_and_a_fresh_start(seed: int, caplog:
     for _ in range(20):
         if run.walk.locked:
             run.act(do.Choose(0))
-        run._runs.wait(60.0)
+        run._runner.further.wait(60.0)
         run.act(do.GoOn())
         student.frame(0.03)
     assert run.walk.step is not here or (last and run.walk.phase is run.walk.phases[-1]), "next gets on"
@@ -454,7 +456,7 @@ def test_whatever_is_done_there_is_a_way_on_and_a_fresh_start(seed: int, caplog:
     assert run.walk.phase is Phase.DO
     student.session.change("speed", 2.0)
     student.session.halt.go_on()
-    run._runs.wait(60.0)
+    run._runner.further.wait(60.0)
     student.frames_until(lambda: run.walk.phase is not Phase.DO or run.walk.yours, 0.1)
     assert not [record for record in caplog.records if record.exc_info], caplog.text
 
@@ -464,7 +466,7 @@ def test_the_list_opens_lessons_and_knows_what_is_finished() -> None:
     run = LessonSession(session, BOOK)
     run.act(do.ListLessons())
     assert run.listing and not run.open
-    assert not any(entry.here or any(entry.finished) or entry.step for entry in run.entries())
+    assert not any(entry.here or any(entry.finished) or entry.step for entry in run.walk.entries())
     run.act(do.ListLessons())
     assert not run.listing
     run.act(do.GoTo(1, 0))
@@ -479,22 +481,22 @@ def test_the_list_opens_lessons_and_knows_what_is_finished() -> None:
     student.finish()
     run.act(do.GoOn())
     run.act(do.GoTo(1, 1))
-    entry = run.entries()[1]
+    entry = tuple(run.walk.entries())[1]
     assert entry.here and entry.finished == (True, False, False) and entry.step == 1
-    assert [one.here for one in run.entries()].count(True) == 1
+    assert [one.here for one in run.walk.entries()].count(True) == 1
     run.act(do.GoTo(0, 0))
     # Where the student is not any more, the first step that is open comes next.
-    assert run.entries()[1].step == 1 and not run.entries()[1].here
+    assert tuple(run.walk.entries())[1].step == 1 and not tuple(run.walk.entries())[1].here
 
 
 def test_what_was_learned_is_said_at_the_end_of_a_lesson() -> None:
     student = Student(2, 2)
     run = student.run
-    assert not run.view().lesson_finished
+    assert not run.walk.view().lesson_finished
     student.to_challenge()
-    assert not run.view().lesson_finished, "the challenge is not passed yet"
+    assert not run.walk.view().lesson_finished, "the challenge is not passed yet"
     run.walk.done.passed = True
-    view = run.view()
+    view = run.walk.view()
     assert view.lesson_finished and BOOK.lessons[2].learned and "q" in learned_html(view)
     run.act(do.GoTo(2, 0))
-    assert not run.view().lesson_finished and learned_html(run.view()) == ""
+    assert not run.walk.view().lesson_finished and learned_html(run.walk.view()) == ""

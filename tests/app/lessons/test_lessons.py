@@ -46,7 +46,7 @@ def values(lesson: str, step: str, id: str) -> tuple[float, ...]:
 
 
 def value_with(setup: Setup, name: str, **changes: object) -> Value:
-    return measured(setup.with_changes(tuple(changes.items())), ((name, ()),))[0]
+    return measured(setup.with_changes(tuple(changes.items())), name)
 
 
 @pytest.mark.parametrize("lesson", LESSONS, ids=lambda lesson: lesson.id)

@@ -11,8 +11,8 @@ import pytest
 from app.cli.main import main
 from app.export.handout_html import handout_html
 from app.lessons.lesson import LAST, LessonBook
-from app.lessons.library import Library
-from app.lessons.loading import in_language, load_lessons, load_notes
+from app.lessons.library import Library, notes_of
+from app.lessons.loading import in_language, load_lessons
 from app.lessons.reference_runs import simulated
 from app.lessons.session.lesson_session import LessonSession
 from app.page.panels.teachers_tab import NotesView
@@ -92,7 +92,9 @@ def test_a_teacher_finds_the_notes_to_what_a_playlist_shows(tmp_path: Path) -> N
     playlist = write(tmp_path / "week.toml", 'lessons = ["lambda#tail", "drift", "lambda"]')
     library = Library(tmp_path / "theirs", playlist, with_notes=True)
     assert ids(library.book) == ["lambda", "drift", "lambda_2"]
-    assert library.notes == dict.fromkeys(("lambda", "lambda_2"), load_notes()["lambda"]), "a lesson of theirs has none of ours"
+    assert library.notes == dict.fromkeys(("lambda", "lambda_2"), notes_of(our_book())["lambda"]), (
+        "a lesson of theirs has none of ours"
+    )
     run, gui = LessonSession(Session(Settings()), library.book), MagicMock()
     run.enter("lambda")
     NotesView(gui, library.notes).show(run)

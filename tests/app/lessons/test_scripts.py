@@ -79,7 +79,7 @@ def test_a_push_arrives_as_the_approach_that_was_asked_for(speed: float) -> None
     """With w_max as high, w along the line between the hands comes to within 2 % of it."""
     changes = (("scene", "hold"), ("rig", "table"), ("pairs", "single"), ("wmax", speed), ("law", "unprotected"))
     setup = Setup(changes, Input("script", "push", (("speed", speed),)), None, 1.0 + 0.3 / speed, FOLDER)
-    (w,) = measured(setup, (("largest_approach", ()),))
+    w = measured(setup, "largest_approach")
     assert w == pytest.approx(speed, rel=0.02)
 
 

@@ -22,8 +22,7 @@ from app.session.elbow_swivel import Swivel
 from app.session.frame import Contact, contact
 from app.session.session import Session
 from app.settings import Settings, from_query
-from app.text.equations import equation_html, equation_of
-from app.text.law_texts import LAW_TEXTS
+from app.text.law_texts import LAW_TEXTS, equation_html, equation_of
 from controllers.laws.situation import AUTHORITY, FIRM_LEVER
 from controllers.limits import Authority
 from controllers.stability import analyse

@@ -36,12 +36,11 @@ from app.league.league_table import league_tables
 from app.lessons.bookmark import Phase
 from app.lessons.labels import Contrast
 from app.lessons.lesson import Lesson, Step
-from app.lessons.lesson_list import LessonEntry
 from app.lessons.loading import load_lessons, read_notes
 from app.lessons.outcomes import AnswerVerdict, Attempt, Judgement
 from app.lessons.progress import Progress, StepProgress, Try, to_json
 from app.lessons.question import Choice
-from app.lessons.step_view import StepPosition, StepView, make_view
+from app.lessons.step_view import LessonEntry, StepPosition, StepView, make_view
 from app.lessons.tally import Ballot, Tally
 from app.marks.feedback import feedback_page
 from app.marks.graded_file import GradedFile, Remark, Student
@@ -55,7 +54,7 @@ from app.plots.chart import Chart, ChartAxes
 from app.session.student_law import LawStatus
 from app.settings import Settings
 from app.text.documents import document_html, document_page
-from app.text.equations import equation_html
+from app.text.law_texts import equation_html
 from app.text.templates import element, lowered, macros, page_of_template, tr_html
 from app.web.address import Address
 from controllers.errors import LazyText

@@ -106,11 +106,12 @@ posix = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with name
 LOAD = """
 import sys
 from pathlib import Path
-from app.lessons.loading import load_lessons, load_notes
+from app.lessons.library import notes_of
+from app.lessons.loading import load_lessons
 folder = Path(sys.argv[1])
 book = load_lessons(folder, "de")
 print(*(lesson.id for lesson in book.lessons))
-print(*load_notes(folder))
+print(*notes_of(book))
 print(*(str(problem) for problem in book.problems), sep="\\n")
 """
 

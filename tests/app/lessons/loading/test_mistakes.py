@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from app.cli.lessons import Lessons, lessons
-from app.lessons.loading import load_lessons, load_notes
+from app.lessons.library import notes_of
+from app.lessons.loading import load_lessons
 from app.text.lesson_text import lesson_html
 from tests.app.lessons.helpers import SMALL, book_of
 
@@ -208,11 +209,13 @@ def test_a_translation_carries_every_text(tmp_path: Path) -> None:
 
 
 def test_notes_without_a_lesson_are_a_problem_and_bad_ones_are_left_out(tmp_path: Path) -> None:
-    book_of(tmp_path)
+    book = book_of(tmp_path)
     (tmp_path / "01-small.notes.md").write_bytes(b"\xff\xfe")
     (tmp_path / "02-other.notes.md").write_text("x", encoding="utf-8")
     assert [problem.file for problem in load_lessons(tmp_path).problems] == ["02-other.notes.md"]
-    assert load_notes(tmp_path) == {"other": "x"} and load_notes(tmp_path / "none") == {}
+    assert notes_of(book) == {}
+    (tmp_path / "01-small.notes.md").write_text("x", encoding="utf-8")
+    assert notes_of(book) == {"small": "x"}
 
 
 HERE = "Because $x$."

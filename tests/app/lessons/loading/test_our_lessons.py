@@ -11,15 +11,16 @@ import tyro
 from app.cli.lessons import Lessons, lessons
 from app.lessons import FOLDER
 from app.lessons.bookmark import Bookmark
-from app.lessons.check import check_lesson, shown_early
+from app.lessons.check import at_step, check_lesson, shown_early
 from app.lessons.lesson import HINTS, MOST_NUMBERS, MOST_PLOTS, LessonBook
-from app.lessons.loading import Notes, StepNotes, load_lessons, load_notes, read_notes
+from app.lessons.library import notes_of
+from app.lessons.loading import Notes, StepNotes, load_lessons, read_notes
 from app.lessons.measures.quantity import QUANTITIES
 from app.lessons.scripts import SCRIPTS
 from app.lessons.walkthrough import Walkthrough
 from app.page.panels.teachers_tab import notes_html
 from app.settings import LANGUAGES, TRANSLATIONS
-from app.text.equations import ALONE
+from app.text.law_texts import ALONE
 from controllers.activation import activation
 from controllers.errors import BadSetting
 from scenes.lwr.facts import JOINTS
@@ -123,7 +124,7 @@ def test_notes_need_no_form_but_a_heading_with_a_number_begins_a_step(text: str,
 
 
 def test_our_notes_have_a_part_for_every_step_and_say_what_no_lesson_says() -> None:
-    texts = load_notes()
+    texts = notes_of(our_book())
     for lesson in our_book().lessons:
         everything, text = repr(lesson), texts.pop(lesson.id)
         assert not any(line in everything for line in text.splitlines() if len(line) > 20)
@@ -152,11 +153,11 @@ ALL = [(i, j) for i, lesson in enumerate(BOOK.lessons) for j in range(len(lesson
 
 def test_there_and_back() -> None:
     way = [Bookmark(BOOK)]
-    while (after := way[-1].after()) is not None:
+    while (after := way[-1].next_to(1)) is not None:
         way.append(after)
     assert [(at.lesson_index, at.step_index) for at in way] == ALL
     assert [at.step for at in way] == [step for lesson in BOOK.lessons for step in lesson.steps]
-    assert way[0].before() is None and [at.before() for at in way[1:]] == way[:-1]
+    assert way[0].next_to(-1) is None and [at.next_to(-1) for at in way[1:]] == way[:-1]
 
 
 def test_a_step_is_found_by_place_and_by_name() -> None:
@@ -222,7 +223,7 @@ def test_the_check_asks_our_lessons_for_what_the_list_shows() -> None:
 def test_the_check_finds_a_page_that_shows_the_answer_while_it_asks(monkeypatch: pytest.MonkeyPatch) -> None:
     book = our_book()
     monkeypatch.setattr(Walkthrough, "law_shown", True)
-    told = {lesson.id: list(shown_early(book, lesson, int(lesson.steps[0].at_lever))) for lesson in book.lessons}
+    told = {lesson.id: list(shown_early(at_step(book, lesson, int(lesson.steps[0].at_lever)))) for lesson in book.lessons}
     assert told["strict-priority"] == told["hold"] == ["λ and what follows from it, on the card of the line of contact"]
     assert told["lambda"][1:] == ["the plot curve"] and told["stability"][1:] == ["the plot stability"]
     lesson = dataclasses.replace(book.lessons[3], steps=book.lessons[3].steps[:2])

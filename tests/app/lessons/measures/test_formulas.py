@@ -12,7 +12,7 @@ from app.lessons.evidence import Evidence
 from app.lessons.lesson import Start
 from app.lessons.measures.contact_line import balance
 from app.lessons.measures.joint_speeds import largest_zigzag
-from app.lessons.measures.quantity import checked_parameters, measure, shown_value
+from app.lessons.measures.quantity import QUANTITIES, measure, read_parameters, shown_value
 from app.lessons.reference_runs import simulated
 from app.lessons.room_places import RoomPlace
 from controllers.errors import BadSetting
@@ -53,7 +53,6 @@ def test_zigzag_is_the_smallest_of_four_swings(values: list[float]) -> None:
 @pytest.mark.parametrize(
     ("name", "given", "message"),
     [
-        ("nothing", {}, "There is no measurement 'nothing'; choose from activation_formula"),
         ("distance_at", {}, "needs the parameter 'time'"),
         ("distance_at", {"time": "late"}, "is not a number"),
         ("distance_at", {"time": True}, "is not a number"),
@@ -66,7 +65,7 @@ def test_zigzag_is_the_smallest_of_four_swings(values: list[float]) -> None:
 )
 def test_bad_parameters_are_named(name: str, given: dict[str, Any], message: str) -> None:
     with pytest.raises(BadSetting, match=message):
-        checked_parameters(name, given)
+        read_parameters(f"measurement {name}", QUANTITIES[name].function, QUANTITIES[name].parameters, given)
 
 
 def test_values_are_read_with_unit_and_true_signs() -> None:

@@ -14,7 +14,7 @@ from scipy.spatial.distance import pdist
 from app.lessons import FOLDER
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Start
-from app.lessons.measures.quantity import QUANTITIES, checked_parameters, measure, shown_value
+from app.lessons.measures.quantity import QUANTITIES, measure, shown_value
 from app.lessons.reference_runs import simulated
 from app.lessons.room_places import RoomPlace
 from app.lessons.runs import Input, Setup, settings_text
@@ -278,7 +278,7 @@ def test_every_measurement_is_tested() -> None:
 @pytest.mark.parametrize("name", EXPECTED)
 def test_measurement(name: str) -> None:
     run, parameters, expected, tolerance = EXPECTED[name]
-    value = measure(Evidence(seen(run).simulation), name, checked_parameters(name, parameters))
+    value = measure(Evidence(seen(run).simulation), name, tuple(parameters.items()))
     assert value is not None
     assert value == pytest.approx(expected(seen(run)), abs=max(tolerance, 1e-14), rel=1e-9)
     assert value != 0.0 or name in ("mark_miss", "time_without_authority")
@@ -288,7 +288,7 @@ def test_measurement(name: str) -> None:
 
 @pytest.mark.parametrize("name", EXPECTED)
 def test_nothing_is_measured_of_a_run_that_has_not_begun(name: str) -> None:
-    parameters = checked_parameters(name, EXPECTED[name][1])
+    parameters = tuple(EXPECTED[name][1].items())
     for scene in ("solo", "ball", "hold", "master_slave", "imitation"):
         simulation = Simulation(setup(scene=scene).run, 10)
         value = measure(Evidence(simulation), name, parameters)
@@ -329,7 +329,7 @@ def test_measuring_leaves_the_simulation_alone() -> None:
             simulation.step(None)
         if i % 10 == 0:
             for name, (_, parameters, _, _) in EXPECTED.items():
-                measure(Evidence(simulations[0]), name, checked_parameters(name, parameters))
+                measure(Evidence(simulations[0]), name, tuple(parameters.items()))
     assert (simulations[0].history.table() == simulations[1].history.table())[~np.isnan(simulations[1].history.table())].all()
     pose = simulations[0].kinematics.hand_pose(simulations[0].avoiding).translation.copy()
     assert (pose == simulations[1].kinematics.hand_pose(simulations[1].avoiding).translation).all()

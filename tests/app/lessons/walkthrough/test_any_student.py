@@ -1,6 +1,7 @@
 """Whatever a student does, nothing gets stuck; what survives a reload: all of it, what still fits of it, and of nonsense a fresh start."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 from app.lessons.bookmark import Phase
 from app.lessons.lesson import LessonBook
 from app.lessons.progress import Progress, from_json, to_json
-from app.lessons.reference_runs import simulated
+from app.lessons.reference_runs import begin_reference_run, simulated
 from app.lessons.walkthrough import Walkthrough
 from scenes.settings import changed
 from scenes.simulation import Simulation
@@ -40,7 +41,7 @@ class Student:
         if self._turn != self.walk.run_id:
             self._turn = self.walk.run_id
             self.simulation = Simulation(self.walk.settings().run, 200)
-            self.simulation.reset(self.walk.start(self.simulation))
+            begin_reference_run(self.simulation, self.walk.setup)
             self._person = self.walk.target_source(self.simulation)
 
     def do(self, action: str | tuple[object, ...]) -> None:
@@ -86,13 +87,15 @@ def test_nothing_a_student_does_raises_or_gets_stuck(tmp_path_factory: pytest.Te
     for action in actions:
         student.do(action)
         view = student.walk.view()
-        assert view.locked == (view.phase is Phase.PREDICT) and view.phase in view.phases
+        assert view.locked == (view.phase is Phase.PREDICT and not view.done.predicted) and view.phase in view.phases
     walk = student.walk
     lesson, step = walk.lesson.id, walk.view().index
     walk.reset()
     fresh = Walkthrough(book)
     fresh.go(lesson, step)
-    assert {**vars(walk.view()), "can_back": 0} == {**vars(fresh.view()), "can_back": 0}
+    # What was written stays.
+    done = replace(walk.done, words="")
+    assert {**vars(walk.view()), "can_back": 0, "done": done} == {**vars(fresh.view()), "can_back": 0}
     for _ in range(40):
         if walk.locked:
             assert walk.choose(0)
