@@ -25,7 +25,7 @@ from app.runtime.throttled_log import ThrottledLog
 from app.session.actions import RestoreSettings
 from app.session.session import Session
 from app.settings import LOOKS, from_query
-from app.web.audiences import SCREEN, Audiences, send_elsewhere
+from app.web.audiences import SCREEN, send_elsewhere
 from scenes.settings import values
 
 
@@ -152,7 +152,7 @@ class BreakoutSessions:
         """Assign places in the next frame, after a decision of the teacher's."""
         self._next = 0.0
 
-    def settle(self, participants: Collection[Participant], audiences: Audiences, plenary: Plenary, now: float) -> None:
+    def settle(self, participants: Collection[Participant], plenary: Plenary, now: float) -> None:
         """Every `SETTLE`, assign places and move students to their own sessions or back to the plenary. `now`: wall time [s]."""
         self._context.store.tidy()
         if self.workers is not None:
@@ -167,10 +167,9 @@ class BreakoutSessions:
         for one in students:
             wanted = classroom.free and one.lasting and classroom.places.holds(one.id)
             if wanted != bool(one.group) and not one.moved:
-                one.moved = True
                 if wanted and self.workers is not None:
                     self.workers.send(one.id, self.begin(one.id, *plenary))
-                audiences.move(one.client)
+                self._move(one)
 
     def begin(self, student: str, session: Session, lessons: LessonSession) -> VisitorRecord:
         """Return a session like the plenary's, with a student's own answers."""

@@ -29,7 +29,7 @@ from app.session.frame import Frame, make_frame
 from app.session.session import Session
 from app.settings import Look
 from app.web.address import Address
-from app.web.audiences import SCREEN, SMALL, Audiences
+from app.web.audiences import SCREEN, SMALL, Audiences, send_elsewhere
 
 log = logging.getLogger("duet.lecture")
 
@@ -126,7 +126,7 @@ class LectureHost:
         if self.classroom.paused and not self.classroom.free and not self.session.paused:
             # The teacher has pressed Run in the plenary.
             self.classroom.paused = False
-        self._breakouts.settle(self.participants.values(), self.audiences, (self.session, self.lessons), now)
+        self._breakouts.settle(self.participants.values(), (self.session, self.lessons), now)
         self.control.presenter.screens = sum(one.screen and one.query[SCREEN] != SMALL for one in self.participants.values())
         self.control.present()
         if due:
@@ -241,7 +241,7 @@ class LectureHost:
             self._build(participant, self.shared.admit)
         else:
             # The place that it had when it connected has been taken meanwhile.
-            self.audiences.move(client)
+            send_elsewhere(self._context.server, client)
 
     def _build(self, participant: Participant, build: Callable[[Participant], None]) -> None:
         try:

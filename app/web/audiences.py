@@ -72,10 +72,6 @@ class Audiences:
         """Return the audience of the browser with this client id; None if it has a page of its own, or is gone."""
         return next((one for one in self.audiences if number in one.watchers), None)
 
-    def move(self, client: viser.ClientHandle) -> None:
-        """Close a browser's connection, so that its page reconnects and is assigned again."""
-        send_elsewhere(self._server, client)
-
     # ---- on the network's thread -------------------------------------------------------------------------------------------
 
     @contextmanager
