@@ -206,6 +206,7 @@ class DuetServer(viser.ViserServer):
         quiet = logging.Logger("duet.server.websockets", level=logging.WARNING)
         quiet.addHandler(Forwarder(self.log))
         options |= {
+            "handler": lambda connection: self._serve_one(connection, handler),
             "process_request": lambda connection, request: self._answer(connection, request, process_request),
             "create_connection": partial(FilteredConnection, self),
             "sock": listener,
@@ -216,15 +217,15 @@ class DuetServer(viser.ViserServer):
             "server_header": None,
             "logger": quiet,
         }
-        return websockets.asyncio.server.serve(lambda connection: self._serve_one(connection, handler), **options)
+        return websockets.asyncio.server.serve(**options)
 
     def _has_room(self, path: str = "") -> bool:
         count = self.elsewhere + len(self._placed)
         return self.max_clients is None or count < self.max_clients or self.always_admits(page_query(path))
 
-    def _admits(self, connection: ServerConnection, request: Request, origins: Sequence[str]) -> bool:
+    def _admits(self, connection: FilteredConnection, request: Request, origins: Sequence[str]) -> bool:
         hosts, vouched = request.headers.get_all("Host"), VOUCHED in request.headers
-        return self.trusts(page_query(request.path)) or self._origins.admits(origins, hosts, _address_of(connection), vouched)
+        return self.trusts(page_query(request.path)) or self._origins.admits(origins, hosts, connection.address, vouched)
 
     async def _document(self, render: Callable[[Language], bytes], request: Request) -> Response:
         # Formulas take a second to draw; meanwhile other requests are served.
@@ -240,7 +241,7 @@ class DuetServer(viser.ViserServer):
 
     async def _answer(self, connection: FilteredConnection, request: Request, static: Static) -> Response | None:
         """Answer a request in its time, or return None to let it become a websocket."""
-        delay = self._delay(_address_of(connection), page_query(request.path))
+        delay = self._delay(connection.address, page_query(request.path))
         if delay > 0.0:
             self.log.warning("wrong key", f"from {connection.address or 'unknown'}")
             if self._delayed >= MOST_DELAYED:
@@ -308,9 +309,9 @@ class DuetServer(viser.ViserServer):
                 response.headers.setdefault(name, value)
         return response
 
-    async def _serve_one(self, connection: ServerConnection, handler: Handler) -> None:
+    async def _serve_one(self, connection: FilteredConnection, handler: Handler) -> None:
         """Let a new connection in, and leave it to viser; it takes a place when it sends its first message."""
-        path, address = connection.request.path if connection.request is not None else "", _address_of(connection)
+        path, address = connection.request.path if connection.request is not None else "", connection.address
         # Every page names its tab, so a class behind one address counts as many; only programs count by their address.
         tab = page_query(path).get("resume", "")
         holder = ("tab", tab) if tab else ("address", address)
@@ -371,12 +372,6 @@ class DuetServer(viser.ViserServer):
             words, size = words_of(_language_of(request)), f"{self.limits.upload_bytes / 1e6:g}"
             title, body = words(N_("This file is too large")), words(N_("Files of up to {size} MB can be read."), size=size)
             client.add_notification(title, body, color="orange")
-
-
-def _address_of(connection: ServerConnection) -> str:
-    """Return where a connection comes from, "" if that is unknown."""
-    peer = connection.remote_address
-    return str(peer[0]) if peer else ""
 
 
 def _language_of(request: Request) -> Language:
