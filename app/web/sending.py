@@ -78,16 +78,12 @@ class Packed:
         return data
 
 
-async def _at_once() -> None:
-    """Return at once."""
-
-
 async def send_windows(
     connection: ServerConnection,
     buffer: MessageBuffer,
     client_id: int,
-    backlog_done_message: Message | None = None,
-    seen: Callable[[], Awaitable[object]] = _at_once,
+    backlog_done_message: Message | None,
+    seen: Callable[[], Awaitable[object]],
 ) -> None:
     """Send one browser what a buffer holds for it, window by window.
 
@@ -230,14 +226,10 @@ class ClientBuffer(MessageBuffer):
         with contextlib.suppress(RuntimeError):
             self.event_loop.call_soon_threadsafe(function)
 
-    def window_generator(
+    async def window_generator(
         self, client_id: int, backlog_done_message: Message | None = None
     ) -> AsyncGenerator[Sequence[Message], None]:
-        """Return what is to be sent, window by window; `backlog_done_message` belongs to buffers with a backlog, which this has not."""
-        del backlog_done_message
-        return self._windows(client_id)
-
-    async def _windows(self, client_id: int) -> AsyncGenerator[Sequence[Message], None]:
+        """Yield what is to be sent, window by window; `backlog_done_message` belongs to buffers with a backlog, which this has not."""
         while not self.done:
             await self.flush_event.wait()
             self.flush_event.clear()

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 from types import ModuleType, SimpleNamespace
 from typing import Any, Literal
 
@@ -98,7 +99,8 @@ def some_batches() -> list[list[viser_messages.Message]]:
 def test_what_is_sent_is_what_viser_would_send(visers_own: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(visers_own, "time", SimpleNamespace(perf_counter=lambda: STAMP))
     batches = some_batches()
-    ours = produced(app.web.sending.send_windows, batches)
+    send = partial(app.web.sending.send_windows, backlog_done_message=None, seen=lambda: asyncio.sleep(0))
+    ours = produced(send, batches)
     assert ours == produced(visers_own._message_producer, batches)
     # A connection that is not ours gets viser's own loop, clock and all.
     adapt_viser()
