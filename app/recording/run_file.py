@@ -106,28 +106,19 @@ class SavedRun:
 
 
 @dataclass(frozen=True)
-class Verification:
-    """The comparison of a run file with a new run of its inputs.
+class Loaded:
+    """The inputs of a run file, and how a new run of them compares with its outcome.
 
     Attributes:
         verdict: the same to the last bit, the same within `CLOSE`, or not.
         words: what a person should know, in plain sentences; a `LazyText`.
         comparison: in numbers.
-        unlike: what of program, libraries and machine is not as it was.
     """
 
+    recorded: Recorded
     verdict: Agreement
     words: LazyText
     comparison: outcomes.Comparison
-    unlike: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Loaded:
-    """A file that was read, and how it compares."""
-
-    recorded: Recorded
-    verification: Verification
 
 
 def saved_bytes(recorded: Recorded, last: bytes | None = None, stopped: Callable[[], bool] = never) -> bytes:
@@ -193,7 +184,7 @@ def saved_from(data: bytes, name: str) -> SavedRun:
     return SavedRun(recorded, outcome, made_from(about))
 
 
-def verify(saved: SavedRun, stopped: Callable[[], bool] = never) -> Verification:
+def verify(saved: SavedRun, stopped: Callable[[], bool] = never) -> Loaded:
     """Compute the run again and compare.
 
     Raises:
@@ -209,7 +200,7 @@ def verify(saved: SavedRun, stopped: Callable[[], bool] = never) -> Verification
     if law is not None:
         said = made_with(law.file, law.sha256)
         words = said if verdict == "exact" else joined((said, words), " ")
-    return Verification(verdict, words, comparison, changes)
+    return Loaded(saved.recorded, verdict, words, comparison)
 
 
 def load_run(data: bytes, name: str, stopped: Callable[[], bool] = never) -> Loaded:
@@ -221,7 +212,7 @@ def load_run(data: bytes, name: str, stopped: Callable[[], bool] = never) -> Loa
     """
     saved = saved_from(data, name)
     try:
-        return Loaded(saved.recorded, verify(saved, stopped))
+        return verify(saved, stopped)
     except BadSetting as error:
         raise BadInputFile("{name}: {reason}", name=name, reason=str(error)) from None
 
