@@ -165,5 +165,5 @@ class PrivateHost:
             return
         with visitor.client.atomic():
             if client_id not in self._notes or self._notes[client_id][0] is not visitor.view:
-                self._notes[client_id] = visitor.view, TeachersTab(visitor.client.gui, self._context.notes)
+                self._notes[client_id] = visitor.view, TeachersTab(visitor.client.gui, self._context.library.notes)
             self._notes[client_id][1].show(visitor.lessons, self._context.workload.report)
