@@ -14,7 +14,7 @@ from app.classroom.group_member import GroupMember
 from app.classroom.participant import Participant
 from app.hosting.admission import Pieces
 from app.hosting.app_context import AppContext
-from app.hosting.visitor import Visitor, open_visitor
+from app.hosting.visitor import Visitor
 from app.hosting.visitor_record import VisitorRecord, tab_id
 from app.hosting.worker_messages import ForgetTabs, Replaced, WorkerLink
 from app.i18n.speaking import set_language
@@ -192,7 +192,8 @@ class BreakoutSessions:
             found = yield from self._context.store.recall(query)
             # A student's lesson is open again by any link.
             record = replace(begin if found is None else found, query=query)
-            visitor = yield from open_visitor(self._context, participant.client, record.settings, record=record, query=query)
+            visitor = Visitor(self._context, participant.client, record.settings, record=record, query=query)
+            yield from visitor.build()
             of_many = len(self._classroom.places.members(participant.group)) > 1 or participant.group != participant.id
             if of_many or (found is None and not visitor.is_back):
                 # What the teacher, or the one before, has chosen for the own page does not hold for this one.

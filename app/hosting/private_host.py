@@ -8,7 +8,7 @@ from app.hosting.admission import Admission, Connections, Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.guest import Guest
 from app.hosting.teacher_key import is_mistaken, is_teacher
-from app.hosting.visitor import Visitor, open_visitor
+from app.hosting.visitor import Visitor
 from app.hosting.visitor_record import same_tab, tab_id
 from app.hosting.worker_messages import Invited, LetGo, MakeRoom, WorkerLink
 from app.page.panels.teachers_tab import TeachersTab, name_mistake
@@ -144,7 +144,8 @@ class PrivateHost:
         record = yield from context.store.recall(query)
         if record is not None and record.state is not None and same_tab(record.query, query):
             settings = record.settings
-        visitor = yield from open_visitor(context, client, settings, problems, record, private=True)
+        visitor = Visitor(context, client, settings, problems, record, private=True)
+        yield from visitor.build()
         for one in before:
             one.superseded = True
         before = [one for one in before if same_tab(one.query, query)]
