@@ -105,7 +105,7 @@ class PrivateHost:
             visitor.beside = ()
         for guest in self._guests.values():
             host = hosts.get(guest.word)
-            if guest.follow(None if host is None else (host.session, host.lessons)) and host is not None:
+            if guest.follow(host) and host is not None:
                 host.beside = (guest,)
         if self._context.link is not None:
             for word in hosts.keys() - self._announced:
@@ -114,9 +114,8 @@ class PrivateHost:
 
     def _admit_guest(self, client: viser.ClientHandle) -> Pieces:
         guest = Guest(self._context, client)
-        host = self._hosts.get(guest.word)
         try:
-            yield from guest.build(None if host is None else (host.session, host.lessons))
+            yield from guest.build(self._hosts.get(guest.word))
         except BaseException:
             guest.leave()
             raise
@@ -134,11 +133,8 @@ class PrivateHost:
             return
         settings, problems = from_query(query, context.options.settings)
         # The tab's earlier connection may not have been noticed to be gone, or the tab was doubled and keeps a session of its own.
-        before = [
-            one
-            for one in self.visitors.values()
-            if not one.superseded and tab_id(query) is not None and tab_id(one.query) == tab_id(query)
-        ]
+        tab = tab_id(query)
+        before = [one for one in self.visitors.values() if tab and not one.superseded and tab_id(one.query) == tab]
         for visitor in before:
             visitor.save()
         record = yield from context.store.recall(query)
