@@ -145,12 +145,6 @@ class JobPool(Jobs):
         if pool is not None:
             pool.shutdown(wait=True, cancel_futures=True)
 
-    @property
-    def load(self) -> tuple[int, int]:
-        """The number of jobs that run, and of those that wait."""
-        with self._lock:
-            return len(self._running), len(self._waiting)
-
     def _drop(self, job: Job) -> int:
         """Drop a job; return its place in the queue, or the queue's end."""
         job.state = "dropped"

@@ -176,9 +176,9 @@ def test_six_dropped_connections_lose_nothing(
             before = one.remembered()
             message = msgspec.msgpack.encode({"type": "GuiUpdateMessage", "uuid": "of nothing", "updates": {"value": 1.0}})
             one.cut(message if turn % 2 else b"")
-            other.visitor.wait_for(lambda _: len(live_sessions(opened)) == 1 and opened.context.store.parked == 1, 60.0)
+            other.visitor.wait_for(lambda _: len(live_sessions(opened)) == 1 and len(opened.context.store._parked) == 1, 60.0)
             one.come()
-            assert one.session is session and opened.context.store.parked == 0
+            assert one.session is session and not opened.context.store._parked
             assert one.remembered() == before
             if turn:
                 counts.append(held())
@@ -214,7 +214,7 @@ def test_a_visitor_without_lessons_finds_settings_run_and_plots_as_they_were(hou
     one.cut()
     one.come()
     assert one.session is not session and one.session.settings == changed(Settings(), "n", 9.0)
-    assert opened.context.store.parked == 0
+    assert not opened.context.store._parked
 
 
 def test_a_tab_that_is_back_before_it_was_missed_goes_on_from_there(house: OpenHouse, tab: Callable[..., Tab]) -> None:
@@ -231,7 +231,7 @@ def test_a_tab_that_is_back_before_it_was_missed_goes_on_from_there(house: OpenH
     assert all(after[key] == before[key] for key in ("settings", "state", "ghost"))
     old.close()
     one.visitor.wait_for(lambda _: len(live_sessions(opened)) == 1, 60.0)
-    assert opened.context.store.parked == 0  # what was left has gone on elsewhere
+    assert not opened.context.store._parked  # what was left has gone on elsewhere
     one.cut()
     one.come()
     assert one.remembered() == after
@@ -295,4 +295,4 @@ def test_a_browser_comes_back_by_itself_to_where_it_was(house: OpenHouse, page_a
         ((number, again),) = live_sessions(opened).items()
         assert again is session and ask(session, lambda s: (s.settings, s.simulation.steps)) == state
         page.wait_for_function("() => [...document.querySelectorAll('input')].some(one => one.value === '210')")
-    assert opened.context.store.parked == 0
+    assert not opened.context.store._parked
