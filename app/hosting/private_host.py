@@ -14,7 +14,6 @@ from app.hosting.worker_messages import Invited, LetGo, MakeRoom, WorkerLink
 from app.page.panels.teachers_tab import TeachersTab, name_mistake
 from app.page.view import View
 from app.runtime.throttled_log import ThrottledLog
-from app.session.session import Session
 from app.settings import GUEST, from_query
 from app.web.audiences import send_elsewhere
 from app.web.request import request_query
@@ -35,19 +34,13 @@ class PrivateHost:
         self.admission = Admission(self._admit, lambda _: log.exception("a visitor's page could not be built"))
         self.connections = Connections(context.server, context.wake)
 
-    @property
-    def sessions(self) -> dict[int, Session]:
-        """The live sessions by client id."""
-        return {client_id: visitor.session for client_id, visitor in list(self.visitors.items())}
-
     def close(self) -> None:
         """Keep what every visitor has done, and close every session, also of visitors who are away."""
         self.admission.close()
         for visitor in self.visitors.values():
             if not visitor.superseded:
                 visitor.save()
-        for session in self.sessions.values():
-            session.close()
+            visitor.session.close()
         self._context.store.close()
 
     def frame(self, now: float, elapsed: float) -> None:

@@ -37,7 +37,7 @@ def live_sessions(house: App) -> dict[int, Session]:
     while True:
         # The frame thread may add a session meanwhile.
         with suppress(RuntimeError):
-            return host.sessions
+            return {number: visitor.session for number, visitor in host.visitors.items()}
 
 
 def lecture_of(house: App) -> LectureHost:

@@ -250,7 +250,7 @@ def test_a_doubled_tab_does_not_undo_what_the_later_one_has_done(by_hand: Made) 
     assert steps > 0
     opened.leave(second)
     opened.let_in(link)
-    assert list(host.sessions.values()) == [first, session] and session.settings == settings
+    assert [one.session for one in host.visitors.values()] == [first, session] and session.settings == settings
     assert session.simulation.steps < steps
     assert opened.house.context.store._records[WORD][0].settings == settings, "by another link only the record is found"
 
