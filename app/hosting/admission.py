@@ -23,16 +23,10 @@ class Admission:
     Args:
         build: begins to build a client's page.
         failed: called in the handler of an exception that a building has raised.
-        clock: returns the time [s].
     """
 
-    def __init__(
-        self,
-        build: Callable[[viser.ClientHandle], Pieces],
-        failed: Callable[[viser.ClientHandle], None],
-        clock: Callable[[], float] = perf_counter,
-    ) -> None:
-        self._build, self._failed, self._clock = build, failed, clock
+    def __init__(self, build: Callable[[viser.ClientHandle], Pieces], failed: Callable[[viser.ClientHandle], None]) -> None:
+        self._build, self._failed = build, failed
         self._waiting: deque[viser.ClientHandle] = deque()
         self._current: tuple[viser.ClientHandle, Pieces] | None = None
 
@@ -65,10 +59,10 @@ class Admission:
         if self._current is None:
             return
         client, pieces = self._current
-        deadline = self._clock() + SLICE
+        deadline = perf_counter() + SLICE
         try:
             for _ in pieces:
-                if self._clock() >= deadline:
+                if perf_counter() >= deadline:
                     return
         except Exception:
             self._failed(client)
