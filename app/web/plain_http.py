@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import http
 import re
 from collections.abc import Mapping, Sequence
 from http import HTTPStatus
@@ -108,7 +107,7 @@ def respond(status: int, content_type: str, body: bytes, extra: dict[str, str]) 
     headers = Headers({"Content-Type": content_type, "Content-Length": str(len(body)), "Connection": "close"})
     for name, value in {**OWN_HEADERS, **extra}.items():
         headers[name] = value
-    return Response(status, http.HTTPStatus(status).phrase, headers, body)
+    return Response(status, HTTPStatus(status).phrase, headers, body)
 
 
 METRICS: Final = CONTENT_TYPE_PLAIN_0_0_4

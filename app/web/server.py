@@ -66,10 +66,8 @@ NEWS: Final = 1.0
 
 Handler = Callable[[ServerConnection], Awaitable[None]]
 Static = Callable[..., Response | None]
-Documents = Mapping[str, Callable[[Language], bytes]]
-"""Path of a page, such as "/documents/model" → returns its HTML in a reader's language."""
-
-NO_DOCUMENTS: Documents = {}
+Document = Callable[[Language], bytes]
+"""Returns the HTML of a page in a reader's language."""
 
 
 class DuetServer(viser.ViserServer):
@@ -82,7 +80,7 @@ class DuetServer(viser.ViserServer):
         embed_origins: foreign pages that may show ours in a frame, such as `https://moodle.example.org`.
         max_clients: places; a browser that comes when all are taken gets a page that lets it in when one is free. None for no limit.
         limits: how much one browser may ask for.
-        documents: further pages, rendered outside the network's thread.
+        documents: further pages by their path, such as "/documents/model", rendered outside the network's thread.
         assets: scripts and style sheets of every page, which come before viser's own.
         body: HTML that every page's body begins with.
         delay: returns how long a request from an address and with a query waits for its answer [s]. Called on the network's thread.
@@ -119,7 +117,7 @@ class DuetServer(viser.ViserServer):
         embed_origins: tuple[str, ...] = (),
         max_clients: int | None = None,
         limits: TrafficLimits | None = None,
-        documents: Documents = NO_DOCUMENTS,
+        documents: Mapping[str, Document] = {},
         assets: PageAssets = NO_ASSETS,
         body: str = "",
         delay: Callable[[str, dict[str, str]], float] = lambda address, query: 0.0,
@@ -227,7 +225,7 @@ class DuetServer(viser.ViserServer):
         hosts, vouched = request.headers.get_all("Host"), VOUCHED in request.headers
         return self.trusts(page_query(request.path)) or self._origins.admits(origins, hosts, connection.address, vouched)
 
-    async def _document(self, render: Callable[[Language], bytes], request: Request) -> Response:
+    async def _document(self, render: Document, request: Request) -> Response:
         # Formulas take a second to draw; meanwhile other requests are served.
         return respond(200, HTML, await asyncio.to_thread(render, _language_of(request)), {"Vary": "Accept-Language"})
 
