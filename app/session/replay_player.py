@@ -4,8 +4,7 @@ from collections.abc import Callable
 from typing import Final
 
 from app.i18n.speaking import N_
-from app.runtime.job_pool import Job, Jobs
-from app.runtime.job_watch import JobWatch
+from app.runtime.job_pool import Job, Jobs, JobWatch
 from app.session.actions import Action, Pause, Reset, SingleStep
 from app.session.replay import RecordedFilm, Replay, make_film, make_films
 from app.session.shown import Live, Mark, Past
