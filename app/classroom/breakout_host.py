@@ -8,7 +8,7 @@ from app.classroom.breakout_sessions import BreakoutSessions, run_of
 from app.classroom.class_messages import ClassState, Exploring, PostsToPlenary, Present
 from app.classroom.classroom import Classroom
 from app.classroom.participant import Participant
-from app.hosting.admission import Admission, Connections, Pieces
+from app.hosting.admission import Admission, Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.visitor_record import tab_id
 from app.hosting.worker_messages import Replaced, WorkerLink
@@ -32,8 +32,7 @@ class BreakoutHost:
         self._expected: dict[str, Exploring] = {}
         self._early: list[viser.ClientHandle] = []
         self._said: Present | None = None
-        self.admission = Admission(self._admit, lambda _: log.exception("a student's page could not be built"))
-        self.connections = Connections(context.server, context.wake)
+        self.admission = Admission(context, self._admit, lambda _: log.exception("a student's page could not be built"))
         context.server.gate.may_share = lambda client_id: False
         context.server.takes_over = lambda query: True
 
@@ -95,9 +94,8 @@ class BreakoutHost:
                     raise TypeError(f"a breakout process does not understand {message!r}")
 
     def _connect(self) -> None:
-        arrivals, departures = self.connections.changes()
+        arrivals, departures = self.admission.changes()
         for client_id in departures:
-            self.admission.leave(client_id)
             participant = self.participants.pop(client_id, None)
             if participant is not None:
                 participant.leave()
@@ -113,8 +111,6 @@ class BreakoutHost:
             else:
                 send_elsewhere(self._context.server, client)
         self.admission.advance()
-        if self.admission.busy:
-            self._context.wake()
 
     def _admit(self, client: viser.ClientHandle) -> Pieces:
         participant = Participant(client, False, None, self._posts)

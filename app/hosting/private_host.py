@@ -4,7 +4,7 @@ import logging
 
 import viser
 
-from app.hosting.admission import Admission, Connections, Pieces
+from app.hosting.admission import Admission, Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.guest import Guest
 from app.hosting.teacher_key import is_mistaken, is_teacher
@@ -31,8 +31,7 @@ class PrivateHost:
         self._guests: dict[int, Guest] = {}
         self._announced: set[str] = set()
         self._errors = ThrottledLog(log)
-        self.admission = Admission(self._admit, lambda _: log.exception("a visitor's page could not be built"))
-        self.connections = Connections(context.server, context.wake)
+        self.admission = Admission(context, self._admit, lambda _: log.exception("a visitor's page could not be built"))
 
     def close(self) -> None:
         """Keep what every visitor has done, and close every session, also of visitors who are away."""
@@ -45,10 +44,9 @@ class PrivateHost:
 
     def frame(self, now: float, elapsed: float) -> None:
         """Advance and draw every session."""
-        arrivals, departures = self.connections.changes()
+        arrivals, departures = self.admission.changes()
         self._context.store.tidy()
         for client_id in departures:
-            self.admission.leave(client_id)
             self._notes.pop(client_id, None)
             self._errors.forget(client_id)
             if client_id in self._guests:
@@ -61,8 +59,6 @@ class PrivateHost:
             self._listen(self._context.link)
         self._context.server.max_clients = self._context.workload.places
         self.admission.advance()
-        if self.admission.busy:
-            self._context.wake()
         self._bring_guests()
         for client_id, visitor in list(self.visitors.items()):
             try:

@@ -266,7 +266,7 @@ def test_a_lecturer_who_drops_out_costs_the_class_no_frame(
     student.wait_for(lambda _: opened.server.count_clients() == 2)
     # viser takes a tab's controls away before it says that the tab has gone; the moment between is stretched here.
     with monkeypatch.context() as patch:
-        patch.setattr(host.connections, "changes", lambda: ([], set()))
+        patch.setattr(host.admission, "changes", lambda: ([], set()))
         lecturer.break_off()
         student.wait_for(lambda _: first not in opened.server.get_clients())
         ask(host.session, lambda s: s.change("plot", "rates"))
