@@ -137,15 +137,7 @@ def saved_bytes(recorded: Recorded, last: bytes | None = None, stopped: Callable
         raise BadSetting("Computed again, this run comes out differently, so it was not saved. Restart it with R.")
     outcome = outcomes.outcome_of(table, outcomes.history_columns(Simulation(recorded.settings, 1)))
     made = np.frombuffer(json.dumps(made_here()).encode(), np.uint8)
-    out = io.BytesIO(recorded_bytes(recorded))
-    with zipfile.ZipFile(out, "a", zipfile.ZIP_DEFLATED) as archive:
-        for name, array in {MADE: made, **outcomes.outcome_arrays(outcome)}.items():
-            # Every part gets the same date, and the file the same bytes.
-            info = zipfile.ZipInfo(f"{name}.npy")
-            info.compress_type = zipfile.ZIP_DEFLATED
-            with archive.open(info, "w", force_zip64=True) as part:
-                np.lib.format.write_array(part, array, allow_pickle=False)
-    return out.getvalue()
+    return recorded_bytes(recorded, {MADE: made, **outcomes.outcome_arrays(outcome)})
 
 
 def saved_from(data: bytes, name: str) -> SavedRun:
