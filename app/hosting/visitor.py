@@ -46,11 +46,9 @@ class Beside(Protocol):
 
     def act(self) -> None:
         """Do what this person's browser has asked for."""
-        ...
 
     def show(self, frame: Frame) -> None:
         """Draw a frame; it raises nothing."""
-        ...
 
 
 class Visitor:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from http import HTTPStatus
 from typing import Any, Final
 
@@ -92,11 +92,6 @@ OWN_HEADERS: Final = {
     "Referrer-Policy": "no-referrer",
     "Cache-Control": "no-cache",
 }
-
-
-def framing(origins: Sequence[str]) -> dict[str, str]:
-    """Return the header that says which pages may show ours in a frame: our own, and those of `origins`."""
-    return {"Content-Security-Policy": " ".join(("frame-ancestors 'self'", *origins))}
 
 
 HTML: Final = "text/html; charset=utf-8"

@@ -43,7 +43,7 @@ from app.web.pages import (
     page_query,
     patched_index,
 )
-from app.web.plain_http import ALLOWED, HTML, METRICS, OWN_HEADERS, framing, metrics_text, respond
+from app.web.plain_http import ALLOWED, HTML, METRICS, OWN_HEADERS, metrics_text, respond
 from app.web.schemas import UPLOAD_TOO_LARGE, Refused
 from app.web.sending import ClientBuffer
 from app.web.traffic_limits import BoundedQueue, TrafficLimits
@@ -151,7 +151,8 @@ class DuetServer(viser.ViserServer):
         self.may_measure: Callable[[Mapping[str, str]], bool] = lambda query: False
         self.proof = ""
         self.shared_buffer: BufferChoice = lambda connection, client_id, buffer: contextlib.nullcontext(buffer)
-        self.embed_origins, self._frames = embed_origins, framing(embed_origins)
+        self.embed_origins = embed_origins
+        self._frames = {"Content-Security-Policy": " ".join(("frame-ancestors 'self'", *embed_origins))}
         self._documents, self._delay, self._delayed = documents, delay, 0
         self._ready = threading.Event()
         self._holders: dict[ServerConnection, tuple[str, str]] = {}
