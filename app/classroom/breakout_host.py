@@ -13,7 +13,6 @@ from app.hosting.app_context import AppContext
 from app.hosting.visitor_record import tab_id
 from app.hosting.worker_messages import Replaced, WorkerLink
 from app.session.session import Session
-from app.web.audiences import send_elsewhere
 from app.web.request import request_query
 
 log = logging.getLogger("duet.lecture")
@@ -84,7 +83,7 @@ class BreakoutHost:
                         self._expected.clear()
                         self.classroom.places.take_all()
                         for one in self.participants.values():
-                            send_elsewhere(self._context.server, one.client)
+                            self._context.server.send_elsewhere(one.client)
                 case Replaced():
                     self._said = None
                     for one in self.participants.values():
@@ -109,7 +108,7 @@ class BreakoutHost:
             elif self.classroom.free:
                 self._early.append(client)
             else:
-                send_elsewhere(self._context.server, client)
+                self._context.server.send_elsewhere(client)
         self.admission.advance()
 
     def _admit(self, client: viser.ClientHandle) -> Pieces:
@@ -117,11 +116,11 @@ class BreakoutHost:
         expected = self._expected.get(participant.id)
         if expected is None:
             # The teacher has called all back meanwhile.
-            send_elsewhere(self._context.server, client)
+            self._context.server.send_elsewhere(client)
             return
         participant.worked, participant.name, participant.group = expected.worked, expected.name, expected.group
         yield from self._breakouts.admit(participant, self.participants.values(), expected.begin)
         self.participants[client.client_id] = participant
         if participant.id not in self._expected:
             # Called back while the page was being built.
-            send_elsewhere(self._context.server, client)
+            self._context.server.send_elsewhere(client)

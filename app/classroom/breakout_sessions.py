@@ -25,7 +25,7 @@ from app.runtime.throttled_log import ThrottledLog
 from app.session.actions import RestoreSettings
 from app.session.session import Session
 from app.settings import LOOKS, from_query
-from app.web.audiences import SCREEN, send_elsewhere
+from app.web.audiences import SCREEN
 from scenes.settings import values
 
 
@@ -270,7 +270,7 @@ class BreakoutSessions:
         """Have a page come again, once."""
         if not one.moved:
             one.moved = True
-            send_elsewhere(self._context.server, one.client)
+            self._context.server.send_elsewhere(one.client)
 
     def _frame(self, client_id: int, visitor: Visitor, now: float, elapsed: float) -> None:
         try:

@@ -29,7 +29,7 @@ from app.session.frame import Frame, make_frame
 from app.session.session import Session
 from app.settings import Look
 from app.web.address import Address
-from app.web.audiences import SCREEN, SMALL, Audiences, send_elsewhere
+from app.web.audiences import SCREEN, SMALL, Audiences
 
 log = logging.getLogger("duet.lecture")
 
@@ -237,7 +237,7 @@ class LectureHost:
             self._build(participant, self.shared.admit)
         else:
             # The place that it had when it connected has been taken meanwhile.
-            send_elsewhere(self._context.server, client)
+            self._context.server.send_elsewhere(client)
 
     def _build(self, participant: Participant, build: Callable[[Participant], None]) -> None:
         try:

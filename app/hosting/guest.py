@@ -26,7 +26,6 @@ from app.session.shown import Shown
 from app.settings import GUEST
 from app.text.templates import macros
 from app.theme import BRAND
-from app.web.audiences import send_elsewhere
 from app.web.request import browser_language, request_query
 from scenes.laws import NO_AVOIDANCE
 
@@ -137,7 +136,7 @@ class Guest:
         self.leave()
         if not self._sent:
             self._sent = True
-            send_elsewhere(self._server, self.client)
+            self._server.send_elsewhere(self.client)
 
     def leave(self) -> None:
         """Let go of the arm, and leave the place to another one."""

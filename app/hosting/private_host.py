@@ -15,7 +15,6 @@ from app.page.panels.teachers_tab import TeachersTab, name_mistake
 from app.page.view import View
 from app.runtime.throttled_log import ThrottledLog
 from app.settings import GUEST, from_query
-from app.web.audiences import send_elsewhere
 from app.web.request import request_query
 
 log = logging.getLogger("duet.hosts")
@@ -80,7 +79,7 @@ class PrivateHost:
                 too_many = self._context.server.count_clients() - message.share
                 for client in self.admission.send_on(too_many, self._may_go):
                     link.send(LetGo(tab_id(request_query(client)) or ""))
-                    send_elsewhere(self._context.server, client)
+                    self._context.server.send_elsewhere(client)
 
     @property
     def _hosts(self) -> dict[str, Visitor]:

@@ -34,6 +34,7 @@ from app.web.listening import listen, url_of
 from app.web.message_gate import Gate
 from app.web.origin_policy import LOOPBACK_NAMES, VOUCHED, OriginPolicy, check_origin
 from app.web.pages import (
+    ELSEWHERE,
     NO_ASSETS,
     OPEN_TOO_OFTEN,
     ROOM_IS_FULL,
@@ -63,6 +64,9 @@ MOST_DELAYED: Final = 200
 
 NEWS: Final = 1.0
 """What the other processes say of their browsers arrives within this time [s]."""
+
+MOVED_CODE: Final = 4001
+"""Code by which a connection is closed so that the page reconnects at once, perhaps to another buffer or process."""
 
 Handler = Callable[[ServerConnection], Awaitable[None]]
 Static = Callable[..., Response | None]
@@ -179,6 +183,12 @@ class DuetServer(viser.ViserServer):
         """Return the connection of a browser's page, None if it is gone; from any thread."""
         connection = viser_internals.connection_of(self, client_id)
         return connection if isinstance(connection, FilteredConnection) else None
+
+    def send_elsewhere(self, client: viser.ClientHandle) -> None:
+        """Close a browser's connection, so that its page reconnects at once, perhaps to another process; from any thread."""
+        connection = self.page_of(client.client_id)
+        if connection is not None:
+            asyncio.run_coroutine_threadsafe(self._let_go(connection), self.get_event_loop())
 
     def is_owners(self, client_id: int) -> bool:
         """Return whether a browser is the one of the person who started the server; where foreign pages may frame ours, none is."""
@@ -356,11 +366,11 @@ class DuetServer(viser.ViserServer):
         self.count_changed(len(self._placed))
         return ""
 
-    async def let_go(self, connection: ServerConnection, code: int, reason: str) -> None:
-        """Close a connection; its page comes again at once, so its place is free before that: where all are taken, it would be refused."""
+    async def _let_go(self, connection: ServerConnection) -> None:
+        # The page comes again at once, so its place is free before that: where all are taken, it would be refused.
         self._placed.discard(connection)
         self.count_changed(len(self._placed))
-        await connection.close(code, reason)
+        await connection.close(MOVED_CODE, ELSEWHERE)
 
     def client_id(self, connection: ServerConnection) -> int:
         return viser_internals.client_id_of(self, connection)

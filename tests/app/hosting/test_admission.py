@@ -21,8 +21,8 @@ from app.hosting.visitor import Visitor
 from app.hosting.worker_messages import LetGo, MakeRoom, WorkerLink
 from app.lessons.lesson import NO_LESSONS
 from app.settings import Settings
-from app.web.audiences import MOVED_CODE
 from app.web.pages import ELSEWHERE
+from app.web.server import MOVED_CODE
 from scenes import glb
 from scenes.robots import robot
 from scenes.room_shells import table_glb
