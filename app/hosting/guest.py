@@ -98,8 +98,8 @@ class Guest:
             case _:
                 return
 
-    def follow(self, host: Visitor | None) -> bool:
-        """Stay with a host, wait, or have the page built again; return whether the guest has the place.
+    def follow(self, host: Visitor | None) -> None:
+        """Stay beside a host, wait, or have the page built again.
 
         Args:
             host: who has invited; None while the host is away.
@@ -111,17 +111,16 @@ class Guest:
             self.leave()
             self._host = self._hand = mine = None
         if self._said == ENDED:
-            return False
+            return
         if host is None:
             self._say(CLOSED if mine is None else AWAY)
         elif host.session is mine:
-            self._host = host
+            self._host, host.beside = host, (self,)
             self._say("")
         elif mine is None and host.session.guest is not None:
             self._say(TAKEN)
         else:
             self.come_again()
-        return host is not None and host.session is mine
 
     def _say(self, text: str) -> None:
         """Lay a sentence over the page; "" for none."""

@@ -92,9 +92,7 @@ class PrivateHost:
         for visitor in self.visitors.values():
             visitor.beside = ()
         for guest in self._guests.values():
-            host = hosts.get(guest.word)
-            if guest.follow(host) and host is not None:
-                host.beside = (guest,)
+            guest.follow(hosts.get(guest.word))
         if self._context.link is not None:
             for word in hosts.keys() - self._announced:
                 self._announced.add(word)
