@@ -13,7 +13,7 @@ from app.hosting.app_context import AppContext
 from app.hosting.frame_loop import Attention
 from app.hosting.visitor_record import VisitorRecord, lesson_link, same_tab, tab_id
 from app.i18n.reader_language import language_of
-from app.i18n.speaking import N_, set_language, tr
+from app.i18n.speaking import set_language, tr
 from app.lessons.loading import in_language
 from app.lessons.runs import LONGEST
 from app.lessons.session.lesson_session import LessonSession
@@ -33,10 +33,6 @@ SAVING: Final = 1.0
 
 SAVING_AT_REST: Final = 30.0
 """The same where nothing happens [s]: the record is kept for a while after the tab was last there."""
-
-
-PUSH_NAME: Final = N_("a push from a link")
-"""Of the replay, in place of a file's name."""
 
 
 class Beside(Protocol):
@@ -149,7 +145,8 @@ class Visitor:
                 self.operation.notify_problems((str(error),))
         if PUSH in self.query and self.session.player is not None:
             try:
-                self.session.player.watch_file(run_of_text(self.query[PUSH]), tr(PUSH_NAME))
+                # In place of a file's name.
+                self.session.player.watch_file(run_of_text(self.query[PUSH]), tr("a push from a link"))
             except BadInputFile as error:
                 self.operation.notify_problems((str(error),))
 
