@@ -174,7 +174,8 @@ class RecordWriter:
         self._failed_at = self._clock()
         if not self.problem:
             log.warning("visitors' records cannot be written to %s (%s); it is tried again", self.path, error)
-        self.problem = _without_path(error)
+        # Without the path: anybody may read it.
+        self.problem = (error.strerror if isinstance(error, OSError) else None) or str(error)
 
     def _open(self) -> None:
         if self._lock is None and self._owned:
@@ -277,8 +278,3 @@ class RecordWriter:
                 raise
             self._failed(error)
             return None if self._file is None else self._file.read(tab)
-
-
-def _without_path(error: Exception) -> str:
-    """Return what an error says that anybody may read."""
-    return (error.strerror if isinstance(error, OSError) else None) or str(error)
