@@ -55,9 +55,11 @@ class ConnectionOwner(Protocol):
 
     def client_id(self, connection: ServerConnection) -> int:
         """Return the client id of a connection."""
+        ...
 
     async def place(self, connection: ServerConnection) -> str:
         """Give a connection a place; return why it gets none, "" if it has one."""
+        ...
 
     def explain(self, client_id: int, connection: ServerConnection, refused: Refused) -> None:
         """Notify a browser of a refusal if its visitor can do something about it."""
