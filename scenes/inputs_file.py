@@ -6,7 +6,7 @@ import json
 import math
 import re
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -49,8 +49,8 @@ WIDEST: Final = 4.0 * math.pi
 _ARRAYS: Final = ("about", "lengths", "codes", "counts", "numbers", "positions", "velocities")
 
 
-def recorded_bytes(recorded: Recorded) -> bytes:
-    """Return the file's content; the same inputs give the same bytes."""
+def recorded_bytes(recorded: Recorded, further: Mapping[str, np.ndarray] = {}) -> bytes:
+    """Return the file's content; the same inputs give the same bytes. `further`: parts that stand behind them, by name."""
     settings = [values(stretch.settings) for stretch in recorded.stretches]
     changes = [{key: b[key] for key in b if a[key] != b[key]} for a, b in pairwise(settings)]
     snapshot = recorded.snapshot
@@ -82,7 +82,7 @@ def recorded_bytes(recorded: Recorded) -> bytes:
     for i, memory in enumerate(snapshot.memories):
         arrays |= {f"memory_{i}_{j}": array for j, array in enumerate(memory)}
     out = io.BytesIO()
-    np.savez_compressed(out, **arrays)  # pyright: ignore[reportArgumentType]
+    np.savez_compressed(out, **arrays, **further)  # pyright: ignore[reportArgumentType]
     return out.getvalue()
 
 

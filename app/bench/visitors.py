@@ -14,7 +14,7 @@ from typing import Final
 
 from app.bench.headless_client import HeadlessClient
 from app.bench.processes import PARTS, REQUEST, TIMEOUT, process, receive, request, run_async, serve_app, used_by_tree
-from app.web.audiences import MOVED_CODE
+from app.web.server import MOVED_CODE
 
 WARM_UP: Final = 60
 """Frames that every visitor receives before the measurement: by then their pages have been built."""

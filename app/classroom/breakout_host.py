@@ -8,12 +8,11 @@ from app.classroom.breakout_sessions import BreakoutSessions, run_of
 from app.classroom.class_messages import ClassState, Exploring, PostsToPlenary, Present
 from app.classroom.classroom import Classroom
 from app.classroom.participant import Participant
-from app.hosting.admission import Admission, Connections, Pieces
+from app.hosting.admission import Admission, Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.visitor_record import tab_id
 from app.hosting.worker_messages import Replaced, WorkerLink
 from app.session.session import Session
-from app.web.audiences import send_elsewhere
 from app.web.request import request_query
 
 log = logging.getLogger("duet.lecture")
@@ -32,8 +31,7 @@ class BreakoutHost:
         self._expected: dict[str, Exploring] = {}
         self._early: list[viser.ClientHandle] = []
         self._said: Present | None = None
-        self.admission = Admission(self._admit, lambda _: log.exception("a student's page could not be built"))
-        self.connections = Connections(context.server, context.wake)
+        self.admission = Admission(context, self._admit, lambda _: log.exception("a student's page could not be built"))
         context.server.gate.may_share = lambda client_id: False
         context.server.takes_over = lambda query: True
 
@@ -85,7 +83,7 @@ class BreakoutHost:
                         self._expected.clear()
                         self.classroom.places.take_all()
                         for one in self.participants.values():
-                            send_elsewhere(self._context.server, one.client)
+                            self._context.server.send_elsewhere(one.client)
                 case Replaced():
                     self._said = None
                     for one in self.participants.values():
@@ -95,9 +93,8 @@ class BreakoutHost:
                     raise TypeError(f"a breakout process does not understand {message!r}")
 
     def _connect(self) -> None:
-        arrivals, departures = self.connections.changes()
+        arrivals, departures = self.admission.changes()
         for client_id in departures:
-            self.admission.leave(client_id)
             participant = self.participants.pop(client_id, None)
             if participant is not None:
                 participant.leave()
@@ -111,21 +108,19 @@ class BreakoutHost:
             elif self.classroom.free:
                 self._early.append(client)
             else:
-                send_elsewhere(self._context.server, client)
+                self._context.server.send_elsewhere(client)
         self.admission.advance()
-        if self.admission.busy:
-            self._context.wake()
 
     def _admit(self, client: viser.ClientHandle) -> Pieces:
         participant = Participant(client, False, None, self._posts)
         expected = self._expected.get(participant.id)
         if expected is None:
             # The teacher has called all back meanwhile.
-            send_elsewhere(self._context.server, client)
+            self._context.server.send_elsewhere(client)
             return
         participant.worked, participant.name, participant.group = expected.worked, expected.name, expected.group
         yield from self._breakouts.admit(participant, self.participants.values(), expected.begin)
         self.participants[client.client_id] = participant
         if participant.id not in self._expected:
             # Called back while the page was being built.
-            send_elsewhere(self._context.server, client)
+            self._context.server.send_elsewhere(client)

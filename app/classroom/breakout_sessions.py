@@ -14,7 +14,7 @@ from app.classroom.group_member import GroupMember
 from app.classroom.participant import Participant
 from app.hosting.admission import Pieces
 from app.hosting.app_context import AppContext
-from app.hosting.visitor import Visitor, open_visitor
+from app.hosting.visitor import Visitor
 from app.hosting.visitor_record import VisitorRecord, tab_id
 from app.hosting.worker_messages import ForgetTabs, Replaced, WorkerLink
 from app.i18n.speaking import set_language
@@ -25,7 +25,7 @@ from app.runtime.throttled_log import ThrottledLog
 from app.session.actions import RestoreSettings
 from app.session.session import Session
 from app.settings import LOOKS, from_query
-from app.web.audiences import SCREEN, Audiences, send_elsewhere
+from app.web.audiences import SCREEN
 from scenes.settings import values
 
 
@@ -152,7 +152,7 @@ class BreakoutSessions:
         """Assign places in the next frame, after a decision of the teacher's."""
         self._next = 0.0
 
-    def settle(self, participants: Collection[Participant], audiences: Audiences, plenary: Plenary, now: float) -> None:
+    def settle(self, participants: Collection[Participant], plenary: Plenary, now: float) -> None:
         """Every `SETTLE`, assign places and move students to their own sessions or back to the plenary. `now`: wall time [s]."""
         self._context.store.tidy()
         if self.workers is not None:
@@ -167,10 +167,9 @@ class BreakoutSessions:
         for one in students:
             wanted = classroom.free and one.lasting and classroom.places.holds(one.id)
             if wanted != bool(one.group) and not one.moved:
-                one.moved = True
                 if wanted and self.workers is not None:
                     self.workers.send(one.id, self.begin(one.id, *plenary))
-                audiences.move(one.client)
+                self._move(one)
 
     def begin(self, student: str, session: Session, lessons: LessonSession) -> VisitorRecord:
         """Return a session like the plenary's, with a student's own answers."""
@@ -193,7 +192,8 @@ class BreakoutSessions:
             found = yield from self._context.store.recall(query)
             # A student's lesson is open again by any link.
             record = replace(begin if found is None else found, query=query)
-            visitor = yield from open_visitor(self._context, participant.client, record.settings, record=record, query=query)
+            visitor = Visitor(self._context, participant.client, record.settings, record=record, query=query)
+            yield from visitor.build()
             of_many = len(self._classroom.places.members(participant.group)) > 1 or participant.group != participant.id
             if of_many or (found is None and not visitor.is_back):
                 # What the teacher, or the one before, has chosen for the own page does not hold for this one.
@@ -270,7 +270,7 @@ class BreakoutSessions:
         """Have a page come again, once."""
         if not one.moved:
             one.moved = True
-            send_elsewhere(self._context.server, one.client)
+            self._context.server.send_elsewhere(one.client)
 
     def _frame(self, client_id: int, visitor: Visitor, now: float, elapsed: float) -> None:
         try:

@@ -13,8 +13,7 @@ from app.export.class_table import class_table_bytes
 from app.i18n.speaking import N_, set_language, tr
 from app.lessons.lesson import LessonBook
 from app.page.panels.choice_buttons import ChoiceButtons
-from app.runtime.job_pool import Job, Jobs
-from app.runtime.job_watch import JobWatch
+from app.runtime.job_pool import Job, Jobs, JobWatch
 from app.session.actions import Action
 from app.session.session import Session
 from app.settings import Language

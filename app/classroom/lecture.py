@@ -16,7 +16,7 @@ from app.classroom.participant import Participant
 from app.classroom.presenter import INVITED, InvitedPages
 from app.classroom.teacher_control import TeacherControl
 from app.export.class_summary import ClassSummary
-from app.hosting.admission import Admission, Connections, Pieces
+from app.hosting.admission import Admission, Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.frame_loop import Attention
 from app.hosting.teacher_key import is_teacher
@@ -64,8 +64,7 @@ class LectureHost:
         self._errors = ThrottledLog(log)
         self._attention, self._heard, self._told = Attention(), (0, 0), (None, None)
         self.audiences = Audiences(context.server, self._look, self._leader.gone)
-        self.admission = Admission(self._admit, self._not_built)
-        self.connections = Connections(context.server, context.wake)
+        self.admission = Admission(context, self._admit, self._not_built)
         # Nothing in the plenary can be operated.
         context.server.gate.may_share = lambda client_id: False
         # A teacher must be able to come back after a lost connection.
@@ -126,7 +125,7 @@ class LectureHost:
         if self.classroom.paused and not self.classroom.free and not self.session.paused:
             # The teacher has pressed Run in the plenary.
             self.classroom.paused = False
-        self._breakouts.settle(self.participants.values(), self.audiences, (self.session, self.lessons), now)
+        self._breakouts.settle(self.participants.values(), (self.session, self.lessons), now)
         self.control.presenter.screens = sum(one.screen and one.query[SCREEN] != SMALL for one in self.participants.values())
         self.control.present()
         if due:
@@ -205,16 +204,13 @@ class LectureHost:
 
     def _connect(self) -> None:
         """Remove the browsers that have disconnected, and go on building the pages of those that have connected."""
-        arrivals, departures = self.connections.changes()
+        arrivals, departures = self.admission.changes()
         for client_id in departures:
-            self.admission.leave(client_id)
             self._leave(client_id)
         self.shared.update(self.audiences)
         for client in arrivals:
             self.admission.come(client)
         self.admission.advance()
-        if self.admission.busy:
-            self._context.wake()
 
     def _find_operator(self) -> None:
         teacher = next((one for one in self.participants.values() if one.teacher), None)
@@ -241,7 +237,7 @@ class LectureHost:
             self._build(participant, self.shared.admit)
         else:
             # The place that it had when it connected has been taken meanwhile.
-            self.audiences.move(client)
+            self._context.server.send_elsewhere(client)
 
     def _build(self, participant: Participant, build: Callable[[Participant], None]) -> None:
         try:

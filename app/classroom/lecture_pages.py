@@ -126,7 +126,7 @@ class PlenaryControls:
                 self.operation = Operation(client, self._session, teacher.page.view, presenting=ALONE not in teacher.query)
             if teacher.panel is not None:
                 teacher.panel.close()
-            notes = context.notes if context.options.key is not None else None
+            notes = context.library.notes if context.options.key is not None else None
             if not leads:
                 teacher.panel = AssistantPanel(client.gui, notes, teacher.ask_to_operate)
             elif ALONE not in teacher.query:

@@ -119,8 +119,7 @@ class ExportQueue:
             self._files.append(File(name + SUFFIX, snippet.inputs))
 
     def _take(self, loaded: Loaded, name: str) -> None:
-        verified = loaded.verification
-        self._notify(TITLES[verified.verdict], LazyText("{name}: {what}", name=name, what=verified.words))
+        self._notify(TITLES[loaded.verdict], LazyText("{name}: {what}", name=name, what=loaded.words))
         self.player.watch_file(loaded.recorded, name)
 
     def _notify(self, title: str, text: str) -> None:

@@ -8,7 +8,7 @@ from typing import Final
 
 import viser
 
-from app.web.server import DuetServer
+from app.hosting.app_context import AppContext
 
 SLICE: Final = 0.008
 """Wall time in one frame after which no further piece of a page is built [s]."""
@@ -18,37 +18,59 @@ Pieces = Generator[None, None, None]
 
 
 class Admission:
-    """The queue of clients that wait for their pages. Belongs to the frame loop's thread.
+    """The browsers that come and go, and the queue of those that wait for their pages. Belongs to the frame loop's thread, which learns of
+    them from the network's.
 
     Args:
         build: begins to build a client's page.
         failed: called in the handler of an exception that a building has raised.
-        clock: returns the time [s].
     """
 
     def __init__(
         self,
+        context: AppContext,
         build: Callable[[viser.ClientHandle], Pieces],
         failed: Callable[[viser.ClientHandle], None],
-        clock: Callable[[], float] = perf_counter,
     ) -> None:
-        self._build, self._failed, self._clock = build, failed, clock
+        self._wake, self._build, self._failed = context.wake, build, failed
         self._waiting: deque[viser.ClientHandle] = deque()
         self._current: tuple[viser.ClientHandle, Pieces] | None = None
+        self._arrivals: list[viser.ClientHandle] = []
+        self._departures: set[int] = set()
+        self._lock = threading.Lock()
+
+        @context.server.on_client_connect
+        async def _(client: viser.ClientHandle) -> None:
+            with self._lock:
+                self._arrivals.append(client)
+            context.wake()
+
+        @context.server.on_client_disconnect
+        async def _(client: viser.ClientHandle) -> None:
+            with self._lock:
+                self._departures.add(client.client_id)
+            context.wake()
 
     @property
     def busy(self) -> bool:
         """Whether a page is still to be built."""
         return self._current is not None or bool(self._waiting)
 
+    def changes(self) -> tuple[list[viser.ClientHandle], set[int]]:
+        """Return the clients that have connected and are still there, and the ids of those that have disconnected, since the last call.
+
+        Those that have disconnected wait no longer; a page that is half built is given up.
+        """
+        with self._lock:
+            arrivals, self._arrivals = self._arrivals, []
+            departures, self._departures = self._departures, set()
+        self._waiting = deque(client for client in self._waiting if client.client_id not in departures)
+        if self._current is not None and self._current[0].client_id in departures:
+            self._give_up()
+        return [client for client in arrivals if client.client_id not in departures], departures
+
     def come(self, client: viser.ClientHandle) -> None:
         self._waiting.append(client)
-
-    def leave(self, client_id: int) -> None:
-        """Drop a client that has disconnected; a page that is half built is given up."""
-        self._waiting = deque(client for client in self._waiting if client.client_id != client_id)
-        if self._current is not None and self._current[0].client_id == client_id:
-            self._give_up()
 
     def send_on(self, count: int, may_go: Callable[[viser.ClientHandle], bool]) -> list[viser.ClientHandle]:
         """Drop as many clients as wait and may go elsewhere, at most so many, those first that came last; return them."""
@@ -58,21 +80,25 @@ class Admission:
         return found
 
     def advance(self) -> None:
-        """Go on with the first client's page for `SLICE`, at least by one piece; the next page waits for another frame."""
+        """Go on with the first client's page for `SLICE`, at least by one piece; the next page waits for another frame, at once."""
         if self._current is None and self._waiting:
             client = self._waiting.popleft()
             self._current = client, self._build(client)
         if self._current is None:
             return
         client, pieces = self._current
-        deadline = self._clock() + SLICE
+        deadline = perf_counter() + SLICE
         try:
             for _ in pieces:
-                if self._clock() >= deadline:
-                    return
+                if perf_counter() >= deadline:
+                    break
+            else:
+                self._current = None
         except Exception:
+            self._current = None
             self._failed(client)
-        self._current = None
+        if self.busy:
+            self._wake()
 
     def close(self) -> None:
         """Give up all pages that are not whole."""
@@ -83,31 +109,3 @@ class Admission:
         if self._current is not None:
             self._current[1].close()
             self._current = None
-
-
-class Connections:
-    """Collects connections and disconnections on the network's thread for the frame loop's. `wake`: asks for a frame at once."""
-
-    def __init__(self, server: DuetServer, wake: Callable[[], None]) -> None:
-        self._arrivals: list[viser.ClientHandle] = []
-        self._departures: set[int] = set()
-        self._lock = threading.Lock()
-
-        @server.on_client_connect
-        async def _(client: viser.ClientHandle) -> None:
-            with self._lock:
-                self._arrivals.append(client)
-            wake()
-
-        @server.on_client_disconnect
-        async def _(client: viser.ClientHandle) -> None:
-            with self._lock:
-                self._departures.add(client.client_id)
-            wake()
-
-    def changes(self) -> tuple[list[viser.ClientHandle], set[int]]:
-        """Return the clients that have connected and are still there, and the ids of those that have disconnected, since the last call."""
-        with self._lock:
-            arrivals, self._arrivals = self._arrivals, []
-            departures, self._departures = self._departures, set()
-        return [client for client in arrivals if client.client_id not in departures], departures

@@ -1,7 +1,6 @@
 """What a running app is made of, handed to every host and visitor as one object."""
 
 import threading
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from app.hosting.serve_options import ServeOptions
@@ -44,11 +43,6 @@ class AppContext:
     def book(self) -> LessonBook:
         """Return the lessons, in English."""
         return self.library.book
-
-    @property
-    def notes(self) -> Mapping[str, str]:
-        """Return the teacher's notes, Markdown by lesson id."""
-        return self.library.notes
 
     def wake(self) -> None:
         """Ask for a frame at once; from any thread."""

@@ -9,10 +9,10 @@ import viser
 
 from app.hosting.admission import Pieces
 from app.hosting.app_context import AppContext
+from app.hosting.visitor import Visitor
 from app.hosting.visitor_record import tab_id
 from app.i18n.reader_language import look_of, mark_html
 from app.i18n.speaking import N_, set_language, spoken, tr
-from app.lessons.session.lesson_session import LessonSession
 from app.page.handles.gizmos import SWING, Gizmos, HandHover, in_view
 from app.page.panels.hotkeys import hotkeys
 from app.page.panels.title_bar import titlebar
@@ -25,7 +25,6 @@ from app.session.session import Session
 from app.settings import GUEST
 from app.text.templates import macros
 from app.theme import BRAND
-from app.web.audiences import send_elsewhere
 from app.web.request import browser_language, request_query
 from scenes.laws import NO_AVOIDANCE
 
@@ -33,9 +32,6 @@ CLOSED: Final = N_("This invitation is not open: your host is away, or has ended
 AWAY: Final = N_("Your host is away. As soon as they are back, this page goes on.")
 TAKEN: Final = N_("Another guest holds this arm. As soon as they leave, it is yours.")
 ENDED: Final = N_("Your host has ended this invitation.")
-
-HostSession = tuple[Session, LessonSession]
-"""Session and lessons of the visitor by whom a guest was invited."""
 
 log = logging.getLogger("duet.hosts")
 
@@ -49,20 +45,20 @@ class Guest:
         self._server, self._errors = context.server, ThrottledLog(log)
         self._look = look_of(query, browser_language(client), context.options.settings)
         self._hand: SecondHand | None = None
-        self._host: HostSession | None = None
+        self._host: Visitor | None = None
         self._said, self._sent = "", False
 
-    def build(self, host: HostSession | None) -> Pieces:
-        """Build the page piece by piece: the host's session, or where there is no place a line that says why."""
+    def build(self, host: Visitor | None) -> Pieces:
+        """Build the page piece by piece: the host's session, or where there is no place a line that says why; see `follow`."""
         client, look = self.client, self._look
         set_language(look.language)
         with client.atomic():
             self._over = client.gui.add_html(mark_html(spoken()))
-            if host is None or not self._can_take(host[0]):
+            if host is None or not self._can_take(host.session):
                 plain = {"show_logo": False, "show_share_button": False, "brand_color": BRAND}
                 client.gui.configure_theme(titlebar_content=titlebar(), dark_mode=look.theme == "dark", **plain)
                 return
-            session, self._host = host[0], host
+            session, self._host = host.session, host
             session.guest = self
             self._view = View(client, session, lambda: [client], look=look, folds=False, tip=guest_tip)
             yield
@@ -71,7 +67,7 @@ class Guest:
             yield
             set_language(look.language)
             hand = self._hand = SecondHand(session, self._take)
-            hands_off = lambda: self._host is None or self._host[1].hands_off  # noqa: E731
+            hands_off = lambda: self._host is None or self._host.lessons.hands_off  # noqa: E731
             self._gizmos = Gizmos(client.scene, hand, lambda: self._view.stage.guests, hands_off)
             self._hover = HandHover(client.gui, hand)
             for hotkey in hotkeys():
@@ -101,30 +97,29 @@ class Guest:
             case _:
                 return
 
-    def follow(self, host: HostSession | None) -> bool:
-        """Stay with a host, wait, or have the page built again; return whether the guest has the place.
+    def follow(self, host: Visitor | None) -> None:
+        """Stay beside a host, wait, or have the page built again.
 
         Args:
             host: who has invited; None while the host is away.
         """
-        mine = None if self._host is None else self._host[0]
+        mine = None if self._host is None else self._host.session
         if mine is not None and (mine.guest is not self or mine.invitation != self.word):
             # The same tab has connected again, or the host has ended it.
             self._say(TAKEN if mine.invitation == self.word else ENDED)
             self.leave()
             self._host = self._hand = mine = None
         if self._said == ENDED:
-            return False
+            return
         if host is None:
             self._say(CLOSED if mine is None else AWAY)
-        elif host[0] is mine:
-            self._host = host
+        elif host.session is mine:
+            self._host, host.beside = host, (self,)
             self._say("")
-        elif mine is None and host[0].guest is not None:
+        elif mine is None and host.session.guest is not None:
             self._say(TAKEN)
         else:
             self.come_again()
-        return host is not None and host[0] is mine
 
     def _say(self, text: str) -> None:
         """Lay a sentence over the page; "" for none."""
@@ -139,13 +134,14 @@ class Guest:
         self.leave()
         if not self._sent:
             self._sent = True
-            send_elsewhere(self._server, self.client)
+            self._server.send_elsewhere(self.client)
 
     def leave(self) -> None:
         """Let go of the arm, and leave the place to another one."""
-        if self._host is not None and self._host[0].guest is self:
-            self._host[0].guest = self._host[0].guest_holds = None
-            self._host[0].wake()
+        session = None if self._host is None else self._host.session
+        if session is not None and session.guest is self:
+            session.guest = session.guest_holds = None
+            session.wake()
 
     def act(self) -> None:
         """Do what the guest's browser has asked for."""

@@ -38,10 +38,6 @@ class Preparation:
         self._thread = threading.Thread(target=self._run, name="duet-preparation", daemon=True)
         self._thread.start()
 
-    def wait(self) -> None:
-        """Block until every item was read or submitted as a job."""
-        self._thread.join()
-
     def close(self) -> None:
         self._ended.set()
         self._thread.join()

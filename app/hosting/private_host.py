@@ -4,19 +4,17 @@ import logging
 
 import viser
 
-from app.hosting.admission import Admission, Connections, Pieces
+from app.hosting.admission import Admission, Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.guest import Guest
 from app.hosting.teacher_key import is_mistaken, is_teacher
-from app.hosting.visitor import Visitor, open_visitor
+from app.hosting.visitor import Visitor
 from app.hosting.visitor_record import same_tab, tab_id
 from app.hosting.worker_messages import Invited, LetGo, MakeRoom, WorkerLink
 from app.page.panels.teachers_tab import TeachersTab, name_mistake
 from app.page.view import View
 from app.runtime.throttled_log import ThrottledLog
-from app.session.session import Session
 from app.settings import GUEST, from_query
-from app.web.audiences import send_elsewhere
 from app.web.request import request_query
 
 log = logging.getLogger("duet.hosts")
@@ -32,13 +30,7 @@ class PrivateHost:
         self._guests: dict[int, Guest] = {}
         self._announced: set[str] = set()
         self._errors = ThrottledLog(log)
-        self.admission = Admission(self._admit, lambda _: log.exception("a visitor's page could not be built"))
-        self.connections = Connections(context.server, context.wake)
-
-    @property
-    def sessions(self) -> dict[int, Session]:
-        """The live sessions by client id."""
-        return {client_id: visitor.session for client_id, visitor in list(self.visitors.items())}
+        self.admission = Admission(context, self._admit, lambda _: log.exception("a visitor's page could not be built"))
 
     def close(self) -> None:
         """Keep what every visitor has done, and close every session, also of visitors who are away."""
@@ -46,16 +38,14 @@ class PrivateHost:
         for visitor in self.visitors.values():
             if not visitor.superseded:
                 visitor.save()
-        for session in self.sessions.values():
-            session.close()
+            visitor.session.close()
         self._context.store.close()
 
     def frame(self, now: float, elapsed: float) -> None:
         """Advance and draw every session."""
-        arrivals, departures = self.connections.changes()
+        arrivals, departures = self.admission.changes()
         self._context.store.tidy()
         for client_id in departures:
-            self.admission.leave(client_id)
             self._notes.pop(client_id, None)
             self._errors.forget(client_id)
             if client_id in self._guests:
@@ -68,8 +58,6 @@ class PrivateHost:
             self._listen(self._context.link)
         self._context.server.max_clients = self._context.workload.places
         self.admission.advance()
-        if self.admission.busy:
-            self._context.wake()
         self._bring_guests()
         for client_id, visitor in list(self.visitors.items()):
             try:
@@ -91,7 +79,7 @@ class PrivateHost:
                 too_many = self._context.server.count_clients() - message.share
                 for client in self.admission.send_on(too_many, self._may_go):
                     link.send(LetGo(tab_id(request_query(client)) or ""))
-                    send_elsewhere(self._context.server, client)
+                    self._context.server.send_elsewhere(client)
 
     @property
     def _hosts(self) -> dict[str, Visitor]:
@@ -104,9 +92,7 @@ class PrivateHost:
         for visitor in self.visitors.values():
             visitor.beside = ()
         for guest in self._guests.values():
-            host = hosts.get(guest.word)
-            if guest.follow(None if host is None else (host.session, host.lessons)) and host is not None:
-                host.beside = (guest,)
+            guest.follow(hosts.get(guest.word))
         if self._context.link is not None:
             for word in hosts.keys() - self._announced:
                 self._announced.add(word)
@@ -114,9 +100,8 @@ class PrivateHost:
 
     def _admit_guest(self, client: viser.ClientHandle) -> Pieces:
         guest = Guest(self._context, client)
-        host = self._hosts.get(guest.word)
         try:
-            yield from guest.build(None if host is None else (host.session, host.lessons))
+            yield from guest.build(self._hosts.get(guest.word))
         except BaseException:
             guest.leave()
             raise
@@ -134,17 +119,15 @@ class PrivateHost:
             return
         settings, problems = from_query(query, context.options.settings)
         # The tab's earlier connection may not have been noticed to be gone, or the tab was doubled and keeps a session of its own.
-        before = [
-            one
-            for one in self.visitors.values()
-            if not one.superseded and tab_id(query) is not None and tab_id(one.query) == tab_id(query)
-        ]
+        tab = tab_id(query)
+        before = [one for one in self.visitors.values() if tab and not one.superseded and tab_id(one.query) == tab]
         for visitor in before:
             visitor.save()
         record = yield from context.store.recall(query)
         if record is not None and record.state is not None and same_tab(record.query, query):
             settings = record.settings
-        visitor = yield from open_visitor(context, client, settings, problems, record, private=True)
+        visitor = Visitor(context, client, settings, problems, record, private=True)
+        yield from visitor.build()
         for one in before:
             one.superseded = True
         before = [one for one in before if same_tab(one.query, query)]
@@ -165,5 +148,5 @@ class PrivateHost:
             return
         with visitor.client.atomic():
             if client_id not in self._notes or self._notes[client_id][0] is not visitor.view:
-                self._notes[client_id] = visitor.view, TeachersTab(visitor.client.gui, self._context.notes)
+                self._notes[client_id] = visitor.view, TeachersTab(visitor.client.gui, self._context.library.notes)
             self._notes[client_id][1].show(visitor.lessons, self._context.workload.report)

@@ -124,8 +124,7 @@ class RecordWriter:
             # Also into a file that is new since the first time.
             self._failed_at = -inf
             self._turn()
-        if self._file is not None:
-            self._file.close()
+        self._close_file()
         if self._lock is not None:
             self._lock.release()
 
@@ -175,7 +174,8 @@ class RecordWriter:
         self._failed_at = self._clock()
         if not self.problem:
             log.warning("visitors' records cannot be written to %s (%s); it is tried again", self.path, error)
-        self.problem = _without_path(error)
+        # Without the path: anybody may read it.
+        self.problem = (error.strerror if isinstance(error, OSError) else None) or str(error)
 
     def _open(self) -> None:
         if self._lock is None and self._owned:
@@ -222,7 +222,9 @@ class RecordWriter:
         """Add what is new of a record."""
         before, now = self._written.get(tab), self._clock()
         if before is None:
-            before = self._known(tab)
+            # One that was not written lately: the names of its parts are known.
+            assert self._file is not None
+            before = _Written(parts=dict.fromkeys(self._file.names(tab)))
         try:
             whole, parts = split_record(record)
             head = record_to_bytes(whole)
@@ -235,11 +237,6 @@ class RecordWriter:
             return
         changes.append(Change(tab, now, None if head == before.head else head, new, gone))
         after[tab] = _Written(head, parts, now)
-
-    def _known(self, tab: str) -> _Written:
-        """Return what the file holds of a tab that was not written lately: the names of its parts."""
-        assert self._file is not None
-        return _Written(parts=dict.fromkeys(self._file.names(tab)))
 
     def _clean(self) -> None:
         now = self._clock()
@@ -281,8 +278,3 @@ class RecordWriter:
                 raise
             self._failed(error)
             return None if self._file is None else self._file.read(tab)
-
-
-def _without_path(error: Exception) -> str:
-    """Return what an error says that anybody may read."""
-    return (error.strerror if isinstance(error, OSError) else None) or str(error)

@@ -80,10 +80,6 @@ class SessionStore:
         self._parked: dict[str, _Parked] = {}
 
     @property
-    def parked(self) -> int:
-        return len(self._parked)
-
-    @property
     def lasting(self) -> bool:
         """Return whether records outlive the server."""
         return self._file is not None

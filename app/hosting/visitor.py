@@ -1,7 +1,7 @@
 """One visitor with a private session: the session, the page that shows it, the controls, and what a link or a record asks for."""
 
 import logging
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from math import inf
 from time import perf_counter
 from typing import Final, Protocol
@@ -13,7 +13,7 @@ from app.hosting.app_context import AppContext
 from app.hosting.frame_loop import Attention
 from app.hosting.visitor_record import VisitorRecord, lesson_link, same_tab, tab_id
 from app.i18n.reader_language import language_of
-from app.i18n.speaking import N_, set_language, tr
+from app.i18n.speaking import set_language, tr
 from app.lessons.loading import in_language
 from app.lessons.runs import LONGEST
 from app.lessons.session.lesson_session import LessonSession
@@ -35,10 +35,6 @@ SAVING_AT_REST: Final = 30.0
 """The same where nothing happens [s]: the record is kept for a while after the tab was last there."""
 
 
-PUSH_NAME: Final = N_("a push from a link")
-"""Of the replay, in place of a file's name."""
-
-
 class Beside(Protocol):
     """The page of another person, who sees the same session."""
 
@@ -46,21 +42,19 @@ class Beside(Protocol):
 
     def act(self) -> None:
         """Do what this person's browser has asked for."""
-        ...
 
     def show(self, frame: Frame) -> None:
         """Draw a frame; it raises nothing."""
-        ...
 
 
 class Visitor:
-    """A session with its page. The page is there once `build` has come to its end.
+    """A session with its page: the visitor's own one, claimed from the store, or a new one. The page is there once `build` has come to
+    its end.
 
     Args:
         problems: what is wrong with the visitor's link.
         private: whether this is no student's session: newcomers are greeted, and a second person can be invited.
-        parked: the visitor's own session and lessons, claimed from the store; None for new ones.
-        query: under which the store has them; None for that of the page.
+        query: under which the store has session and lessons; None for that of the page.
 
     Attributes:
         is_back: whether the session was claimed from the store.
@@ -75,7 +69,6 @@ class Visitor:
         settings: Settings,
         problems: tuple[str, ...] = (),
         record: VisitorRecord | None = None,
-        parked: tuple[Session, LessonSession] | None = None,
         private: bool = False,
         query: dict[str, str] | None = None,
     ) -> None:
@@ -84,7 +77,9 @@ class Visitor:
         self._invites = private
         # A law is a program: only the person who started the server writes one here.
         self._edited = context.options.edited_law if private and context.server.is_owners(client.client_id) else None
+        self._browser: Language = browser_language(client)
         self.beside: tuple[Beside, ...] = ()
+        parked = context.store.claim(self.query)
         self._welcomes = private and parked is None and record is None and is_for_newcomers(self.query)
         self._welcome: Welcome | None = None
         self.is_back, self.superseded = parked is not None, False
@@ -93,7 +88,6 @@ class Visitor:
         self.session = parked[0] if parked else Session(settings, context.wake, context.jobs, context.sources)
         if parked is None and record is not None:
             self.session.invitation = record.invitation
-        self._browser: Language = browser_language(client)
         self.language: Language = language_of(self.session.settings, self._browser)
         set_language(self.language)
         self.lessons = parked[1] if parked else LessonSession(self.session, in_language(context.book, self.language))
@@ -101,7 +95,20 @@ class Visitor:
         self.operation: Operation
 
     def build(self) -> Pieces:
-        """Build the page piece by piece; the browser is sent the whole of it at once."""
+        """Build the page piece by piece; the browser is sent the whole of it at once. If it does not become whole, a session that was
+        claimed goes back to the store, and a new one is closed."""
+        try:
+            yield
+            yield from self._pieces()
+        except BaseException:
+            # Also of a tab that is closed before its page is whole.
+            if self.is_back:
+                self._context.store.park(self.query, self.session, self.lessons)
+            else:
+                self.session.close()
+            raise
+
+    def _pieces(self) -> Pieces:
         client = self.client
         with client.atomic():
             # Between two pieces the pages of others are drawn, perhaps in other languages.
@@ -120,21 +127,28 @@ class Visitor:
             if not self.is_back:
                 self.operation.notify_problems((*self._problems, *open_link(self.lessons, self.query, self._record)))
                 self.operation.notify_lessons(self._context.book)
-        known = self._record is not None and same_tab(self._record.query, self.query)
-        if not self.is_back and not known and MOTION in self.query and not self.lessons.open:
+        if self.is_back:
+            return
+        if self._record is not None and same_tab(self._record.query, self.query):
+            yield from run_again(self.session, self.lessons, self._record)
+        else:
+            self._begin_run()
+
+    def _begin_run(self) -> None:
+        """Do what a link asks of a run that begins, besides settings and lesson."""
+        if MOTION in self.query and not self.lessons.open:
             self.session.halt.set("visitor")
-        if not self.is_back and not known and ATTACK in self.query:
+        if ATTACK in self.query:
             try:
                 self.session.studies.counterexample.open(self.query[ATTACK])
             except BadSetting as error:
                 self.operation.notify_problems((str(error),))
-        if not self.is_back and not known and PUSH in self.query:
+        if PUSH in self.query:
             try:
-                self.session.player.watch_file(run_of_text(self.query[PUSH]), tr(PUSH_NAME))
+                # In place of a file's name.
+                self.session.player.watch_file(run_of_text(self.query[PUSH]), tr("a push from a link"))
             except BadInputFile as error:
                 self.operation.notify_problems((str(error),))
-        if not self.is_back and self._record is not None and known:
-            yield from run_again(self.session, self.lessons, self._record)
 
     def _operate(self, whole: bool) -> Operation:
         return Operation(self.client, self.session, self.view, whole=whole, invites=self._invites, edited=self._edited)
@@ -237,33 +251,6 @@ class Visitor:
         else:
             self.save()
             self._context.store.park(self.query, self.session, self.lessons)
-
-
-def open_visitor(
-    context: AppContext,
-    client: viser.ClientHandle,
-    settings: Settings,
-    problems: tuple[str, ...] = (),
-    record: VisitorRecord | None = None,
-    private: bool = False,
-    query: dict[str, str] | None = None,
-) -> Generator[None, None, Visitor]:
-    """Build the page of a visitor who has connected piece by piece, and return the visitor; see `Visitor` for the arguments."""
-    query = query or request_query(client)
-    parked = context.store.claim(query)
-    visitor: Visitor | None = None
-    try:
-        visitor = Visitor(context, client, settings, problems, record, parked, private, query)
-        yield
-        yield from visitor.build()
-    except BaseException:
-        # Also of a tab that is closed before its page is whole.
-        if parked is not None:
-            context.store.park(query, *parked)
-        elif visitor is not None:
-            visitor.session.close()
-        raise
-    return visitor
 
 
 log = logging.getLogger("duet.hosts")

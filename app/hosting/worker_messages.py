@@ -2,9 +2,9 @@
 those with breakout sessions. Imports nothing slow."""
 
 import pickle
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 from app.hosting.serve_options import ServeOptions
@@ -143,7 +143,7 @@ class Stop(NamedTuple):
 
 
 class WorkerLink:
-    """One process's end. All methods may be called from any thread.
+    """One process's end. All methods may be called from any thread, `received` from one alone.
 
     Args:
         index: of the process; 0 has the plenary.
@@ -157,7 +157,7 @@ class WorkerLink:
     def __init__(self, index: int, send: Callable[[object], None]) -> None:
         self.index, self.send = index, send
         self.wake: Callable[[], None] = lambda: None
-        self._arrived: SimpleQueue[Any] = SimpleQueue()
+        self._arrived: deque[Any] = deque()
 
     def to_plenary(self, message: object) -> None:
         self.send(ToPlenary(pickle.dumps(message)))
@@ -172,14 +172,9 @@ class WorkerLink:
 
     def put(self, message: object) -> None:
         """Take a message for this process; content that another process has packed is unpacked."""
-        self._arrived.put(pickle.loads(message) if isinstance(message, bytes) else message)
+        self._arrived.append(pickle.loads(message) if isinstance(message, bytes) else message)
         self.wake()
 
     def received(self) -> list[Any]:
         """Return what has arrived since the last call."""
-        messages: list[Any] = []
-        while True:
-            try:
-                messages.append(self._arrived.get_nowait())
-            except Empty:
-                return messages
+        return [self._arrived.popleft() for _ in range(len(self._arrived))]

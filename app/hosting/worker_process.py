@@ -1,7 +1,6 @@
 """A worker as the dispatcher sees it: a process that serves the connections that it is given. Imports nothing slow."""
 
 import contextlib
-import signal
 import socket
 import subprocess
 import sys
@@ -119,7 +118,7 @@ class WorkerProcess:
         try:
             self.process.wait(patience)
         except subprocess.TimeoutExpired:
-            self.process.send_signal(signal.SIGKILL)
+            self.process.kill()
             self.process.wait()
         self._channel.close()
         self.control.close()

@@ -106,28 +106,19 @@ class SavedRun:
 
 
 @dataclass(frozen=True)
-class Verification:
-    """The comparison of a run file with a new run of its inputs.
+class Loaded:
+    """The inputs of a run file, and how a new run of them compares with its outcome.
 
     Attributes:
         verdict: the same to the last bit, the same within `CLOSE`, or not.
         words: what a person should know, in plain sentences; a `LazyText`.
         comparison: in numbers.
-        unlike: what of program, libraries and machine is not as it was.
     """
 
+    recorded: Recorded
     verdict: Agreement
     words: LazyText
     comparison: outcomes.Comparison
-    unlike: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Loaded:
-    """A file that was read, and how it compares."""
-
-    recorded: Recorded
-    verification: Verification
 
 
 def saved_bytes(recorded: Recorded, last: bytes | None = None, stopped: Callable[[], bool] = never) -> bytes:
@@ -146,15 +137,7 @@ def saved_bytes(recorded: Recorded, last: bytes | None = None, stopped: Callable
         raise BadSetting("Computed again, this run comes out differently, so it was not saved. Restart it with R.")
     outcome = outcomes.outcome_of(table, outcomes.history_columns(Simulation(recorded.settings, 1)))
     made = np.frombuffer(json.dumps(made_here()).encode(), np.uint8)
-    out = io.BytesIO(recorded_bytes(recorded))
-    with zipfile.ZipFile(out, "a", zipfile.ZIP_DEFLATED) as archive:
-        for name, array in {MADE: made, **outcomes.outcome_arrays(outcome)}.items():
-            # Every part gets the same date, and the file the same bytes.
-            info = zipfile.ZipInfo(f"{name}.npy")
-            info.compress_type = zipfile.ZIP_DEFLATED
-            with archive.open(info, "w", force_zip64=True) as part:
-                np.lib.format.write_array(part, array, allow_pickle=False)
-    return out.getvalue()
+    return recorded_bytes(recorded, {MADE: made, **outcomes.outcome_arrays(outcome)})
 
 
 def saved_from(data: bytes, name: str) -> SavedRun:
@@ -193,7 +176,7 @@ def saved_from(data: bytes, name: str) -> SavedRun:
     return SavedRun(recorded, outcome, made_from(about))
 
 
-def verify(saved: SavedRun, stopped: Callable[[], bool] = never) -> Verification:
+def verify(saved: SavedRun, stopped: Callable[[], bool] = never) -> Loaded:
     """Compute the run again and compare.
 
     Raises:
@@ -209,7 +192,7 @@ def verify(saved: SavedRun, stopped: Callable[[], bool] = never) -> Verification
     if law is not None:
         said = made_with(law.file, law.sha256)
         words = said if verdict == "exact" else joined((said, words), " ")
-    return Verification(verdict, words, comparison, changes)
+    return Loaded(saved.recorded, verdict, words, comparison)
 
 
 def load_run(data: bytes, name: str, stopped: Callable[[], bool] = never) -> Loaded:
@@ -221,7 +204,7 @@ def load_run(data: bytes, name: str, stopped: Callable[[], bool] = never) -> Loa
     """
     saved = saved_from(data, name)
     try:
-        return Loaded(saved.recorded, verify(saved, stopped))
+        return verify(saved, stopped)
     except BadSetting as error:
         raise BadInputFile("{name}: {reason}", name=name, reason=str(error)) from None
 

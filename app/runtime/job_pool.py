@@ -98,6 +98,55 @@ class Jobs(ABC):
         """Drop all jobs, and let go of what runs them; later jobs fail."""
 
 
+class JobWatch:
+    """The jobs of one owner, each with what is done with its result. All methods belong to the owner's thread.
+
+    Args:
+        background: runs the jobs; with None there are none, and what is submitted is left out.
+        wake: called, from any thread, when the state of a job has changed.
+        failed: called by `collect` with a job that has failed.
+    """
+
+    def __init__(self, background: Jobs | None, wake: Callable[[], None], failed: Callable[[Job], None]) -> None:
+        self._background, self._wake, self._failed = background, wake, failed
+        self.computes = background is not None
+        """Whether there is what runs the jobs."""
+        self._jobs: dict[Job, Callable[[Any], None]] = {}
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """The kinds of the jobs under way, oldest first."""
+        return tuple(job.kind for job in self._jobs)
+
+    def submit(
+        self, kind: str, done: Callable[[Any], None], function: Callable[..., Any], *arguments: Any, urgent: bool = False
+    ) -> None:
+        """Submit a job in the place of an older one of its kind, see `Jobs.submit`; `collect` calls `done` with its result."""
+        self.drop(kind)
+        if self._background is not None:
+            self._jobs[self._background.submit(self, kind, function, *arguments, urgent=urgent, wake=self._wake)] = done
+
+    def drop(self, kind: str) -> None:
+        if self._background is not None:
+            self._background.cancel(self, kind)
+        self._jobs = {job: done for job, done in self._jobs.items() if job.kind != kind}
+
+    def collect(self) -> None:
+        for job, done in list(self._jobs.items()):
+            # Handing over one result may drop another job.
+            if job.state in ("waiting", "running") or self._jobs.pop(job, None) is None:
+                continue
+            if job.state == "done":
+                done(job.result)
+            elif job.state == "failed":
+                self._failed(job)
+
+    def close(self) -> None:
+        if self._background is not None:
+            self._background.cancel(self)
+        self._jobs.clear()
+
+
 class JobPool(Jobs):
     """A queue in front of a pool of processes, which start with the first job; see `Jobs`.
 
@@ -144,12 +193,6 @@ class JobPool(Jobs):
             pool, self._pool = self._pool, None
         if pool is not None:
             pool.shutdown(wait=True, cancel_futures=True)
-
-    @property
-    def load(self) -> tuple[int, int]:
-        """The number of jobs that run, and of those that wait."""
-        with self._lock:
-            return len(self._running), len(self._waiting)
 
     def _drop(self, job: Job) -> int:
         """Drop a job; return its place in the queue, or the queue's end."""

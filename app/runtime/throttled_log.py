@@ -4,6 +4,7 @@ import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from time import monotonic
+from traceback import walk_tb
 from typing import Final
 
 EVER_RARER: Final = (10.0, 60.0, 600.0)
@@ -74,9 +75,5 @@ class ThrottledLog:
 
 def _place(error: BaseException) -> tuple[str, int]:
     """Return file and line where an exception was raised; its message may differ in every frame."""
-    trace = error.__traceback__
-    if trace is None:
-        return "", 0
-    while trace.tb_next is not None:
-        trace = trace.tb_next
-    return trace.tb_frame.f_code.co_filename, trace.tb_lineno
+    places = [(frame.f_code.co_filename, line) for frame, line in walk_tb(error.__traceback__)]
+    return places[-1] if places else ("", 0)

@@ -5,8 +5,7 @@ from functools import partial
 from math import inf
 from typing import Final
 
-from app.runtime.job_pool import Job, Jobs
-from app.runtime.job_watch import JobWatch
+from app.runtime.job_pool import Job, Jobs, JobWatch
 from app.settings import Settings
 from controllers.errors import BadSetting, LazyText
 from scenes.counterexample import BROKEN, Attack, Found, attack_of, check, replayed, searched

@@ -4,8 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Final
 
-from app.runtime.job_pool import Job, Jobs
-from app.runtime.job_watch import JobWatch
+from app.runtime.job_pool import Job, Jobs, JobWatch
 from app.session.studies import LEAST
 from app.settings import Settings
 from controllers.errors import LazyText

@@ -6,8 +6,7 @@ from typing import Final, Literal
 
 import numpy as np
 
-from app.runtime.job_pool import Job, Jobs
-from app.runtime.job_watch import JobWatch
+from app.runtime.job_pool import Job, Jobs, JobWatch
 from controllers.kinematics import Array
 from scenes.history import COLUMN, History
 from scenes.inputs import InputsLog

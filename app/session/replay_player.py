@@ -6,8 +6,7 @@ from functools import partial
 from typing import Final, NamedTuple, Protocol
 
 from app.i18n.speaking import N_
-from app.runtime.job_pool import Job, Jobs
-from app.runtime.job_watch import JobWatch
+from app.runtime.job_pool import Job, Jobs, JobWatch
 from app.session.actions import Action, Pause, Reset, SingleStep
 from app.session.clock import Halt, Pace
 from app.session.replay import RecordedFilm, Replay, make_film, make_films

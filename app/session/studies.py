@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Final, Literal
 
-from app.runtime.job_pool import Job, Jobs
-from app.runtime.job_watch import JobWatch
+from app.runtime.job_pool import Job, Jobs, JobWatch
 from app.settings import Settings
 from scenes.headless import summarise
 from scenes.inputs import CHAPTER, InputsLog, Recorded

@@ -29,20 +29,19 @@ class Address(NamedTuple):
         return self.url.removeprefix("http://")
 
 
-def find_address(origin: str, listening: str, port: int, own: str | None = None) -> Address:
+def find_address(origin: str, listening: str, port: int) -> Address:
     """Return the address for the students.
 
     Args:
         origin: under which the teacher's browser opened the page (`https://duet.example.org`), with a proxy's folder; "" if unknown.
         listening, port: to which the server is bound.
-        own: this computer's address in its network; None looks it up.
     """
     name = _name(origin)
     if name and not _is_loopback(name):
         return Address(origin.rstrip("/") + "/", False)
     if _is_loopback(listening):
         return Address(f"http://{'localhost' if listening == '::1' else listening}:{port}/", True)
-    host = listening if listening not in ("", "0.0.0.0", "::") else own if own is not None else own_address()
+    host = own_address() if listening in ("", "0.0.0.0", "::") else listening
     return Address(f"http://{f'[{host}]' if ':' in host else host}:{port}/", _is_loopback(host))
 
 

@@ -3,7 +3,6 @@
 Nothing is drawn on the server object: viser sends its elements to all. A browser is given the buffer of its audience in its place.
 """
 
-import asyncio
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -13,12 +12,9 @@ import viser
 from websockets.asyncio.server import ServerConnection
 
 from app.settings import Look
-from app.web.pages import ELSEWHERE, page_query
+from app.web.pages import page_query
 from app.web.server import DuetServer
-from app.web.viser_internals import Message, MessageBuffer, ServerView, connection_of, shared_messages
-
-MOVED_CODE: Final = 4001
-"""Code by which a connection is closed so that the page reconnects at once to another buffer."""
+from app.web.viser_internals import Message, MessageBuffer, ServerView, shared_messages
 
 MOST: Final = 8
 """Audiences at once, as each is drawn separately. A browser with one more look joins the audience that is most like it."""
@@ -72,10 +68,6 @@ class Audiences:
         """Return the audience of the browser with this client id; None if it has a page of its own, or is gone."""
         return next((one for one in self.audiences if number in one.watchers), None)
 
-    def move(self, client: viser.ClientHandle) -> None:
-        """Close a browser's connection, so that its page reconnects and is assigned again."""
-        send_elsewhere(self._server, client)
-
     # ---- on the network's thread -------------------------------------------------------------------------------------------
 
     @contextmanager
@@ -113,13 +105,6 @@ class Audiences:
                 if not audience.watchers:
                     del self._audiences[audience.look, audience.screen]
         self._gone(number)
-
-
-def send_elsewhere(server: DuetServer, client: viser.ClientHandle) -> None:
-    """Close a browser's connection, so that its page reconnects at once, perhaps to another process; from any thread."""
-    connection = connection_of(server, client.client_id)
-    if connection is not None:
-        asyncio.run_coroutine_threadsafe(server.let_go(connection, MOVED_CODE, ELSEWHERE), server.get_event_loop())
 
 
 def _likeness(one: Look, other: Look) -> tuple[bool, int]:

@@ -72,7 +72,7 @@ class FilteredConnection(ServerConnection):
         arguments, options: of the library's connection.
 
     Attributes:
-        heard: messages that were passed on.
+        received, heard: messages that have come, and those of them that were passed on.
         is_page: whether it has said that it is a page of ours; a program need not.
     """
 
@@ -81,9 +81,9 @@ class FilteredConnection(ServerConnection):
         self.duet = owner
         self.traffic = Traffic(owner.limits)
         self.head = RequestHead()
-        self.introduced = self.is_page = self._said_all = False
+        self.is_page = self._said_all = False
         self.heard = 0
-        self._received, self._entries = 0, Entries()
+        self.received, self._entries = 0, Entries()
         self._seen = asyncio.Event()
         self._seen.set()
         self._client_id: int | None = None
@@ -165,15 +165,14 @@ class FilteredConnection(ServerConnection):
         duet = self.duet
         while True:
             # viser deals with a message in a task of its own, which was begun before this.
-            self.loop.call_soon(self._entries.deal, self._received)
+            self.loop.call_soon(self._entries.deal, self.received)
             try:
                 # A connection that is only held open is closed.
-                async with asyncio.timeout(None if self.introduced else duet.limits.first_message_seconds):
+                async with asyncio.timeout(None if self.received else duet.limits.first_message_seconds):
                     raw = await super().recv(decode)
             except TimeoutError:
                 await self._end("nothing said")
-            self.introduced = True
-            self._received += 1
+            self.received += 1
             pause = self.traffic.pause(len(raw))
             if pause > 0.0:
                 duet.log.warning("slowed down", f"{self._who} sends too fast")

@@ -23,15 +23,11 @@ class _Entry:
 _present: ContextVar[_Entry | None] = ContextVar("entry", default=None)
 
 
-def _no_entry() -> None:
-    """Do nothing."""
-
-
 def claim_entry() -> Callable[[], None]:
     """Return what ends the entry that is being dealt with, if any; the caller calls it when it acts upon the entry, or drops it."""
     entry = _present.get()
     if entry is None:
-        return _no_entry
+        return lambda: None
     entry.claimed = True
     return entry.end
 

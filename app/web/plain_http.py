@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-import http
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from http import HTTPStatus
 from typing import Any, Final
 
@@ -95,11 +94,6 @@ OWN_HEADERS: Final = {
 }
 
 
-def framing(origins: Sequence[str]) -> dict[str, str]:
-    """Return the header that says which pages may show ours in a frame: our own, and those of `origins`."""
-    return {"Content-Security-Policy": " ".join(("frame-ancestors 'self'", *origins))}
-
-
 HTML: Final = "text/html; charset=utf-8"
 
 
@@ -108,7 +102,7 @@ def respond(status: int, content_type: str, body: bytes, extra: dict[str, str]) 
     headers = Headers({"Content-Type": content_type, "Content-Length": str(len(body)), "Connection": "close"})
     for name, value in {**OWN_HEADERS, **extra}.items():
         headers[name] = value
-    return Response(status, http.HTTPStatus(status).phrase, headers, body)
+    return Response(status, HTTPStatus(status).phrase, headers, body)
 
 
 METRICS: Final = CONTENT_TYPE_PLAIN_0_0_4

@@ -10,7 +10,7 @@ from collections import deque
 from collections.abc import AsyncGenerator, Awaitable, Callable, Generator, Sequence
 from itertools import islice
 from time import perf_counter
-from typing import Final
+from typing import Any, Final
 
 import msgspec
 import zstandard
@@ -78,16 +78,12 @@ class Packed:
         return data
 
 
-async def _at_once() -> None:
-    """Return at once."""
-
-
 async def send_windows(
     connection: ServerConnection,
     buffer: MessageBuffer,
     client_id: int,
-    backlog_done_message: Message | None = None,
-    seen: Callable[[], Awaitable[object]] = _at_once,
+    backlog_done_message: Message | None,
+    seen: Callable[[], Awaitable[object]],
 ) -> None:
     """Send one browser what a buffer holds for it, window by window.
 
@@ -143,10 +139,14 @@ def _wake() -> None:
     """Wake the senders that are held."""
     if _held.events:
         for loop, events in _held.events.items():
-            # The loop may be closed already, when nothing is sent any more.
-            with contextlib.suppress(RuntimeError):
-                loop.call_soon_threadsafe(_set_all, events)
+            _call(loop, _set_all, events)
         _held.events = {}
+
+
+def _call(loop: AbstractEventLoop, function: Callable[..., object], *arguments: Any) -> None:
+    """Have an event loop call a function; one that is closed already, when nothing is sent any more, does nothing."""
+    with contextlib.suppress(RuntimeError):
+        loop.call_soon_threadsafe(function, *arguments)
 
 
 def _set_all(events: list[Event]) -> None:
@@ -187,7 +187,7 @@ class ClientBuffer(MessageBuffer):
             if self.atomic_counter or self._timed:
                 return
             self._timed = True
-        self._call(lambda: self.event_loop.call_later(self.window_duration_sec, self.flush_event.set))
+        _call(self.event_loop, self.event_loop.call_later, self.window_duration_sec, self.flush_event.set)
 
     def remove_entity_state_from_buffer(self, entity_type: str, entity_id: str) -> None:
         """Drop what waits about an element that is about to be replaced."""
@@ -216,7 +216,7 @@ class ClientBuffer(MessageBuffer):
                 return
             self._woken = True
         if _held.events is None:
-            self._call(self.flush_event.set)
+            _call(self.event_loop, self.flush_event.set)
             return
         now = perf_counter()
         if not _held.events:
@@ -225,19 +225,10 @@ class ClientBuffer(MessageBuffer):
         if now - _held.since > HOLD:
             _wake()
 
-    def _call(self, function: Callable[[], object]) -> None:
-        # The loop may be closed already, when nothing is sent any more.
-        with contextlib.suppress(RuntimeError):
-            self.event_loop.call_soon_threadsafe(function)
-
-    def window_generator(
+    async def window_generator(
         self, client_id: int, backlog_done_message: Message | None = None
     ) -> AsyncGenerator[Sequence[Message], None]:
-        """Return what is to be sent, window by window; `backlog_done_message` belongs to buffers with a backlog, which this has not."""
-        del backlog_done_message
-        return self._windows(client_id)
-
-    async def _windows(self, client_id: int) -> AsyncGenerator[Sequence[Message], None]:
+        """Yield what is to be sent, window by window; `backlog_done_message` belongs to buffers with a backlog, which this has not."""
         while not self.done:
             await self.flush_event.wait()
             self.flush_event.clear()

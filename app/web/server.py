@@ -34,6 +34,7 @@ from app.web.listening import listen, url_of
 from app.web.message_gate import Gate
 from app.web.origin_policy import LOOPBACK_NAMES, VOUCHED, OriginPolicy, check_origin
 from app.web.pages import (
+    ELSEWHERE,
     NO_ASSETS,
     OPEN_TOO_OFTEN,
     ROOM_IS_FULL,
@@ -43,7 +44,7 @@ from app.web.pages import (
     page_query,
     patched_index,
 )
-from app.web.plain_http import ALLOWED, HTML, METRICS, OWN_HEADERS, framing, metrics_text, respond
+from app.web.plain_http import ALLOWED, HTML, METRICS, OWN_HEADERS, metrics_text, respond
 from app.web.schemas import UPLOAD_TOO_LARGE, Refused
 from app.web.sending import ClientBuffer
 from app.web.traffic_limits import BoundedQueue, TrafficLimits
@@ -64,12 +65,13 @@ MOST_DELAYED: Final = 200
 NEWS: Final = 1.0
 """What the other processes say of their browsers arrives within this time [s]."""
 
+MOVED_CODE: Final = 4001
+"""Code by which a connection is closed so that the page reconnects at once, perhaps to another buffer or process."""
+
 Handler = Callable[[ServerConnection], Awaitable[None]]
 Static = Callable[..., Response | None]
-Documents = Mapping[str, Callable[[Language], bytes]]
-"""Path of a page, such as "/documents/model" → returns its HTML in a reader's language."""
-
-NO_DOCUMENTS: Documents = {}
+Document = Callable[[Language], bytes]
+"""Returns the HTML of a page in a reader's language."""
 
 
 class DuetServer(viser.ViserServer):
@@ -82,7 +84,7 @@ class DuetServer(viser.ViserServer):
         embed_origins: foreign pages that may show ours in a frame, such as `https://moodle.example.org`.
         max_clients: places; a browser that comes when all are taken gets a page that lets it in when one is free. None for no limit.
         limits: how much one browser may ask for.
-        documents: further pages, rendered outside the network's thread.
+        documents: further pages by their path, such as "/documents/model", rendered outside the network's thread.
         assets: scripts and style sheets of every page, which come before viser's own.
         body: HTML that every page's body begins with.
         delay: returns how long a request from an address and with a query waits for its answer [s]. Called on the network's thread.
@@ -119,7 +121,7 @@ class DuetServer(viser.ViserServer):
         embed_origins: tuple[str, ...] = (),
         max_clients: int | None = None,
         limits: TrafficLimits | None = None,
-        documents: Documents = NO_DOCUMENTS,
+        documents: Mapping[str, Document] = {},
         assets: PageAssets = NO_ASSETS,
         body: str = "",
         delay: Callable[[str, dict[str, str]], float] = lambda address, query: 0.0,
@@ -153,7 +155,8 @@ class DuetServer(viser.ViserServer):
         self.may_measure: Callable[[Mapping[str, str]], bool] = lambda query: False
         self.proof = ""
         self.shared_buffer: BufferChoice = lambda connection, client_id, buffer: contextlib.nullcontext(buffer)
-        self.embed_origins, self._frames = embed_origins, framing(embed_origins)
+        self.embed_origins = embed_origins
+        self._frames = {"Content-Security-Policy": " ".join(("frame-ancestors 'self'", *embed_origins))}
         self._documents, self._delay, self._delayed = documents, delay, 0
         self._ready = threading.Event()
         self._holders: dict[ServerConnection, tuple[str, str]] = {}
@@ -181,6 +184,12 @@ class DuetServer(viser.ViserServer):
         connection = viser_internals.connection_of(self, client_id)
         return connection if isinstance(connection, FilteredConnection) else None
 
+    def send_elsewhere(self, client: viser.ClientHandle) -> None:
+        """Close a browser's connection, so that its page reconnects at once, perhaps to another process; from any thread."""
+        connection = self.page_of(client.client_id)
+        if connection is not None:
+            asyncio.run_coroutine_threadsafe(self._let_go(connection), self.get_event_loop())
+
     def is_owners(self, client_id: int) -> bool:
         """Return whether a browser is the one of the person who started the server; where foreign pages may frame ours, none is."""
         page = self.page_of(client_id)
@@ -206,6 +215,7 @@ class DuetServer(viser.ViserServer):
         quiet = logging.Logger("duet.server.websockets", level=logging.WARNING)
         quiet.addHandler(Forwarder(self.log))
         options |= {
+            "handler": lambda connection: self._serve_one(connection, handler),
             "process_request": lambda connection, request: self._answer(connection, request, process_request),
             "create_connection": partial(FilteredConnection, self),
             "sock": listener,
@@ -216,17 +226,17 @@ class DuetServer(viser.ViserServer):
             "server_header": None,
             "logger": quiet,
         }
-        return websockets.asyncio.server.serve(lambda connection: self._serve_one(connection, handler), **options)
+        return websockets.asyncio.server.serve(**options)
 
     def _has_room(self, path: str = "") -> bool:
         count = self.elsewhere + len(self._placed)
         return self.max_clients is None or count < self.max_clients or self.always_admits(page_query(path))
 
-    def _admits(self, connection: ServerConnection, request: Request, origins: Sequence[str]) -> bool:
+    def _admits(self, connection: FilteredConnection, request: Request, origins: Sequence[str]) -> bool:
         hosts, vouched = request.headers.get_all("Host"), VOUCHED in request.headers
-        return self.trusts(page_query(request.path)) or self._origins.admits(origins, hosts, _address_of(connection), vouched)
+        return self.trusts(page_query(request.path)) or self._origins.admits(origins, hosts, connection.address, vouched)
 
-    async def _document(self, render: Callable[[Language], bytes], request: Request) -> Response:
+    async def _document(self, render: Document, request: Request) -> Response:
         # Formulas take a second to draw; meanwhile other requests are served.
         return respond(200, HTML, await asyncio.to_thread(render, _language_of(request)), {"Vary": "Accept-Language"})
 
@@ -240,7 +250,7 @@ class DuetServer(viser.ViserServer):
 
     async def _answer(self, connection: FilteredConnection, request: Request, static: Static) -> Response | None:
         """Answer a request in its time, or return None to let it become a websocket."""
-        delay = self._delay(_address_of(connection), page_query(request.path))
+        delay = self._delay(connection.address, page_query(request.path))
         if delay > 0.0:
             self.log.warning("wrong key", f"from {connection.address or 'unknown'}")
             if self._delayed >= MOST_DELAYED:
@@ -308,9 +318,9 @@ class DuetServer(viser.ViserServer):
                 response.headers.setdefault(name, value)
         return response
 
-    async def _serve_one(self, connection: ServerConnection, handler: Handler) -> None:
+    async def _serve_one(self, connection: FilteredConnection, handler: Handler) -> None:
         """Let a new connection in, and leave it to viser; it takes a place when it sends its first message."""
-        path, address = connection.request.path if connection.request is not None else "", _address_of(connection)
+        path, address = connection.request.path if connection.request is not None else "", connection.address
         # Every page names its tab, so a class behind one address counts as many; only programs count by their address.
         tab = page_query(path).get("resume", "")
         holder = ("tab", tab) if tab else ("address", address)
@@ -356,11 +366,11 @@ class DuetServer(viser.ViserServer):
         self.count_changed(len(self._placed))
         return ""
 
-    async def let_go(self, connection: ServerConnection, code: int, reason: str) -> None:
-        """Close a connection; its page comes again at once, so its place is free before that: where all are taken, it would be refused."""
+    async def _let_go(self, connection: ServerConnection) -> None:
+        # The page comes again at once, so its place is free before that: where all are taken, it would be refused.
         self._placed.discard(connection)
         self.count_changed(len(self._placed))
-        await connection.close(code, reason)
+        await connection.close(MOVED_CODE, ELSEWHERE)
 
     def client_id(self, connection: ServerConnection) -> int:
         return viser_internals.client_id_of(self, connection)
@@ -371,12 +381,6 @@ class DuetServer(viser.ViserServer):
             words, size = words_of(_language_of(request)), f"{self.limits.upload_bytes / 1e6:g}"
             title, body = words(N_("This file is too large")), words(N_("Files of up to {size} MB can be read."), size=size)
             client.add_notification(title, body, color="orange")
-
-
-def _address_of(connection: ServerConnection) -> str:
-    """Return where a connection comes from, "" if that is unknown."""
-    peer = connection.remote_address
-    return str(peer[0]) if peer else ""
 
 
 def _language_of(request: Request) -> Language:

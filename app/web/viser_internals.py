@@ -14,7 +14,7 @@ import contextlib
 import threading
 import types
 from asyncio import AbstractEventLoop
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any, Final, cast, get_args, get_origin, get_type_hints
@@ -171,8 +171,7 @@ def remove_share_handlers(server: viser.ViserServer) -> None:
 
 # --- for all servers of the process --------------------------------------------------------------------------------------------
 
-_Produce = Callable[[ServerConnection, MessageBuffer, int, Message | None], Awaitable[None]]
-_produce: Final[_Produce] = viser_infra._message_producer
+_produce: Final = viser_infra._message_producer
 _client_state: Final = viser_infra._ClientHandleState
 _hints_of: Final = cache(get_type_hints)
 _take_value: Final = _gui_api.GuiApi._handle_gui_updates
@@ -184,11 +183,11 @@ _MOVES: Final = frozenset(
 """Messages with plain numbers: the handles cast them."""
 
 
-def adapt_viser(client_buffer: Callable[[AbstractEventLoop], MessageBuffer] | None = None) -> None:
+def adapt_viser(client_buffer: Callable[[AbstractEventLoop], MessageBuffer]) -> None:
     """Replace parts of viser for the whole process; calling it again changes nothing.
 
     - A connection with a method `send_windows` sends messages by it instead of by viser's loop.
-    - What one browser alone is sent waits in a `client_buffer`; None leaves that as it is.
+    - What one browser alone is sent waits in a `client_buffer`.
     - The types of an element's properties are looked up once per class instead of once per handle.
     - A property that is set to what it is costs next to nothing, an array is cast to a type that is looked up once, and a pose is compared
       with plain numbers: a frame sets some forty properties and twenty poses, most of them to what they are.
@@ -197,9 +196,8 @@ def adapt_viser(client_buffer: Callable[[AbstractEventLoop], MessageBuffer] | No
     - The archive of icons, and each icon, is read once; viser reads the archive's directory for every icon, and keeps 32 icons.
     """
     viser_infra._message_producer = _send_windows
-    if client_buffer is not None:
-        names = cast(dict[str, Any], vars(viser_infra))
-        names["_ClientHandleState"] = lambda _, loop: _client_state(client_buffer(loop), loop)
+    names = cast(dict[str, Any], vars(viser_infra))
+    names["_ClientHandleState"] = lambda _, loop: _client_state(client_buffer(loop), loop)
     # A type checker knows the attribute as a cached property of every handle.
     setattr(AssignablePropsBase, "_prop_hints", _hints)  # noqa: B010
     setattr(AssignablePropsBase, "_cast_value_recursive", _cast_property)  # noqa: B010

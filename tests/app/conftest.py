@@ -37,7 +37,7 @@ def live_sessions(house: App) -> dict[int, Session]:
     while True:
         # The frame thread may add a session meanwhile.
         with suppress(RuntimeError):
-            return host.sessions
+            return {number: visitor.session for number, visitor in host.visitors.items()}
 
 
 def lecture_of(house: App) -> LectureHost:
@@ -165,16 +165,16 @@ class ByHand:
 
     def come(self, query: str = "") -> BlockingClient:
         """A browser that is connected, and about which the next frame knows."""
-        before = len(self.host.connections._arrivals)
+        before = len(self.host.admission._arrivals)
         self.visitors.append(BlockingClient(self.house.url, query=query))
-        self.visitors[-1].wait_for(lambda _: len(self.host.connections._arrivals) > before)
+        self.visitors[-1].wait_for(lambda _: len(self.host.admission._arrivals) > before)
         return self.visitors[-1]
 
     def leave(self, visitor: BlockingClient) -> None:
         """The browser is gone, and the next frame knows."""
-        before = len(self.host.connections._departures)
+        before = len(self.host.admission._departures)
         visitor.close()
-        until(lambda: len(self.host.connections._departures) > before)
+        until(lambda: len(self.host.admission._departures) > before)
 
     def frames(self) -> None:
         self.frame()

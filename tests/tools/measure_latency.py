@@ -106,8 +106,9 @@ def of_duet(browser: Browser) -> list[float]:
         page.goto(house.url)
         wait_ready(page, "/gizmo/hand")
         # The page may have come a second time, without the fine picture that a machine without a graphics card is too slow for.
-        until(page, lambda: len(host.sessions) == 1, "one session")
-        (session,) = host.sessions.values()
+        until(page, lambda: len(host.visitors) == 1, "one session")
+        (visitor,) = host.visitors.values()
+        session = visitor.session
         simulation = session.simulation
         pose = simulation.kinematics.hand_pose(simulation.guided)
         delays = measure(page, pose.translation.copy(), pose.rotation.T.copy(), lambda: session.held is not None, LINKS)

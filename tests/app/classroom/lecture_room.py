@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from app.page.panels.choice_buttons import MARK
-from app.web.audiences import MOVED_CODE
+from app.web.server import MOVED_CODE
 from tests.app.conftest import OpenHouse, ask, lecture_of
 from tests.app.page.helpers import bodies, open_lessons, shown
 from tests.app.web.conftest import ended

@@ -23,7 +23,7 @@ from app.hosting.visitor_record import VisitorRecord, record_from_bytes
 from app.hosting.worker_messages import ForTab, Replaced, WorkerLink
 from app.page.panels.server_load import ServerLoad
 from app.settings import Settings
-from app.web.audiences import MOVED_CODE
+from app.web.server import MOVED_CODE
 from tests.app.classroom.lecture_room import choose, command, drawn_name, sees
 from tests.app.conftest import Made
 from tests.app.hosting.test_workers import worker_of

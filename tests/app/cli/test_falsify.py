@@ -23,7 +23,7 @@ def test_the_closest_pair_is_broken_and_its_run_can_be_made_again(capsys: pytest
     assert lines[3] == "All of this held: w ≤ v, J_d regular, no joint at its limit, an ideal robot."
     assert lines[4].startswith("What was missing: one closest pair.") and lines[-1] == str(out)
     loaded = load_run(out.read_bytes(), out.name)
-    assert loaded.verification.verdict == "exact" and loaded.recorded.seconds == pytest.approx(SECONDS)
+    assert loaded.verdict == "exact" and loaded.recorded.seconds == pytest.approx(SECONDS)
 
 
 def test_a_smooth_distance_is_not_broken(capsys: pytest.CaptureFixture[str]) -> None:

@@ -147,7 +147,7 @@ def test_a_run_file_needs_the_same_robot(urdf: Path) -> None:
     settings = settings_of_options(RunOptions(robot_left=str(urdf), robot_right="panda", rig="table"), RunSettings())  # type: ignore[call-arg]
     _, recorded = recorded_run(settings, 1.0, 99.0, {})
     data = saved_bytes(recorded)
-    assert load_run(data, "run.duet.npz").verification.verdict == "exact"
+    assert load_run(data, "run.duet.npz").verdict == "exact"
     film = film_scene(recorded, 0.5, PageSettings(picture="fast"))
     assert any("/arms/left/base/arm_joint_1" in track.node for track in film.tracks)
     given = dict(FILES), {key: dict(found) for key, found in added_choices().items()}
@@ -159,7 +159,7 @@ def test_a_run_file_needs_the_same_robot(urdf: Path) -> None:
     from scenes.robots.robot_files import take_over
 
     take_over(given)
-    assert load_run(data, "run.duet.npz").verification.verdict == "exact"
+    assert load_run(data, "run.duet.npz").verdict == "exact"
 
 
 def test_the_list_of_robots(urdf: Path, capsys: pytest.CaptureFixture[str]) -> None:

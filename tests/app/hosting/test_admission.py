@@ -21,13 +21,13 @@ from app.hosting.visitor import Visitor
 from app.hosting.worker_messages import LetGo, MakeRoom, WorkerLink
 from app.lessons.lesson import NO_LESSONS
 from app.settings import Settings
-from app.web.audiences import MOVED_CODE
 from app.web.pages import ELSEWHERE
+from app.web.server import MOVED_CODE
 from scenes import glb
 from scenes.robots import robot
 from scenes.room_shells import table_glb
 from scenes.settings import specs
-from tests.app.conftest import FRAME, Arrive, Made, OpenHouse
+from tests.app.conftest import FRAME, Arrive, Made, OpenHouse, live_sessions
 from tests.app.inline import Inline
 from tests.app.web.conftest import ended
 
@@ -57,13 +57,13 @@ def test_other_visitors_have_a_frame_between_any_two_pieces(by_hand: Made, piece
     opened = by_hand(sessions=8)
     assert isinstance(opened.host, PrivateHost)
     opened.let_in()
-    (neighbour,) = opened.host.sessions
+    (neighbour,) = opened.host.visitors
     pieces.clear()
     newcomers = [opened.come() for _ in range(3)]
-    while len(opened.host.sessions) < 4:
-        before = len(opened.host.sessions)
+    while len(opened.host.visitors) < 4:
+        before = len(opened.host.visitors)
         opened.frame()
-        assert len(opened.host.sessions) <= before + 1
+        assert len(opened.host.visitors) <= before + 1
     built = [number for what, number in pieces if what == "piece"]
     # One after the other, each in several pieces.
     assert sorted(built) == built and all(built.count(number) >= 3 for number in set(built)) and len(set(built)) == 3
@@ -119,7 +119,7 @@ def test_a_page_that_is_closed_half_built_is_given_up_for_the_next_one(by_hand: 
     opened.leave(hasty)
     gone = pieces[-1][1]
     opened.frames()
-    assert gone not in opened.host.sessions and len(opened.host.sessions) == 1
+    assert gone not in opened.host.visitors and len(opened.host.visitors) == 1
     patient.wait_for(lambda v: len(v.mirror.commands) >= 14)
 
 
@@ -127,7 +127,7 @@ def test_a_page_that_is_closed_half_built_is_given_up_for_the_next_one(by_hand: 
 def test_what_a_tab_asked_for_goes_with_it_but_no_answer_of_a_student(by_hand: Made, lecture: bool) -> None:
     opened = by_hand(lecture=lecture)
     visitor, host = opened.let_in("resume=0123456789abcdef0123456789abcdef"), opened.host
-    session = host.session if isinstance(host, LectureHost) else next(iter(host.sessions.values()))
+    (session,) = live_sessions(opened.house).values()
     settings = session.settings
     visitor.wait_for(lambda v: len(v.mirror.commands) >= 14)
     visitor.set_value(specs(Settings)["scene"].label, "A ball in the way (Fig. 1)")
@@ -169,14 +169,14 @@ def test_a_robot_that_is_stored_is_not_fitted_again_and_is_the_same(store: Path)
 def test_what_is_not_stored_is_built_by_a_worker(store: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(preparation, "mesh_makers", lambda: [partial(preparation._furnish, "alone", True)])
     workers = Inline()
-    Preparation(NO_LESSONS, workers).wait()
+    Preparation(NO_LESSONS, workers)._thread.join()
     (job,) = workers.waiting()
     assert not list(store.iterdir()) and table_glb.cache_info().currsize == 0
     workers.work()
     assert job.state == "done" and [file.suffix for file in store.iterdir()] == [".bin"]
     # The worker has a memory of its own.
     table_glb.cache_clear()
-    Preparation(NO_LESSONS, workers).wait()
+    Preparation(NO_LESSONS, workers)._thread.join()
     assert len(workers.jobs) == 1 and table_glb.cache_info().currsize == 1
 
 

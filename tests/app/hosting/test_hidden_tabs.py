@@ -17,7 +17,7 @@ from app.session.session import Session
 from app.settings import Settings
 from app.web.pages import HIDDEN, SHOWN
 from scenes.settings import specs
-from tests.app.conftest import FRAME, ByHand, Made, OpenHouse
+from tests.app.conftest import FRAME, ByHand, Made, OpenHouse, live_sessions
 from tests.app.page.helpers import bodies, click
 from tests.app.runtime.processes import until
 from tests.app.stores import find
@@ -205,7 +205,7 @@ def test_the_page_says_that_its_tab_is_out_of_sight(house: OpenHouse, page_at: P
     page.goto(f"{opened.url}/?lang=en")
     page.get_by_text("× real time").first.wait_for()
     assert isinstance(opened.host, PrivateHost)
-    (session,) = opened.host.sessions.values()
+    (session,) = live_sessions(opened).values()
 
     def goes_on(session: Session) -> bool:
         steps = session.simulation.steps
@@ -221,9 +221,9 @@ def test_the_page_says_that_its_tab_is_out_of_sight(house: OpenHouse, page_at: P
     # A page that connects again in the background is out of sight from the beginning.
     page.evaluate(_HIDE, True)
     until(lambda: session.paused)
-    (before,) = opened.host.sessions
+    (before,) = opened.host.visitors
     opened.server._websock_server.disconnect_all_clients()
-    until(lambda: any(number != before and one is session and one.paused for number, one in opened.host.sessions.items()))
+    until(lambda: any(number != before and one is session and one.paused for number, one in live_sessions(opened).items()))
 
 
 def test_a_paused_stage_rests_until_any_browser_does_anything(by_hand: Made, monkeypatch: pytest.MonkeyPatch) -> None:

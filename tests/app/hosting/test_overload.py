@@ -227,7 +227,7 @@ def test_one_more_than_the_machine_carries_is_not_let_in(by_hand: Made) -> None:
             workload.drew(0.0)
         workload.note(3 * 0.9 * HEADROOM * SLOWEST / 3, 1.0)
     opened.frame()
-    assert server.max_clients == 3 == len(opened.host.sessions) and not server._has_room()
+    assert server.max_clients == 3 == len(opened.host.visitors) and not server._has_room()
 
 
 # --- what a teacher sees -------------------------------------------------------------------------------------------------------

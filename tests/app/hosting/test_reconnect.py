@@ -176,9 +176,9 @@ def test_six_dropped_connections_lose_nothing(
             before = one.remembered()
             message = msgspec.msgpack.encode({"type": "GuiUpdateMessage", "uuid": "of nothing", "updates": {"value": 1.0}})
             one.cut(message if turn % 2 else b"")
-            other.visitor.wait_for(lambda _: len(live_sessions(opened)) == 1 and opened.context.store.parked == 1, 60.0)
+            other.visitor.wait_for(lambda _: len(live_sessions(opened)) == 1 and len(opened.context.store._parked) == 1, 60.0)
             one.come()
-            assert one.session is session and opened.context.store.parked == 0
+            assert one.session is session and not opened.context.store._parked
             assert one.remembered() == before
             if turn:
                 counts.append(held())
@@ -214,7 +214,7 @@ def test_a_visitor_without_lessons_finds_settings_run_and_plots_as_they_were(hou
     one.cut()
     one.come()
     assert one.session is not session and one.session.settings == changed(Settings(), "n", 9.0)
-    assert opened.context.store.parked == 0
+    assert not opened.context.store._parked
 
 
 def test_a_tab_that_is_back_before_it_was_missed_goes_on_from_there(house: OpenHouse, tab: Callable[..., Tab]) -> None:
@@ -231,7 +231,7 @@ def test_a_tab_that_is_back_before_it_was_missed_goes_on_from_there(house: OpenH
     assert all(after[key] == before[key] for key in ("settings", "state", "ghost"))
     old.close()
     one.visitor.wait_for(lambda _: len(live_sessions(opened)) == 1, 60.0)
-    assert opened.context.store.parked == 0  # what was left has gone on elsewhere
+    assert not opened.context.store._parked  # what was left has gone on elsewhere
     one.cut()
     one.come()
     assert one.remembered() == after
@@ -250,7 +250,7 @@ def test_a_doubled_tab_does_not_undo_what_the_later_one_has_done(by_hand: Made) 
     assert steps > 0
     opened.leave(second)
     opened.let_in(link)
-    assert list(host.sessions.values()) == [first, session] and session.settings == settings
+    assert [one.session for one in host.visitors.values()] == [first, session] and session.settings == settings
     assert session.simulation.steps < steps
     assert opened.house.context.store._records[WORD][0].settings == settings, "by another link only the record is found"
 
@@ -266,7 +266,7 @@ def test_a_lecturer_who_drops_out_costs_the_class_no_frame(
     student.wait_for(lambda _: opened.server.count_clients() == 2)
     # viser takes a tab's controls away before it says that the tab has gone; the moment between is stretched here.
     with monkeypatch.context() as patch:
-        patch.setattr(host.connections, "changes", lambda: ([], set()))
+        patch.setattr(host.admission, "changes", lambda: ([], set()))
         lecturer.break_off()
         student.wait_for(lambda _: first not in opened.server.get_clients())
         ask(host.session, lambda s: s.change("plot", "rates"))
@@ -295,4 +295,4 @@ def test_a_browser_comes_back_by_itself_to_where_it_was(house: OpenHouse, page_a
         ((number, again),) = live_sessions(opened).items()
         assert again is session and ask(session, lambda s: (s.settings, s.simulation.steps)) == state
         page.wait_for_function("() => [...document.querySelectorAll('input')].some(one => one.value === '210')")
-    assert opened.context.store.parked == 0
+    assert not opened.context.store._parked

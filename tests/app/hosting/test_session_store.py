@@ -62,25 +62,25 @@ def test_a_live_session_is_claimed_once_by_its_own_tab_and_link_for_ten_minutes(
     assert find(store, LINK) is None, "nothing is read where the live session waits"
     claimed = store.claim({**LINK, "window": "390x844"})
     assert find(store, LINK) is not None
-    assert claimed is not None and claimed[0] is session and store.parked == 0 and store.claim(LINK) is None
+    assert claimed is not None and claimed[0] is session and not store._parked and store.claim(LINK) is None
     session = park(LINK)
     now += AWAY + 0.1
     assert store.claim(LINK) is None and session.closed, "too late"
     session = park(LINK)
     assert store.claim({**LINK, "dm": "0.3"}) is None and session.closed, "another link"
-    assert park({"dm": "0.2"}).closed and park({"resume": "../../etc"}).closed and store.parked == 0, "no valid tab"
+    assert park({"dm": "0.2"}).closed and park({"resume": "../../etc"}).closed and not store._parked, "no valid tab"
     sessions = []
     for number in range(MOST_SESSIONS + 2):
         now += 1.0
         sessions.append(park({"resume": f"{number:016d}"}))
     assert [one.closed for one in sessions] == [True] * 2 + [False] * MOST_SESSIONS
     again = park({"resume": f"{5:016d}"})
-    assert sessions[5].closed and store.parked == MOST_SESSIONS
+    assert sessions[5].closed and len(store._parked) == MOST_SESSIONS
     now += AWAY - 5.5
     store.tidy()
     assert [one.closed for one in sessions] == [True] * 4 + [False, True] + [False] * 4
     store.close()
-    assert store.parked == 0 and again.closed and all(one.closed for one in sessions)
+    assert not store._parked and again.closed and all(one.closed for one in sessions)
     assert same_tab(LINK, {**LINK, "window": "1x1"}) and not same_tab({}, {}) and not same_tab(LINK, {"resume": TAB})
 
 

@@ -22,7 +22,7 @@ from app.hosting.serve_options import ServeOptions
 from app.hosting.worker_group import FEW, LATE, LOOK, MOST_SILENT, MOST_STOPPING, WorkerGroup
 from app.hosting.worker_messages import WorkerStart
 from app.runtime.terminal import TERMINATED
-from app.web.audiences import MOVED_CODE
+from app.web.server import MOVED_CODE
 from tests.app.runtime.processes import gone, until
 from tests.app.served import Serve, Served
 from tests.blocking_client import BlockingClient

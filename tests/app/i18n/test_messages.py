@@ -144,7 +144,7 @@ def test_links_are_answered_in_the_page_s_language() -> None:
 
 
 def test_a_loaded_run_is_compared_in_the_page_s_language() -> None:
-    exact = load_run(RUN, "a").verification.words
+    exact = load_run(RUN, "a").words
     assert words_of("de")(exact) == "Wiederholt: Alle 200 Schritte sind gleich, bis aufs letzte Bit."
     change = Difference(3, 0.015, "d", 0.2, 0.3, 0.1)
     other = Comparison(False, 3, change, replace(change, column="pair"), 200, 190)

@@ -87,7 +87,7 @@ def test_a_tab_that_draws_nothing_and_stores_nothing_says_hello_and_its_name(sta
         program.wait_for(lambda _: len(server._holders) == 2)
         tab = next(one for one, holder in server._holders.items() if holder[0] == "tab")
         assert isinstance(tab, FilteredConnection) and tab.request is not None
-        program.wait_for(lambda _: tab.introduced)
+        program.wait_for(lambda _: tab.received)
         assert server._holders[tab] == ("tab", tab_id(page_query(tab.request.path)))
         # viser itself does not know it yet.
         assert server.client_id(tab) not in server.get_clients()

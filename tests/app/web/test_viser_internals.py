@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 from types import ModuleType, SimpleNamespace
 from typing import Any, Literal
 
@@ -25,7 +26,7 @@ from viser._assignable_props_api import AssignablePropsBase
 import app.web.sending
 from app.bench.headless_client import decode_frame
 from app.web import viser_internals
-from app.web.sending import STAMP, Packed
+from app.web.sending import STAMP, ClientBuffer, Packed
 from app.web.server import DuetServer
 from app.web.viser_internals import VISER_VERSION, MessageBuffer, ServerView, adapt_viser, serving_with, shared_messages
 from tests.app.web.conftest import Join, Room
@@ -98,10 +99,11 @@ def some_batches() -> list[list[viser_messages.Message]]:
 def test_what_is_sent_is_what_viser_would_send(visers_own: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(visers_own, "time", SimpleNamespace(perf_counter=lambda: STAMP))
     batches = some_batches()
-    ours = produced(app.web.sending.send_windows, batches)
+    send = partial(app.web.sending.send_windows, backlog_done_message=None, seen=lambda: asyncio.sleep(0))
+    ours = produced(send, batches)
     assert ours == produced(visers_own._message_producer, batches)
     # A connection that is not ours gets viser's own loop, clock and all.
-    adapt_viser()
+    adapt_viser(ClientBuffer)
     assert produced(viser_infra._message_producer, batches) != ours
     messages, _ = decode_frame(ours[1])
     assert [message["type"] for message in messages] == ["GuiUpdateMessage", "SetPositionMessage", "GuiUpdateMessage"]
@@ -170,13 +172,13 @@ def replaced() -> tuple[Any, ...]:
 
 def test_viser_is_the_version_that_fits_and_is_adapted_once(monkeypatch: pytest.MonkeyPatch) -> None:
     assert VISER_VERSION.startswith("1.1.")
-    adapt_viser()
+    adapt_viser(ClientBuffer)
     once = replaced()
-    adapt_viser()
+    adapt_viser(ClientBuffer)
     assert replaced() == once and len({one.__module__ for one in once if hasattr(one, "__module__")}) == 1
     # Also after another program's change, in whatever order.
     monkeypatch.setattr(viser_infra, "_message_producer", None)
-    adapt_viser()
+    adapt_viser(ClientBuffer)
     assert replaced() == once
 
 
@@ -200,7 +202,7 @@ def test_viser_is_the_version_that_fits_and_is_adapted_once(monkeypatch: pytest.
     ],
 )
 def test_a_property_is_cast_as_viser_casts_it(hint: Any, value: Any, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    adapt_viser()
+    adapt_viser(ClientBuffer)
     original = untouched(_assignable_props_api, monkeypatch).AssignablePropsBase._cast_value_recursive
     handle: Any = SimpleNamespace()
     handle._cast_value_recursive = lambda *args: original(handle, *args)
@@ -261,7 +263,7 @@ class Handle(AssignablePropsBase[Any]):
     ],
 )
 def test_a_property_is_set_as_viser_sets_it(name: str, values: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    adapt_viser()
+    adapt_viser(ClientBuffer)
     original = untouched(_assignable_props_api, monkeypatch).props_setattr
     ours: Any = Handle()
     theirs: Any = Handle()
@@ -280,7 +282,7 @@ def test_a_property_is_set_as_viser_sets_it(name: str, values: list[Any], monkey
 
 
 def test_a_property_that_stays_is_not_even_looked_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    adapt_viser()
+    adapt_viser(ClientBuffer)
     handle: Any = Handle()
     monkeypatch.setattr(viser_internals, "props_setattr", None)
     handle.content, handle.visible, handle.points = "text", True, np.ones((2, 3))
@@ -292,7 +294,7 @@ def test_a_property_that_stays_is_not_even_looked_up(monkeypatch: pytest.MonkeyP
     st.lists(st.sampled_from([0.0, 1e-9, 9e-6, 1.1e-5, 1.0]), min_size=4, max_size=4),
 )
 def test_a_pose_is_sent_when_viser_would_send_it(old: list[float], step: list[float]) -> None:
-    adapt_viser()
+    adapt_viser(ClientBuffer)
     new = tuple(a + b for a, b in zip(old, step, strict=True))
     current, queued = np.array(old), []
     vars(_scene_handles)["_set_pose_vector"](current, new, 4, queued.append, lambda pose: pose)
@@ -302,7 +304,7 @@ def test_a_pose_is_sent_when_viser_would_send_it(old: list[float], step: list[fl
 
 
 def test_a_move_has_the_name_that_viser_gives_it() -> None:
-    adapt_viser()
+    adapt_viser(ClientBuffer)
     for message in (
         viser_messages.SetPositionMessage("/a/b", (0.0, 0.0, 0.0)),
         viser_messages.SetOrientationMessage("/a/b", (1.0, 0.0, 0.0, 0.0)),
