@@ -94,7 +94,7 @@ def draw(plan: Plan) -> Drawn:
     figure.legend(*near.get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=8.5)
     prices = [price for curve in curves if (price := _price(plan, curve, base, length)) is not None]
     columns = ["law", "w_added", "knob", "value", "seed", "d_min", "e2_max", "ddq_max"]
-    settings = {key: value for key, value in csv_head(base, seconds=length).items() if key not in ("law", "ff", "seed")}
+    settings = csv_head(base, "law", "ff", "seed", seconds=length)
     return Drawn(figure, columns, [row for curve in curves for row in curve.rows], settings, _found(curves, prices, base))
 
 

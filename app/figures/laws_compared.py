@@ -158,7 +158,7 @@ def draw(plan: Plan) -> Drawn:
         for dt, s in zip(steps, summaries, strict=True)
     ]
     columns = ["law", "w_added", "dt", "d_min", "share_below", "e2_max", "dq_step_max", "ddq_max", "pair_switches"]
-    settings = {key: value for key, value in csv_head(base, seconds=length).items() if key not in ("law", "ff", "dt")}
+    settings = csv_head(base, "law", "ff", "dt", seconds=length)
     return Drawn(figure, columns, rows, settings, _found(runs, steps, base.law.critical_distance, jumps))
 
 

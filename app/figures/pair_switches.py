@@ -59,8 +59,8 @@ def draw(plan: Plan) -> Drawn:
         for pairs, summaries in runs.items()
         for dt, s in zip(steps, summaries, strict=True)
     ]
-    settings = {key: value for key, value in csv_head(base, seconds=length).items() if key not in ("dt", "pairs")}
-    return Drawn(figure, ["pairs", "dt", "pair_switches", "dq_step_max", "ddq_max", "d_min"], rows, settings, found)
+    columns = ["pairs", "dt", "pair_switches", "dq_step_max", "ddq_max", "d_min"]
+    return Drawn(figure, columns, rows, csv_head(base, "dt", "pairs", seconds=length), found)
 
 
 def _sentence(pairs: Treatment, steps: tuple[float, ...], runs: list[Summary]) -> str:
