@@ -11,7 +11,7 @@ from matplotlib.patheffects import withStroke
 from app.figures.drawn_figure import Drawn, Plan, csv_head
 from app.figures.figure_style import COLOURS, DASHES, INK, sheet
 from app.figures.render import Viewpoint, arms, ball, furniture, render
-from controllers.kinematics import Array, Kinematics
+from controllers.kinematics import Array
 from scenes.ball import BALL_RADIUS, POINT_RADIUS, REST, TRAVEL, path
 from scenes.experiments import BALL
 from scenes.headless import Run
@@ -59,8 +59,7 @@ def draw(plan: Plan) -> Drawn:
 
 def _ways(run: Run, table: Array) -> tuple[Array, Array, Array]:
     """Return where the hand was (k, 3), where it should have been (k, 3), and the ball's middle (3,) [m]."""
-    room = run.simulation.room
-    kinematics = Kinematics(room.model, room.arms)
+    room, kinematics = run.simulation.room, run.simulation.kinematics
     kinematics.update(room.start)
     home = kinematics.hand_pose(room.arms[0]).translation.copy()
     hand = np.empty((len(table), 3))

@@ -9,10 +9,8 @@ from matplotlib.axes import Axes
 
 from app.figures.drawn_figure import Drawn, Plan, csv_head
 from app.figures.figure_style import COLOURS, DASHES, MARKERS, SERIES, sheet
-from controllers.kinematics import Kinematics
 from controllers.laws.situation import AUTHORITY
 from controllers.laws.task_space import free_part
-from controllers.proximity import ProximityDetector
 from controllers.tasks import TASK_DIMENSION
 from scenes.headless import Run, Summary
 from scenes.history import COLUMN
@@ -56,12 +54,10 @@ class Jump(NamedTuple):
 def largest_jump(run: Run) -> Jump:
     """Return the step of the largest q̈ of a run of two arms, with what was near then."""
     simulation, settings, table = run.simulation, run.simulation.settings, run.table
-    arm, room = simulation.avoiding, simulation.room
+    arm, kinematics, detector = simulation.avoiding, simulation.kinematics, simulation.detector
     steps = np.abs(np.diff(simulation.history.velocities(table)[:, arm.joints], axis=0)).max(1)
     after = int(steps.argmax()) + 1
     pair = int(table[after, COLUMN["pair"]])
-    kinematics = Kinematics(room.model, room.arms)
-    detector = ProximityDetector(kinematics, room.geometry)
     levers, left, points = list[float](), list[float](), list[np.ndarray]()
     for positions in simulation.history.positions(table[after - 1 : after + 1]):
         kinematics.update(np.ascontiguousarray(positions))
