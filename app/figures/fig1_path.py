@@ -87,11 +87,11 @@ def _photo(axes: Axes, run: Run, table: Array, nearest: int, size: tuple[int, in
     axes.imshow(picture.astype(np.uint8), interpolation="lanczos")
     view = Viewpoint(CAMERA, *size)
     for way, colour, dash, width in ((wanted, COLOURS.critical, DASHES[1], 1.6), (hand, COLOURS.distance, DASHES[0], 2.2)):
-        flat, _ = view.project(way)
-        axes.plot(flat[:, 0], flat[:, 1], color="white", linewidth=width + 1.8, alpha=0.75, solid_capstyle="butt")
-        axes.plot(flat[:, 0], flat[:, 1], color=colour, linestyle=dash, linewidth=width)
+        x, y = view.project(way).T
+        axes.plot(x, y, color="white", linewidth=width + 1.8, alpha=0.75, solid_capstyle="butt")
+        axes.plot(x, y, color=colour, linestyle=dash, linewidth=width)
     for text, point in (("A", wanted[0]), ("B", wanted[-1])):
-        (x, y), _ = (value[0] for value in view.project(point[None]))
+        ((x, y),) = view.project(point[None])
         axes.text(x, y - 0.035 * size[1], text, ha="center", va="bottom", fontsize=12, fontweight="bold", path_effects=[OUTLINE])
     axes.set(xlim=(0, size[0]), ylim=(size[1], 0))
     axes.axis("off")

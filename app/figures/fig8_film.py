@@ -145,7 +145,7 @@ def _frame(axes: Axes, run: Run, row: Array, camera: Camera, size: tuple[int, in
     axes.imshow(render(drawn, camera, *size), interpolation="lanczos")
     simulation.kinematics.update(positions)
     near = simulation.detector.detect("single")
-    ends, _ = Viewpoint(camera, *size).project(np.array(simulation.detector.witness_points(near.pair)))
+    ends = Viewpoint(camera, *size).project(np.array(simulation.detector.witness_points(near.pair)))
     lam = float(row[COLUMN["lambda"]])
     colour = tuple(c / 255.0 for c in blend(COLOURS.calm, COLOURS.activation, lam))
     width = 1.0 + 2.4 * lam
