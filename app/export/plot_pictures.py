@@ -76,21 +76,14 @@ def picture_bytes(
     return out.getvalue()
 
 
-def inline_svg(
-    recorded: Recorded,
-    seconds: float,
-    details: Details,
-    name: str,
-    stopped: Callable[[], bool] = never,
-    only: tuple[str, ...] = (),
-) -> str:
-    """Return a picture as an <svg> element for an HTML page.
+def inline_svg(recorded: Recorded, name: str, stopped: Callable[[], bool] = never, only: tuple[str, ...] = ()) -> str:
+    """Return a picture of a whole piece as an <svg> element for an HTML page.
 
     Args:
         name: letters and digits; a prefix that makes the ids of the picture unique on the page.
-        recorded, seconds, details, stopped, only: as in `picture_bytes`.
+        recorded, stopped, only: as in `picture_bytes`.
     """
-    return embedded(picture_bytes(recorded, seconds, details, "svg", stopped, only).decode(), name)
+    return embedded(picture_bytes(recorded, recorded.seconds, "none", "svg", stopped, only).decode(), name)
 
 
 def embedded(svg: str, name: str) -> str:
@@ -99,18 +92,10 @@ def embedded(svg: str, name: str) -> str:
     svg = re.sub(r"(<svg[^>]*?) width=\"[^\"]*\"", r"\1", svg, count=1)
     svg = re.sub(r"(<svg[^>]*?) height=\"[^\"]*\"", r"\1", svg, count=1)
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
-    svg = re.sub(r'\bid="', f'id="{name}-', svg)
-    svg = re.sub(r'xlink:href="#', f'xlink:href="#{name}-', svg)
-    return re.sub(r"url\(#", f"url(#{name}-", svg)
+    return re.sub(r'\bid="|xlink:href="#|url\(#', rf"\g<0>{name}-", svg)
 
 
-def _figure(
-    recorded: Recorded,
-    seconds: float,
-    details: Details,
-    stopped: Callable[[], bool],
-    only: tuple[str, ...] = (),
-) -> Figure:
+def _figure(recorded: Recorded, seconds: float, details: Details, stopped: Callable[[], bool], only: tuple[str, ...]) -> Figure:
     charts = [name for name in NOT_OVER_TIME if name in only]
     if charts and details == "none":
         details = cast(Details, charts[0])

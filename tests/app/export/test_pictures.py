@@ -187,7 +187,7 @@ def test_pictures_can_be_opened_and_grow_with_what_is_in_them() -> None:
 
 def test_an_svg_for_a_page_keeps_to_itself() -> None:
     recorded, _ = piece("hold", 1.0)
-    svg = inline_svg(recorded, 1.0, "lambda", "one")
+    svg = inline_svg(recorded, "one", only=("lambda",))
     root = ET.fromstring(svg)
     ids = [element.attrib["id"] for element in root.iter() if "id" in element.attrib]
     assert ids and len(ids) == len(set(ids)) and all(name.startswith("one-") for name in ids)
