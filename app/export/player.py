@@ -57,10 +57,9 @@ def player_html(recorded: Recorded, seconds: float, page: PageSettings, stopped:
     Raises:
         BadSetting: it cannot be made here.
     """
-    whole = rerun(recorded, stopped=stopped).table
-    panels = Curves(recorded, newest(recorded, whole, seconds), page.theme, stopped).panels(page.details)
-    filmed = film_scene(recorded, seconds, page, stopped)
-    mark = nearest_moment(newest(recorded, whole, seconds))
+    table = newest(recorded, rerun(recorded, stopped=stopped).table, seconds)
+    panels = Curves(recorded, table, page.theme, stopped).panels(page.details)
+    filmed, mark = film_scene(recorded, seconds, page, stopped), nearest_moment(table)
     return assembled(filmed, panels, recorded.stretches[-1].settings, page.theme == "dark", recorded.law, mark).encode()
 
 

@@ -118,7 +118,8 @@ class Curves:
         self.table, ends = thinned_table(table)
         """Of at most `POINTS` rows."""
         self._steps = ends + (recorded.steps - len(table))
-        self._bounds = np.cumsum([stretch.targets.steps for stretch in recorded.stretches])
+        bounds = np.cumsum([stretch.targets.steps for stretch in recorded.stretches])
+        self._stretches = np.searchsorted(bounds, self._steps, side="right")
 
     @property
     def times(self) -> Array:
@@ -187,16 +188,13 @@ class Curves:
 
     def _of_settings(self, what: Callable[[RunSettings], float]) -> Array:
         there = np.array([what(stretch.settings) for stretch in self._recorded.stretches])
-        return there[self._stretches()]
-
-    def _stretches(self) -> np.ndarray:
-        return np.searchsorted(self._bounds, self._steps, side="right")
+        return there[self._stretches]
 
     def _resting(self) -> Array:
         stretches = self._recorded.stretches
         found = np.full(len(self.table), np.nan)
         columns = self.table[:, [COLUMN[name] for name in ("u", "w_law", "u_b")]].tolist()
-        for i, (place, (u, w, u_b)) in enumerate(zip(self._stretches().tolist(), columns, strict=True)):
+        for i, (place, (u, w, u_b)) in enumerate(zip(self._stretches.tolist(), columns, strict=True)):
             run = stretches[place].settings
             if run.law.entry.rests and self._recorded.law is None:
                 found[i] = min(resting(run, u, w, None if math.isnan(u_b) else u_b), FARTHEST)

@@ -7,6 +7,7 @@ still scene; later ones become tracks of a node's orientation, position, visibil
 import json
 import math
 import struct
+from bisect import bisect_right
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Final
@@ -149,7 +150,7 @@ def unpack_recording(data: bytes) -> tuple[dict[str, Any], list[bytes]]:
 
 
 def pack_recording(content: dict[str, Any], arrays: list[bytes]) -> bytes:
-    """Return a recording; the inverse of `unpacked`."""
+    """Return a recording; the inverse of `unpack_recording`."""
     text = msgspec.msgpack.encode({**content, "binaryBufferLengths": [len(array) for array in arrays]})
     body = bytearray(_SIZE.pack(len(text)) + text)
     for array in arrays:
@@ -214,9 +215,9 @@ def _changes(message: dict[str, Any], again: bool, arrays: list[bytes]) -> Itera
 
 def _hide_before(track: Track, frame: int) -> None:
     """Hide a node that was added later until then."""
-    later = [(f, v) for f, v in zip(track.frames, track.values, strict=True) if f > frame]
-    there = next((v for f, v in reversed(list(zip(track.frames, track.values, strict=True))) if f <= frame), True)
-    track.frames, track.values = [0, frame, *(f for f, _ in later)], [False, there, *(v for _, v in later)]
+    later = bisect_right(track.frames, frame)
+    track.frames = [0, frame, *track.frames[later:]]
+    track.values = [False, *track.values[later - 1 :]]
 
 
 def _before(message: dict[str, Any], what: str, arrays: list[bytes]) -> Any:
