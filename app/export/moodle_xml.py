@@ -4,18 +4,16 @@ Formulas stay LaTeX, between \\( and \\), which Moodle's MathJax filter sets. Th
 """
 
 from collections.abc import Iterator
-from dataclasses import replace
 from html import escape
 from typing import Final
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from app.export.handout_html import PaperStep
+from app.export.handout_html import PaperStep, told
 from app.export.lab_report import lesson_title
 from app.i18n.speaking import tr
 from app.lessons.labels import label_of
 from app.lessons.lesson import Forecast, Lesson
 from app.lessons.measures.quantity import QUANTITIES, UNITS
-from app.lessons.outcomes import reference
 from app.lessons.reference_runs import measured, wanted
 from app.lessons.runs import settings_text
 from app.text.lesson_text import markdown_reader, plain
@@ -39,7 +37,7 @@ def moodle_xml(lesson: Lesson) -> bytes:
     category = SubElement(quiz, "question", type="category")
     _text(category, "category", f"$course$/top/Duet/{lesson.number:02d} {plain(lesson_title(lesson)).replace('/', '//')}")
     for i, step in enumerate(lesson.steps):
-        paper = PaperStep(lesson, i, replace(reference(step, step.setup), reference=False))
+        paper = PaperStep(lesson, i, told(step))
         if step.question is not None and step.question.choices:
             quiz.append(_multiple_choice(paper))
         quiz.extend(_numerical(paper))
