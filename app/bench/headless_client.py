@@ -16,7 +16,7 @@ import msgspec
 import numpy as np
 import websockets
 import zstandard
-from websockets.typing import Origin, Subprotocol
+from websockets.typing import Subprotocol
 
 from app.web.viser_internals import VISER_VERSION
 
@@ -148,37 +148,23 @@ class HeadlessClient:
 
     Args:
         url: the page's address, such as `http://127.0.0.1:8080` (`ws://` will do too).
-        origin: what to send as Origin; None for none, as programs do.
         query: the deep link's query without `?`.
         decode: False only counts frames and bytes, which costs next to nothing.
-        read_pause: seconds to wait between frames, to act as a slow client.
-        language: what to send as Accept-Language; "" for none, as programs do.
-        headers: what to send besides, as a proxy does.
+        headers: what to send besides, such as the Origin of a page or the Accept-Language of a browser.
 
     Attributes:
         closed: why the connection ended, None while it lives.
     """
 
     def __init__(
-        self,
-        url: str,
-        origin: str | None = None,
-        query: str = "",
-        *,
-        decode: bool = True,
-        read_pause: float = 0.0,
-        language: str = "",
-        headers: Mapping[str, str] = MappingProxyType({}),
+        self, url: str, query: str = "", *, decode: bool = True, headers: Mapping[str, str] = MappingProxyType({})
     ) -> None:
         base = url.replace("http://", "ws://", 1).replace("https://", "wss://", 1).rstrip("/")
         self.url = f"{base}/?{query}" if query else base
         self.mirror = Mirror()
         self.received = Received()
         self.closed: websockets.ConnectionClosed | None = None
-        self._origin = origin
-        self._decode = decode
-        self._read_pause = read_pause
-        self._headers = {**headers, **({"Accept-Language": language} if language else {})}
+        self._decode, self._headers = decode, headers
         self._news = asyncio.Event()
         self._reader: asyncio.Task[None] | None = None
         self._socket: websockets.ClientConnection | None = None
@@ -191,7 +177,6 @@ class HeadlessClient:
         """
         self._socket = await websockets.connect(
             self.url,
-            origin=None if self._origin is None else Origin(self._origin),
             additional_headers=self._headers,
             subprotocols=[Subprotocol(f"viser-v{VISER_VERSION}")],
             max_size=None,
@@ -223,8 +208,6 @@ class HeadlessClient:
                         self.received.messages[message["type"]] += 1
                         self.mirror.take(message)
                 self._news.set()
-                if self._read_pause:
-                    await asyncio.sleep(self._read_pause)
         except websockets.ConnectionClosed as closed:
             self.closed = closed
         finally:
@@ -283,7 +266,5 @@ class HeadlessClient:
         if self._socket is not None:
             await self._socket.close()
         if self._reader is not None:
-            if self._read_pause:
-                self._reader.cancel()
             with contextlib.suppress(asyncio.CancelledError):
                 await self._reader
