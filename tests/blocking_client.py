@@ -30,6 +30,17 @@ class OperatingClient(HeadlessClient):
         uuid = self.mirror.labelled(label, "GuiButtonMessage")["uuid"]
         await self.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": True}})
 
+    async def move_gizmo(
+        self, name: str, position: object = (0.0, 0.0, 0.0), wxyz: object = (1.0, 0.0, 0.0, 0.0), *, phase: str = "update"
+    ) -> None:
+        """One step of dragging a gizmo; `phase` is "start", "update" or "end"."""
+        message: dict[str, Any] = {"name": name, "owner": self.mirror.nodes[name].get("owner", "")}
+        if phase == "update":
+            message |= {"type": "TransformControlsUpdateMessage", "position": position, "wxyz": wxyz}
+        else:
+            message |= {"type": f"TransformControlsDrag{phase.capitalize()}Message"}
+        await self.send(message)
+
     async def fall_asleep(self) -> None:
         """Read nothing more, as a page on a sleeping computer does."""
         assert self._reader is not None

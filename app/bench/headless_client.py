@@ -224,17 +224,6 @@ class HeadlessClient:
         assert self._socket is not None
         await self._socket.send(data)
 
-    async def move_gizmo(
-        self, name: str, position: object = (0.0, 0.0, 0.0), wxyz: object = (1.0, 0.0, 0.0, 0.0), *, phase: str = "update"
-    ) -> None:
-        """One step of dragging a gizmo; `phase` is "start", "update" or "end"."""
-        message: dict[str, Any] = {"name": name, "owner": self.mirror.nodes[name].get("owner", "")}
-        if phase == "update":
-            message |= {"type": "TransformControlsUpdateMessage", "position": position, "wxyz": wxyz}
-        else:
-            message |= {"type": f"TransformControlsDrag{phase.capitalize()}Message"}
-        await self.send(message)
-
     async def pull(self, name: str, phase: str, taken: object, to: object) -> None:
         """One step of pulling a scene node; `phase` is "start", "update" or "end"; `taken`, `to`: (3,), world [m]."""
         middle = {"start_screen_pos": (0.5, 0.5), "end_screen_pos": (0.5, 0.5), "instance_index": None}
