@@ -90,7 +90,6 @@ END: Final = "end"
 def serve_app(pipe: Connection, lecture: bool, sessions: int) -> None:
     """Serve the app; send the address, then (CPU time [s], CPU time of each part [s], longest frame [s]) for every request."""
     leave_with_parent()
-    from app.bench.processes import ServerTimes
     from app.hosting.serve_options import ServeOptions
     from app.start import start_app
 
