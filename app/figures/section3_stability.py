@@ -7,7 +7,6 @@ import numpy as np
 from app.figures import fig5_hold as hold
 from app.figures.drawn_figure import Drawn, Plan, csv_head
 from app.figures.figure_style import COLOURS, DASHES, INK, stack
-from controllers.activation import activation
 from controllers.kinematics import Array
 from controllers.stability import Analysis, analyse
 from controllers.tasks import TASK_DIMENSION
@@ -27,10 +26,9 @@ def along(run: Run) -> tuple[Array, list[Analysis]]:
     kinematics, arm, law = simulation.kinematics, simulation.avoiding, settings.law
     table = run.table[:: max(1, round(PERIOD / settings.dt))]
     found: list[Analysis] = []
-    for positions in simulation.history.positions(table):
+    for positions, lam in zip(simulation.history.positions(table), table[:, COLUMN["lambda"]].tolist(), strict=True):
         kinematics.update(np.ascontiguousarray(positions))
         near = simulation.detector.detect(law.pairs, law.beta)
-        lam = activation(near.law_distance, law.critical_distance, law.order)
         J = kinematics.hand_jacobian(arm)[: TASK_DIMENSION[settings.task]]
         found.append(analyse(near.row[arm.joints], J, lam, settings.gain, settings.gain))
     return table, found
