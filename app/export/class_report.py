@@ -157,10 +157,8 @@ def class_zip_bytes(
     set_language(language)
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
-        for number, (one, name) in enumerate(zip(summary.hand_ins, report_names(summary.hand_ins), strict=True), 1):
-            if stopped():
-                raise Stopped
-            page = report_html(tr("Lab report"), list(_entries(one, lessons)), None, about=name, rich=rich_html)
+        for number, (name, entries) in enumerate(_reports(summary, lessons, stopped), 1):
+            page = report_html(tr("Lab report"), entries, None, about=name, rich=rich_html)
             # The number keeps apart what is the same without the characters that a file's name must not have.
             plain_name = re.sub(r"[^\w ()-]", "_", name)
             archive.writestr(f"{number:03d} {plain_name}.html", page)
