@@ -65,10 +65,7 @@ def csv_bytes(recorded: Recorded, seconds: float, stopped: Callable[[], bool] = 
     for time, key, value in changes(recorded):
         if recorded.law is not None and key == "law":
             continue
-        if time <= first + 1e-9:
-            settings[key] = value
-        else:
-            settings[f"from {time:.6g} s on: {key}"] = value
+        settings[key if time <= first + 1e-9 else f"from {time:.6g} s on: {key}"] = value
     if recorded.law is not None:
         settings |= law_heading(recorded.law.file, recorded.law.sha256)
     out = io.StringIO()
