@@ -37,14 +37,14 @@ def draw(plan: Plan) -> Drawn:
     table = run.table[round(REST / settings.dt) :]
     hand, wanted, centre = _ways(run, table)
     d, nearest = table[:, COLUMN["d"]], int(table[:, COLUMN["d"]].argmin())
-    wide, high = plan.either((840, 600), (210, 150))
     figure = sheet(5.9)
     upper, lower = figure.subplots(2, 1, height_ratios=(1.85, 1.0))
-    _photo(upper, run, table, nearest, (wide, high), (hand, wanted, centre))
-    _side(lower, (hand, wanted, centre), nearest, settings.law.critical_distance)
+    _photo(upper, run, table, nearest, plan.either((840, 600), (210, 150)), (hand, wanted, centre))
     clear = settings.law.critical_distance
+    _side(lower, (hand, wanted, centre), nearest, clear)
+    least = float(np.linalg.norm(wanted - centre, axis=1).min()) - BALL_RADIUS - POINT_RADIUS
     found = [
-        f"The desired way would bring the control point to {1000 * _least(wanted, centre):.0f} mm from the ball; the actual one stays "
+        f"The desired way would bring the control point to {1000 * least:.0f} mm from the ball; the actual one stays "
         f"{1000 * d.min():.1f} mm away, d_m = {1000 * clear:.0f} mm.",
         f"The hand leaves its path by up to {1000 * run.summary.e2_max**0.5:.0f} mm and rests "
         f"{1000 * float(table[-1, COLUMN['e2']]) ** 0.5:.1f} mm beside B, where λ is still {table[-1, COLUMN['lambda']]:.3f}.",
@@ -68,10 +68,6 @@ def _ways(run: Run, table: Array) -> tuple[Array, Array, Array]:
         row[:] = kinematics.hand_pose(room.arms[0]).translation
     assert room.ball is not None
     return hand, np.array([path(t, home)[0] for t in table[:, 0]]), room.start[room.ball].copy()
-
-
-def _least(way: Array, centre: Array) -> float:
-    return float(np.linalg.norm(way - centre, axis=1).min()) - BALL_RADIUS - POINT_RADIUS
 
 
 def _photo(axes: Axes, run: Run, table: Array, nearest: int, size: tuple[int, int], ways: tuple[Array, Array, Array]) -> None:

@@ -130,7 +130,10 @@ def draw(plan: Plan) -> Drawn:
     figure.align_ylabels()
     ticks = [1000.0 * dt for dt in steps]
     for i, (label, summaries) in enumerate(runs.items()):
-        for name, values in _panels(summaries).items():
+        # A law that never moves the arm has no place on a logarithmic axis.
+        fastest = [s.ddq_max or math.nan for s in summaries]
+        lines = {"d": [s.d_min for s in summaries], "e": [s.e2_max for s in summaries], "a": fastest}
+        for name, values in lines.items():
             for axes in (panels[key] for key in (name, f"{name} zoom") if key in panels):
                 axes.plot(ticks, values, label=label, **_style(i))
     critical = base.law.critical_distance
@@ -156,13 +159,6 @@ def draw(plan: Plan) -> Drawn:
     columns = ["law", "w_added", "dt", "d_min", "share_below", "e2_max", "dq_step_max", "ddq_max", "pair_switches"]
     settings = csv_head(base, "law", "ff", "dt", seconds=length)
     return Drawn(figure, columns, rows, settings, _found(runs, steps, base.law.critical_distance, jumps))
-
-
-def _panels(summaries: list[Summary]) -> dict[str, list[float]]:
-    """Return panel → one law's values."""
-    nan = float("nan")
-    # A law that never moves the arm has no place on a logarithmic axis.
-    return {"d": [s.d_min for s in summaries], "e": [s.e2_max for s in summaries], "a": [s.ddq_max or nan for s in summaries]}
 
 
 def _style(i: int) -> dict[str, Any]:
