@@ -237,18 +237,14 @@ class HeadlessClient:
         Raises:
             TimeoutError: it never was.
         """
-
-        async def until() -> None:
-            while not predicate(self):
-                self._news.clear()
-                # The predicate may also look at things that change without a frame.
-                with contextlib.suppress(TimeoutError):
-                    await asyncio.wait_for(self._news.wait(), 0.05)
-
-        try:
-            await asyncio.wait_for(until(), timeout)
-        except TimeoutError as error:
-            raise TimeoutError(f"not within {timeout} s; connection closed: {self.closed}") from error
+        end = time.perf_counter() + timeout
+        while not predicate(self):
+            if time.perf_counter() > end:
+                raise TimeoutError(f"not within {timeout} s; connection closed: {self.closed}")
+            self._news.clear()
+            # The predicate may also look at things that change without a frame.
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(self._news.wait(), 0.05)
 
     async def close(self) -> None:
         """Close the connection. May be called twice."""
