@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from app.export.csv_table import changes, newest
+from app.export.csv_table import changes
 from app.export.recorded_curves import NOT_OVER_TIME, OF_OTHER_RUNS, Curves, Panel, Stroke
 from app.figures.figure_style import COLOURS, DPI, FAINT, INK, STYLE, sheet
 from app.i18n.speaking import tr
@@ -27,7 +27,7 @@ from scenes.history import COLUMN
 from scenes.inputs import Recorded
 from scenes.law_answers import LawAnswers
 from scenes.laws import LAWS
-from scenes.rerun import Stopped, never, rerun
+from scenes.rerun import Stopped, never, newest_steps, rerun
 from scenes.settings import LawSettings, RunSettings
 
 WIDTH: Final = 7.2
@@ -103,8 +103,8 @@ def _figure(recorded: Recorded, seconds: float, details: Details, stopped: Calla
     if recorded.law is not None and (details in NOT_OVER_TIME or details == "stability"):
         # They ask the laws of the settings.
         details = "none"
-    whole = rerun(recorded, stopped=stopped).table
-    curves = Curves(recorded, newest(recorded, whole, seconds), stopped=stopped)
+    table = rerun(recorded, stopped=stopped).table
+    curves = Curves(recorded, table[-newest_steps(recorded, seconds) :], stopped=stopped)
     other = details if details in NOT_OVER_TIME else ""
     panels = curves.panels("none" if other else details, time_plots_only)
     rows = len(panels) + bool(other)
