@@ -80,7 +80,7 @@ def closed_form(n: float, v: float, w: float) -> float:
     return budget.resting_distance(CRITICAL_DISTANCE, n, v, PULL, w)
 
 
-def measured(n: float, v: float, w: float) -> float:
+def settled(n: float, v: float, w: float) -> float:
     """Return where d of the whole loop settles [m]; the run starts 15 mm beyond and lasts five time constants, at most 10 s."""
     contact = ContactRun(SmoothPriority(CRITICAL_DISTANCE, n, v))
     contact.start_at(closed_form(n, v, w) + 0.015)
@@ -106,7 +106,7 @@ def draw(plan: Plan) -> Drawn:
         line = [closed_form(**(point | {over: float(x)})) for x in grid]
         axes.plot(grid, line, color=COLOURS.resting, linestyle=DASHES[0])
         points = [point | {over: float(x)} for x in dots]
-        found = [(over, each[over], closed_form(**each), measured(**each)) for each in points]
+        found = [(over, each[over], closed_form(**each), settled(**each)) for each in points]
         rests = [rest for *_, rest in found]
         axes.plot(dots, rests, "o", color=COLOURS.distance, markersize=5, markeredgecolor="white", clip_on=False, zorder=3)
         axes.axhline(CRITICAL_DISTANCE, color=COLOURS.critical, linestyle=DASHES[4], linewidth=1.3)
