@@ -32,7 +32,7 @@ def handout_html(lesson: Lesson, notes: str | None = None) -> str:
 
 
 def told(step: Step) -> StepOutcome:
-    """Return what comes out of a step's run, without a word on whose run it was."""
+    """Return what comes out of a step's run, without the note that it is the reference run."""
     return replace(reference(step, step.setup), reference=False)
 
 
