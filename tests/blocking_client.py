@@ -30,6 +30,22 @@ class OperatingClient(HeadlessClient):
         uuid = self.mirror.labelled(label, "GuiButtonMessage")["uuid"]
         await self.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": True}})
 
+    async def move_gizmo(
+        self, name: str, position: object = (0.0, 0.0, 0.0), wxyz: object = (1.0, 0.0, 0.0, 0.0), *, phase: str = "update"
+    ) -> None:
+        """One step of dragging a gizmo; `phase` is "start", "update" or "end"."""
+        message: dict[str, Any] = {"name": name, "owner": self.mirror.nodes[name].get("owner", "")}
+        if phase == "update":
+            message |= {"type": "TransformControlsUpdateMessage", "position": position, "wxyz": wxyz}
+        else:
+            message |= {"type": f"TransformControlsDrag{phase.capitalize()}Message"}
+        await self.send(message)
+
+    async def fall_asleep(self) -> None:
+        """Read nothing more, as a page on a sleeping computer does."""
+        assert self._reader is not None
+        self._reader.cancel()
+
     async def break_off(self, unfinished: bytes = b"") -> None:
         """End the connection like a lost line, without a closing handshake; `unfinished`: a message of which only a part is sent before."""
         assert self._socket is not None
@@ -44,16 +60,21 @@ class OperatingClient(HeadlessClient):
 class BlockingClient:
     """An `OperatingClient` with its event loop in a thread of its own, for code in a thread that already has a running loop (Playwright).
 
+    Args:
+        origin: what to send as Origin; None for none, as programs do.
+
     Raises, when made:
         websockets.InvalidStatus: the server refuses the connection.
     """
 
     def __init__(self, url: str, origin: str | None = None, query: str = "", *, camera: bool = True, **options: Any) -> None:
+        if origin is not None:
+            options["headers"] = {"Origin": origin, **options.get("headers", {})}
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._loop.run_forever, daemon=True, name="visitor")
         self._thread.start()
         try:
-            self.visitor = OperatingClient(url, origin, query, **options)
+            self.visitor = OperatingClient(url, query, **options)
             # A worker process that has just been started serves late on a busy machine.
             self._run(self.visitor.connect(60.0, camera=camera), 65.0)
         except BaseException:

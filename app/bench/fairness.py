@@ -10,7 +10,7 @@ import time
 from collections.abc import Awaitable, Callable, Iterable, Iterator
 from functools import partial
 from multiprocessing.connection import Connection
-from typing import Final
+from typing import Any, Final
 
 import msgspec
 
@@ -50,21 +50,20 @@ async def _paced(rate: float, seconds: float, send: Callable[[int], Awaitable[No
         await asyncio.sleep(max(ahead, 0.0))
 
 
+def _value(uuid: str, value: object) -> dict[str, Any]:
+    """Return the message that gives a control a value."""
+    return {"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": value}}
+
+
 async def _set(
     visitor: HeadlessClient, seconds: float, key: str, choices: tuple[object, ...] = (), rate: float = FLOOD_RATE
 ) -> None:
     """Set a control to the values in turn; without choices, to all of its own."""
     spec = specs(Settings)[key]
     given = choices or tuple(choice for choice in spec.choices if choice != "own")
+    values = [spec.options()[str(choice)] for choice in given] if spec.choices else given
     uuid = visitor.mirror.labelled(spec.title())["uuid"]
-
-    async def send(number: int) -> None:
-        value = given[number % len(given)]
-        if spec.choices:
-            value = spec.options()[str(value)]
-        await visitor.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": value}})
-
-    await _paced(rate, seconds, send)
+    await _paced(rate, seconds, lambda number: visitor.send(_value(uuid, values[number % len(values)])))
 
 
 async def _change_language(visitor: HeadlessClient, seconds: float) -> None:
@@ -76,7 +75,7 @@ async def _change_language(visitor: HeadlessClient, seconds: float) -> None:
         label = spec.options()[next(languages)]
         control = next((e for e in visitor.mirror.gui.values() if label in (e.get("options") or ())), None)
         if control is not None:
-            await visitor.send({"type": "GuiUpdateMessage", "uuid": control["uuid"], "updates": {"value": label}})
+            await visitor.send(_value(control["uuid"], label))
 
     await _paced(REBUILD_RATE, seconds, send)
 
@@ -90,8 +89,7 @@ async def _press_key(visitor: HeadlessClient, seconds: float, shown: str) -> Non
 async def _press_button(visitor: HeadlessClient, seconds: float, label: str) -> None:
     """Press a button, even after its label has changed."""
     uuid = visitor.mirror.labelled(label, "GuiButtonMessage")["uuid"]
-    message = {"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": True}}
-    await _paced(FLOOD_RATE, seconds, lambda _: visitor.send(message))
+    await _paced(FLOOD_RATE, seconds, lambda _: visitor.send(_value(uuid, True)))
 
 
 async def _press_row(visitor: HeadlessClient, seconds: float, option: str) -> None:
@@ -100,7 +98,7 @@ async def _press_row(visitor: HeadlessClient, seconds: float, option: str) -> No
     async def press(number: int) -> None:
         # The labels change: the chosen one is marked.
         value = row["options"][number % len(row["options"])]
-        await visitor.send({"type": "GuiUpdateMessage", "uuid": row["uuid"], "updates": {"value": value}})
+        await visitor.send(_value(row["uuid"], value))
 
     await _paced(FLOOD_RATE, seconds, press)
 
@@ -117,7 +115,7 @@ async def _drag(visitor: HeadlessClient, seconds: float) -> None:
 async def _send_heavy(visitor: HeadlessClient, seconds: float, content: bytes) -> None:
     """Send a large value, encoded in msgpack, to a control, each time over a new connection."""
     uuid = visitor.mirror.labelled("robot")["uuid"]
-    head = msgspec.msgpack.encode({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": None}})
+    head = msgspec.msgpack.encode(_value(uuid, None))
     assert head.endswith(b"\xc0")
     message = head[:-1] + content
 

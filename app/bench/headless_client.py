@@ -16,7 +16,7 @@ import msgspec
 import numpy as np
 import websockets
 import zstandard
-from websockets.typing import Origin, Subprotocol
+from websockets.typing import Subprotocol
 
 from app.web.viser_internals import VISER_VERSION
 
@@ -148,37 +148,23 @@ class HeadlessClient:
 
     Args:
         url: the page's address, such as `http://127.0.0.1:8080` (`ws://` will do too).
-        origin: what to send as Origin; None for none, as programs do.
         query: the deep link's query without `?`.
         decode: False only counts frames and bytes, which costs next to nothing.
-        read_pause: seconds to wait between frames, to act as a slow client.
-        language: what to send as Accept-Language; "" for none, as programs do.
-        headers: what to send besides, as a proxy does.
+        headers: what to send besides, such as the Origin of a page or the Accept-Language of a browser.
 
     Attributes:
         closed: why the connection ended, None while it lives.
     """
 
     def __init__(
-        self,
-        url: str,
-        origin: str | None = None,
-        query: str = "",
-        *,
-        decode: bool = True,
-        read_pause: float = 0.0,
-        language: str = "",
-        headers: Mapping[str, str] = MappingProxyType({}),
+        self, url: str, query: str = "", *, decode: bool = True, headers: Mapping[str, str] = MappingProxyType({})
     ) -> None:
         base = url.replace("http://", "ws://", 1).replace("https://", "wss://", 1).rstrip("/")
         self.url = f"{base}/?{query}" if query else base
         self.mirror = Mirror()
         self.received = Received()
         self.closed: websockets.ConnectionClosed | None = None
-        self._origin = origin
-        self._decode = decode
-        self._read_pause = read_pause
-        self._headers = {**headers, **({"Accept-Language": language} if language else {})}
+        self._decode, self._headers = decode, headers
         self._news = asyncio.Event()
         self._reader: asyncio.Task[None] | None = None
         self._socket: websockets.ClientConnection | None = None
@@ -191,7 +177,6 @@ class HeadlessClient:
         """
         self._socket = await websockets.connect(
             self.url,
-            origin=None if self._origin is None else Origin(self._origin),
             additional_headers=self._headers,
             subprotocols=[Subprotocol(f"viser-v{VISER_VERSION}")],
             max_size=None,
@@ -223,8 +208,6 @@ class HeadlessClient:
                         self.received.messages[message["type"]] += 1
                         self.mirror.take(message)
                 self._news.set()
-                if self._read_pause:
-                    await asyncio.sleep(self._read_pause)
         except websockets.ConnectionClosed as closed:
             self.closed = closed
         finally:
@@ -241,17 +224,6 @@ class HeadlessClient:
         assert self._socket is not None
         await self._socket.send(data)
 
-    async def move_gizmo(
-        self, name: str, position: object = (0.0, 0.0, 0.0), wxyz: object = (1.0, 0.0, 0.0, 0.0), *, phase: str = "update"
-    ) -> None:
-        """One step of dragging a gizmo; `phase` is "start", "update" or "end"."""
-        message: dict[str, Any] = {"name": name, "owner": self.mirror.nodes[name].get("owner", "")}
-        if phase == "update":
-            message |= {"type": "TransformControlsUpdateMessage", "position": position, "wxyz": wxyz}
-        else:
-            message |= {"type": f"TransformControlsDrag{phase.capitalize()}Message"}
-        await self.send(message)
-
     async def pull(self, name: str, phase: str, taken: object, to: object) -> None:
         """One step of pulling a scene node; `phase` is "start", "update" or "end"; `taken`, `to`: (3,), world [m]."""
         middle = {"start_screen_pos": (0.5, 0.5), "end_screen_pos": (0.5, 0.5), "instance_index": None}
@@ -265,25 +237,19 @@ class HeadlessClient:
         Raises:
             TimeoutError: it never was.
         """
-
-        async def until() -> None:
-            while not predicate(self):
-                self._news.clear()
-                # The predicate may also look at things that change without a frame.
-                with contextlib.suppress(TimeoutError):
-                    await asyncio.wait_for(self._news.wait(), 0.05)
-
-        try:
-            await asyncio.wait_for(until(), timeout)
-        except TimeoutError as error:
-            raise TimeoutError(f"not within {timeout} s; connection closed: {self.closed}") from error
+        end = time.perf_counter() + timeout
+        while not predicate(self):
+            if time.perf_counter() > end:
+                raise TimeoutError(f"not within {timeout} s; connection closed: {self.closed}")
+            self._news.clear()
+            # The predicate may also look at things that change without a frame.
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(self._news.wait(), 0.05)
 
     async def close(self) -> None:
         """Close the connection. May be called twice."""
         if self._socket is not None:
             await self._socket.close()
         if self._reader is not None:
-            if self._read_pause:
-                self._reader.cancel()
             with contextlib.suppress(asyncio.CancelledError):
                 await self._reader

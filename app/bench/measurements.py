@@ -28,7 +28,7 @@ WATCHERS: Final = 30
 SESSIONS: Final = 8
 
 
-def measured_figures(steps: int, seconds: float, robot: str = "lwr") -> BenchRows:
+def measured_figures(steps: int, seconds: float, robot: str) -> BenchRows:
     """Yield all figures.
 
     Args:

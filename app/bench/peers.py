@@ -60,7 +60,7 @@ def needs_peers() -> None:
         raise BadSetting(f"--peers needs {', '.join(absent)}, which is not installed: pip install 'lwr-duet[peers]'.")
 
 
-def disagreement(mine: Ours, other: Method, room: Room, postures: int = POSTURES, seed: int = 1) -> dict[str, float]:
+def disagreement(mine: Ours, other: Method, room: Room) -> dict[str, float]:
     """Return the largest differences between two engines over random postures, and the smallest distance met, all in [m].
 
     Of an engine that only says whether any pair overlaps, the difference is at least the distance at which it is wrong.
@@ -68,9 +68,9 @@ def disagreement(mine: Ours, other: Method, room: Room, postures: int = POSTURES
     Raises:
         DuetError: they do not have the same pairs.
     """
-    model, random = room.model, np.random.default_rng(seed)
+    model, random = room.model, np.random.default_rng(1)
     distances, poses, nearest = [0.0], [0.0], np.inf
-    for _ in range(postures):
+    for _ in range(POSTURES):
         q = random.uniform(model.lowerPositionLimit, model.upperPositionLimit)
         a, b = mine.distances(q), other.distances(q)
         if isinstance(b, bool):
@@ -104,19 +104,18 @@ def gate(baked: Baked, engines: Mapping[str, Method]) -> dict[str, dict[str, flo
     return found
 
 
-def measure_peers(steps: int = 9200, settings: RunSettings | None = None) -> dict[str, Any]:
+def measure_peers(steps: int) -> dict[str, Any]:
     """Return all figures, ready for JSON.
 
     Args:
-        steps: of the hold experiment, for each method.
-        settings: of the experiment; None for the usual ones with the hand's pose to be held, a task that all of them know.
+        steps: of the hold experiment with the hand's pose to be held, a task that all of them know, for each method.
 
     Raises:
         BadSetting: a peer is not installed.
         DuetError: the engines do not agree.
     """
     needs_peers()
-    baked = bake(settings or RunSettings(task="pose"), steps)
+    baked = bake(RunSettings(task="pose"), steps)
     names = peer_names()
     peers: dict[str, dict[str, Callable[[Baked], Method]]] = {
         name: import_module(f"app.bench.peer_{name}").METHODS for name in names

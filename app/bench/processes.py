@@ -69,8 +69,7 @@ class ServerTimes:
 
 def limit_of(figures: dict[str, float]) -> str:
     """Return a line with the parts of the server's time, the largest first; "" for figures without parts."""
-    parts = {name: figures.get(f"{name}_percent") for name in (*PARTS, "other")}
-    known = {name: value for name, value in parts.items() if value is not None}
+    known = {name: figures[f"{name}_percent"] for name in (*PARTS, "other") if f"{name}_percent" in figures}
     total = figures.get("cpu_percent_of_a_core", 0.0)
     if not known or total <= 0.0:
         return ""
@@ -90,7 +89,6 @@ END: Final = "end"
 def serve_app(pipe: Connection, lecture: bool, sessions: int) -> None:
     """Serve the app; send the address, then (CPU time [s], CPU time of each part [s], longest frame [s]) for every request."""
     leave_with_parent()
-    from app.bench.processes import ServerTimes
     from app.hosting.serve_options import ServeOptions
     from app.start import start_app
 

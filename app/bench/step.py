@@ -58,7 +58,7 @@ class _Restless:
         return HandTarget(self._places[int(time) % 2])
 
 
-def measure_steps(steps: int, robot: str = "lwr") -> dict[str, dict[str, float]]:
+def measure_steps(steps: int, robot: str) -> dict[str, dict[str, float]]:
     """Return scene → median and 99th percentile of one step of both arms [µs], and the share of steps at a bound, all interleaved."""
     load_now()
     runs: dict[str, tuple[Simulation, TargetSource]] = {}

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from multiprocessing.connection import Connection
 from typing import Final
 
@@ -108,8 +108,8 @@ async def _settled(visitor: HeadlessClient, url: str, tab: str) -> HeadlessClien
 def _crowd(url: str, queries: tuple[str, ...]) -> Iterator[Callable[[], list[tuple[int, int, bool]]]]:
     """Run visitors with these queries in their own processes while open; gives a function that counts the frames and bytes of each."""
     shares = [queries[i::CLIENT_PROCESSES] for i in range(CLIENT_PROCESSES)]
-    with process(run_async, _visit, url, shares[0]) as here, process(run_async, _visit, url, shares[1]) as there:
-        crowds = here, there
+    with ExitStack() as opened:
+        crowds = [opened.enter_context(process(run_async, _visit, url, share)) for share in shares]
         for crowd in crowds:
             receive(crowd)
         time.sleep(SETTLING)

@@ -54,6 +54,7 @@ def falsify(command: Falsify) -> int:
         BadSetting, BadInputFile: an option is not possible.
     """
     with ending_at_once():
+        from app.recording.run_file import saved_bytes
         from scenes.children import computed
         from scenes.counterexample import BROKEN, check, searched
     settings: RunSettings = settings_of_options(command.settings, RunSettings())
@@ -82,9 +83,10 @@ def falsify(command: Falsify) -> int:
         interrupted = True
     if found:
         _report(settings, found, time() - begin)
-        worst = _worst(found)
         if command.out is not None:
-            _write(worst, command.out)
+            with written(command.out, "out") as new:
+                new.write_bytes(saved_bytes(_worst(found).attack.recorded()))
+            print(command.out)
     if interrupted:
         done = command.skip + next(place for place in range(most + 1) if place not in found)
         print(f"Interrupted; --seed {settings.seed} --skip {done} goes on from here.", file=sys.stderr)
@@ -122,11 +124,3 @@ def _report(settings: RunSettings, found: dict[int, Found], seconds: float) -> N
     lost = {condition: max(one.missing[condition] for one in found.values()) for condition in BLAMED}
     print("Lost where a condition was missing: ", end="")
     print(", ".join(f"{condition.value} {1000.0 * most:.0f} mm" for condition, most in lost.items()) + ".")
-
-
-def _write(worst: Found, path: Path) -> None:
-    from app.recording.run_file import saved_bytes
-
-    with written(path, "out") as new:
-        new.write_bytes(saved_bytes(worst.attack.recorded()))
-    print(path)

@@ -1,5 +1,6 @@
 """`lwr-duet figures`: the paper's figures and ours."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -34,7 +35,7 @@ def draw_figures(command: Figures) -> int:
         import matplotlib
 
         from app.figures.drawn_figure import Plan, save_figure
-        from app.figures.figure_list import Section, chosen_figures, report
+        from app.figures.figure_list import FigureEntry, chosen_figures, report
         from app.figures.figure_style import STYLE
         from app.version import duet_version
         from scenes.setting_spec import checked
@@ -46,7 +47,7 @@ def draw_figures(command: Figures) -> int:
         command.out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise BadSetting(f"out = {command.out}: cannot be made ({error.strerror}); give another folder.") from None
-    sections: list[Section] = []
+    sections: list[tuple[FigureEntry, Sequence[str]]] = []
     bar = tqdm(total=len(entries), unit="figure", disable=None, leave=False)
     # The second bar counts the simulated steps of one figure.
     steps = tqdm(unit="step", unit_scale=True, disable=None, leave=False, position=1, mininterval=0.2)
@@ -59,7 +60,7 @@ def draw_figures(command: Figures) -> int:
             with matplotlib.rc_context(STYLE):
                 drawn = entry.draw(plan)
                 save_figure(drawn, command.out, entry.stem)
-            sections.append(Section(entry, drawn.found))
+            sections.append((entry, drawn.found))
             bar.update()
     path = command.out / "report.md"
     with written(path, "out") as new:

@@ -5,20 +5,19 @@ import re
 import time
 import zipfile
 from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from markupsafe import Markup
 
 from app.export.class_summary import AskedQuestion, ClassSummary, HandIn
 from app.export.gain import gains, whole
-from app.export.handout_html import PaperStep
+from app.export.handout_html import PaperStep, told
 from app.export.lab_report import Done, lesson_title, rich_html, step_entry
 from app.export.report_html import ReportEntry, locked_page, plain_svg, report_html
 from app.export.tally_html import cloud_html, switches_text, tie_text
 from app.i18n.speaking import set_language, tr
 from app.lessons.bookmark import fitting
 from app.lessons.lesson import Lesson
-from app.lessons.outcomes import reference
 from app.lessons.progress import StepProgress, from_json
 from app.lessons.tally import QuestionId, Tally
 from app.recording.run_file import made_here
@@ -128,7 +127,7 @@ def _questions(summary: ClassSummary, lessons: Sequence[Lesson], stopped: Callab
         if stopped():
             raise Stopped
         step = lesson.steps[index]
-        yield _Question(lesson, index, replace(reference(step, step.setup), reference=False), asked[lesson.id, step.id])
+        yield _Question(lesson, index, told(step), asked[lesson.id, step.id])
 
 
 def _reports(
@@ -158,10 +157,8 @@ def class_zip_bytes(
     set_language(language)
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
-        for number, (one, name) in enumerate(zip(summary.hand_ins, report_names(summary.hand_ins), strict=True), 1):
-            if stopped():
-                raise Stopped
-            page = report_html(tr("Lab report"), list(_entries(one, lessons)), None, about=name, rich=rich_html)
+        for number, (name, entries) in enumerate(_reports(summary, lessons, stopped), 1):
+            page = report_html(tr("Lab report"), entries, None, about=name, rich=rich_html)
             # The number keeps apart what is the same without the characters that a file's name must not have.
             plain_name = re.sub(r"[^\w ()-]", "_", name)
             archive.writestr(f"{number:03d} {plain_name}.html", page)

@@ -6,33 +6,16 @@ from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, Final
 
-import numpy as np
-
 from app.recording.run_file import made_here
-from controllers.kinematics import Array
 from scenes.history import COLUMN
 from scenes.inputs import Recorded
 from scenes.recording import write_table
-from scenes.rerun import Stopped, never, rerun
+from scenes.rerun import Stopped, never, newest_steps, rerun
 from scenes.settings import values
 from scenes.simulation import Simulation
 
 LARGEST: Final = 16_000_000
 """Of a table that is not compressed [B]: two minutes at the usual time step."""
-
-
-def newest(recorded: Recorded, table: Array, seconds: float) -> Array:
-    """Return the rows of the last so many seconds of a piece, at least one.
-
-    Args:
-        table: of the whole piece (steps, columns of `scenes.history`).
-        seconds: inf for all.
-    """
-    length = min(seconds, recorded.seconds)
-    end = recorded.begin + recorded.seconds
-    # The newest row is of the time one step before the end.
-    first = int(np.searchsorted(table[:, COLUMN["t"]], end - length - 1e-6))
-    return table[min(first, len(table) - 1) :]
 
 
 def changes(recorded: Recorded) -> tuple[tuple[float, str, Any], ...]:
@@ -57,7 +40,7 @@ def csv_bytes(recorded: Recorded, seconds: float, stopped: Callable[[], bool] = 
     Raises:
         BadSetting: it cannot be made here.
     """
-    table = newest(recorded, rerun(recorded, stopped=stopped).table, seconds)
+    table = rerun(recorded, stopped=stopped).table[-newest_steps(recorded, seconds) :]
     if stopped():
         raise Stopped
     first = float(table[0, COLUMN["t"]])
@@ -65,10 +48,7 @@ def csv_bytes(recorded: Recorded, seconds: float, stopped: Callable[[], bool] = 
     for time, key, value in changes(recorded):
         if recorded.law is not None and key == "law":
             continue
-        if time <= first + 1e-9:
-            settings[key] = value
-        else:
-            settings[f"from {time:.6g} s on: {key}"] = value
+        settings[key if time <= first + 1e-9 else f"from {time:.6g} s on: {key}"] = value
     if recorded.law is not None:
         settings |= law_heading(recorded.law.file, recorded.law.sha256)
     out = io.StringIO()

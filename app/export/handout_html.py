@@ -25,13 +25,15 @@ def handout_html(lesson: Lesson, notes: str | None = None) -> str:
         notes: the teacher's, as Markdown; None for the student's copy, which holds nothing that a run has yet to show.
     """
     read = None if notes is None else read_notes(notes)
-    steps = [
-        PaperStep(lesson, i, None if read is None else replace(reference(step, step.setup), reference=False))
-        for i, step in enumerate(lesson.steps)
-    ]
+    steps = [PaperStep(lesson, i, None if read is None else told(step)) for i, step in enumerate(lesson.steps)]
     afterwards = any(one.pictures or (one.step.question and one.step.challenge) for one in steps)
     values = {"lesson": lesson, "steps": steps, "notes": read, "afterwards": afterwards}
     return locked_page("export/handout.html", lesson_title(lesson), ("handout.css",), **values)
+
+
+def told(step: Step) -> StepOutcome:
+    """Return what comes out of a step's run, without the note that it is the reference run."""
+    return replace(reference(step, step.setup), reference=False)
 
 
 @dataclass(frozen=True)

@@ -152,7 +152,7 @@ def _svg(recorded: Recorded, step: Step, name: str, stopped: Callable[[], bool])
     # What draws takes seconds to import.
     from app.export.plot_pictures import inline_svg
 
-    return inline_svg(recorded, recorded.seconds, "none", name, stopped=stopped, only=step.plots)
+    return inline_svg(recorded, name, stopped, step.plots)
 
 
 def _made_again(one: Done) -> Recorded | None:

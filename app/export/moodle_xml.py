@@ -4,18 +4,16 @@ Formulas stay LaTeX, between \\( and \\), which Moodle's MathJax filter sets. Th
 """
 
 from collections.abc import Iterator
-from dataclasses import replace
 from html import escape
 from typing import Final
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from app.export.handout_html import PaperStep
+from app.export.handout_html import PaperStep, told
 from app.export.lab_report import lesson_title
 from app.i18n.speaking import tr
 from app.lessons.labels import label_of
-from app.lessons.lesson import Forecast, Lesson
+from app.lessons.lesson import Challenge, Lesson, Question
 from app.lessons.measures.quantity import QUANTITIES, UNITS
-from app.lessons.outcomes import reference
 from app.lessons.reference_runs import measured
 from app.lessons.runs import settings_text
 from app.text.lesson_text import markdown_reader, plain
@@ -39,35 +37,31 @@ def moodle_xml(lesson: Lesson) -> bytes:
     category = SubElement(quiz, "question", type="category")
     _text(category, "category", f"$course$/top/Duet/{lesson.number:02d} {plain(lesson_title(lesson)).replace('/', '//')}")
     for i, step in enumerate(lesson.steps):
-        paper = PaperStep(lesson, i, replace(reference(step, step.setup), reference=False))
+        paper = PaperStep(lesson, i, told(step))
         if step.question is not None and step.question.choices:
-            quiz.append(_multiple_choice(paper))
-        quiz.extend(_numerical(paper))
+            quiz.append(_multiple_choice(paper, step.question))
+        if step.challenge is not None:
+            quiz.extend(_numerical(paper, step.challenge))
     indent(quiz)
     return tostring(quiz, encoding="utf-8", xml_declaration=True)
 
 
-def _multiple_choice(paper: PaperStep) -> Element:
-    step = paper.step
-    assert step.question is not None
-    made = _question("multichoice", paper, paper.number, f"{step.do}\n\n{step.question.text}")
+def _multiple_choice(paper: PaperStep, question: Question) -> Element:
+    made = _question("multichoice", paper, paper.number, f"{paper.step.do}\n\n{question.text}")
     for name, value in {"single": "true", "shuffleanswers": "true", "answernumbering": "abc"}.items():
         SubElement(made, name).text = value
-    for place, choice in enumerate(step.question.choices):
-        answer = _html(made, "answer", paper.filled(choice.text), fraction="100" if place == step.question.right else "0")
+    for place, choice in enumerate(question.choices):
+        answer = _html(made, "answer", paper.filled(choice.text), fraction="100" if place == question.right else "0")
         # The right answers are told with the last test.
-        _html(answer, "feedback", "" if step.asked == "first" else paper.filled(choice.reply))
-    for hint in step.hints:
+        _html(answer, "feedback", "" if paper.step.asked == "first" else paper.filled(choice.reply))
+    for hint in paper.step.hints:
         _html(made, "hint", paper.filled(hint))
     return made
 
 
-def _numerical(paper: PaperStep) -> Iterator[Element]:
-    challenge = paper.step.challenge
-    forecasts: tuple[Forecast, ...] = () if challenge is None else challenge.forecasts
-    for place, forecast in enumerate(forecasts, 1):
+def _numerical(paper: PaperStep, challenge: Challenge) -> Iterator[Element]:
+    for place, forecast in enumerate(challenge.forecasts, 1):
         m, language = forecast.measurement, paper.lesson.language
-        assert challenge is not None
         value = measured(challenge.setup.with_changes(forecast.changes), m.name, m.parameters)
         if value is None:
             continue

@@ -17,7 +17,6 @@ from typing import Any, Final
 import numpy as np
 from markupsafe import Markup
 
-from app.export.csv_table import newest
 from app.export.recorded_curves import Curves, Panel
 from app.export.scene_film import PLACE, RATE, TURN, Filmed, film_scene
 from app.i18n.speaking import decimal, spoken, tr
@@ -32,7 +31,7 @@ from controllers.kinematics import Array
 from scenes.history import COLUMN
 from scenes.inputs import Recorded
 from scenes.law_answers import LawAnswers
-from scenes.rerun import never, rerun
+from scenes.rerun import never, newest_steps, rerun
 from scenes.settings import RunSettings
 
 LOCKED: Final = (
@@ -57,17 +56,16 @@ def player_html(recorded: Recorded, seconds: float, page: PageSettings, stopped:
     Raises:
         BadSetting: it cannot be made here.
     """
-    whole = rerun(recorded, stopped=stopped).table
-    panels = Curves(recorded, newest(recorded, whole, seconds), page.theme, stopped).panels(page.details)
-    filmed = film_scene(recorded, seconds, page, stopped)
-    mark = nearest_moment(newest(recorded, whole, seconds))
+    table = rerun(recorded, stopped=stopped).table[-newest_steps(recorded, seconds) :]
+    panels = Curves(recorded, table, page.theme, stopped).panels(page.details)
+    filmed, mark = film_scene(recorded, seconds, page, stopped), nearest_moment(table)
     return assembled(filmed, panels, recorded.stretches[-1].settings, page.theme == "dark", recorded.law, mark).encode()
 
 
 def nearest_moment(table: Array) -> float | None:
     """Return when d is smallest in rows of a history [s]; None where there is nothing to keep clear of."""
     d = table[:, COLUMN["d"]]
-    return float(table[d.argmin(), COLUMN["t"]]) if len(d) and np.isfinite(d).all() else None
+    return float(table[d.argmin(), COLUMN["t"]]) if np.isfinite(d).all() else None
 
 
 def assembled(

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from app.export.csv_table import changes, newest
+from app.export.csv_table import changes
 from app.export.recorded_curves import NOT_OVER_TIME, OF_OTHER_RUNS, Curves, Panel, Stroke
 from app.figures.figure_style import COLOURS, DPI, FAINT, INK, STYLE, sheet
 from app.i18n.speaking import tr
@@ -27,7 +27,7 @@ from scenes.history import COLUMN
 from scenes.inputs import Recorded
 from scenes.law_answers import LawAnswers
 from scenes.laws import LAWS
-from scenes.rerun import Stopped, never, rerun
+from scenes.rerun import Stopped, never, newest_steps, rerun
 from scenes.settings import LawSettings, RunSettings
 
 WIDTH: Final = 7.2
@@ -76,21 +76,14 @@ def picture_bytes(
     return out.getvalue()
 
 
-def inline_svg(
-    recorded: Recorded,
-    seconds: float,
-    details: Details,
-    name: str,
-    stopped: Callable[[], bool] = never,
-    only: tuple[str, ...] = (),
-) -> str:
-    """Return a picture as an <svg> element for an HTML page.
+def inline_svg(recorded: Recorded, name: str, stopped: Callable[[], bool] = never, only: tuple[str, ...] = ()) -> str:
+    """Return a picture of a whole piece as an <svg> element for an HTML page.
 
     Args:
         name: letters and digits; a prefix that makes the ids of the picture unique on the page.
-        recorded, seconds, details, stopped, only: as in `picture_bytes`.
+        recorded, stopped, only: as in `picture_bytes`.
     """
-    return embedded(picture_bytes(recorded, seconds, details, "svg", stopped, only).decode(), name)
+    return embedded(picture_bytes(recorded, recorded.seconds, "none", "svg", stopped, only).decode(), name)
 
 
 def embedded(svg: str, name: str) -> str:
@@ -99,18 +92,10 @@ def embedded(svg: str, name: str) -> str:
     svg = re.sub(r"(<svg[^>]*?) width=\"[^\"]*\"", r"\1", svg, count=1)
     svg = re.sub(r"(<svg[^>]*?) height=\"[^\"]*\"", r"\1", svg, count=1)
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
-    svg = re.sub(r'\bid="', f'id="{name}-', svg)
-    svg = re.sub(r'xlink:href="#', f'xlink:href="#{name}-', svg)
-    return re.sub(r"url\(#", f"url(#{name}-", svg)
+    return re.sub(r'\bid="|xlink:href="#|url\(#', rf"\g<0>{name}-", svg)
 
 
-def _figure(
-    recorded: Recorded,
-    seconds: float,
-    details: Details,
-    stopped: Callable[[], bool],
-    only: tuple[str, ...] = (),
-) -> Figure:
+def _figure(recorded: Recorded, seconds: float, details: Details, stopped: Callable[[], bool], only: tuple[str, ...]) -> Figure:
     charts = [name for name in NOT_OVER_TIME if name in only]
     if charts and details == "none":
         details = cast(Details, charts[0])
@@ -118,8 +103,8 @@ def _figure(
     if recorded.law is not None and (details in NOT_OVER_TIME or details == "stability"):
         # They ask the laws of the settings.
         details = "none"
-    whole = rerun(recorded, stopped=stopped).table
-    curves = Curves(recorded, newest(recorded, whole, seconds), stopped=stopped)
+    table = rerun(recorded, stopped=stopped).table
+    curves = Curves(recorded, table[-newest_steps(recorded, seconds) :], stopped=stopped)
     other = details if details in NOT_OVER_TIME else ""
     panels = curves.panels("none" if other else details, time_plots_only)
     rows = len(panels) + bool(other)

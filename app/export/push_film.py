@@ -71,7 +71,7 @@ def _frame(replay: Replay, step: int, size: tuple[int, int]) -> Image.Image:
     distance, critical = float(row[COLUMN["d"]]), simulation.settings.law.critical_distance
     simulation.kinematics.update(simulation.positions)
     pair = simulation.detector.detect("single").pair
-    ends, _ = Viewpoint(camera, *size).project(np.array(simulation.detector.witness_points(pair)))
+    ends = Viewpoint(camera, *size).project(np.array(simulation.detector.witness_points(pair)))
     colour = blend(_INK.calm, _INK.activation, float(row[COLUMN["lambda"]]))
     draw = ImageDraw.Draw(picture)
     draw.line([(float(x), float(y)) for x, y in ends], fill=colour, width=max(2, size[1] // 80))

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Final
 
@@ -48,7 +48,6 @@ class Stroke:
         dash: [px]; none for a solid line.
         values: (k,), nan where there is nothing.
         steps: whether each value holds until the next: a strip, no line.
-        held: whether an axis that follows the data holds this line, too.
     """
 
     name: str
@@ -57,7 +56,6 @@ class Stroke:
     dash: tuple[float, ...]
     values: Array
     steps: bool = False
-    held: bool = True
 
 
 @dataclass(frozen=True)
@@ -68,8 +66,7 @@ class Panel:
         unit: of the axis, "" for none.
         times: (k,) [s].
         strokes: in the order drawn.
-        span: of the axis; None to follow the data.
-        positive, top: see `app.plots.time_plots.TimePlot`.
+        limits: both ends of the axis.
         rows: names of the whole numbers of the axis, from 0; none for an axis of numbers.
         note: a sentence in place of the lines.
     """
@@ -78,26 +75,9 @@ class Panel:
     unit: str
     times: Array
     strokes: tuple[Stroke, ...]
-    span: tuple[float, float] | None = None
-    positive: bool = True
-    top: float = LEAST
+    limits: tuple[float, float]
     rows: tuple[str, ...] = ()
     note: str = ""
-
-    @property
-    def limits(self) -> tuple[float, float]:
-        """Return both ends of the axis."""
-        if self.span is not None:
-            return self.span
-        finite = [stroke.values[np.isfinite(stroke.values)] for stroke in self.strokes if stroke.held]
-        known = np.concatenate([*finite, np.empty(0)])
-        if not len(known):
-            return 0.0, 1.0
-        low, high = float(known.min()), float(known.max())
-        if self.positive:
-            return min(1.08 * low, 0.0), 1.08 * high if high > self.top else self.top
-        edge = max(0.1 * (high - low), 0.005)
-        return low - edge, high + edge
 
 
 class Curves:
@@ -118,7 +98,8 @@ class Curves:
         self.table, ends = thinned_table(table)
         """Of at most `POINTS` rows."""
         self._steps = ends + (recorded.steps - len(table))
-        self._bounds = np.cumsum([stretch.targets.steps for stretch in recorded.stretches])
+        bounds = np.cumsum([stretch.targets.steps for stretch in recorded.stretches])
+        self._stretches = np.searchsorted(bounds, self._steps, side="right")
 
     @property
     def times(self) -> Array:
@@ -140,19 +121,13 @@ class Curves:
         if name == "stability":
             return self._section()
         plot = time_plot_of(name, self._simulation)
+        drawn = [(line, self.column(line.column) * plot.scale) for line in plot.lines if line.run == "own"]
         strokes = tuple(
-            Stroke(
-                tr(line.name) if line.name else "",
-                colour_of(line, self._palette),
-                line.width,
-                line.dash,
-                self.column(line.column) * plot.scale,
-                held=line.held,
-            )
-            for line in plot.lines
-            if line.run == "own"
+            Stroke(tr(line.name) if line.name else "", colour_of(line, self._palette), line.width, line.dash, values)
+            for line, values in drawn
         )
-        return Panel(without_tags(tr(plot.title)), plot.unit, self.times, strokes, plot.span, plot.positive, plot.top)
+        limits = plot.span or _around((values for line, values in drawn if line.held), plot.positive, plot.top)
+        return Panel(without_tags(tr(plot.title)), plot.unit, self.times, strokes, limits)
 
     def column(self, name: str) -> Array:
         """Return the column (k,) of a name of `app.plots.time_series.NAMES`."""
@@ -187,16 +162,13 @@ class Curves:
 
     def _of_settings(self, what: Callable[[RunSettings], float]) -> Array:
         there = np.array([what(stretch.settings) for stretch in self._recorded.stretches])
-        return there[self._stretches()]
-
-    def _stretches(self) -> np.ndarray:
-        return np.searchsorted(self._bounds, self._steps, side="right")
+        return there[self._stretches]
 
     def _resting(self) -> Array:
         stretches = self._recorded.stretches
         found = np.full(len(self.table), np.nan)
         columns = self.table[:, [COLUMN[name] for name in ("u", "w_law", "u_b")]].tolist()
-        for i, (place, (u, w, u_b)) in enumerate(zip(self._stretches().tolist(), columns, strict=True)):
+        for i, (place, (u, w, u_b)) in enumerate(zip(self._stretches.tolist(), columns, strict=True)):
             run = stretches[place].settings
             if run.law.entry.rests and self._recorded.law is None:
                 found[i] = min(resting(run, u, w, None if math.isnan(u_b) else u_b), FARTHEST)
@@ -210,15 +182,8 @@ class Curves:
         for row, pair in enumerate(shown.tolist()):
             values[pairs == pair] = row
         names = tuple(pair_name(self._simulation, pair) for pair in shown.tolist())
-        span = (-0.6, max(len(shown), 1) - 0.4)
-        return Panel(
-            tr("the closest pair"),
-            "",
-            self.times,
-            (Stroke("", self._palette.distance, 7.0, (), values, True),),
-            span,
-            rows=names,
-        )
+        strokes = (Stroke("", self._palette.distance, 7.0, (), values, True),)
+        return Panel(tr("the closest pair"), "", self.times, strokes, (-0.6, max(len(shown), 1) - 0.4), names)
 
     def _section(self) -> Panel:
         run, title = self.settings, tr("smallest eigenvalue of sym(M) over K, and 1 − λρ²")
@@ -244,7 +209,19 @@ class Curves:
             Stroke(tr("eigenvalue / K"), self._palette.distance, 2.0, (), np.array(least)),
             Stroke("1 − λρ²", self._palette.activation, 1.8, (7.0, 4.0), np.array(survival)),
         )
-        return Panel(title, "", self.times[picked], strokes, None, positive=False)
+        return Panel(title, "", self.times[picked], strokes, _around((stroke.values for stroke in strokes), positive=False))
+
+
+def _around(lines: Iterable[Array], positive: bool, top: float = LEAST) -> tuple[float, float]:
+    """Return both ends of an axis that follows the data, see `app.plots.time_plots.TimePlot`."""
+    known = np.concatenate([*(line[np.isfinite(line)] for line in lines), np.empty(0)])
+    if not len(known):
+        return 0.0, 1.0
+    low, high = float(known.min()), float(known.max())
+    if positive:
+        return min(1.08 * low, 0.0), 1.08 * high if high > top else top
+    edge = max(0.1 * (high - low), 0.005)
+    return low - edge, high + edge
 
 
 def without_tags(html: str) -> str:

@@ -8,8 +8,9 @@ import json
 import re
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass, fields
-from typing import Any, Final
+from typing import Annotated, Final
 
+import msgspec
 from markupsafe import Markup
 
 from app.text.templates import element
@@ -20,7 +21,9 @@ LARGEST: Final = 32 * 2**20
 
 _RECORD: Final = re.compile(rb'<template id="duet-report" data-record="([^"<>]{1,400000})">')
 _MOST_STEPS: Final = 500
-_NAME: Final = re.compile(r"[a-z0-9_-]{1,60}")
+
+_Name = Annotated[str, msgspec.Meta(pattern=r"\A[a-z0-9_-]{1,60}\Z")]
+_Count = Annotated[int, msgspec.Meta(ge=0, lt=1_000_000)]
 
 
 @dataclass(frozen=True)
@@ -35,12 +38,12 @@ class StepRecord:
         attempts: at the challenge.
     """
 
-    lesson: str
-    step: str
-    prediction: int | None
+    lesson: _Name
+    step: _Name
+    prediction: _Count | None
     right: bool | None
     passed: bool | None
-    attempts: int
+    attempts: _Count
 
 
 _NAMES: Final = [one.name for one in fields(StepRecord)]
@@ -67,21 +70,9 @@ def read_records(page: bytes) -> tuple[StepRecord, ...]:
         data = json.loads(html.unescape(found[1].decode()))
         if data["version"] != 1 or data["columns"] != _NAMES or len(data["steps"]) > _MOST_STEPS:
             raise ValueError
-        records = tuple(_checked(*step) for step in data["steps"])
-    except (ValueError, KeyError, TypeError, RecursionError):
+        records = tuple(msgspec.convert(dict(zip(_NAMES, step, strict=True)), StepRecord) for step in data["steps"])
+    except (ValueError, KeyError, TypeError, RecursionError, msgspec.ValidationError):
         raise ValueError(LazyText("its record is damaged")) from None
     if len({(record.lesson, record.step) for record in records}) < len(records):
         raise ValueError(LazyText("its record has a step twice"))
     return records
-
-
-def _checked(lesson: Any, step: Any, prediction: Any, right: Any, passed: Any, attempts: Any) -> StepRecord:
-    names = isinstance(lesson, str) and isinstance(step, str) and _NAME.fullmatch(lesson) and _NAME.fullmatch(step)
-    marks = all(mark is None or isinstance(mark, bool) for mark in (right, passed))
-    if not (names and marks and (prediction is None or _count(prediction)) and _count(attempts)):
-        raise ValueError
-    return StepRecord(lesson, step, prediction, right, passed, attempts)
-
-
-def _count(value: Any) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 1_000_000

@@ -7,6 +7,7 @@ still scene; later ones become tracks of a node's orientation, position, visibil
 import json
 import math
 import struct
+from bisect import bisect_right
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Final
@@ -149,7 +150,7 @@ def unpack_recording(data: bytes) -> tuple[dict[str, Any], list[bytes]]:
 
 
 def pack_recording(content: dict[str, Any], arrays: list[bytes]) -> bytes:
-    """Return a recording; the inverse of `unpacked`."""
+    """Return a recording; the inverse of `unpack_recording`."""
     text = msgspec.msgpack.encode({**content, "binaryBufferLengths": [len(array) for array in arrays]})
     body = bytearray(_SIZE.pack(len(text)) + text)
     for array in arrays:
@@ -184,8 +185,11 @@ def _split(data: bytes, times: tuple[float, ...]) -> Filmed:
     for node, frame in since.items():
         if frame > 0:
             _hide_before(tracks.setdefault((node, SEEN), Track(node, SEEN, [0], [True])), frame)
-    used = {old: new for new, old in enumerate(sorted(_indices(still)))}
-    scene = pack_recording({**content, "durationSeconds": 0.0, "messages": _with(still, used)}, [arrays[i] for i in used])
+    places = list(_placeholders(still))
+    used = {old: new for new, old in enumerate(sorted({place["__binary_index"] for place in places}))}
+    for place in places:
+        place["__binary_index"] = used[place["__binary_index"]]
+    scene = pack_recording({**content, "durationSeconds": 0.0, "messages": still}, [arrays[i] for i in used])
     bodies = tuple(node for node, frame in since.items() if frame == 0 and made[node]["type"] == "GlbMessage")
     return Filmed(scene, tuple(track for track in tracks.values() if len(track.frames) > 1), times, bodies)
 
@@ -214,9 +218,9 @@ def _changes(message: dict[str, Any], again: bool, arrays: list[bytes]) -> Itera
 
 def _hide_before(track: Track, frame: int) -> None:
     """Hide a node that was added later until then."""
-    later = [(f, v) for f, v in zip(track.frames, track.values, strict=True) if f > frame]
-    there = next((v for f, v in reversed(list(zip(track.frames, track.values, strict=True))) if f <= frame), True)
-    track.frames, track.values = [0, frame, *(f for f, _ in later)], [False, there, *(v for _, v in later)]
+    later = bisect_right(track.frames, frame)
+    track.frames = [0, frame, *track.frames[later:]]
+    track.values = [False, *track.values[later - 1 :]]
 
 
 def _before(message: dict[str, Any], what: str, arrays: list[bytes]) -> Any:
@@ -245,17 +249,10 @@ def _same(a: Any, b: Any) -> bool:
     return type(a) is type(b) and json.dumps(a) == json.dumps(b)
 
 
-def _indices(value: Any) -> set[int]:
-    if isinstance(value, dict):
-        if "__binary_index" in value:
-            return {value["__binary_index"]}
-        value = list(value.values())
-    return set().union(*map(_indices, value)) if isinstance(value, list) else set()
-
-
-def _with(value: Any, renumbered: dict[int, int]) -> Any:
-    if isinstance(value, dict):
-        if "__binary_index" in value:
-            return {**value, "__binary_index": renumbered[value["__binary_index"]]}
-        return {key: _with(entry, renumbered) for key, entry in value.items()}
-    return [_with(entry, renumbered) for entry in value] if isinstance(value, list) else value
+def _placeholders(value: Any) -> Iterator[dict[str, Any]]:
+    """Yield what stands for the arrays in messages."""
+    if isinstance(value, dict) and "__binary_index" in value:
+        yield value
+    elif isinstance(value, dict | list):
+        for entry in value.values() if isinstance(value, dict) else value:
+            yield from _placeholders(entry)

@@ -1,11 +1,11 @@
 """What a figure is made of: the plan with its shared runs, and how it becomes files: PNG, SVG and CSV."""
 
+import csv
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TextIO, TypeVar
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from app.figures.figure_style import DPI
@@ -69,25 +69,18 @@ class Drawn:
     found: Sequence[str]
 
 
-def csv_head(settings: RunSettings, **more: Any) -> dict[str, Any]:
-    """Return the settings of a run and more, for the head of a CSV file."""
-    return {**values(settings), **more}
+def csv_head(settings: RunSettings, *varied: str, **more: Any) -> dict[str, Any]:
+    """Return the settings of a run without those that vary, by key, and more, for the head of a CSV file."""
+    return {key: value for key, value in values(settings).items() if key not in varied} | more
 
 
 def write_csv(out: TextIO, drawn: Drawn) -> None:
     """Write the numbers, the settings as # lines on top. A number that is not known is an empty cell."""
     for key, value in drawn.settings.items():
         out.write(f"# {key} = {value}\n")
-    out.write(",".join(drawn.columns) + "\n")
-    for row in drawn.rows:
-        out.write(",".join(map(_cell, row)) + "\n")
-
-
-def _cell(value: Any) -> str:
-    if isinstance(value, (float, np.floating)):
-        return "" if np.isnan(value) else repr(float(value))
-    text = str(value)
-    return f'"{text}"' if "," in text else text
+    table = csv.writer(out, lineterminator="\n")
+    table.writerow(drawn.columns)
+    table.writerows(["" if value != value else value for value in row] for row in drawn.rows)
 
 
 def save_figure(drawn: Drawn, folder: Path, stem: str) -> None:

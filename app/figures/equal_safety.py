@@ -89,12 +89,11 @@ def draw(plan: Plan) -> Drawn:
         axes.set_ylabel("largest $e^2$ [m²]")
     whole.set(xlim=(-0.1, 0.32), ylim=(0, 0.2))
     whole.axvspan(*ZOOM, color=COLOURS.faint, alpha=0.12, linewidth=0)
-    bottom, top = _span([value for curve in curves for value in curve.e2.mean(0)[_inside(curve.d_min.mean(0))]])
-    near.set(xlim=ZOOM, ylim=(bottom, top), xlabel="smallest $d$ [m]; below: the grey part, means only")
+    near.set(xlim=ZOOM, ylim=_span(curves), xlabel="smallest $d$ [m]; below: the grey part, means only")
     figure.legend(*near.get_legend_handles_labels(), loc="outside lower center", ncols=2, fontsize=8.5)
     prices = [price for curve in curves if (price := _price(plan, curve, base, length)) is not None]
     columns = ["law", "w_added", "knob", "value", "seed", "d_min", "e2_max", "ddq_max"]
-    settings = {key: value for key, value in csv_head(base, seconds=length).items() if key not in ("law", "ff", "seed")}
+    settings = csv_head(base, "law", "ff", "seed", seconds=length)
     return Drawn(figure, columns, [row for curve in curves for row in curve.rows], settings, _found(curves, prices, base))
 
 
@@ -133,16 +132,13 @@ def _draw_curve(whole: Axes, near: Axes, curve: KnobCurve) -> None:
         )  # fmt: skip
 
 
-def _inside(d: Array) -> list[int]:
-    """Return the places of the runs of the second panel."""
-    return np.flatnonzero((d > ZOOM[0] - 0.02) & (d < ZOOM[1] + 0.02)).tolist()
-
-
-def _span(values: list[float]) -> tuple[float, float]:
-    """Return the part of the axis of e² in which most curves are."""
-    if not values:
+def _span(curves: list[KnobCurve]) -> tuple[float, float]:
+    """Return the part of the axis of e² in which most curves of the second panel are."""
+    d, e2 = (np.concatenate([getattr(curve, name).mean(0) for curve in curves]) for name in ("d_min", "e2"))
+    inside = e2[(d > ZOOM[0] - 0.02) & (d < ZOOM[1] + 0.02)]
+    if not len(inside):
         return 0.0, 0.2
-    low, high = np.percentile(values, (0, 90)).tolist()
+    low, high = np.percentile(inside, (0, 90)).tolist()
     return max(0.0, low - 0.01), high + 0.01
 
 

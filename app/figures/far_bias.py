@@ -61,5 +61,4 @@ def draw(plan: Plan) -> Drawn:
         "So the joints are never quite unconstrained, since λ is never 0; with a large n it is too small to see.",
     ]
     columns = ["n", "d", "lambda", "e", "e_closed_form"]
-    settings = {key: value for key, value in csv_head(base, seconds=length).items() if key != "n"}
-    return Drawn(figure, columns, rows, settings, found)
+    return Drawn(figure, columns, rows, csv_head(base, "n", seconds=length), found)

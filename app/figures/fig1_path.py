@@ -11,7 +11,7 @@ from matplotlib.patheffects import withStroke
 from app.figures.drawn_figure import Drawn, Plan, csv_head
 from app.figures.figure_style import COLOURS, DASHES, INK, sheet
 from app.figures.render import Viewpoint, arms, ball, furniture, render
-from controllers.kinematics import Array, Kinematics
+from controllers.kinematics import Array
 from scenes.ball import BALL_RADIUS, POINT_RADIUS, REST, TRAVEL, path
 from scenes.experiments import BALL
 from scenes.headless import Run
@@ -37,14 +37,14 @@ def draw(plan: Plan) -> Drawn:
     table = run.table[round(REST / settings.dt) :]
     hand, wanted, centre = _ways(run, table)
     d, nearest = table[:, COLUMN["d"]], int(table[:, COLUMN["d"]].argmin())
-    wide, high = plan.either((840, 600), (210, 150))
     figure = sheet(5.9)
     upper, lower = figure.subplots(2, 1, height_ratios=(1.85, 1.0))
-    _photo(upper, run, table, nearest, (wide, high), (hand, wanted, centre))
-    _side(lower, (hand, wanted, centre), nearest, settings.law.critical_distance)
+    _photo(upper, run, table, nearest, plan.either((840, 600), (210, 150)), (hand, wanted, centre))
     clear = settings.law.critical_distance
+    _side(lower, (hand, wanted, centre), nearest, clear)
+    least = float(np.linalg.norm(wanted - centre, axis=1).min()) - BALL_RADIUS - POINT_RADIUS
     found = [
-        f"The desired way would bring the control point to {1000 * _least(wanted, centre):.0f} mm from the ball; the actual one stays "
+        f"The desired way would bring the control point to {1000 * least:.0f} mm from the ball; the actual one stays "
         f"{1000 * d.min():.1f} mm away, d_m = {1000 * clear:.0f} mm.",
         f"The hand leaves its path by up to {1000 * run.summary.e2_max**0.5:.0f} mm and rests "
         f"{1000 * float(table[-1, COLUMN['e2']]) ** 0.5:.1f} mm beside B, where λ is still {table[-1, COLUMN['lambda']]:.3f}.",
@@ -59,8 +59,7 @@ def draw(plan: Plan) -> Drawn:
 
 def _ways(run: Run, table: Array) -> tuple[Array, Array, Array]:
     """Return where the hand was (k, 3), where it should have been (k, 3), and the ball's middle (3,) [m]."""
-    room = run.simulation.room
-    kinematics = Kinematics(room.model, room.arms)
+    room, kinematics = run.simulation.room, run.simulation.kinematics
     kinematics.update(room.start)
     home = kinematics.hand_pose(room.arms[0]).translation.copy()
     hand = np.empty((len(table), 3))
@@ -69,10 +68,6 @@ def _ways(run: Run, table: Array) -> tuple[Array, Array, Array]:
         row[:] = kinematics.hand_pose(room.arms[0]).translation
     assert room.ball is not None
     return hand, np.array([path(t, home)[0] for t in table[:, 0]]), room.start[room.ball].copy()
-
-
-def _least(way: Array, centre: Array) -> float:
-    return float(np.linalg.norm(way - centre, axis=1).min()) - BALL_RADIUS - POINT_RADIUS
 
 
 def _photo(axes: Axes, run: Run, table: Array, nearest: int, size: tuple[int, int], ways: tuple[Array, Array, Array]) -> None:
@@ -88,11 +83,11 @@ def _photo(axes: Axes, run: Run, table: Array, nearest: int, size: tuple[int, in
     axes.imshow(picture.astype(np.uint8), interpolation="lanczos")
     view = Viewpoint(CAMERA, *size)
     for way, colour, dash, width in ((wanted, COLOURS.critical, DASHES[1], 1.6), (hand, COLOURS.distance, DASHES[0], 2.2)):
-        flat, _ = view.project(way)
-        axes.plot(flat[:, 0], flat[:, 1], color="white", linewidth=width + 1.8, alpha=0.75, solid_capstyle="butt")
-        axes.plot(flat[:, 0], flat[:, 1], color=colour, linestyle=dash, linewidth=width)
+        x, y = view.project(way).T
+        axes.plot(x, y, color="white", linewidth=width + 1.8, alpha=0.75, solid_capstyle="butt")
+        axes.plot(x, y, color=colour, linestyle=dash, linewidth=width)
     for text, point in (("A", wanted[0]), ("B", wanted[-1])):
-        (x, y), _ = (value[0] for value in view.project(point[None]))
+        ((x, y),) = view.project(point[None])
         axes.text(x, y - 0.035 * size[1], text, ha="center", va="bottom", fontsize=12, fontweight="bold", path_effects=[OUTLINE])
     axes.set(xlim=(0, size[0]), ylim=(size[1], 0))
     axes.axis("off")

@@ -19,9 +19,9 @@ def draw(plan: Plan) -> Drawn:
     axes = figure.subplots()
     for n, curve, dash, at in zip(ORDERS, curves, DASHES, (0.62, 0.345, 0.128), strict=False):
         axes.plot(distances, curve, color=COLOURS.activation, linestyle=dash, label=f"$n={n}$")
-        tag(axes, f"$n={n}$", at + 0.012, activation(at, CRITICAL_DISTANCE, n) + 0.035, COLOURS.activation, fontsize=11)
+        tag(axes, f"$n={n}$", at + 0.012, activation(at, CRITICAL_DISTANCE, n) + 0.035, COLOURS.activation, 11)
     axes.axvline(CRITICAL_DISTANCE, color=COLOURS.critical, linestyle=DASHES[4], linewidth=1.3)
-    tag(axes, "$d_m$", CRITICAL_DISTANCE + 0.012, 1.05, COLOURS.critical, fontsize=12)
+    tag(axes, "$d_m$", CRITICAL_DISTANCE + 0.012, 1.05, COLOURS.critical, 12)
     axes.set(
         xlim=(0, 1), ylim=(0, 1.1), xlabel=r"distance $d$ [m]", ylabel=r"activation $\lambda$", yticks=np.arange(0, 1.1, 0.2)
     )

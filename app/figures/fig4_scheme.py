@@ -85,13 +85,13 @@ def _box(axes: Axes, block: SchemeBlock) -> None:
     axes.text(block.x, block.y - 0.2, block.formula, ha="center", va="center", fontsize=11, color=block.colour, zorder=4)
 
 
-def _wire(axes: Axes, *points: tuple[float, float], colour: str = INK, arrow: bool = True) -> None:
+def _wire(axes: Axes, *points: tuple[float, float], colour: str = INK) -> None:
     """Draw a line through points, with an arrow at its end."""
     *_, start, end = points
     if len(points) > 2:
         xs, ys = zip(*points[:-1], strict=True)
         axes.plot(xs, ys, color=colour, linewidth=1.3, solid_joinstyle="round", solid_capstyle="butt", zorder=1)
-    head = "-|>,head_length=5,head_width=2.4" if arrow else "-"
+    head = "-|>,head_length=5,head_width=2.4"
     axes.add_patch(
         FancyArrowPatch(
             start, end, arrowstyle=head, color=colour, linewidth=1.3, shrinkA=0, shrinkB=0, mutation_scale=1, zorder=1
@@ -99,7 +99,7 @@ def _wire(axes: Axes, *points: tuple[float, float], colour: str = INK, arrow: bo
     )
 
 
-def _dot(axes: Axes, x: float, y: float, colour: str = INK) -> None:
+def _dot(axes: Axes, x: float, y: float, colour: str) -> None:
     axes.add_patch(Circle((x, y), 0.045, color=colour, zorder=3))
 
 

@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 import pinocchio as pin
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from app.figures import fig5_hold as hold
@@ -38,32 +39,36 @@ OUTLINE: Final = withStroke(linewidth=2.6, foreground="white", alpha=0.85)
 
 
 def film(plan: Plan) -> Drawn:
-    settings, length = imitation_settings(plan), imitation_seconds(plan)
-    run = plan.shared(settings, length)
-    picked = _moments(run)
+    length = imitation_seconds(plan)
+    run = plan.shared(imitation_settings(plan), length)
+    table = run.table[_moments(run)]
     size = plan.either((640, 400), (128, 80))
     figure = sheet(3.3, 10.4)
     figure.set_layout_engine("constrained", w_pad=0.02, h_pad=0.02, wspace=0.01, hspace=0.02)
     # The person of the run, asked once more.
     person = run.simulation.source()
-    rows: list[list[object]] = []
-    for axes, row in zip(figure.subplots(2, FRAMES // 2).flat, run.table[picked], strict=True):
+    for axes, row in zip(figure.subplots(2, FRAMES // 2).flat, table, strict=True):
         wanted = person.target(float(row[COLUMN["t"]]))
         angles = wanted.angles if isinstance(wanted, AnglesTarget) else None
-        _frame(axes, run, row, FILM_CAMERA, size, posed_person(angles) if angles is not None else [], ("silver", "orange"))
+        _frame(axes, run, row, FILM_CAMERA, size, posed_person(angles) if angles is not None else [])
         axes.text(0.025, 0.955, f"{row[0]:.1f} s", transform=axes.transAxes, va="top", fontsize=13, path_effects=[OUTLINE])
-        rows.append([row[0], row[COLUMN["d"]], row[COLUMN["lambda"]], *run.simulation.history.positions(row[None])[0]])
-    d = [float(row[1]) for row in rows]  # pyright: ignore[reportArgumentType]
-    places = _places(run, run.table[picked])
+    d, places = table[:, COLUMN["d"]], _places(run, table)
     least = (np.linalg.norm(places[:, None] - places, axis=2) + np.diag([np.inf] * FRAMES)).min()
     found = [
         f"The {FRAMES} moments of the run of Fig. 7 that look most different: elbows, wrists and hands of any two are at least "
-        f"{1000 * least:.0f} mm apart (root of the sum of squares), d between {1000 * min(d):.0f} and {1000 * max(d):.0f} mm. The line "
+        f"{1000 * least:.0f} mm apart (root of the sum of squares), d between {1000 * d.min():.0f} and {1000 * d.max():.0f} mm. The line "
         "joins the closest points; the thicker and the more violet, the larger λ.",
         "Orange is the right arm, silver the left one; the person's own arms are those of the input at the same moment.",
     ]
-    columns = ["t", "d", "lambda", *(name.format("q") for name in run.simulation.room.columns)]
-    return Drawn(figure, columns, rows, csv_head(settings, seconds=length), found)
+    return _drawn(figure, run, table, length, found)
+
+
+def _drawn(figure: Figure, run: Run, table: Array, length: float, found: list[str]) -> Drawn:
+    """Return pictures of some rows of a run with the rows' postures."""
+    simulation = run.simulation
+    columns = ["t", "d", "lambda", *(name.format("q") for name in simulation.room.columns)]
+    rows = np.column_stack([table[:, [COLUMN[name] for name in columns[:3]]], simulation.history.positions(table)]).tolist()
+    return Drawn(figure, columns, rows, csv_head(simulation.settings, seconds=length), found)
 
 
 def _moments(run: Run) -> list[int]:
@@ -92,23 +97,21 @@ def _places(run: Run, table: Array) -> Array:
 
 
 def still(plan: Plan) -> Drawn:
-    settings, length = plan.settings({"pairs": "single"}), hold.seconds(plan)
-    run = plan.shared(settings, length)
+    length = hold.seconds(plan)
+    run = plan.shared(plan.settings({"pairs": "single"}), length)
     # Just before the arms are nearest: both are well seen, and λ too.
     row = run.table[int(run.table[:, COLUMN["d"]].argmin())]
     figure = sheet(3.32)
     figure.set_layout_engine("none")
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    _frame(axes, run, row, STILL_CAMERA, plan.either((1040, 664), (130, 83)), [], ("silver", "orange"))
+    _frame(axes, run, row, STILL_CAMERA, plan.either((1040, 664), (130, 83)), [])
     found = [
         "The paper's photo shows two real arms; this is the model that all runs use, each arm at its place on the torso "
         f"(bases {2000 * abs(run.simulation.room.bases()[0].translation[1]):.0f} mm apart), at the moment of Fig. 5 when they are "
         f"nearest: {1000 * row[COLUMN['d']]:.1f} mm.",
         "All that is seen lies inside the capsules that are checked for collisions.",
     ]
-    columns = ["t", "d", "lambda", *(name.format("q") for name in run.simulation.room.columns)]
-    rows = [[row[0], row[COLUMN["d"]], row[COLUMN["lambda"]], *run.simulation.history.positions(row[None])[0]]]
-    return Drawn(figure, columns, rows, csv_head(settings, seconds=length), found)
+    return _drawn(figure, run, row[None], length, found)
 
 
 @cache
@@ -134,17 +137,15 @@ def posed_person(angles: Array) -> list[Mesh]:
     return drawn
 
 
-def _frame(
-    axes: Axes, run: Run, row: Array, camera: Camera, size: tuple[int, int], more: list[Mesh], palettes: tuple[str, ...]
-) -> None:
+def _frame(axes: Axes, run: Run, row: Array, camera: Camera, size: tuple[int, int], more: list[Mesh]) -> None:
     """One moment of a run, with the line between the closest points and its length."""
     simulation = run.simulation
     positions = simulation.history.positions(row[None])[0].copy()
-    drawn = [*furniture(simulation.room), *arms(simulation.room, positions, palettes), *more]
+    drawn = [*furniture(simulation.room), *arms(simulation.room, positions, ("silver", "orange")), *more]
     axes.imshow(render(drawn, camera, *size), interpolation="lanczos")
     simulation.kinematics.update(positions)
     near = simulation.detector.detect("single")
-    ends, _ = Viewpoint(camera, *size).project(np.array(simulation.detector.witness_points(near.pair)))
+    ends = Viewpoint(camera, *size).project(np.array(simulation.detector.witness_points(near.pair)))
     lam = float(row[COLUMN["lambda"]])
     colour = tuple(c / 255.0 for c in blend(COLOURS.calm, COLOURS.activation, lam))
     width = 1.0 + 2.4 * lam

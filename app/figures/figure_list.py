@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import Final
 
 from app.figures import equal_safety, slide_loss
 from app.figures import far_bias as bias
@@ -172,9 +172,7 @@ def chosen_figures(only: str) -> tuple[FigureEntry, ...]:
         BadSetting: a number or a name that is none; names the valid ones.
     """
     asked = [word.strip().lower() for word in only.split(",") if word.strip()]
-    by_word = {
-        word: entry for entry in CATALOGUE for word in ((str(entry.number), entry.name) if entry.number else (entry.name,))
-    }
+    by_word = {entry.name: entry for entry in CATALOGUE} | {str(entry.number): entry for entry in CATALOGUE if entry.number}
     for word in asked:
         if word not in by_word:
             numbers = ", ".join(str(entry.number) for entry in CATALOGUE if entry.number)
@@ -184,15 +182,8 @@ def chosen_figures(only: str) -> tuple[FigureEntry, ...]:
     return tuple(entry for entry in CATALOGUE if not asked or entry.name in wanted)
 
 
-class Section(NamedTuple):
-    """What the report says of one figure: the figure, and the sentences found."""
-
-    entry: FigureEntry
-    found: Sequence[str]
-
-
-def report(sections: Sequence[Section], plan: Plan, version: str) -> str:
-    """Return the report as Markdown, for the folder in which the figures are."""
+def report(sections: Sequence[tuple[FigureEntry, Sequence[str]]], plan: Plan, version: str) -> str:
+    """Return the report as Markdown, for the folder in which the figures are. `sections`: figures, and what was found with each."""
     lines = [
         "# The paper's figures, drawn from our own runs",
         "",

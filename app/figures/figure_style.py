@@ -82,15 +82,14 @@ def sheet(height: float, width: float = WIDTH) -> Figure:
     return Figure(figsize=(width, height))
 
 
-def stack(height: float, rows: int, width: float = WIDTH, ratios: tuple[float, ...] | None = None) -> tuple[Figure, list[Axes]]:
+def stack(height: float, rows: int, ratios: tuple[float, ...] | None = None) -> tuple[Figure, list[Axes]]:
     """Return a figure with panels one under the other that share their horizontal axis."""
-    figure = sheet(height, width)
+    figure = sheet(height)
     grid = figure.subplots(rows, 1, sharex=True, squeeze=False, height_ratios=ratios)
     figure.align_ylabels()
     return figure, list(grid[:, 0])
 
 
-def tag(axes: Axes, text: str, x: float, y: float, colour: str, **more: Any) -> None:
+def tag(axes: Axes, text: str, x: float, y: float, colour: str, size: float) -> None:
     """Write a line's name beside it, in its colour."""
-    options: dict[str, Any] = {"ha": "left", "va": "center", "fontsize": 10.0}
-    axes.text(x, y, text, color=colour, **(options | more))
+    axes.text(x, y, text, color=colour, ha="left", va="center", fontsize=size)

@@ -9,10 +9,8 @@ from matplotlib.axes import Axes
 
 from app.figures.drawn_figure import Drawn, Plan, csv_head
 from app.figures.figure_style import COLOURS, DASHES, MARKERS, SERIES, sheet
-from controllers.kinematics import Kinematics
 from controllers.laws.situation import AUTHORITY
 from controllers.laws.task_space import free_part
-from controllers.proximity import ProximityDetector
 from controllers.tasks import TASK_DIMENSION
 from scenes.headless import Run, Summary
 from scenes.history import COLUMN
@@ -56,12 +54,10 @@ class Jump(NamedTuple):
 def largest_jump(run: Run) -> Jump:
     """Return the step of the largest q̈ of a run of two arms, with what was near then."""
     simulation, settings, table = run.simulation, run.simulation.settings, run.table
-    arm, room = simulation.avoiding, simulation.room
+    arm, kinematics, detector = simulation.avoiding, simulation.kinematics, simulation.detector
     steps = np.abs(np.diff(simulation.history.velocities(table)[:, arm.joints], axis=0)).max(1)
     after = int(steps.argmax()) + 1
     pair = int(table[after, COLUMN["pair"]])
-    kinematics = Kinematics(room.model, room.arms)
-    detector = ProximityDetector(kinematics, room.geometry)
     levers, left, points = list[float](), list[float](), list[np.ndarray]()
     for positions in simulation.history.positions(table[after - 1 : after + 1]):
         kinematics.update(np.ascontiguousarray(positions))
@@ -134,7 +130,10 @@ def draw(plan: Plan) -> Drawn:
     figure.align_ylabels()
     ticks = [1000.0 * dt for dt in steps]
     for i, (label, summaries) in enumerate(runs.items()):
-        for name, values in _panels(summaries).items():
+        # A law that never moves the arm has no place on a logarithmic axis.
+        fastest = [s.ddq_max or math.nan for s in summaries]
+        lines = {"d": [s.d_min for s in summaries], "e": [s.e2_max for s in summaries], "a": fastest}
+        for name, values in lines.items():
             for axes in (panels[key] for key in (name, f"{name} zoom") if key in panels):
                 axes.plot(ticks, values, label=label, **_style(i))
     critical = base.law.critical_distance
@@ -158,15 +157,8 @@ def draw(plan: Plan) -> Drawn:
         for dt, s in zip(steps, summaries, strict=True)
     ]
     columns = ["law", "w_added", "dt", "d_min", "share_below", "e2_max", "dq_step_max", "ddq_max", "pair_switches"]
-    settings = {key: value for key, value in csv_head(base, seconds=length).items() if key not in ("law", "ff", "dt")}
+    settings = csv_head(base, "law", "ff", "dt", seconds=length)
     return Drawn(figure, columns, rows, settings, _found(runs, steps, base.law.critical_distance, jumps))
-
-
-def _panels(summaries: list[Summary]) -> dict[str, list[float]]:
-    """Return panel → one law's values."""
-    nan = float("nan")
-    # A law that never moves the arm has no place on a logarithmic axis.
-    return {"d": [s.d_min for s in summaries], "e": [s.e2_max for s in summaries], "a": [s.ddq_max or nan for s in summaries]}
 
 
 def _style(i: int) -> dict[str, Any]:

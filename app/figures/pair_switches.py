@@ -22,6 +22,7 @@ def draw(plan: Plan) -> Drawn:
     runs: dict[Treatment, list[Summary]] = {
         pairs: [plan.run(plan.settings({"pairs": pairs}, rig="table", dt=dt), length).summary for dt in steps] for pairs in LOOKS
     }
+    milli = [1000.0 * dt for dt in steps]
     figure, (upper, lower) = stack(4.3, 2)
     for pairs, (marker, colour, dash, label) in LOOKS.items():
         style = {
@@ -32,18 +33,15 @@ def draw(plan: Plan) -> Drawn:
             "markeredgecolor": "white",
             "label": label,
         }
-        milli = [1000.0 * dt for dt in steps]
         upper.plot(milli, [max(s.pair_switches, 0.5) for s in runs[pairs]], **style)
         lower.plot(milli, [s.dq_step_max for s in runs[pairs]], **style)
     reference = runs["soft"][0].dq_step_max * np.array(steps) / steps[0] * 0.55
-    lower.plot([1000.0 * dt for dt in steps], reference, color=COLOURS.calm, linestyle=DASHES[2], linewidth=1.3)
+    lower.plot(milli, reference, color=COLOURS.calm, linestyle=DASHES[2], linewidth=1.3)
     at = len(steps) // 2
-    lower.text(
-        1000.0 * steps[at] * 1.05, reference[at] * 0.72, r"$\propto \mathrm{d}t$", color=COLOURS.calm, va="top", fontsize=12
-    )
+    lower.text(milli[at] * 1.05, reference[at] * 0.72, r"$\propto \mathrm{d}t$", color=COLOURS.calm, va="top", fontsize=12)
     upper.set(xscale="log", yscale="log", ylim=(1, 2e4), ylabel="changes of the\nclosest pair")
     lower.set(xscale="log", yscale="log", ylabel="largest step\n" r"of $\dot q$ [rad/s]", xlabel="time step [ms]", ylim=(5e-4, 3))
-    lower.set_xticks([1000.0 * dt for dt in steps], [f"{1000.0 * dt:g}" for dt in steps], minor=False)
+    lower.set_xticks(milli, [f"{each:g}" for each in milli], minor=False)
     lower.set_xticks([], minor=True)
     figure.legend(*upper.get_legend_handles_labels(), loc="outside upper center", ncols=2)
     found = [_sentence(pairs, steps, runs[pairs]) for pairs in LOOKS]
@@ -59,8 +57,8 @@ def draw(plan: Plan) -> Drawn:
         for pairs, summaries in runs.items()
         for dt, s in zip(steps, summaries, strict=True)
     ]
-    settings = {key: value for key, value in csv_head(base, seconds=length).items() if key not in ("dt", "pairs")}
-    return Drawn(figure, ["pairs", "dt", "pair_switches", "dq_step_max", "ddq_max", "d_min"], rows, settings, found)
+    columns = ["pairs", "dt", "pair_switches", "dq_step_max", "ddq_max", "d_min"]
+    return Drawn(figure, columns, rows, csv_head(base, "dt", "pairs", seconds=length), found)
 
 
 def _sentence(pairs: Treatment, steps: tuple[float, ...], runs: list[Summary]) -> str:

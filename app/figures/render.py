@@ -6,7 +6,7 @@ trimesh casts the rays, with embreex where it is installed. Colours are computed
 
 import io
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Final
 
@@ -25,7 +25,6 @@ from scenes.robots.drawing import robot_glbs
 from scenes.room import Room
 from scenes.room_shells import MATERIALS, furniture_glb
 
-Picture = NDArray[np.uint8]
 Integers = NDArray[np.int64]
 
 SAMPLES: Final = 2
@@ -77,8 +76,7 @@ class Mesh:
 
     def moved(self, rotation: Array, shift: Array) -> "Mesh":
         """Return the mesh turned by (3, 3) and then shifted by (3,)."""
-        vertices, normals = self.vertices @ rotation.T + shift, self.normals @ rotation.T
-        return Mesh(vertices, normals, self.faces, self.colour, self.roughness, self.metallic)
+        return replace(self, vertices=self.vertices @ rotation.T + shift, normals=self.normals @ rotation.T)
 
 
 class Viewpoint:
@@ -108,16 +106,13 @@ class Viewpoint:
         local = np.stack([x, y, np.full_like(x, self.focal)], -1).reshape(-1, 3)
         return local @ self.axes / np.linalg.norm(local, axis=1, keepdims=True)
 
-    def project(self, points: Array) -> tuple[Array, Array]:
-        """Return places in the picture (n, 2) [pixels] and depths (n,) [m] of points (n, 3) in the world."""
+    def project(self, points: Array) -> Array:
+        """Return places in the picture (n, 2) [pixels] of points (n, 3) in the world, before the eye."""
         local = (points - self.eye) @ self.axes.T
-        depth = local[:, 2]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            flat = local[:, :2] / depth[:, None] * self.focal + np.array([self.width / 2.0, self.height / 2.0])
-        return flat, depth
+        return local[:, :2] / local[:, 2:] * self.focal + np.array([self.width / 2.0, self.height / 2.0])
 
 
-def render(meshes: Sequence[Mesh], camera: Camera, width: int = 640, height: int = 420, samples: int = SAMPLES) -> Picture:
+def render(meshes: Sequence[Mesh], camera: Camera, width: int, height: int, samples: int = SAMPLES) -> NDArray[np.uint8]:
     """Return the picture (height, width, 3), sRGB.
 
     Args:
@@ -250,7 +245,7 @@ def meshes(blob: bytes, palette: GlbPalette) -> tuple[Mesh, ...]:
 
 
 @cache
-def links(palette: str, robot: str = "lwr") -> tuple[tuple[Mesh, ...], ...]:
+def links(palette: str, robot: str) -> tuple[tuple[Mesh, ...], ...]:
     """Return the parts of a robot's base and links, each in its joint's frame."""
     return tuple(meshes(blob, PALETTES[palette]) for blob in robot_glbs(robot, palette))
 

@@ -1,6 +1,6 @@
 """The resting distance over n, v and w: closed form, and the whole loop."""
 
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
@@ -13,17 +13,14 @@ from controllers.laws.smooth_priority import SmoothPriority
 from controllers.proximity import ProximityDetector
 from scenes.room import build_room
 
+CRITICAL_DISTANCE: Final = 0.15
+ORDER: Final = 2.0
+VELOCITY: Final = 0.3
+PULL: Final = 0.2
+"""d_m [m], n, v and u [m/s] where they are not on the axis, as in the worked example of the closed form."""
 
-class Rest(NamedTuple):
-    """Where a pull and an approach bring the distance.
-
-    Attributes:
-        measured: at the end of the run [m].
-        closed_form: d* [m].
-    """
-
-    measured: float
-    closed_form: float
+STEP: Final = 0.005
+"""dt of the whole loop [s]."""
 
 
 class ContactRun:
@@ -60,14 +57,14 @@ class ContactRun:
             if abs(missing) < 1e-12:
                 return
 
-    def run(self, seconds: float, dt: float, pull: float, approach: float) -> float:
-        """Return d after some time [m] of a pull u and an approach w [m/s]."""
+    def run(self, seconds: float, approach: float) -> float:
+        """Return d after some time [m] of the pull and an approach w [m/s]."""
         distance = self.measure()
-        for _ in range(round(seconds / dt)):
+        for _ in range(round(seconds / STEP)):
             row = self._row[self._left]
-            situation = Situation(self._q[self._left], self._along(self._left, -pull), row, distance, approach)
-            step = self._law(situation) * dt
-            self._q[self._right] += self._along(self._right, -approach) * dt
+            situation = Situation(self._q[self._left], self._along(self._left, -PULL), row, distance, approach)
+            step = self._law(situation) * STEP
+            self._q[self._right] += self._along(self._right, -approach) * STEP
             self._q[self._left] += step
             distance = self.measure()
         return distance
@@ -78,25 +75,16 @@ class ContactRun:
         return row * (speed / row.dot(row))
 
 
-def rest(law: SmoothPriority, pull: float, approach: float, dt: float = 0.005) -> Rest:
-    """Return where d settles; the run starts 15 mm beyond and lasts five time constants, at most 10 s."""
-    closed = budget.resting_distance(law.critical_distance, law.order, law.nominal_velocity, pull, approach)
-    contact = ContactRun(law)
-    contact.start_at(closed + 0.015)
-    tau = budget.settling_time(law.critical_distance, law.order, law.nominal_velocity, pull, approach)
-    return Rest(contact.run(min(5.0 * tau, 10.0), dt, pull, approach), closed)
-
-
-CRITICAL_DISTANCE: Final = 0.15
-ORDER: Final = 2.0
-VELOCITY: Final = 0.3
-PULL: Final = 0.2
-"""d_m [m], n, v and u [m/s] where they are not on the axis, as in the worked example of the closed form."""
-
-
 def closed_form(n: float, v: float, w: float) -> float:
     """Return d* [m]; nan where there is none."""
     return budget.resting_distance(CRITICAL_DISTANCE, n, v, PULL, w)
+
+
+def settled(n: float, v: float, w: float) -> float:
+    """Return where d of the whole loop settles [m]; the run starts 15 mm beyond and lasts five time constants, at most 10 s."""
+    contact = ContactRun(SmoothPriority(CRITICAL_DISTANCE, n, v))
+    contact.start_at(closed_form(n, v, w) + 0.015)
+    return contact.run(min(5.0 * budget.settling_time(CRITICAL_DISTANCE, n, v, PULL, w), 10.0), w)
 
 
 def draw(plan: Plan) -> Drawn:
@@ -112,32 +100,25 @@ def draw(plan: Plan) -> Drawn:
     }
     figure = sheet(2.75)
     panels = figure.subplots(1, 3, sharey=True)
-    rows: list[list[object]] = []
+    rows: list[tuple[str, float, float, float]] = []
     for axes, (over, (grid, dots, label, span)) in zip(panels, sweeps.items(), strict=True):
         point = {"n": ORDER, "v": VELOCITY, "w": 0.0}
         line = [closed_form(**(point | {over: float(x)})) for x in grid]
         axes.plot(grid, line, color=COLOURS.resting, linestyle=DASHES[0])
-        found = [_measured(**(point | {over: float(x)})) for x in dots]
-        axes.plot(
-            dots,
-            [r.measured for r in found],
-            "o",
-            color=COLOURS.distance,
-            markersize=5,
-            markeredgecolor="white",
-            clip_on=False,
-            zorder=3,
-        )
+        points = [point | {over: float(x)} for x in dots]
+        found = [(over, each[over], closed_form(**each), settled(**each)) for each in points]
+        rests = [rest for *_, rest in found]
+        axes.plot(dots, rests, "o", color=COLOURS.distance, markersize=5, markeredgecolor="white", clip_on=False, zorder=3)
         axes.axhline(CRITICAL_DISTANCE, color=COLOURS.critical, linestyle=DASHES[4], linewidth=1.3)
         axes.set(xlabel=label, xlim=span, ylim=(0.1, 0.4))
-        rows += [[over, float(x), r.closed_form, r.measured] for x, r in zip(dots, found, strict=True)]
+        rows += found
     panels[0].set(ylabel="resting distance $d^*$ [m]", xticks=(1, 10, 20))
     panels[0].text(19.6, CRITICAL_DISTANCE - 0.012, "$d_m$", color=COLOURS.critical, fontsize=12, ha="right", va="top")
     panels[1].set(xticks=(0, 0.3, 0.6))
     panels[2].set(xticks=(0, 0.2, 0.4))
     panels[2].axvspan(VELOCITY, 0.4, color=COLOURS.approach, alpha=0.1, linewidth=0)
     panels[2].text(0.35, 0.25, "no rest:\n$w>v$", color=COLOURS.approach, ha="center", va="center", rotation=90, fontsize=9.5)
-    worst = max(abs(float(r[2]) - float(r[3])) for r in rows)  # pyright: ignore[reportArgumentType]
+    worst = max(abs(closed - rest) for *_, closed, rest in rows)
     sentences = [
         "d* = d_m [(u + v)/(u + w)]^(1/n). "
         + ", ".join(f"{1000 * closed_form(n, VELOCITY, 0.0):.1f} mm (n = {n})" for n in (1, 2, 10))
@@ -146,9 +127,5 @@ def draw(plan: Plan) -> Drawn:
         f"{len(rows)} runs.",
         "A larger n or w brings the rest nearer to d_m, a larger v farther away; w = v is the last that has one, and it is d_m.",
     ]
-    settings = {"dm": CRITICAL_DISTANCE, "n": ORDER, "v": VELOCITY, "u": PULL, "w": 0.0, "dt": 0.005}
+    settings = {"dm": CRITICAL_DISTANCE, "n": ORDER, "v": VELOCITY, "u": PULL, "w": 0.0, "dt": STEP}
     return Drawn(figure, ["over", "value", "d_rest_closed_form", "d_rest_measured"], rows, settings, sentences)
-
-
-def _measured(n: float, v: float, w: float) -> Rest:
-    return rest(SmoothPriority(CRITICAL_DISTANCE, n, v), PULL, w)

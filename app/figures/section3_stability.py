@@ -7,9 +7,7 @@ import numpy as np
 from app.figures import fig5_hold as hold
 from app.figures.drawn_figure import Drawn, Plan, csv_head
 from app.figures.figure_style import COLOURS, DASHES, INK, stack
-from controllers.activation import activation
-from controllers.kinematics import Array, Kinematics
-from controllers.proximity import ProximityDetector
+from controllers.kinematics import Array
 from controllers.stability import Analysis, analyse
 from controllers.tasks import TASK_DIMENSION
 from scenes.headless import Run
@@ -25,15 +23,12 @@ PERIOD: Final = 0.05
 def along(run: Run) -> tuple[Array, list[Analysis]]:
     """Return the rows of a hold run that are looked at, and section III's quantities at each, with K_a = K_b = K."""
     simulation, settings = run.simulation, run.simulation.settings
-    room, arm, law = simulation.room, simulation.avoiding, settings.law
-    kinematics = Kinematics(room.model, room.arms)
-    detector = ProximityDetector(kinematics, room.geometry)
+    kinematics, arm, law = simulation.kinematics, simulation.avoiding, settings.law
     table = run.table[:: max(1, round(PERIOD / settings.dt))]
     found: list[Analysis] = []
-    for positions in simulation.history.positions(table):
+    for positions, lam in zip(simulation.history.positions(table), table[:, COLUMN["lambda"]].tolist(), strict=True):
         kinematics.update(np.ascontiguousarray(positions))
-        near = detector.detect(law.pairs, law.beta)
-        lam = activation(near.law_distance, law.critical_distance, law.order)
+        near = simulation.detector.detect(law.pairs, law.beta)
         J = kinematics.hand_jacobian(arm)[: TASK_DIMENSION[settings.task]]
         found.append(analyse(near.row[arm.joints], J, lam, settings.gain, settings.gain))
     return table, found

@@ -15,26 +15,27 @@ from scenes.two_arms import Autopilot
 SCRIPT: Final = 46.0
 """Length of the person's script at its own pace [s]."""
 
+LOOKS: Final = {
+    False: ("o", COLOURS.distance, DASHES[0], "paper's law"),
+    True: ("s", COLOURS.velocity, DASHES[1], "$w$ added to $v$"),
+}
+"""Whether the law knows w → marker, colour, dash and label."""
+
 
 def draw(plan: Plan) -> Drawn:
     paces = plan.either((0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.5, 1.6, 1.7, 1.8, 2.0, 2.3, 2.7, 3.2, 3.8), (1.0, 3.8))
     base = plan.settings(rig="table", hand_speed=1.0)
     v, critical = base.law.nominal_velocity, base.law.critical_distance
-    results: dict[bool, list[tuple[float, Run]]] = {False: [], True: []}
-    for feed_forward, runs in results.items():
+    results: dict[bool, list[tuple[float, Run]]] = {}
+    figure = sheet(3.1)
+    axes = figure.subplots()
+    for feed_forward, (marker, colour, dash, label) in LOOKS.items():
         settings = plan.settings({"feed_forward": feed_forward}, rig="table", hand_speed=1.0)
+        runs = results[feed_forward] = []
         for pace in paces:
             person = Autopilot(build_room(settings.rig), settings.guided, settings.seed)
             run = plan.run(settings, plan.either(SCRIPT, 20.0) / pace, Paced(person, pace))
             runs.append((approach(run), run))
-    figure = sheet(3.1)
-    axes = figure.subplots()
-    looks = {
-        False: ("o", COLOURS.distance, DASHES[0], "paper's law"),
-        True: ("s", COLOURS.velocity, DASHES[1], "$w$ added to $v$"),
-    }
-    for feed_forward, runs in results.items():
-        marker, colour, dash, label = looks[feed_forward]
         xs, ys = [v / w for w, _ in runs], [run.summary.d_min for _, run in runs]
         axes.plot(xs, ys, marker=marker, color=colour, linestyle=dash, markersize=5, markeredgecolor="white", label=label)
     axes.axhline(critical, color=COLOURS.critical, linestyle=DASHES[4], linewidth=1.3)

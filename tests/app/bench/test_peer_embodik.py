@@ -18,7 +18,7 @@ POSE = RunSettings(task="pose")
 @pytest.mark.parametrize("rig", ["torso", "table"])
 def test_it_has_our_pairs_distances_and_hand_overlaps_included(rig: str) -> None:
     hold = bake(changed(POSE, "rig", rig), 2)
-    found = peers.disagreement(Ours(hold), Embodik(hold), hold.room, 1000)
+    found = peers.disagreement(Ours(hold), Embodik(hold), hold.room)
     assert max(found["distance"], found["hand_pose"]) <= peers.AGREEMENT and found["nearest"] < -0.01
 
 

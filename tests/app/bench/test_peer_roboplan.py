@@ -18,7 +18,7 @@ POSE = RunSettings(task="pose")
 @pytest.mark.parametrize("rig", ["torso", "table"])
 def test_it_has_our_hand_and_overlaps_where_ours_do(rig: str) -> None:
     hold = bake(changed(POSE, "rig", rig), 2)
-    found = peers.disagreement(Ours(hold), RoboPlan(hold), hold.room, 1000)
+    found = peers.disagreement(Ours(hold), RoboPlan(hold), hold.room)
     assert max(found["distance"], found["hand_pose"]) <= peers.AGREEMENT and found["nearest"] < -0.01
 
 
@@ -26,7 +26,7 @@ def test_an_engine_that_overlaps_elsewhere_is_found_out() -> None:
     hold = bake(POSE, 2)
     engine = RoboPlan(hold)
     engine._scene.setCollisions(list(hold.pairs[1:]), False)
-    assert peers.disagreement(Ours(hold), engine, hold.room, 1000)["distance"] > 0.001
+    assert peers.disagreement(Ours(hold), engine, hold.room)["distance"] > 0.001
 
 
 def test_it_keeps_the_distance_with_w_alone() -> None:

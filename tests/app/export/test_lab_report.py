@@ -92,7 +92,7 @@ def test_only_plain_pictures_are_put_in() -> None:
 
 def test_it_prints_on_paper(page_at: PageAt, tmp_path: Path) -> None:
     recorded, _ = piece("hold", 3.0)
-    plots = [inline_svg(recorded, 3.0, "lambda", "p1"), inline_svg(recorded, 3.0, "speeds", "p2"), *[""] * 4]
+    plots = [inline_svg(recorded, "p1", only=("lambda",)), inline_svg(recorded, "p2", only=("speeds",)), *[""] * 4]
     entries = [
         ReportEntry(f"Step {i}", "How near?", "Nearer", i % 2 == 0, "So.", ("d = 167.2 mm",), words="word " * 40, plot=plots[i])
         for i in range(6)

@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 
 from app.export import csv_table as table_module
-from app.export.csv_table import changes, csv_bytes, csv_suffix, newest
+from app.export.csv_table import changes, csv_bytes, csv_suffix
 from app.export.plot_pictures import PictureKind, caption, embedded, inline_svg, mathtext, picture_bytes
 from app.export.recorded_curves import MOMENTS, OF_OTHER_RUNS, Curves, Panel, without_tags
 from app.export.thinning import POINTS, thinned_table
@@ -21,6 +21,7 @@ from app.plots.time_plots import time_plot_of
 from app.plots.time_series import COLUMNS, NAMES, RollingSeries
 from app.settings import Details
 from scenes.history import COLUMN
+from scenes.rerun import newest_steps
 from scenes.settings import values
 from scenes.simulation import Simulation
 from tests.app.export.runs import SCENES, piece
@@ -97,9 +98,9 @@ def test_d_m_follows_its_changes() -> None:
     curves = Curves(recorded, table)
     critical = curves.column("d_m")
     np.testing.assert_array_equal(critical, np.where(curves.times < 1.355 - 1e-9, 0.15, 0.11))
-    assert len(newest(recorded, table, math.inf)) == len(newest(recorded, table, 99.0)) == len(table)
-    assert len(newest(recorded, table, 0.0)) == 1
-    part = Curves(recorded, newest(recorded, table, 1.0))
+    assert newest_steps(recorded, math.inf) == newest_steps(recorded, 99.0) == len(table)
+    assert newest_steps(recorded, 0.0) == 1
+    part = Curves(recorded, table[-newest_steps(recorded, 1.0) :])
     np.testing.assert_array_equal(part.column("v"), curves.column("v")[-len(part.times) :])
     with pytest.raises(KeyError):
         curves.column("mood")
@@ -187,7 +188,7 @@ def test_pictures_can_be_opened_and_grow_with_what_is_in_them() -> None:
 
 def test_an_svg_for_a_page_keeps_to_itself() -> None:
     recorded, _ = piece("hold", 1.0)
-    svg = inline_svg(recorded, 1.0, "lambda", "one")
+    svg = inline_svg(recorded, "one", only=("lambda",))
     root = ET.fromstring(svg)
     ids = [element.attrib["id"] for element in root.iter() if "id" in element.attrib]
     assert ids and len(ids) == len(set(ids)) and all(name.startswith("one-") for name in ids)

@@ -182,7 +182,7 @@ CATALOGUE = r"""
 def answers(folder: Path) -> dict[str, object]:
     """What the app says wherever a language is chosen."""
     opened = start_app(ServeOptions())
-    visitor = BlockingClient(opened.url, language="eo-XX, de;q=0.9")
+    visitor = BlockingClient(opened.url, headers={"Accept-Language": "eo-XX, de;q=0.9"})
     visitor.wait_for(lambda v: any(e.get("label") == "lingvo" for e in list(v.mirror.gui.values())), 60.0)
     choice = visitor.mirror.labelled("lingvo")["options"]
     visitor.close()

@@ -45,7 +45,8 @@ def test_send_buffer_is_capped_and_a_stalled_reader_is_let_go(start: Start) -> N
         (live,) = server._websock_server._live_connections.values()
         size = live.transport.get_extra_info("socket").getsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF)
         assert size <= 2 * 64 * 1024  # Linux doubles what is asked for
-        with BlockingClient(server.url, decode=False, read_pause=1000.0) as sleeper:
+        with BlockingClient(server.url, decode=False) as sleeper:
+            sleeper.fall_asleep()
             witness.wait_for(lambda v: server.count_clients() == 2)
             connections = [one for one in server._placed if isinstance(one, FilteredConnection)]
             noise = random.Random(1)
