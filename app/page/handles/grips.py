@@ -69,7 +69,7 @@ class Grip:
 
     def _let_go(self) -> None:
         """Leave what was taken where it is."""
-        raise NotImplementedError
+        self._holder.hold(None)
 
     def show(self) -> None:
         """Bring it up to date with the session."""
@@ -101,9 +101,6 @@ class ArmGrip(Grip):
     def _pull(self, place: Array) -> None:
         self._holder.hold(LinkTarget(self._joint, self._offset, place))
 
-    def _let_go(self) -> None:
-        self._holder.hold(None)
-
 
 class BallGrip(Grip):
     """Takes the ball out of the autopilot's hands, and leaves it where it is let go."""
@@ -118,6 +115,3 @@ class BallGrip(Grip):
 
     def _pull(self, place: Array) -> None:
         self._holder.hold(BallTarget(place - self._offset))
-
-    def _let_go(self) -> None:
-        self._holder.hold(None)
