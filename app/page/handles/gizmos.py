@@ -8,7 +8,7 @@ import viser
 
 from app.page.handles.figure_grip import FigureGrip
 from app.page.handles.grips import ArmGrip, BallGrip
-from app.page.handles.transform_handles import BallHandle, ElbowHandle, HandHandle, swing_elbow
+from app.page.handles.transform_handles import BallHandle, ElbowHandle, HandHandle, TransformHandle, swing_elbow
 from app.session.actions import Drag, Hover, Nudge
 from app.session.frame import Frame
 from app.session.second_hand import Holder
@@ -26,10 +26,6 @@ NUDGE: Final = 0.02
 
 SWING: Final = 0.07
 """Angle of one key press [rad]."""
-
-
-Handle = HandHandle | ElbowHandle | BallHandle
-"""A handle that is being dragged is left alone; a free one sits on what it moves, so that it snaps back when it is let go."""
 
 
 Yours = ArmView | BallView | FigureView
@@ -54,7 +50,7 @@ class Gizmos:
         self._scene, self._holder, self._yours, self._hands_off = scene, holder, yours, hands_off
         self._grip: ArmGrip | BallGrip | FigureGrip | None = None
         self._gripped: object = None
-        self._handles: tuple[Handle, ...] = ()
+        self._handles: tuple[TransformHandle, ...] = ()
         self._made: tuple[object, ...] | None = None
         self._arrows: Literal["all", "hand", "none"] = "none"
         self.hovered = False
@@ -81,11 +77,10 @@ class Gizmos:
             self._handles = self._make() if yours is not None else ()
         if self._grip is not None:
             self._grip.show()
-        pulled = self._grip is not None and self._grip.dragged
+        # Arrows that came by the pointer alone would only be in the picture of a pull.
+        visible = self._arrows == "all" or self._grip is None or not self._grip.dragged
         for handle in self._handles:
-            handle.show()
-            # Arrows that came by the pointer alone would only be in the picture of a pull.
-            handle.visible = self._arrows == "all" or not pulled
+            handle.show(visible)
 
     @property
     def hand(self) -> str:
@@ -116,7 +111,7 @@ class Gizmos:
             case _:
                 self._grip = None
 
-    def _make(self) -> tuple[Handle, ...]:
+    def _make(self) -> tuple[TransformHandle, ...]:
         of = self._scene, self._holder
         match self._gripped, self._arrows:
             case (_, "none") | (FigureView(), _):
