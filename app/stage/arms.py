@@ -57,7 +57,8 @@ class ArmView:
             self._paths.append(path)
             link = scene.add_glb(path, glb, position=joint.position, wxyz=joint.rotation, cast_shadow=solid, receive_shadow=solid)
             self.links.append(fresh(link))
-            self._turns.append((joint.rotation, _product(joint.rotation, (0.0, *joint.axis))))
+            turned = pin.Quaternion(*joint.rotation) * pin.Quaternion(0.0, *joint.axis)
+            self._turns.append((joint.rotation, (turned.w, turned.x, turned.y, turned.z)))
         self._angles = [math.nan] * len(self.links)
 
     def show(self, positions: Array) -> None:
@@ -84,17 +85,6 @@ class ArmView:
 
     def remove(self) -> None:
         self._root.remove()
-
-
-def _product(p: Quaternion, q: Quaternion) -> Quaternion:
-    a, b, c, d = p
-    e, f, g, h = q
-    return (
-        a * e - b * f - c * g - d * h,
-        a * f + b * e + c * h - d * g,
-        a * g - b * h + c * e + d * f,
-        a * h + b * g - c * f + d * e,
-    )
 
 
 DIFFERENT: Final = 0.02
