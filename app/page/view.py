@@ -107,7 +107,7 @@ class View:
         self._cameras: dict[int, CameraFollow] = {}
         self._reports: dict[int, PictureReport] = {}
         self._configure_theme()
-        self.stage = Stage(host.scene, page)
+        self.stage = Stage(host.scene)
         narrow = private and canvas_size(host)[0] < NARROW
         self._lesson_width = NARROW_WIDTH if narrow else WIDTH
         width = self._lesson_width * scale(page.profile)
@@ -219,8 +219,7 @@ class View:
         self._show_lesson(frame)
         self._settle(frame.now)
         self._follow(frame)
-        self.stage.dress(page)
-        self.stage.show(frame)
+        self.stage.show(frame, page)
         asking = self.lessons.open and not self.lessons.walk.law_shown
         self._readout.show(frame, asking)
         self._contact.show(frame, lambda: self._further_words(frame), asking)

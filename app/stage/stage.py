@@ -70,11 +70,10 @@ class Stage:
 
     Args:
         scene: of one visitor, or of an audience in a lecture.
-        page: theme, profile and kind of picture.
     """
 
-    def __init__(self, scene: viser.SceneApi, page: PageSettings) -> None:
-        self.scene, self._page = scene, page
+    def __init__(self, scene: viser.SceneApi) -> None:
+        self.scene = scene
         self.yours: ArmView | BallView | FigureView | None = None
         """What the visitor can take hold of; another one with every experiment."""
         self.guests: ArmView | None = None
@@ -86,12 +85,9 @@ class Stage:
         self._lit: tuple[str, ...] | None = None
         self._dressed: tuple[object, ...] | None = None
 
-    def dress(self, page: PageSettings) -> None:
-        """Take on a theme, a profile and a kind of picture at the next frame."""
-        self._page = page
-
-    def show(self, frame: Frame) -> None:
-        page, simulation = self._page, frame.simulation
+    def show(self, frame: Frame, page: PageSettings) -> None:
+        """Draw a frame. `page`: theme, profile and kind of picture."""
+        simulation = frame.simulation
         if self._lit != (page.theme, page.picture):
             self._lit = page.theme, page.picture
             light_room(self.scene, page)
