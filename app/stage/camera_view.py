@@ -61,21 +61,15 @@ def fit(toward: Array, fov: float, size: tuple[float, float], groups: tuple[Ball
         size: width and height of the picture [px].
         groups: at least one with a ball.
     """
-    right, up, back = axes(np.asarray(toward, float))
-    centres, radii = (
-        np.concatenate([np.asarray(part, float) for part in parts]) for parts in list(zip(*groups, strict=True))[:2]
-    )
+    right, up, back = axes(toward)
+    centres, radii = (np.concatenate(parts) for parts in list(zip(*groups, strict=True))[:2])
     parts = np.repeat([group.part for group in groups], [len(group.centres) for group in groups], axis=0)
-    tangents = (
-        np.tan(fov / 2.0)
-        * 2.0
-        / size[1]
-        * np.stack(
-            [parts[:, 0] - size[0] / 2.0, parts[:, 2] - size[0] / 2.0, size[1] / 2.0 - parts[:, 3], size[1] / 2.0 - parts[:, 1]]
-        )
-    )
+    pixel, (x, y) = np.tan(fov / 2.0) * 2.0 / size[1], (size[0] / 2.0, size[1] / 2.0)
     depth = centres @ back
-    sideways = [(centres @ right, tangents[0], tangents[1]), (centres @ up, tangents[2], tangents[3])]
+    sideways = [
+        (centres @ right, pixel * (parts[:, 0] - x), pixel * (parts[:, 2] - x)),
+        (centres @ up, pixel * (y - parts[:, 3]), pixel * (y - parts[:, 1])),
+    ]
     away = float((depth + radii).max()) + NEAREST
     for place, low, high in sideways:
         # place − high (c_z − depth) ≤ c ≤ place − low (c_z − depth), for every ball.
