@@ -7,7 +7,7 @@ and when its data change in the same moment viser keeps the old time axis in the
 import math
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
@@ -80,18 +80,8 @@ class PlotLine:
     held: bool = True
 
 
-class LegendEntry(NamedTuple):
-    """One entry of a legend.
-
-    Attributes:
-        css_class: of the colour, "" for none.
-        dash: "", "dash", "dot" or "mix".
-        name: in English.
-    """
-
-    css_class: str
-    dash: str
-    name: str
+LegendEntry = tuple[str, str, str]
+"""One entry of a legend: class of CSS that gives the colour, "" for none; "", "dash", "dot" or "mix"; name, in English."""
 
 
 @dataclass(frozen=True)
@@ -149,12 +139,17 @@ class TimePlot:
 
 def _entry(line: PlotLine, name: str, for_all: bool) -> LegendEntry:
     dash = "mix" if len(line.dash) > 2 else "dash" if max(line.dash, default=0.0) > 4.0 else "dot" if line.dash else ""
-    return LegendEntry("" if for_all else _CLASSES[line.colour], dash, name)
+    return "" if for_all else _CLASSES[line.colour], dash, name
 
 
 def _shadows(column: str, colour: str) -> tuple[PlotLine, ...]:
     """Return the lines of the ghost and of the what-if run, in the same colour."""
     return PlotLine(column, colour, 1.8, _GHOST, "ghost"), PlotLine(column, colour, 2.0, _WHAT_IF, "what_if")
+
+
+def _with_ghost(column: str, colour: str) -> tuple[PlotLine, ...]:
+    """Return the lines of the own run and of the ghost."""
+    return PlotLine(column, colour, 2.2), _shadows(column, colour)[0]
 
 
 def _joints(title: str, unit: str, stem: str, count: int, span: tuple[float, float] | None, scale: float) -> TimePlot:
@@ -193,26 +188,9 @@ def _followed(prefix: str, title: str, model: str) -> TimePlot:
 
 
 TIME_PLOTS: Final[dict[str, TimePlot]] = {
-    "hand": TimePlot(
-        'hand error <b class="e">|e|</b>',
-        "mm",
-        (PlotLine("e", "error", 2.2), PlotLine("e", "error", 1.8, _GHOST, "ghost")),
-        scale=1000.0,
-    ),
-    "elbow": TimePlot(
-        "elbow angle",
-        "°",
-        (PlotLine("elbow", "distance", 2.2), PlotLine("elbow", "distance", 1.8, _GHOST, "ghost")),
-        None,
-        DEGREES,
-        False,
-    ),
-    "lambda": TimePlot(
-        'activation <b class="lam">λ</b>',
-        "",
-        (PlotLine("lambda", "activation", 2.2), PlotLine("lambda", "activation", 1.8, _GHOST, "ghost")),
-        (0.0, 1.05),
-    ),
+    "hand": TimePlot('hand error <b class="e">|e|</b>', "mm", _with_ghost("e", "error"), scale=1000.0),
+    "elbow": TimePlot("elbow angle", "°", _with_ghost("elbow", "distance"), None, DEGREES, False),
+    "lambda": TimePlot('activation <b class="lam">λ</b>', "", _with_ghost("lambda", "activation"), (0.0, 1.05)),
     "speeds": TimePlot(
         "speeds along the line",
         "m/s",
