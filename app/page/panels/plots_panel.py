@@ -203,9 +203,8 @@ class Plots:
 
     def _take(self, what_if: WhatIf | None) -> None:
         if what_if is not self._what_if:
-            self._what_if = what_if
+            self._what_if, self._curves = what_if, Bins(len(WHAT_IF))
             self._answers += 1
-            self._curves.clear()
             if what_if is not None:
                 self._curves.take(what_if.times, np.column_stack([what_if.distance, what_if.squared_error]))
 
