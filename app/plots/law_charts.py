@@ -35,7 +35,7 @@ FRAME: Final = ChartAxes((0.0, FAR), (0.0, 1.05), DISTANCES, ((0.0, "0"), (0.5, 
 
 
 def distances(settings: LawSettings) -> np.ndarray:
-    """Return distances (k,) [m] to draw a law at: finer right above the kinks, d_m and the influence distance, and on either side of each."""
+    """Return distances (k,) [m] to draw a law at: finer right above d_m and the influence distance, and on either side of both."""
     parts = [np.linspace(0.0, FAR, 49)]
     for kink in (settings.critical_distance, settings.influence_distance):
         parts.append(np.array([kink - 1e-6, kink]))
