@@ -1,6 +1,5 @@
-"""What the panel of lessons says: the walkthrough's view as HTML, one block for each part of a step, and the list of lessons."""
+"""What the panel of lessons says: the walkthrough's view as HTML, one block for each part of a step."""
 
-from collections.abc import Iterable, Mapping
 from typing import Final
 
 from markupsafe import Markup
@@ -9,9 +8,8 @@ from app.custom_law.examination import ExaminationProgress
 from app.custom_law.trials import TRIALS, WHY, advice
 from app.i18n.speaking import tr
 from app.lessons.bookmark import Phase
-from app.lessons.curve_drawing import DrawingVerdict, drawing_svg
+from app.lessons.curve_drawing import drawing_svg
 from app.lessons.labels import sentence
-from app.lessons.lesson_list import LessonEntry
 from app.lessons.step_view import StepView
 from app.page.lessons.duel import duel_html
 from app.page.lessons.search_plot import search_plot
@@ -88,7 +86,7 @@ def _verdict_html(view: StepView, computing: bool) -> Markup:
         return made.contrast(view.contrast, view.why_outcome) + (reply if view.why_outcome else "")
     # A screen reader is read the card, not the numbers of the axes.
     figure = figure_html(view) if curves is not None and curves.truth else _NOTHING
-    near = drawing_verdict_html(None if curves is None else curves.verdict)
+    near = made.drawn(None if curves is None else curves.verdict)
     if view.verdict is not None:
         lines = view.verdict.lines
         return figure + made.card(view.verdict, near, tr("You said"), chosen or "", lines, reply, view.because)
@@ -101,11 +99,6 @@ def figure_html(view: StepView) -> Markup:
     if drawing is None or curves is None:
         return _NOTHING
     return macros(_TEMPLATE).figure(drawing_svg(drawing, curves.drawn, curves.truth))
-
-
-def drawing_verdict_html(verdict: DrawingVerdict | None) -> Markup:
-    """Return how near the student's curve came; "" for no curve."""
-    return macros(_TEMPLATE).drawn(verdict)
 
 
 def attempt_html(view: StepView) -> Markup:
@@ -132,15 +125,6 @@ def learned_html(view: StepView) -> Markup:
     if not view.lesson_finished or not view.lesson.learned:
         return _NOTHING
     return macros(_TEMPLATE).learned(lesson_html(view.lesson.learned, view.step.setup.folder))
-
-
-def lesson_list_html(entries: Iterable[LessonEntry], buttons: Mapping[str, str]) -> Markup:
-    """Return the list of lessons.
-
-    Args:
-        buttons: lesson id → id of the element that opens it; empty for readers who open nothing.
-    """
-    return macros("page/lessons/lesson_list.html").lessons(entries, buttons)
 
 
 def law_html(progress: ExaminationProgress, problem: str, away: bool, passed: bool = False, edits: bool = False) -> Markup:
