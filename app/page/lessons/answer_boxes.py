@@ -163,16 +163,13 @@ class ReasonBox:
 
     def show(self, view: StepView | None) -> None:
         """Offer the box of the present step as long as its answer can be changed; without a step none."""
-        if view is None:
-            for box in self._boxes.values():
-                box.visible = False
-            return
-        place = view.lesson.id, view.step.id
-        asking = (bool(view.choices) or view.drawing is not None) and view.phase in (Phase.PREDICT, Phase.DO)
-        if asking and place not in self._boxes:
-            self._boxes[place] = self._make(*place)
-        for other, box in self._boxes.items():
-            box.visible = asking and other == place
-        if asking and self._written.get(place, "") != view.because:
-            # A reload or a reset has changed it, not the student's typing.
-            self._written[place] = self._boxes[place].value = view.because
+        here: tuple[str, str] | None = None
+        if view is not None and (view.choices or view.drawing is not None) and view.phase in (Phase.PREDICT, Phase.DO):
+            here = view.lesson.id, view.step.id
+            if here not in self._boxes:
+                self._boxes[here] = self._make(*here)
+            if self._written.get(here, "") != view.because:
+                # A reload or a reset has changed it, not the student's typing.
+                self._written[here] = self._boxes[here].value = view.because
+        for place, box in self._boxes.items():
+            box.visible = place == here
