@@ -6,8 +6,7 @@ from typing import Final, Literal
 import numpy as np
 import viser
 
-from app.page.handles.figure_grip import FigureGrip
-from app.page.handles.grips import ArmGrip, BallGrip
+from app.page.handles.grips import ArmGrip, BallGrip, FigureGrip
 from app.page.handles.transform_handles import BallHandle, ElbowHandle, HandHandle, TransformHandle, swing_elbow
 from app.session.actions import Drag, Hover, Nudge
 from app.session.frame import Frame
