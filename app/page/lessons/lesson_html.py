@@ -6,12 +6,11 @@ from markupsafe import Markup
 
 from app.custom_law.examination import ExaminationProgress
 from app.custom_law.trials import TRIALS, WHY, advice
-from app.i18n.speaking import tr
+from app.i18n.speaking import decimal, tr
 from app.lessons.bookmark import Phase
 from app.lessons.curve_drawing import drawing_svg
 from app.lessons.labels import sentence
 from app.lessons.step_view import StepView
-from app.page.lessons.duel import duel_html
 from app.page.lessons.search_plot import search_plot
 from app.text.lesson_text import lesson_html, plain
 from app.text.templates import macros
@@ -36,6 +35,7 @@ COMMANDS: Final = ("lwr-duet new-law my_law.py", "lwr-duet serve --law-file my_l
 
 _NOTHING: Final = Markup()
 _TEMPLATE: Final = "page/lessons/lesson.html"
+_DUEL: Final = "page/lessons/duel.html"
 
 
 def blocks_html(view: StepView, live: tuple[tuple[str, str], ...], computing: bool, operated: bool) -> dict[str, Markup]:
@@ -118,6 +118,26 @@ def attempt_html(view: StepView) -> Markup:
     if challenge is None or not challenge.search:
         return card
     return card + search_plot(challenge, view.tries, view.lesson.language) if view.tries else card
+
+
+def duel_html(view: StepView) -> Markup:
+    """Return the score of a step's duel; "" before the first push, and where there is none."""
+    challenge = view.step.challenge
+    if challenge is None or not challenge.best_of or not view.tries:
+        return Markup()
+    pushes = [_with_words(one.measured) for one in view.tries]
+    nearest = pushes.index(min(pushes))
+    return macros(_DUEL).score(pushes, challenge.best_of, nearest)
+
+
+def record_html(margin: float | None) -> Markup:
+    """Return how near a class has come. `margin`: the smallest d less d_m [m]; None for nothing."""
+    return Markup() if margin is None else macros(_DUEL).record(*_with_words(margin))
+
+
+def _with_words(margin: float) -> tuple[float, str]:
+    """Return a margin [m], and its size as a person reads it."""
+    return margin, decimal(f"{1000.0 * abs(margin):.1f} mm")
 
 
 def learned_html(view: StepView) -> Markup:
