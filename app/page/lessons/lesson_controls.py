@@ -1,7 +1,7 @@
 """The buttons and keys of the lessons: what is operated, by one."""
 
 from collections.abc import Callable
-from typing import Any, Final, Literal
+from typing import Final, Literal
 
 import viser
 
@@ -63,7 +63,6 @@ class LessonControls:
         self._list: viser.GuiButtonHandle | None = None
         self._commands: list[viser.CommandHandle] = []
         self._shown: tuple[object, ...] = ()
-        self._twins: dict[str, Any] = {}
         self._list_button = client.gui.add_button(
             tr("Lessons"),
             icon=viser.Icon.SCHOOL,
@@ -295,11 +294,12 @@ class LessonControls:
     def _arrange_settings(self, keys: tuple[str, ...]) -> None:
         """Offer the controls of these settings in the lesson's own panel."""
         assert self._panel.tab is not None
+        twins = self._controls.twins
         for place, key in enumerate(keys):
-            if key not in self._twins:
+            if key not in twins:
                 with self._panel.tab:
-                    self._twins[key] = self._controls.twin(key, ORDER["choices"] + 7.0 + 0.1 * place)
-        for key, control in self._twins.items():
+                    self._controls.add_twin(key, ORDER["choices"] + 7.0 + 0.1 * place)
+        for key, control in twins.items():
             control.visible = key in keys
 
 
