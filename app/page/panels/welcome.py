@@ -34,8 +34,7 @@ class Welcome:
         game = next((i for i, lesson in enumerate(lessons.book.lessons) if lesson.steps[0].at_lever), None)
         if game is not None:
             self._buttons.append(on_press(gui.add_button(tr("Be λ yourself")), lambda: session.post(Enter(game))))
-        start, play, *_ = (*map(uuid_of, self._buttons), "")
-        self._card = gui.add_html(macros("page/panels/welcome.html").card(start, play))
+        self._card = gui.add_html(macros("page/panels/welcome.html").card(*map(uuid_of, self._buttons)))
 
     def show(self, frame: Frame) -> None:
         """End it as soon as the visitor moves something or opens the lessons."""
