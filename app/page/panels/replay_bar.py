@@ -126,7 +126,7 @@ class ReplayBar:
             lambda i: session.post(ChooseLength(i)),
         )
         self._lengths.show(lengths.index("30 s"))
-        self._save = ChoiceButtons(gui, "save as", LABELS, HINT, lambda i: session.post(Export(KINDS[i])))
+        ChoiceButtons(gui, "save as", LABELS, HINT, lambda i: session.post(Export(KINDS[i])))
         upload = gui.add_upload_button(
             tr("Load a run"),
             icon=viser.Icon.UPLOAD,
