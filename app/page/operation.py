@@ -1,6 +1,7 @@
 """What is operated of one session: controls, handles, keys."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Final, Literal
 
@@ -77,7 +78,8 @@ class Operation:
         assert session.player is not None
         self._keep = client.gui.add_folder(tr("Keep and replay"), order=self._controls.below_clock, expand_by_default=False)
         with self._keep:
-            self._replay_bar = ReplayBar(client.gui, session, session.player, self._send, self.notify)
+            send = partial(client.send_file_download, save_immediately=True)
+            self._replay_bar = ReplayBar(client.gui, session, session.player, send, self.notify)
             self._link = LinkBox(client, session, view.lessons)
             self._lab = LabReportBox(client.gui, session, view.lessons, view.lesson_panel, self._replay_bar.exports)
         self._panels = [make(client, session, view) for make in PANELS]
@@ -156,9 +158,6 @@ class Operation:
                 session.change("ghost", "frozen" if page.ghost == "off" else "off")
             case "contact":
                 session.change("contact", not page.contact)
-
-    def _send(self, name: str, content: bytes) -> None:
-        self._client.send_file_download(name, content, save_immediately=True)
 
     def notify(self, title: str, text: str) -> None:
         """Tell the visitor something that no control shows. `title`, `text`: in English."""

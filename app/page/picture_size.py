@@ -43,21 +43,20 @@ class PictureReport:
     """Listens to `picture_size.js` on the page of one client, which sends six numbers by a hidden box when they change.
 
     Args:
-        tabs: that hold the mark of the box, besides the main panel; a folded panel takes its own with it.
+        tab: that holds the mark of the box, besides the main panel; a folded panel takes its own with it.
 
     Attributes:
         size: None until the page has said it.
     """
 
-    def __init__(self, client: viser.ClientHandle, *tabs: viser.GuiTabHandle) -> None:
+    def __init__(self, client: viser.ClientHandle, tab: viser.GuiTabHandle) -> None:
         self.size: PictureSize | None = None
         self._taken: tuple[float | bool, ...] | None = None
         box = on_entry(client.gui.add_text("", "", visible=False), self._take)
         mark = element("i", hidden="", data_duet_picture=uuid_of(box))
         client.gui.add_html(mark, order=-1.0)
-        for tab in tabs:
-            with tab:
-                client.gui.add_html(mark, order=-1.0)
+        with tab:
+            client.gui.add_html(mark, order=-1.0)
 
     def _take(self, text: str) -> None:
         found = re.fullmatch(r"([1-9]\d{0,4}) ([1-9]\d{0,4}) ([1-9]\d{0,4}) (\d{1,5}) (\d{1,5}) (\d{1,5})", text)
