@@ -39,7 +39,6 @@ from app.theme import BRAND, DOCK_WIDTH, NARROW, plots_height, scale
 from app.web.viser_internals import aim
 from controllers.kinematics import Array
 from scenes.rigs import Camera
-from scenes.settings import RunSettings, specs
 from scenes.simulation import Simulation
 
 SETTLING: Final = 6.0
@@ -86,7 +85,7 @@ class View:
         self._style = gui.add_html(style_sheet(page.profile))
         self._moment = gui.add_html("")
         self._readout = Readout(gui, tip or partial(tip_text, operated=private))
-        gui.set_panel_label(scene_label(session.settings.run))
+        gui.set_panel_label(tr(session.settings.run.experiment.label))
         gui.main_panel.dock_right()
         gui.main_panel.set_width(DOCK_WIDTH * scale(page.profile))
         plots_panel = gui.add_panel()
@@ -204,7 +203,7 @@ class View:
         experiment = experiment_of(frame.simulation)
         if self._experiment != experiment:
             self._experiment = experiment
-            self._host.gui.set_panel_label(scene_label(frame.settings.run))
+            self._host.gui.set_panel_label(tr(frame.settings.run.experiment.label))
             for client in self._clients():
                 self.look(client)
         self._show_lesson(frame)
@@ -246,9 +245,3 @@ class View:
 def experiment_of(simulation: Simulation) -> tuple[object, ...]:
     """Return what a view of the stage depends on."""
     return simulation.settings.scene, simulation.room.rig, tuple(made.key for made in simulation.room.robots)
-
-
-def scene_label(run: RunSettings) -> str:
-    """Return the name of the experiment."""
-    spec = specs(RunSettings)["scene"]
-    return tr(spec.options()[run.scene])
