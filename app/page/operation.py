@@ -9,7 +9,7 @@ import viser
 
 from app.i18n.speaking import tr
 from app.lessons.lesson import LessonBook
-from app.page.handles.gizmos import SWING, Gizmos, HandHover, in_view
+from app.page.handles.gizmos import Gizmos
 from app.page.lessons.duel_box import DuelBox
 from app.page.lessons.lab_report_box import AskReport, LabReportBox
 from app.page.lessons.lesson_controls import LessonControls
@@ -89,8 +89,7 @@ class Operation:
             self._panels.append(self._invite)
         if edited is not None:
             self._panels.append(LawEditor(client.gui, session, view, self._controls, edited))
-        self._gizmos = Gizmos(client.scene, session, lambda: view.stage.yours, lambda: view.lessons.hands_off)
-        self._hover = HandHover(client.gui, session)
+        self._gizmos = Gizmos(client, session, lambda: view.stage.yours, lambda: view.lessons.hands_off)
         self._lesson_controls = LessonControls(
             client, session, view.lessons, view.lesson_panel, self._controls, self.notify, presenting
         )
@@ -120,22 +119,14 @@ class Operation:
                 self._controls.sources.take_person(action)
             case AskReport(one):
                 self._lab.ask(one)
-            case actions.Drag():
-                self._gizmos.drag(action)
-            case actions.Hover(on):
-                self._gizmos.hovered = on
             case actions.Toggle(what):
                 self._toggle(what)
-            case actions.Nudge():
-                self._gizmos.nudge(in_view(self._client.camera, action))
-            case actions.SwingElbow(sign):
-                self._gizmos.swing(sign * SWING)
             case actions.ShowAll(whole):
                 self.whole = whole
             case actions.FirstView():
                 self._view.look(self._client)
             case _:
-                return False
+                return self._gizmos.take(action)
         return True
 
     def _set(self, key: str, value: object) -> None:
@@ -176,7 +167,6 @@ class Operation:
     def show(self, frame: Frame, stirred: bool = True) -> None:
         """Bring handles and controls up to date. `stirred`: whether anything was done, or has come, since the last frame."""
         self._gizmos.show(frame)
-        self._hover.show(self._gizmos.hand)
         if frame.now < self._next and not (stirred or frame.pace.paused or frame.replayed):
             return
         self._next = frame.after(CALM)
