@@ -8,7 +8,7 @@ from app.settings import PageSettings
 from app.stage.arms import ArmView, GhostView, WishView
 from app.stage.ball_view import BallView
 from app.stage.contact_view import ClosestLine, ContactSkin
-from app.stage.hand_ways import STAY, TRAVEL, PathLine, Trace
+from app.stage.hand_ways import PathLine, Trace
 from app.stage.person_figure import FigureView
 from app.stage.stage_part import StagePart
 from app.stage.target_marks import GripMark, TargetPlace
@@ -142,7 +142,7 @@ class Stage:
             parts.append(TargetPlace(self.scene))
         moving = len(simulation.way) > 0
         if moves != "person":
-            parts.append(Trace(self.scene, "/trace", simulation.avoiding, TRAVEL if moving else STAY))
+            parts.append(Trace(self.scene, simulation.avoiding, moving))
         if moving:
             parts.append(PathLine(self.scene, simulation.way))
         if room.ball is not None:
