@@ -81,18 +81,16 @@ class Operation:
             send = partial(client.send_file_download, save_immediately=True)
             self._replay_bar = ReplayBar(client.gui, session, session.player, send, self.notify)
             self._link = LinkBox(client, session, view.lessons)
-            self._lab = LabReportBox(client.gui, session, view.lessons, view.lesson_panel, self._replay_bar.exports)
+            self._lab = LabReportBox(client.gui, session, view, self._replay_bar.exports)
         self._panels = [make(client, session, view) for make in PANELS]
-        self._panels.append(DuelBox(client, session, view.lessons, view.lesson_panel, self._replay_bar.exports))
+        self._panels.append(DuelBox(client, session, view, self._replay_bar.exports))
         self._invite = InviteBox(client, session, self._controls.below_clock) if invites else None
         if self._invite is not None:
             self._panels.append(self._invite)
         if edited is not None:
             self._panels.append(LawEditor(client.gui, session, view, self._controls, edited))
         self._gizmos = Gizmos(client, session, lambda: view.stage.yours, lambda: view.lessons.hands_off)
-        self._lesson_controls = LessonControls(
-            client, session, view.lessons, view.lesson_panel, self._controls, self.notify, presenting
-        )
+        self._lesson_controls = LessonControls(client, session, view, self._controls, self.notify, presenting)
         for hotkey in keys_of(hotkeys(), presenting):
             hotkey.add_to(client.gui, session.post)
         session.takers["page"] = self.take

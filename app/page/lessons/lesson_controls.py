@@ -9,16 +9,16 @@ from app.i18n.speaking import N_, tr
 from app.lessons.bookmark import Phase
 from app.lessons.lesson import Lesson
 from app.lessons.session import lesson_actions
-from app.lessons.session.lesson_session import LessonSession
 from app.lessons.step_view import StepView
 from app.page.lessons.answer_boxes import Forecasts, GiveReason, GuessBox, ReasonBox
 from app.page.lessons.drawing_board import IN_LESSONS, DrawingBoard, TakeDrawing
 from app.page.lessons.lesson_html import NEXT, choice_label, rules_html
-from app.page.lessons.lesson_panel import ORDER, LessonPanel
+from app.page.lessons.lesson_panel import ORDER
 from app.page.lessons.null_motion_sliders import MoveInNullSpace, NullMotionSliders
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.controls import Controls
 from app.page.panels.hotkeys import LESSON_KEYS, keys_of
+from app.page.view import View
 from app.session.actions import Action, Digit, Nudge, Pause, Reset, SingleStep, Toggle
 from app.session.frame import Frame
 from app.session.session import Session
@@ -41,7 +41,7 @@ class LessonControls:
     """What is operated: answers, Run, next and back, on the panel of everybody.
 
     Args:
-        panel: where the buttons stand.
+        view: with the lessons, and their panel, where the buttons stand.
         controls: of the settings; those that a contrast changes flash.
         presenting: whether a class watches: some keys are the presenter's, and leaving the lessons asks first.
     """
@@ -50,16 +50,15 @@ class LessonControls:
         self,
         client: viser.ClientHandle,
         session: Session,
-        run: LessonSession,
-        panel: LessonPanel,
+        view: View,
         controls: Controls,
         notify: Callable[[str, str], None],
         presenting: bool = False,
     ) -> None:
         self._presenting = presenting
         self._close_question: Callable[[], None] | None = None
-        self._gui, self._session, self._run, self._panel, self._notify = client.gui, session, run, panel, notify
-        self._controls = controls
+        self._gui, self._session, self._controls, self._notify = client.gui, session, controls, notify
+        self._run, self._panel = view.lessons, view.lesson_panel
         self._list: viser.GuiButtonHandle | None = None
         self._commands: list[viser.CommandHandle] = []
         self._shown: tuple[object, ...] = ()

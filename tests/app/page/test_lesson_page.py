@@ -173,7 +173,7 @@ def test_ones_own_words_make_room_for_the_list_of_lessons() -> None:
         assert run.walk.next()
     panel, frame = LessonPanel(MagicMock(), run, 340.0, True), freeze(session, 0.0)
     panel.show(frame)
-    report = LabReportBox(gui, session, run, panel, MagicMock())
+    report = LabReportBox(gui, session, MagicMock(lessons=run, lesson_panel=panel), MagicMock())
     report.show(frame)
     box = gui.add_text.return_value
     assert box.visible is True
