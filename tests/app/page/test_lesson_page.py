@@ -184,7 +184,9 @@ def test_ones_own_words_make_room_for_the_list_of_lessons() -> None:
 
 def test_no_two_keys_or_their_texts_are_the_same() -> None:
     keys = (*hotkeys(), *LESSON_KEYS)
-    assert len({(h.key, bool(h.relayed)) for h in keys}) == len({h.text for h in keys}) == len({h.name for h in keys}) == len(keys)
+    assert (
+        len({(h.key, bool(h.relayed)) for h in keys}) == len({h.text for h in keys}) == len({h.name for h in keys}) == len(keys)
+    )
     assert len({h.shown for h in hotkeys()}) == len(hotkeys())
 
 
