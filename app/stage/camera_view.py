@@ -1,7 +1,6 @@
 """What of an experiment the camera has to show, from which side, and the nearest camera from which every ball of a set is seen."""
 
 import math
-from collections import deque
 from dataclasses import replace
 from typing import Final, NamedTuple
 
@@ -102,12 +101,6 @@ AHEAD: Final = 6.0
 MANY: Final = 8
 """A way of more points than this is looked at in every eighth of them."""
 
-MEMORY: Final = 25
-"""Points of the recent way of each hand, and …"""
-
-EVERY: Final = 0.2
-"""… how far apart they are [s of wall time]."""
-
 HAND: Final = 0.06
 CONTACT: Final = 0.03
 RING: Final = 0.10
@@ -148,28 +141,6 @@ def known_way(simulation: Simulation) -> Array:
     """Return points (k, 3) of the way that the task itself prescribes [m]: from A to B past the ball, or round a circle."""
     way = simulation.way
     return way[::8] if len(way) > MANY else way
-
-
-class RecentWay:
-    """Where the hands were in the last seconds."""
-
-    def __init__(self) -> None:
-        self._points: deque[Array] = deque(maxlen=MEMORY)
-        self._next = 0.0
-
-    def note(self, simulation: Simulation, now: float) -> None:
-        """Note where the hands are. `now`: wall time [s]."""
-        if now >= self._next:
-            self._next = now + EVERY
-            self._points.append(hands(simulation))
-
-    def forget(self) -> None:
-        self._points.clear()
-
-    @property
-    def points(self) -> Array:
-        """(k, 3) [m]."""
-        return np.concatenate([np.zeros((0, 3)), *self._points])
 
 
 PANDA_REACH: Final = 1.15
