@@ -10,7 +10,7 @@ from app.lessons.bookmark import Phase
 from app.lessons.lesson import Lesson
 from app.lessons.session import lesson_actions
 from app.lessons.step_view import StepView
-from app.page.lessons.answer_boxes import Forecasts, GiveReason, GuessBox, ReasonBox
+from app.page.lessons.answer_boxes import Forecasts, GiveReason, ReasonBox, add_guess_box
 from app.page.lessons.drawing_board import IN_LESSONS, DrawingBoard, TakeDrawing
 from app.page.lessons.lesson_html import NEXT, choice_label, rules_html
 from app.page.lessons.lesson_panel import ORDER
@@ -129,8 +129,7 @@ class LessonControls:
             self._board = DrawingBoard(
                 gui, self._session.post, lambda at, curve: run.act(lesson_actions.Draw(*at, curve)), IN_LESSONS
             )
-            guess = GuessBox(gui, self._session.post)
-            self._panel.guess_box = guess.id
+            self._panel.guess_box = add_guess_box(gui, self._session.post)
             self._choices = [self._button(lesson_actions.Choose(i), ORDER["choices"] + 1.0 + i) for i in range(MOST_CHOICES)]
             self._start = self._button(lesson_actions.StartOrPause(), ORDER["choices"] + 8.0)
             self._why = self._button(lesson_actions.ShowWhy(), ORDER["verdict"] + 1.0)
