@@ -102,7 +102,8 @@ def attack_html(search: CounterexampleSearch) -> Markup:
     if search.worst is None:
         return lowered(tr("Searching …") if search.busy else tr(search.message))
     loss, promises = search.worst.loss, search.worst.attack.settings.law.entry.promises
-    counts = {"runs": search.runs, "mm": _millimetres(loss.lost if search.broken else loss.nearest)}
+    length = loss.lost if search.broken else loss.nearest
+    counts = {"runs": search.runs, "mm": decimal(f"{1000.0 * length:.1f}") if math.isfinite(length) else "∞"}
     if not search.broken:
         return lowered(
             tr("{runs} runs, and none broke the promise: d_law comes to {mm} mm above d_m while its conditions hold.", **counts)
@@ -115,10 +116,6 @@ def attack_html(search: CounterexampleSearch) -> Markup:
     else:
         verdict = tr("What was missing: one closest pair.")
     return lowered(f"{words} {verdict}")
-
-
-def _millimetres(length: float) -> str:
-    return decimal(f"{1000.0 * length:.1f}") if math.isfinite(length) else "∞"
 
 
 def what_if_html(answer: WhatIf) -> Markup:
