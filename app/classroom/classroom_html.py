@@ -11,7 +11,6 @@ from app.export.tally_html import cloud_html, switches_text, tie_text
 from app.i18n.speaking import N_, spoken, tr
 from app.lessons.curve_drawing import drawing_svg, judge_drawing, median_curve
 from app.lessons.tally import Ballot
-from app.page.lessons.lesson_html import drawing_verdict_html
 from app.page.panels.server_load import load_pills
 from app.plots.curve_chart import Curve
 from app.text.templates import element, macros
@@ -81,7 +80,7 @@ def _near(poll: Poll, curve: Curve) -> Markup:
     """Return how near a curve came; "" for no curve."""
     if poll.drawing is None or not curve:
         return Markup()
-    return drawing_verdict_html(judge_drawing(poll.drawing, curve, poll.truth, spoken().language))
+    return macros("page/lessons/lesson.html").drawn(judge_drawing(poll.drawing, curve, poll.truth, spoken().language))
 
 
 def heads_html(classroom: Classroom, expected: int = 0) -> Markup:

@@ -12,7 +12,7 @@ from app.i18n.speaking import set_language
 from app.lessons.lesson import LessonBook
 from app.lessons.loading import in_language
 from app.lessons.session.lesson_session import LessonSession
-from app.page.lessons.duel import record_html
+from app.page.lessons.lesson_html import record_html
 from app.page.lessons.lesson_panel import ORDER
 from app.page.view import View
 from app.session.frame import Frame, Shown

@@ -13,7 +13,7 @@ from app.lessons.bookmark import Bookmark
 from app.lessons.curve_drawing import drawing_svg
 from app.lessons.lesson import LessonBook
 from app.lessons.step_view import StepView, fill
-from app.page.lessons.duel import record_html
+from app.page.lessons.lesson_html import record_html
 from app.text.lesson_text import lesson_html
 from app.text.templates import macros
 

@@ -171,7 +171,7 @@ def _strips(axes: Axes, times: Array, stroke: Stroke) -> None:
 
 def _chart(axes: Axes, name: str, replay: Replay, curves: Curves) -> None:
     law = replay.simulation.settings.law
-    xs = distances(law.critical_distance, law.influence_distance)
+    xs = distances(law)
     axes.set(xlim=(0.0, FAR), xlabel=tr("distance d [m]"))
     if name == "curve":
         _activation(axes, replay, curves, xs, law)

@@ -102,17 +102,17 @@ def film_scene(recorded: Recorded, seconds: float, page: PageSettings, stopped: 
     try:
         server.scene.world_axes.visible = False
         replay.seek(times[0])
-        stage = Stage(server.scene, page)
+        stage = Stage(server.scene)
         _look(server, replay.simulation)
         live = Settings(recorded.settings, page)
-        stage.show(freeze(Past(replay, live), times[0]))
+        stage.show(freeze(Past(replay, live), times[0]), page)
         serializer = server.get_scene_serializer()
         for time in times[1:]:
             if stopped():
                 raise Stopped
             serializer.insert_sleep(1.0)
             replay.seek(time)
-            stage.show(freeze(Past(replay, live), time))
+            stage.show(freeze(Past(replay, live), time), page)
         return _split(serializer.serialize(), times)
     finally:
         server.stop()

@@ -13,12 +13,12 @@ from app.hosting.visitor import Visitor
 from app.hosting.visitor_record import tab_id
 from app.i18n.reader_language import look_of, mark_html
 from app.i18n.speaking import N_, set_language, spoken, tr
-from app.page.handles.gizmos import SWING, Gizmos, HandHover, in_view
+from app.page.handles.gizmos import Gizmos
 from app.page.panels.hotkeys import hotkeys
 from app.page.panels.title_bar import titlebar
 from app.page.view import View
 from app.runtime.throttled_log import ThrottledLog
-from app.session.actions import Action, Drag, FirstView, Hover, Nudge, SwingElbow
+from app.session.actions import Action, FirstView, Nudge, SwingElbow
 from app.session.frame import Frame, Shown, freeze
 from app.session.second_hand import SecondHand
 from app.session.session import Session
@@ -68,8 +68,7 @@ class Guest:
             set_language(look.language)
             hand = self._hand = SecondHand(session, self._take)
             hands_off = lambda: self._host is None or self._host.lessons.hands_off  # noqa: E731
-            self._gizmos = Gizmos(client.scene, hand, lambda: self._view.stage.guests, hands_off)
-            self._hover = HandHover(client.gui, hand)
+            self._gizmos = Gizmos(client, hand, lambda: self._view.stage.guests, hands_off)
             for hotkey in hotkeys():
                 if isinstance(hotkey.action, (Nudge, SwingElbow, FirstView)):
                     hotkey.add_to(client.gui, hand.post)
@@ -83,19 +82,10 @@ class Guest:
 
     def _take(self, action: Action) -> None:
         """Do what concerns the guest's own arm and view; anything else is left out."""
-        match action:
-            case Drag():
-                self._gizmos.drag(action)
-            case Hover(on):
-                self._gizmos.hovered = on
-            case Nudge():
-                self._gizmos.nudge(in_view(self.client.camera, action))
-            case SwingElbow(sign):
-                self._gizmos.swing(sign * SWING)
-            case FirstView():
-                self._view.look(self.client)
-            case _:
-                return
+        if isinstance(action, FirstView):
+            self._view.look(self.client)
+        else:
+            self._gizmos.take(action)
 
     def follow(self, host: Visitor | None) -> None:
         """Stay beside a host, wait, or have the page built again.
@@ -155,7 +145,6 @@ class Guest:
             with self.client.atomic():
                 self._view.show(frame)
                 self._gizmos.show(frame)
-                self._hover.show(self._gizmos.hand)
             self.client.flush()
         except Exception as error:
             self._errors.exception("a frame of a guest's page failed", error, self.client.client_id)

@@ -1,6 +1,7 @@
 """A visitor's camera: it shows the whole experiment first, follows what would leave the free part of the picture, and is left alone
 as soon as the visitor moves it."""
 
+from collections import deque
 from collections.abc import Callable
 from typing import Final
 
@@ -8,7 +9,7 @@ import numpy as np
 import viser
 
 from app.page.picture_size import FreePicture
-from app.stage.camera_view import Balls, Pose, RecentWay, axes, fit, framed_now, joints, known_way, project
+from app.stage.camera_view import Balls, Pose, axes, fit, framed_now, hands, joints, known_way, project
 from controllers.kinematics import Array
 from scenes.rigs import Camera
 from scenes.simulation import Simulation
@@ -20,7 +21,10 @@ REST: Final = 1.5
 """How long it then stays there at least, unless something has left the free part [s of wall time]."""
 
 LOOK_EVERY: Final = 0.2
-"""Time between two looks whether everything is in the free part [s of wall time]."""
+"""Time between two looks where the hands are, and whether everything is in the free part [s of wall time]."""
+
+RECENT: Final = 25
+"""So many of the places where the hands were count for the view."""
 
 NEAR_EDGE: Final = 0.04
 """Share of the free part, at its edge, at which the camera begins to follow …"""
@@ -68,14 +72,14 @@ class CameraFollow:
         self._pose: Pose | None = None
         self._glide: tuple[float, Pose, Pose] | None = None
         self._sent: list[tuple[Array, Array]] = []
-        self._recent = RecentWay()
-        self._next = self._rest_until = 0.0
+        self._recent: deque[Array] = deque(maxlen=RECENT)
+        self._next = self._note_next = self._rest_until = 0.0
         self._part: int | None = None
 
     def first_view(self, simulation: Simulation, now: float) -> None:
         """Show the whole experiment at once, and follow from then on. `now`: wall time [s]."""
         self.left_alone, self._glide, self._part = False, None, None
-        self._recent.forget()
+        self._recent.clear()
         camera = self._camera
         # What the browser says next may be of the time before.
         self._sent.append((np.array(camera.position), np.array(camera.look_at)))
@@ -95,7 +99,9 @@ class CameraFollow:
         self._next = now + LOOK_EVERY
         if self._moved_by_visitor():
             return
-        self._recent.note(simulation, now)
+        if now >= self._note_next:
+            self._note_next = now + LOOK_EVERY
+            self._recent.append(hands(simulation))
         if self._glide is not None:
             self._go_on(now)
         elif self._wants_to_move(simulation, now):
@@ -142,7 +148,7 @@ class CameraFollow:
         view, picture = self._view(), self._picture()
         size, toward = (picture.width, picture.height), np.array(view.toward)
         centres, radii = framed_now(simulation)
-        ways = np.concatenate([self._way(), known_way(simulation), self._recent.points])
+        ways = np.concatenate([self._way(), known_way(simulation), *self._recent])
         centres, radii = np.concatenate([centres, ways]), np.concatenate([radii, np.full(len(ways), WAY)])
         corners = np.concatenate([view_corners(view), joints(simulation)])
         whole = Balls(corners, np.zeros(len(corners)), picture.open)

@@ -1,6 +1,7 @@
 """What is operated of one session: controls, handles, keys."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Final, Literal
 
@@ -8,7 +9,7 @@ import viser
 
 from app.i18n.speaking import tr
 from app.lessons.lesson import LessonBook
-from app.page.handles.gizmos import SWING, Gizmos, HandHover, in_view
+from app.page.handles.gizmos import Gizmos
 from app.page.lessons.duel_box import DuelBox
 from app.page.lessons.lab_report_box import AskReport, LabReportBox
 from app.page.lessons.lesson_controls import LessonControls
@@ -75,21 +76,19 @@ class Operation:
         self._controls = Controls(client.gui, session, self.notify, presenting, canvas_size(client)[0] <= PHONE)
         self._keep = client.gui.add_folder(tr("Keep and replay"), order=self._controls.below_clock, expand_by_default=False)
         with self._keep:
-            self._replay_bar = ReplayBar(client.gui, session, session.player, self._send, self.notify)
+            send = partial(client.send_file_download, save_immediately=True)
+            self._replay_bar = ReplayBar(client.gui, session, session.player, send, self.notify)
             self._link = LinkBox(client, session, view.lessons)
-            self._lab = LabReportBox(client.gui, session, view.lessons, view.lesson_panel, self._replay_bar.exports)
+            self._lab = LabReportBox(client.gui, session, view, self._replay_bar.exports)
         self._panels = [make(client, session, view) for make in PANELS]
-        self._panels.append(DuelBox(client, session, view.lessons, view.lesson_panel, self._replay_bar.exports))
+        self._panels.append(DuelBox(client, session, view, self._replay_bar.exports))
         self._invite = InviteBox(client, session, self._controls.below_clock) if invites else None
         if self._invite is not None:
             self._panels.append(self._invite)
         if edited is not None:
             self._panels.append(LawEditor(client.gui, session, view, self._controls, edited))
-        self._gizmos = Gizmos(client.scene, session, lambda: view.stage.yours, lambda: view.lessons.hands_off)
-        self._hover = HandHover(client.gui, session)
-        self._lesson_controls = LessonControls(
-            client, session, view.lessons, view.lesson_panel, self._controls, self.notify, presenting
-        )
+        self._gizmos = Gizmos(client, session, lambda: view.stage.yours, lambda: view.lessons.hands_off)
+        self._lesson_controls = LessonControls(client, session, view, self._controls, self.notify, presenting)
         for hotkey in keys_of(hotkeys(), presenting):
             hotkey.add_to(client.gui, session.post)
         session.takers["page"] = self.take
@@ -116,22 +115,14 @@ class Operation:
                 self._controls.sources.take_person(action)
             case AskReport(one):
                 self._lab.ask(one)
-            case actions.Drag():
-                self._gizmos.drag(action)
-            case actions.Hover(on):
-                self._gizmos.hovered = on
             case actions.Toggle(what):
                 self._toggle(what)
-            case actions.Nudge():
-                self._gizmos.nudge(in_view(self._client.camera, action))
-            case actions.SwingElbow(sign):
-                self._gizmos.swing(sign * SWING)
             case actions.ShowAll(whole):
                 self.whole = whole
             case actions.FirstView():
                 self._view.look(self._client)
             case _:
-                return False
+                return self._gizmos.take(action)
         return True
 
     def _set(self, key: str, value: object) -> None:
@@ -155,9 +146,6 @@ class Operation:
             case "contact":
                 session.change("contact", not page.contact)
 
-    def _send(self, name: str, content: bytes) -> None:
-        self._client.send_file_download(name, content, save_immediately=True)
-
     def notify(self, title: str, text: str) -> None:
         """Tell the visitor something that no control shows. `title`, `text`: in English."""
         self._client.add_notification(tr(title), tr(text), color="orange", auto_close_seconds=8.0)
@@ -175,7 +163,6 @@ class Operation:
     def show(self, frame: Frame, stirred: bool = True) -> None:
         """Bring handles and controls up to date. `stirred`: whether anything was done, or has come, since the last frame."""
         self._gizmos.show(frame)
-        self._hover.show(self._gizmos.hand)
         if frame.now < self._next and not (stirred or frame.pace.paused or frame.replayed):
             return
         self._next = frame.after(CALM)

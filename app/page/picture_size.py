@@ -2,13 +2,14 @@
 
 import re
 from functools import lru_cache
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import viser
 
 from app.settings import Profile
 from app.text.templates import element
 from app.theme import PLOTS_FRAME, plots_height, scale
+from app.web.control_events import on_entry
 from app.web.pages import page_query
 from app.web.viser_internals import request_of, uuid_of
 
@@ -42,29 +43,25 @@ class PictureReport:
     """Listens to `picture_size.js` on the page of one client, which sends six numbers by a hidden box when they change.
 
     Args:
-        tabs: that hold the mark of the box, besides the main panel; a folded panel takes its own with it.
+        tab: that holds the mark of the box, besides the main panel; a folded panel takes its own with it.
 
     Attributes:
         size: None until the page has said it.
     """
 
-    def __init__(self, client: viser.ClientHandle, *tabs: viser.GuiTabHandle) -> None:
+    def __init__(self, client: viser.ClientHandle, tab: viser.GuiTabHandle) -> None:
         self.size: PictureSize | None = None
         self._taken: tuple[float | bool, ...] | None = None
-        box = client.gui.add_text("", "", visible=False)
+        box = on_entry(client.gui.add_text("", "", visible=False), self._take)
         mark = element("i", hidden="", data_duet_picture=uuid_of(box))
         client.gui.add_html(mark, order=-1.0)
-        for tab in tabs:
-            with tab:
-                client.gui.add_html(mark, order=-1.0)
+        with tab:
+            client.gui.add_html(mark, order=-1.0)
 
-        @box.on_update
-        async def _(event: viser.GuiEvent[Any]) -> None:
-            found = re.fullmatch(
-                r"([1-9]\d{0,4}) ([1-9]\d{0,4}) ([1-9]\d{0,4}) (\d{1,5}) (\d{1,5}) (\d{1,5})", event.target.value
-            )
-            if event.client_id is not None and found is not None:
-                self.size = PictureSize(*map(float, found.groups()))
+    def _take(self, text: str) -> None:
+        found = re.fullmatch(r"([1-9]\d{0,4}) ([1-9]\d{0,4}) ([1-9]\d{0,4}) (\d{1,5}) (\d{1,5}) (\d{1,5})", text)
+        if found is not None:
+            self.size = PictureSize(*map(float, found.groups()))
 
     def take_change(self) -> bool:
         """Return whether the page has said another size since the last call, or has a card now; one that has more to say moves nothing by

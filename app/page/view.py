@@ -38,7 +38,6 @@ from app.theme import BRAND, DOCK_WIDTH, NARROW, plots_height, scale
 from app.web.viser_internals import aim
 from controllers.kinematics import Array
 from scenes.rigs import Camera
-from scenes.settings import RunSettings, specs
 from scenes.simulation import Simulation
 
 SETTLING: Final = 6.0
@@ -85,7 +84,7 @@ class View:
         self._style = gui.add_html(style_sheet(page.profile))
         self._moment = gui.add_html("")
         self._readout = Readout(gui, tip or partial(tip_text, operated=private))
-        gui.set_panel_label(scene_label(session.settings.run))
+        gui.set_panel_label(tr(session.settings.run.experiment.label))
         gui.main_panel.dock_right()
         gui.main_panel.set_width(DOCK_WIDTH * scale(page.profile))
         plots_panel = gui.add_panel()
@@ -96,7 +95,7 @@ class View:
             self._moment_too = gui.add_html("", order=-1.0)
             gui.add_html(mark_html(spoken()), order=-1.0)
         self._contact = ContactCard(gui, self.plots_tab)
-        self._plots = Plots(gui, self.plots_tab, page, self._plots_height())
+        self.plots = Plots(gui, self.plots_tab, page, self._plots_height())
         plots_panel.float(x=14, y=-14, width=760)
         if private and canvas_size(host)[1] < LOW_CANVAS:
             plots_panel.minimize()
@@ -106,7 +105,7 @@ class View:
         self._cameras: dict[int, CameraFollow] = {}
         self._reports: dict[int, PictureReport] = {}
         self._configure_theme()
-        self.stage = Stage(host.scene, page)
+        self.stage = Stage(host.scene)
         narrow = private and canvas_size(host)[0] < NARROW
         self._lesson_width = NARROW_WIDTH if narrow else WIDTH
         width = self._lesson_width * scale(page.profile)
@@ -120,11 +119,6 @@ class View:
     def _page(self) -> PageSettings:
         page = self._session.settings.page
         return page if self._own_look is None else self._own_look.of(page)
-
-    @property
-    def plots_shown(self) -> tuple[str, ...]:
-        """Names of the plots that are there."""
-        return self._plots.shown
 
     def _plots_height(self) -> int:
         # A lecture's plots are drawn for all: for the projector; the size of its window is not known here.
@@ -175,10 +169,6 @@ class View:
         width = max(client.camera.aspect, 0.2) * window[1]
         return free_picture(window, width, self._page.profile, self.bare)
 
-    def left_alone(self, client: viser.ClientHandle) -> bool:
-        """Return whether a client's visitor has moved the camera, so that it does not follow."""
-        return self._cameras[client.client_id].left_alone
-
     def _follow(self, frame: Frame) -> None:
         present = {client.client_id for client in self._clients()}
         self._cameras = {number: follow for number, follow in self._cameras.items() if number in present}
@@ -212,19 +202,18 @@ class View:
         experiment = experiment_of(frame.simulation)
         if self._experiment != experiment:
             self._experiment = experiment
-            self._host.gui.set_panel_label(scene_label(frame.settings.run))
+            self._host.gui.set_panel_label(tr(frame.settings.run.experiment.label))
             for client in self._clients():
                 self.look(client)
         self._show_lesson(frame)
         self._settle(frame.now)
         self._follow(frame)
-        self.stage.dress(page)
-        self.stage.show(frame)
+        self.stage.show(frame, page)
         asking = self.lessons.open and not self.lessons.walk.law_shown
         self._readout.show(frame, asking)
         self._contact.show(frame, lambda: self._further_words(frame), asking)
-        self._plots.show(frame)
-        self._moment.content = self._moment_too.content = moment_html(frame, self._plots.span)
+        self.plots.show(frame)
+        self._moment.content = self._moment_too.content = moment_html(frame, self.plots.span)
 
     def _further_words(self, frame: Frame) -> CardWords:
         return guess_words(self.lessons, self.lesson_panel.guess_box) | lever_words(frame, self.lever_box)
@@ -233,7 +222,7 @@ class View:
         lessons = self.lessons
         self._marks.show(frame)
         step = (lessons.walk.lesson.id, lessons.walk.step.id) if lessons.open else None
-        self._plots.only(lessons.walk.plots if lessons.open else ())
+        self.plots.only = lessons.walk.plots if lessons.open else ()
         if self.lesson_panel.show(frame) or step != self._lesson_step:
             self._lesson_step = step
             for client in self._clients():
@@ -241,23 +230,17 @@ class View:
                 self.welcome(client)
         contrast = self.lesson_panel.contrast
         names = self.lesson_panel.run_names if contrast is None else contrast.names
-        self._plots.name_runs(None if names is None else (escape(names[0]), escape(names[1])))
+        self.plots.run_names = None if names is None else (escape(names[0]), escape(names[1]))
 
     def _change_look(self) -> None:
         page = self._page
         self._look = page.theme, page.profile
         self._host.gui.main_panel.set_width(DOCK_WIDTH * scale(page.profile))
         self.lesson_panel.set_width(self._lesson_width * scale(page.profile))
-        self._plots.dress(page, self._plots_height())
+        self.plots.dress(page, self._plots_height())
         self._configure_theme()
 
 
 def experiment_of(simulation: Simulation) -> tuple[object, ...]:
     """Return what a view of the stage depends on."""
     return simulation.settings.scene, simulation.room.rig, tuple(made.key for made in simulation.room.robots)
-
-
-def scene_label(run: RunSettings) -> str:
-    """Return the name of the experiment."""
-    spec = specs(RunSettings)["scene"]
-    return tr(spec.options()[run.scene])

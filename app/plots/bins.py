@@ -49,10 +49,6 @@ class Bins:
         self.newest = -1
         """Number of the newest bin, counted from time 0; −1 if there is none."""
 
-    def clear(self) -> None:
-        self._stats[:], self._ends[:] = np.nan, np.nan
-        self.newest, self._row = -1, None
-
     def take(self, times: Array, values: Array) -> None:
         """Take in what comes next.
 

@@ -34,10 +34,10 @@ ORDERS: Final = (1.0, 2.0, 10.0)
 FRAME: Final = ChartAxes((0.0, FAR), (0.0, 1.05), DISTANCES, ((0.0, "0"), (0.5, "0.5"), (1.0, "1")))
 
 
-def distances(*kinks: float) -> np.ndarray:
-    """Return distances (k,) [m] to draw a law at: finer right above every kink, and on either side of it."""
+def distances(settings: LawSettings) -> np.ndarray:
+    """Return distances (k,) [m] to draw a law at: finer right above d_m and the influence distance, and on either side of both."""
     parts = [np.linspace(0.0, FAR, 49)]
-    for kink in kinks:
+    for kink in (settings.critical_distance, settings.influence_distance):
         parts.append(np.array([kink - 1e-6, kink]))
         parts.append(kink + 1e-6 + (FAR - kink) * np.linspace(0.0, 1.0, 25) ** 2)
     points = np.unique(np.concatenate(parts))
@@ -54,7 +54,7 @@ def curve_html(simulation: Simulation, ghost: Simulation | None, sample: Sample,
     """
     law = simulation.settings.law
     chart = Chart(FRAME)
-    xs = distances(law.critical_distance, law.influence_distance)
+    xs = distances(law)
     for order in ORDERS:
         ys = np.array([activation(d, law.critical_distance, order) for d in xs.tolist()])
         chart.line(xs, ys, "faint", 1.2)
@@ -63,8 +63,7 @@ def curve_html(simulation: Simulation, ghost: Simulation | None, sample: Sample,
         level = 0.34 if order < 5.0 else 0.1
         chart.mark(law.critical_distance * level ** (-1.0 / order), level, "name faint", f"n = {order:g}")
     if ghost is not None:
-        other = ghost.settings.law
-        ghost_xs = distances(other.critical_distance, other.influence_distance)
+        ghost_xs = distances(ghost.settings.law)
         chart.line(ghost_xs, _activations(ghost.law, ghost_xs), "ghost", 2.0, "6 4")
     chart.line(xs, _activations(simulation.law, xs), "lam", 2.6)
     if math.isfinite(sample.law_distance):
@@ -101,7 +100,7 @@ def laws_html(simulation: Simulation, ghost: Simulation | None, now: Contact, he
     ticks = tuple((i * step, f"{i * step:+.1f}".replace("-", "−") if i else "0") for i in (-2, -1, 0, 1, 2))
     chart = Chart(ChartAxes((0.0, FAR), (-span, span), DISTANCES, ticks))
     chart.level(0.0, "zero", 1.2)
-    xs = distances(settings.critical_distance, settings.influence_distance)
+    xs = distances(settings)
     lines = {name: _rates(law, xs, now) for name, law in all_laws(settings).items()}
     own = simulation.law if isinstance(simulation.law, LawOfFile) else None
     present, thick = settings.law if own is None else "", law_class(settings.law)
@@ -109,9 +108,8 @@ def laws_html(simulation: Simulation, ghost: Simulation | None, now: Contact, he
         if name != present:
             chart.line(xs, ys, law_class(name), 1.5)
     if ghost is not None:
-        other = ghost.settings.law
-        ghost_xs = distances(other.critical_distance, other.influence_distance)
-        chart.line(ghost_xs, _rates(ghost.law, ghost_xs, now), law_class(other.law), 3.0, "7 5")
+        ghost_xs = distances(ghost.settings.law)
+        chart.line(ghost_xs, _rates(ghost.law, ghost_xs, now), law_class(ghost.settings.law.law), 3.0, "7 5")
     chart.line(xs, lines[present] if own is None else _rates(own, xs, now), thick, 3.2)
     if abs(now.approach) > 0.005:
         chart.level(now.approach, "w", 1.2, "2 4")

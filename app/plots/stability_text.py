@@ -56,7 +56,9 @@ def condition_text(analysis: Analysis) -> str:
     if analysis.condition_holds:
         why = tr("avoidance and task are orthogonal") if analysis.orthogonal else tr("every error makes V fall")
         return tr_html("<b>The paper’s condition holds:</b> {why}.", why=why)
-    why = tr("not every error makes V fall") if _has_lever(analysis) else tr("no joint can move this point away")
+    # Whether the law gets nearly all of what it asks for; as in the simulation's LEVERAGE.
+    firm = lever(analysis.lever * analysis.lever) >= FIRM_LEVER
+    why = tr("not every error makes V fall") if firm else tr("no joint can move this point away")
     return tr_html("<b>The paper’s condition does not hold:</b> {why}.", why=why)
 
 
@@ -114,11 +116,6 @@ def _trend(rate: float) -> str:
     if not math.isfinite(rate) or abs(rate) < 5e-6:
         return ""
     return f": {tr('falls') if rate < 0.0 else tr('rises')}"
-
-
-def _has_lever(analysis: Analysis) -> bool:
-    """Whether the law gets nearly all of what it asks for; as in the simulation's LEVERAGE."""
-    return lever(analysis.lever * analysis.lever) >= FIRM_LEVER
 
 
 def _fixed(value: float, digits: int, sign: bool = False) -> str:

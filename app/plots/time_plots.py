@@ -7,7 +7,7 @@ and when its data change in the same moment viser keeps the old time axis in the
 import math
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from app.i18n.speaking import N_, tr
 from app.plots.bins import HIGH, LOW
 from app.plots.pair_strips import arm_colour
 from app.plots.time_series import DRIVEN, JOINTS
-from app.theme import Palette
+from app.theme import SYMBOL_COLOURS, Palette
 from controllers.kinematics import Array
 from scenes.law_answers import LawOfFile
 from scenes.simulation import Simulation
@@ -37,20 +37,6 @@ _STYLES: Final = ((), (7.0, 4.0), (2.0, 3.0))
 _GHOST: Final = (5.0, 4.0)
 _WHAT_IF: Final = (9.0, 3.0, 2.0, 3.0)
 
-
-_CLASSES: Final = {
-    "distance": "d",
-    "critical": "dm",
-    "resting": "rest",
-    "activation": "lam",
-    "error": "e",
-    "velocity": "v",
-    "pull": "u",
-    "approach": "w",
-    **{f"joint {i + 1}": f"j{i + 1}" for i in range(JOINTS)},
-}
-"""Colour of a line → class of CSS."""
-
 _RUNS: Final = {"ghost": N_("ghost"), "what_if": N_("what if")}
 """Run beside the visitor's own → its name in a legend."""
 
@@ -61,7 +47,7 @@ class PlotLine:
 
     Attributes:
         column: of `RollingSeries`.
-        colour: field of `Palette`, or "joint 1" …
+        colour: class of CSS: of a symbol, see `app.theme.SYMBOL_COLOURS`, or "j1" … of a joint.
         width: [px at a desk].
         dash: [px]; none for a solid line.
         run: "own", "ghost" or "what_if".
@@ -80,18 +66,8 @@ class PlotLine:
     held: bool = True
 
 
-class LegendEntry(NamedTuple):
-    """One entry of a legend.
-
-    Attributes:
-        css_class: of the colour, "" for none.
-        dash: "", "dash", "dot" or "mix".
-        name: in English.
-    """
-
-    css_class: str
-    dash: str
-    name: str
+LegendEntry = tuple[str, str, str]
+"""One entry of a legend: class of CSS that gives the colour, "" for none; "", "dash", "dot" or "mix"; name, in English."""
 
 
 @dataclass(frozen=True)
@@ -138,18 +114,18 @@ class TimePlot:
         """
         entries = [_entry(line, line.name, line.for_all) for line in self.lines if line.name]
         if names is not None and any(line.run == "ghost" for line in self.lines):
-            entries.insert(0, _entry(self.lines[0], names[0], self.lines[0].colour.startswith("joint ")))
+            entries.insert(0, _entry(self.lines[0], names[0], self.lines[0].colour not in SYMBOL_COLOURS))
         for run in others:
             line = next((line for line in self.lines if line.run == run), None)
             if line is not None:
                 name = names[1] if names is not None and run == "ghost" else _RUNS[run]
-                entries.append(_entry(line, name, line.colour.startswith("joint ")))
+                entries.append(_entry(line, name, line.colour not in SYMBOL_COLOURS))
         return tuple(entries)
 
 
 def _entry(line: PlotLine, name: str, for_all: bool) -> LegendEntry:
     dash = "mix" if len(line.dash) > 2 else "dash" if max(line.dash, default=0.0) > 4.0 else "dot" if line.dash else ""
-    return LegendEntry("" if for_all else _CLASSES[line.colour], dash, name)
+    return "" if for_all else line.colour, dash, name
 
 
 def _shadows(column: str, colour: str) -> tuple[PlotLine, ...]:
@@ -157,70 +133,56 @@ def _shadows(column: str, colour: str) -> tuple[PlotLine, ...]:
     return PlotLine(column, colour, 1.8, _GHOST, "ghost"), PlotLine(column, colour, 2.0, _WHAT_IF, "what_if")
 
 
+def _with_ghost(column: str, colour: str) -> tuple[PlotLine, ...]:
+    """Return the lines of the own run and of the ghost."""
+    return PlotLine(column, colour, 2.2), _shadows(column, colour)[0]
+
+
 def _joints(title: str, unit: str, stem: str, count: int, span: tuple[float, float] | None, scale: float) -> TimePlot:
     numbers = range(1, JOINTS + 1)
-    own = (PlotLine(f"{stem}{i}", f"joint {i}", 1.6, _STYLES[(i - 1) // 3], name=str(i) if i <= count else "") for i in numbers)
-    ghost = (PlotLine(f"{stem}{i}", f"joint {i}", 1.0, (1.5, 3.0), "ghost") for i in numbers)
+    own = (PlotLine(f"{stem}{i}", f"j{i}", 1.6, _STYLES[(i - 1) // 3], name=str(i) if i <= count else "") for i in numbers)
+    ghost = (PlotLine(f"{stem}{i}", f"j{i}", 1.0, (1.5, 3.0), "ghost") for i in numbers)
     return TimePlot(title, unit, (*own, *ghost), span, scale, False)
 
 
 def _distance(rests: bool) -> TimePlot:
     lines = (
-        PlotLine("d", "distance", 2.2),
-        PlotLine("d_m", "critical", 1.6, (7.0, 5.0), name="d<sub>m</sub>"),
-        PlotLine("d*", "resting", 1.6, (2.0, 4.0), name="d*" if rests else "", held=False),
-        *_shadows("d", "distance"),
+        PlotLine("d", "d", 2.2),
+        PlotLine("d_m", "dm", 1.6, (7.0, 5.0), name="d<sub>m</sub>"),
+        PlotLine("d*", "rest", 1.6, (2.0, 4.0), name="d*" if rests else "", held=False),
+        *_shadows("d", "d"),
     )
     return TimePlot(N_('distance <b class="d">d</b>'), "m", lines, top=CEILING)
 
 
 def _squared_error(unit: str, arms: tuple[str, str]) -> TimePlot:
     lines = (
-        PlotLine("e2", "error", 2.2, name=arms[0]),
-        PlotLine("e2_b", "pull", 1.8, (2.0, 3.0), name=arms[1]),
-        *_shadows("e2", "error"),
+        PlotLine("e2", "e", 2.2, name=arms[0]),
+        PlotLine("e2_b", "u", 1.8, (2.0, 3.0), name=arms[1]),
+        *_shadows("e2", "e"),
     )
     return TimePlot(N_('error <b class="e">e²</b>'), unit, lines)
 
 
 def _followed(prefix: str, title: str, model: str) -> TimePlot:
     numbers = range(1, DRIVEN + 1)
-    own = (PlotLine(f"{prefix}q{i}", f"joint {i}", 2.0, name=str(i)) for i in numbers)
-    desired = (
-        PlotLine(f"{prefix}qd{i}", f"joint {i}", 1.4, (5.0, 4.0), name=model if i == 1 else "", for_all=True) for i in numbers
-    )
+    own = (PlotLine(f"{prefix}q{i}", f"j{i}", 2.0, name=str(i)) for i in numbers)
+    desired = (PlotLine(f"{prefix}qd{i}", f"j{i}", 1.4, (5.0, 4.0), name=model if i == 1 else "", for_all=True) for i in numbers)
     return TimePlot(title, "°", (*own, *desired), None, DEGREES, positive=False)
 
 
 TIME_PLOTS: Final[dict[str, TimePlot]] = {
-    "hand": TimePlot(
-        'hand error <b class="e">|e|</b>',
-        "mm",
-        (PlotLine("e", "error", 2.2), PlotLine("e", "error", 1.8, _GHOST, "ghost")),
-        scale=1000.0,
-    ),
-    "elbow": TimePlot(
-        "elbow angle",
-        "°",
-        (PlotLine("elbow", "distance", 2.2), PlotLine("elbow", "distance", 1.8, _GHOST, "ghost")),
-        None,
-        DEGREES,
-        False,
-    ),
-    "lambda": TimePlot(
-        'activation <b class="lam">λ</b>',
-        "",
-        (PlotLine("lambda", "activation", 2.2), PlotLine("lambda", "activation", 1.8, _GHOST, "ghost")),
-        (0.0, 1.05),
-    ),
+    "hand": TimePlot('hand error <b class="e">|e|</b>', "mm", _with_ghost("e", "e"), scale=1000.0),
+    "elbow": TimePlot("elbow angle", "°", _with_ghost("elbow", "d"), None, DEGREES, False),
+    "lambda": TimePlot('activation <b class="lam">λ</b>', "", _with_ghost("lambda", "lam"), (0.0, 1.05)),
     "speeds": TimePlot(
         "speeds along the line",
         "m/s",
         (
-            PlotLine("u", "pull", 2.0, name="u"),
-            PlotLine("v", "velocity", 1.8, (7.0, 5.0), name="v"),
-            PlotLine("w", "approach", 2.0, (2.0, 4.0), name="w"),
-            PlotLine("u", "pull", 1.4, _GHOST, "ghost"),
+            PlotLine("u", "u", 2.0, name="u"),
+            PlotLine("v", "v", 1.8, (7.0, 5.0), name="v"),
+            PlotLine("w", "w", 2.0, (2.0, 4.0), name="w"),
+            PlotLine("u", "u", 1.4, _GHOST, "ghost"),
         ),
         positive=False,
     ),
@@ -255,7 +217,7 @@ def time_plot_of(name: str, simulation: Simulation) -> TimePlot:
 
 def colour_of(line: PlotLine, palette: Palette) -> str:
     """Return the colour of a line as CSS."""
-    if line.colour.startswith("joint "):
-        return palette.joints[int(line.colour[6:]) - 1]
-    colour: str = getattr(palette, line.colour)
+    if line.colour not in SYMBOL_COLOURS:
+        return palette.joints[int(line.colour[1:]) - 1]
+    colour: str = getattr(palette, SYMBOL_COLOURS[line.colour])
     return colour

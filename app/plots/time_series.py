@@ -78,16 +78,12 @@ class RollingSeries:
         self._last_row: bytes | None = None
         self._last_pair, self._changes = -1.0, 0.0
 
-    def clear(self) -> None:
-        self.bins.clear()
-        self._seen, self._last_row, self._last_pair, self._changes = 0, None, -1.0, 0.0
-
     def feed(self, simulation: Simulation) -> None:
         """Take in every step made since the last call."""
         history = simulation.history
         if history is not self._history or self._restarted(history):
-            self.clear()
-            self._history = history
+            self._history, self.bins = history, Bins(len(NAMES))
+            self._seen, self._last_row, self._last_pair, self._changes = 0, None, -1.0, 0.0
             self._swivel = (
                 Swivel(simulation.room, simulation.avoiding) if simulation.settings.experiment.obstacle == "nothing" else None
             )

@@ -1,6 +1,7 @@
 """Drawn arms: nested nodes of which only the rotations change; and translucent copies of them where a ghost or a wish differs."""
 
 import math
+from functools import partial
 from typing import Final, Literal
 
 import numpy as np
@@ -37,27 +38,18 @@ class ArmView:
 
     def __init__(self, scene: viser.SceneApi, name: str, base: pin.SE3, palette: str, fine: bool, robot: str = "lwr") -> None:
         glbs, solid = robot_glbs(robot, palette, coarse=not fine), palette not in SEEN_THROUGH
-        rotation = pin.Quaternion(base.rotation)
-        path = f"{name}/base"
-        root = scene.add_glb(
-            path,
-            glbs[0],
-            wxyz=(rotation.w, rotation.x, rotation.y, rotation.z),
-            position=tuple(base.translation.tolist()),
-            cast_shadow=solid,
-            receive_shadow=solid,
-        )
+        add = partial(scene.add_glb, cast_shadow=solid, receive_shadow=solid)
+        path, stands = f"{name}/base", pin.Quaternion(base.rotation)
+        root = add(path, glbs[0], wxyz=(stands.w, stands.x, stands.y, stands.z), position=tuple(base.translation.tolist()))
         self._root = fresh(root)
         self.links: list[viser.GlbHandle] = []
         """The node that turns with each joint, from the base on."""
-        self._paths = [path]
         self._turns: list[tuple[Quaternion, Quaternion]] = []
         for joint, glb in zip(joint_frames(robot), glbs[1:], strict=True):
             path = f"{path}/{joint.name}"
-            self._paths.append(path)
-            link = scene.add_glb(path, glb, position=joint.position, wxyz=joint.rotation, cast_shadow=solid, receive_shadow=solid)
-            self.links.append(fresh(link))
-            self._turns.append((joint.rotation, _product(joint.rotation, (0.0, *joint.axis))))
+            self.links.append(fresh(add(path, glb, position=joint.position, wxyz=joint.rotation)))
+            turned = pin.Quaternion(*joint.rotation) * pin.Quaternion(0.0, *joint.axis)
+            self._turns.append((joint.rotation, (turned.w, turned.x, turned.y, turned.z)))
         self._angles = [math.nan] * len(self.links)
 
     def show(self, positions: Array) -> None:
@@ -72,7 +64,7 @@ class ArmView:
 
     def link(self, joint: int) -> str:
         """Return the name of the node that turns with a joint, 0 for the base; what hangs on it goes with it."""
-        return self._paths[joint]
+        return (self._root, *self.links)[joint].name
 
     @property
     def visible(self) -> bool:
@@ -84,17 +76,6 @@ class ArmView:
 
     def remove(self) -> None:
         self._root.remove()
-
-
-def _product(p: Quaternion, q: Quaternion) -> Quaternion:
-    a, b, c, d = p
-    e, f, g, h = q
-    return (
-        a * e - b * f - c * g - d * h,
-        a * f + b * e + c * h - d * g,
-        a * g - b * h + c * e + d * f,
-        a * h + b * g - c * f + d * e,
-    )
 
 
 DIFFERENT: Final = 0.02

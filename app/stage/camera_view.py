@@ -1,7 +1,6 @@
 """What of an experiment the camera has to show, from which side, and the nearest camera from which every ball of a set is seen."""
 
 import math
-from collections import deque
 from dataclasses import replace
 from typing import Final, NamedTuple
 
@@ -61,21 +60,15 @@ def fit(toward: Array, fov: float, size: tuple[float, float], groups: tuple[Ball
         size: width and height of the picture [px].
         groups: at least one with a ball.
     """
-    right, up, back = axes(np.asarray(toward, float))
-    centres, radii = (
-        np.concatenate([np.asarray(part, float) for part in parts]) for parts in list(zip(*groups, strict=True))[:2]
-    )
+    right, up, back = axes(toward)
+    centres, radii = (np.concatenate(parts) for parts in list(zip(*groups, strict=True))[:2])
     parts = np.repeat([group.part for group in groups], [len(group.centres) for group in groups], axis=0)
-    tangents = (
-        np.tan(fov / 2.0)
-        * 2.0
-        / size[1]
-        * np.stack(
-            [parts[:, 0] - size[0] / 2.0, parts[:, 2] - size[0] / 2.0, size[1] / 2.0 - parts[:, 3], size[1] / 2.0 - parts[:, 1]]
-        )
-    )
+    pixel, (x, y) = np.tan(fov / 2.0) * 2.0 / size[1], (size[0] / 2.0, size[1] / 2.0)
     depth = centres @ back
-    sideways = [(centres @ right, tangents[0], tangents[1]), (centres @ up, tangents[2], tangents[3])]
+    sideways = [
+        (centres @ right, pixel * (parts[:, 0] - x), pixel * (parts[:, 2] - x)),
+        (centres @ up, pixel * (y - parts[:, 3]), pixel * (y - parts[:, 1])),
+    ]
     away = float((depth + radii).max()) + NEAREST
     for place, low, high in sideways:
         # place − high (c_z − depth) ≤ c ≤ place − low (c_z − depth), for every ball.
@@ -107,12 +100,6 @@ AHEAD: Final = 6.0
 
 MANY: Final = 8
 """A way of more points than this is looked at in every eighth of them."""
-
-MEMORY: Final = 25
-"""Points of the recent way of each hand, and …"""
-
-EVERY: Final = 0.2
-"""… how far apart they are [s of wall time]."""
 
 HAND: Final = 0.06
 CONTACT: Final = 0.03
@@ -154,28 +141,6 @@ def known_way(simulation: Simulation) -> Array:
     """Return points (k, 3) of the way that the task itself prescribes [m]: from A to B past the ball, or round a circle."""
     way = simulation.way
     return way[::8] if len(way) > MANY else way
-
-
-class RecentWay:
-    """Where the hands were in the last seconds."""
-
-    def __init__(self) -> None:
-        self._points: deque[Array] = deque(maxlen=MEMORY)
-        self._next = 0.0
-
-    def note(self, simulation: Simulation, now: float) -> None:
-        """Note where the hands are. `now`: wall time [s]."""
-        if now >= self._next:
-            self._next = now + EVERY
-            self._points.append(hands(simulation))
-
-    def forget(self) -> None:
-        self._points.clear()
-
-    @property
-    def points(self) -> Array:
-        """(k, 3) [m]."""
-        return np.concatenate([np.zeros((0, 3)), *self._points])
 
 
 PANDA_REACH: Final = 1.15

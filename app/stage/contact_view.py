@@ -223,14 +223,11 @@ def capsule_mesh(shape: coal.CollisionGeometry, growth: float) -> tuple[NDArray[
     p, a = np.meshgrid(polar, around, indexing="ij")
     height = radius * np.cos(p) + np.where(np.arange(len(polar)) <= RINGS, half, -half)[:, None]
     vertices = np.stack([radius * np.sin(p) * np.cos(a), radius * np.sin(p) * np.sin(a), height], axis=-1)
-    i, j = np.meshgrid(np.arange(len(polar) - 1), np.arange(SIDES), indexing="ij")
-    right = (j + 1) % SIDES
-    corners = [
-        (i * SIDES + j).ravel(),
-        ((i + 1) * SIDES + j).ravel(),
-        ((i + 1) * SIDES + right).ravel(),
-        (i * SIDES + right).ravel(),
-    ]
-    p0, p1, p2, p3 = corners
-    faces = np.concatenate([np.stack([p0, p1, p2], axis=-1), np.stack([p0, p2, p3], axis=-1)])
-    return vertices.reshape(-1, 3).astype(np.float32), faces.astype(np.uint32)
+    return vertices.reshape(-1, 3).astype(np.float32), grid_faces(np.arange(a.size).reshape(a.shape))
+
+
+def grid_faces(corners: NDArray[np.int64]) -> NDArray[np.uint32]:
+    """Return faces (m, 3) of a surface. `corners`: indices of its vertices (rows, around), the last of a row beside its first."""
+    p, q = corners[:-1], corners[1:]
+    s, t = np.roll(q, -1, axis=1), np.roll(p, -1, axis=1)
+    return np.concatenate([np.stack(face, axis=-1).reshape(-1, 3) for face in ((p, q, s), (p, s, t))]).astype(np.uint32)

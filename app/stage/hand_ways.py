@@ -1,7 +1,7 @@
 """Ways of hands: a thin line where one is asked to go, and a fading line where one has been."""
 
 from collections import deque
-from typing import NamedTuple
+from typing import Final
 
 import numpy as np
 import viser
@@ -53,23 +53,11 @@ class PathLine(StagePart):
             label.position = point + np.array([0.0, 0.03 * side, 0.0])
 
 
-class TraceMemory(NamedTuple):
-    """How much a trace remembers.
+STAY: Final = (60, 0.08)
+"""Points that the trace of a hand about its place has, and simulated time between two of them [s]; …"""
 
-    Attributes:
-        points: how many.
-        period: simulated time between two of them [s].
-    """
-
-    points: int
-    period: float
-
-
-STAY = TraceMemory(60, 0.08)
-"""For a hand that stays about its place."""
-
-TRAVEL = TraceMemory(140, 0.12)
-"""For a hand on a long way: two laps, or there and back."""
+TRAVEL: Final = (140, 0.12)
+"""… and of a hand on a long way: two laps, or there and back."""
 
 
 class Trace(StagePart):
@@ -77,25 +65,24 @@ class Trace(StagePart):
 
     Args:
         scene: where to draw.
-        name: of the node.
         arm: of the hand.
-        memory: how long it is.
+        travels: whether the hand goes a long way.
     """
 
-    def __init__(self, scene: viser.SceneApi, name: str, arm: Arm, memory: TraceMemory) -> None:
-        self._arm, self._memory = arm, memory
-        self._points: deque[Array] = deque(maxlen=memory.points)
+    def __init__(self, scene: viser.SceneApi, arm: Arm, travels: bool) -> None:
+        self._arm, (self._count, self._period) = arm, TRAVEL if travels else STAY
+        self._points: deque[Array] = deque(maxlen=self._count)
         self._time = -np.inf
         self._home: Array | None = None
         # Always of one length: the browser does not follow when points and colours change their number one after the other.
-        line = np.zeros((memory.points - 1, 2, 3), np.float32)
-        self._line = scene.add_line_segments(name, line, (0, 0, 0), thickness=3, thickness_units="screen", visible=False)
+        line = np.zeros((self._count - 1, 2, 3), np.float32)
+        self._line = scene.add_line_segments("/trace", line, (0, 0, 0), thickness=3, thickness_units="screen", visible=False)
         self.nodes = (self._line,)
 
     def dress(self, page: PageSettings) -> None:
         palette = PALETTES[page.theme]
         bottom, error = (np.array(c, float) for c in (palette.background[1], rgb(palette.error)))
-        share = np.linspace(0.15, 1.0, self._memory.points)[:, None]
+        share = np.linspace(0.15, 1.0, self._count)[:, None]
         fade = (bottom + (error - bottom) * share).round().astype(np.uint8)
         self._line.colors = np.stack([fade[:-1], fade[1:]], axis=1)
 
@@ -111,12 +98,12 @@ class Trace(StagePart):
             points.clear()
             self._time = -np.inf
             self._line.visible = False
-        if time - self._time < self._memory.period:
+        if time - self._time < self._period:
             return
         self._time = time
         hand = simulation.kinematics.hand_pose(self._arm).translation.copy()
         if not points:
-            points.extend([hand] * self._memory.points)
+            points.extend([hand] * self._count)
         points.append(hand)
         way = np.array(points, np.float32)
         moved = float(np.ptp(way, axis=0).max()) > 0.004

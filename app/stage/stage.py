@@ -8,7 +8,7 @@ from app.settings import PageSettings
 from app.stage.arms import ArmView, GhostView, WishView
 from app.stage.ball_view import BallView
 from app.stage.contact_view import ClosestLine, ContactSkin
-from app.stage.hand_ways import STAY, TRAVEL, PathLine, Trace
+from app.stage.hand_ways import PathLine, Trace
 from app.stage.person_figure import FigureView
 from app.stage.stage_part import StagePart
 from app.stage.target_marks import GripMark, TargetPlace
@@ -70,11 +70,10 @@ class Stage:
 
     Args:
         scene: of one visitor, or of an audience in a lecture.
-        page: theme, profile and kind of picture.
     """
 
-    def __init__(self, scene: viser.SceneApi, page: PageSettings) -> None:
-        self.scene, self._page = scene, page
+    def __init__(self, scene: viser.SceneApi) -> None:
+        self.scene = scene
         self.yours: ArmView | BallView | FigureView | None = None
         """What the visitor can take hold of; another one with every experiment."""
         self.guests: ArmView | None = None
@@ -86,12 +85,9 @@ class Stage:
         self._lit: tuple[str, ...] | None = None
         self._dressed: tuple[object, ...] | None = None
 
-    def dress(self, page: PageSettings) -> None:
-        """Take on a theme, a profile and a kind of picture at the next frame."""
-        self._page = page
-
-    def show(self, frame: Frame) -> None:
-        page, simulation = self._page, frame.simulation
+    def show(self, frame: Frame, page: PageSettings) -> None:
+        """Draw a frame. `page`: theme, profile and kind of picture."""
+        simulation = frame.simulation
         if self._lit != (page.theme, page.picture):
             self._lit = page.theme, page.picture
             light_room(self.scene, page)
@@ -146,7 +142,7 @@ class Stage:
             parts.append(TargetPlace(self.scene))
         moving = len(simulation.way) > 0
         if moves != "person":
-            parts.append(Trace(self.scene, "/trace", simulation.avoiding, TRAVEL if moving else STAY))
+            parts.append(Trace(self.scene, simulation.avoiding, moving))
         if moving:
             parts.append(PathLine(self.scene, simulation.way))
         if room.ball is not None:

@@ -8,6 +8,7 @@ import viser
 
 from app.session.frame import Frame
 from app.settings import PageSettings
+from app.stage.contact_view import grid_faces
 from app.stage.poses import fresh
 from app.stage.stage_part import StagePart
 from app.theme import BRAND, PALETTES, rgb, scale
@@ -71,10 +72,8 @@ def _ring(radius: float, tube: float) -> tuple[np.ndarray, np.ndarray]:
     a, b = 2.0 * np.pi * u / rounds, 2.0 * np.pi * v / sides
     r = radius + tube * np.cos(b)
     vertices = np.stack([r * np.cos(a), r * np.sin(a), tube * np.sin(b)], axis=-1).reshape(-1, 3)
-    corner = lambda i, j: (i % rounds) * sides + j % sides  # noqa: E731
-    p, q, s, t = corner(u, v), corner(u + 1, v), corner(u + 1, v + 1), corner(u, v + 1)
-    faces = np.concatenate([np.stack([p, q, s], -1).reshape(-1, 3), np.stack([p, s, t], -1).reshape(-1, 3)])
-    return vertices.astype(np.float32), faces.astype(np.uint32)
+    corners = np.arange(u.size).reshape(u.shape)
+    return vertices.astype(np.float32), grid_faces(np.vstack([corners, corners[:1]]))
 
 
 WHITE: Final = (255, 255, 255)

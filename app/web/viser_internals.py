@@ -29,7 +29,6 @@ from viser import _gui_api, _gui_handles, _messages, _scene_handles
 from viser._assignable_props_api import AssignablePropsBase, colors_to_uint8, props_setattr
 from viser._icons import ICONS_DIR
 from viser._messages import HotkeyKey as HotkeyKey
-from viser._messages import KeyModifier as KeyModifier
 from viser._scene_api import cast_vector
 from viser.infra._async_message_buffer import AsyncMessageBuffer as MessageBuffer
 from viser.infra._messages import Message as Message

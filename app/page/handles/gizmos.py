@@ -6,10 +6,9 @@ from typing import Final, Literal
 import numpy as np
 import viser
 
-from app.page.handles.figure_grip import FigureGrip
-from app.page.handles.grips import ArmGrip, BallGrip
-from app.page.handles.transform_handles import BallHandle, ElbowHandle, HandHandle, swing_elbow
-from app.session.actions import Drag, Hover, Nudge
+from app.page.handles.grips import ArmGrip, BallGrip, FigureGrip
+from app.page.handles.transform_handles import BallHandle, ElbowHandle, HandHandle, TransformHandle, swing_elbow
+from app.session.actions import Action, Drag, Hover, Nudge, SwingElbow
 from app.session.frame import Frame
 from app.session.second_hand import Holder
 from app.session.session import Session
@@ -28,36 +27,33 @@ SWING: Final = 0.07
 """Angle of one key press [rad]."""
 
 
-Handle = HandHandle | ElbowHandle | BallHandle
-"""A handle that is being dragged is left alone; a free one sits on what it moves, so that it snaps back when it is let go."""
-
-
 Yours = ArmView | BallView | FigureView
 """What a person can take hold of."""
 
 
 class Gizmos:
-    """Grip and handles of one person, on the scene of their client.
+    """Grip and handles of one person, on the scene of their client. The script `hand_hover.js` says when the pointer rests on the hand or
+    the ball, which then has its arrows.
 
     Args:
         holder: the person: the visitor, who is the session itself, or a guest.
         yours: returns what is drawn of it on the same scene; None for nothing.
         hands_off: returns whether an open lesson moves what the visitor would.
-
-    Attributes:
-        hovered: whether the pointer rests on the hand or the ball, which then has its arrows.
     """
 
     def __init__(
-        self, scene: viser.SceneApi, holder: Holder, yours: Callable[[], Yours | None], hands_off: Callable[[], bool]
+        self, client: viser.ClientHandle, holder: Holder, yours: Callable[[], Yours | None], hands_off: Callable[[], bool]
     ) -> None:
-        self._scene, self._holder, self._yours, self._hands_off = scene, holder, yours, hands_off
+        self._client, self._holder, self._yours, self._hands_off = client, holder, yours, hands_off
         self._grip: ArmGrip | BallGrip | FigureGrip | None = None
         self._gripped: object = None
-        self._handles: tuple[Handle, ...] = ()
+        self._handles: tuple[TransformHandle, ...] = ()
         self._made: tuple[object, ...] | None = None
         self._arrows: Literal["all", "hand", "none"] = "none"
-        self.hovered = False
+        self._hovered = False
+        box = client.gui.add_checkbox("", False, visible=False)
+        self._hover_box = uuid_of(on_entry(box, lambda on: holder.post(Hover(on))))
+        self._watched = client.gui.add_html("", order=-1.0)
 
     def show(self, frame: Frame) -> None:
         """Put the handles that are not dragged where the arm or the ball is; replace them if the experiment has changed."""
@@ -67,7 +63,7 @@ class Gizmos:
         yours = self._yours() if offered else None
         if not self._dragged:
             # Arrows that come or go by the pointer alone must not end a pull that has just begun.
-            self._arrows = "all" if holder.settings.page.gizmo else "hand" if self.hovered else "none"
+            self._arrows = "all" if holder.settings.page.gizmo else "hand" if self._hovered else "none"
         made = id(holder.simulation.room), run.scene, run.guided, offered, self._arrows
         if yours is not self._gripped or made != self._made:
             if self._dragged:
@@ -81,22 +77,10 @@ class Gizmos:
             self._handles = self._make() if yours is not None else ()
         if self._grip is not None:
             self._grip.show()
-        pulled = self._grip is not None and self._grip.dragged
+        # Arrows that came by the pointer alone would only be in the picture of a pull.
+        visible = self._arrows == "all" or self._grip is None or not self._grip.dragged
         for handle in self._handles:
-            handle.show()
-            # Arrows that came by the pointer alone would only be in the picture of a pull.
-            handle.visible = self._arrows == "all" or not pulled
-
-    @property
-    def hand(self) -> str:
-        """Name of the node on which the arrows come, "" for none."""
-        match self._gripped:
-            case ArmView() as arm:
-                return arm.links[-1].name
-            case BallView() as view:
-                return view.ball.name
-            case _:
-                return ""
+            handle.show(visible)
 
     @property
     def _dragged(self) -> bool:
@@ -105,19 +89,21 @@ class Gizmos:
     def _take_up(self, yours: Yours | None) -> None:
         if self._grip is not None:
             self._grip.remove(nodes_stay=self._gripped is self._yours())
-        self._gripped = yours
+        self._gripped, node = yours, ""
         match yours:
             case ArmView():
-                self._grip = ArmGrip(yours, self._holder)
+                self._grip, node = ArmGrip(yours, self._holder), yours.links[-1].name
             case BallView():
-                self._grip = BallGrip(yours, self._holder)
+                self._grip, node = BallGrip(yours, self._holder), yours.ball.name
             case FigureView() if isinstance(self._holder, Session):
                 self._grip = FigureGrip(yours, self._holder)
             case _:
                 self._grip = None
+        # On this node the arrows come.
+        self._watched.content = element("i", hidden="", data_duet_hover=node, data_box=self._hover_box)
 
-    def _make(self) -> tuple[Handle, ...]:
-        of = self._scene, self._holder
+    def _make(self) -> tuple[TransformHandle, ...]:
+        of = self._client.scene, self._holder
         match self._gripped, self._arrows:
             case (_, "none") | (FigureView(), _):
                 return ()
@@ -128,22 +114,25 @@ class Gizmos:
             case _:
                 return HandHandle(*of), ElbowHandle(*of)
 
-    def drag(self, action: Drag) -> None:
-        """Follow a pull at what is the visitor's, or at a handle."""
-        if self._grip is not None:
-            self._grip.drag(action)
-        for handle in self._handles:
-            handle.drag(action)
-
-    def nudge(self, way: Array) -> None:
-        """Move what is yours, a hand or the ball, by (3,) [m]; nothing happens where nothing is."""
-        if self._grip is not None:
-            self._holder.nudge(way)
-
-    def swing(self, angle: float) -> None:
-        """Swing the elbow of your arm by an angle [rad]; nothing happens where there is none to be swung."""
-        if isinstance(self._grip, ArmGrip):
-            swing_elbow(self._holder, angle)
+    def take(self, action: Action) -> bool:
+        """Do an action if it is about what is yours; return whether it was. Nothing happens where nothing is."""
+        match action:
+            case Drag():
+                if self._grip is not None:
+                    self._grip.drag(action)
+                for handle in self._handles:
+                    handle.drag(action)
+            case Hover(on):
+                self._hovered = on
+            case Nudge():
+                if self._grip is not None:
+                    self._holder.nudge(_in_view(self._client.camera, action))
+            case SwingElbow(sign):
+                if isinstance(self._grip, ArmGrip):
+                    swing_elbow(self._holder, sign * SWING)
+            case _:
+                return False
+        return True
 
     def forget_drag(self) -> None:
         """Behave as if everything had been let go; for a reset in mid-drag."""
@@ -153,7 +142,7 @@ class Gizmos:
             handle.forget_drag()
 
 
-def in_view(camera: viser.CameraHandle, nudge: Nudge) -> Array:
+def _in_view(camera: viser.CameraHandle, nudge: Nudge) -> Array:
     """Return a nudge (3,) in the world [m]: across a person's view, up, and away from them, along the floor."""
     forward = np.asarray(camera.look_at, float) - np.asarray(camera.position, float)
     forward[2] = 0.0
@@ -161,21 +150,3 @@ def in_view(camera: viser.CameraHandle, nudge: Nudge) -> Array:
     forward = forward / length if length > 1e-9 else np.array([1.0, 0.0, 0.0])
     across = np.array([forward[1], -forward[0], 0.0])
     return NUDGE * (nudge.right * across + nudge.up * np.array([0.0, 0.0, 1.0]) + nudge.away * forward)
-
-
-class HandHover:
-    """Names the node to the page's script, and posts what the script says."""
-
-    def __init__(self, gui: viser.GuiApi, holder: Holder) -> None:
-        box = gui.add_checkbox("", False, visible=False)
-        self._id = uuid_of(box)
-        self._mark = gui.add_html("", order=-1.0)
-        self._node: str | None = None
-        on_entry(box, lambda on: holder.post(Hover(on)))
-
-    def show(self, node: str) -> None:
-        """Watch a node of the scene; "" for none."""
-        if node == self._node:
-            return
-        self._node = node
-        self._mark.content = element("i", hidden="", data_duet_hover=node, data_box=self._id)

@@ -1,18 +1,22 @@
-"""What a mouse or a finger takes hold of and pulls across the view: the visitor's arm, or the ball."""
+"""What a mouse or a finger takes hold of and pulls across the view: the visitor's arm, the ball, or the person who is imitated."""
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import viser
 
 from app.session.actions import Drag
 from app.session.second_hand import Holder
+from app.session.session import Session
 from app.stage.arms import ArmView
 from app.stage.ball_view import BallView
+from app.stage.person_figure import FigureView, on_person
 from app.stage.poses import checked_point
 from controllers.kinematics import Array
-from scenes.targets import BallTarget, LinkTarget
+from scenes.person.figure import Figure, Grasp
+from scenes.settings import ArmName
+from scenes.targets import AnglesTarget, BallTarget, LinkTarget
 
 GripNode = viser.GlbHandle | viser.IcosphereHandle
 
@@ -69,7 +73,7 @@ class Grip:
 
     def _let_go(self) -> None:
         """Leave what was taken where it is."""
-        raise NotImplementedError
+        self._holder.hold(None)
 
     def show(self) -> None:
         """Bring it up to date with the session."""
@@ -101,9 +105,6 @@ class ArmGrip(Grip):
     def _pull(self, place: Array) -> None:
         self._holder.hold(LinkTarget(self._joint, self._offset, place))
 
-    def _let_go(self) -> None:
-        self._holder.hold(None)
-
 
 class BallGrip(Grip):
     """Takes the ball out of the autopilot's hands, and leaves it where it is let go."""
@@ -119,5 +120,66 @@ class BallGrip(Grip):
     def _pull(self, place: Array) -> None:
         self._holder.hold(BallTarget(place - self._offset))
 
+
+class FigureGrip(Grip):
+    """A pull makes the figure the person who is imitated; it stays as it was pulled."""
+
+    def __init__(self, view: FigureView, session: Session) -> None:
+        self._limbs: dict[str, tuple[ArmName, bool]] = {
+            view.parts[f"{side}_{limb}"].name: (side, limb == "forearm")
+            for side in get_args(ArmName)
+            for limb in ("upper_arm", "forearm")
+            if view.parts
+        }
+        super().__init__((part for part in view.parts.values() if part.name in self._limbs), session)
+        self._session, self._view = session, view
+        self._figure: Figure | None = None
+        self._grasp: Grasp | None = None
+
+    def _take(self, name: str, point: Array) -> None:
+        session = self._session
+        if session.settings.page.source != "figure":
+            session.change("source", "figure")
+            self._begin()
+        assert self._figure is not None
+        self._grasp = self._figure.grasp(*self._limbs[name], on_person(point))
+
+    def _pull(self, place: Array) -> None:
+        assert self._figure is not None and self._grasp is not None
+        self._figure.pull(self._grasp, on_person(place))
+        if not self._session.settings.page.autopilot:
+            # A pull makes it the source again.
+            self._session.set_source(self)
+
     def _let_go(self) -> None:
-        self._holder.hold(None)
+        self._grasp = None
+
+    def _begin(self) -> None:
+        """Become the source, standing as the person stands who is drawn."""
+        drawn = self._view.angles
+        self._figure = Figure(drawn) if np.isfinite(drawn).all() else Figure()
+        self._session.set_source(self)
+
+    def target(self, time: float) -> AnglesTarget:
+        """Return how the figure's arms are, at any time."""
+        return AnglesTarget(None if self._figure is None else self._figure.angles(time))
+
+    def show(self) -> None:
+        """Begin where the settings have made it the source, and end where they have chosen another one."""
+        chosen = self._session.settings.page.source == "figure"
+        if chosen and self._figure is None:
+            self._begin()
+        elif not chosen:
+            self._figure = None
+
+    def forget_drag(self) -> None:
+        """Stand as at the start, with nothing pulled."""
+        super().forget_drag()
+        if self._figure is not None:
+            self._figure.reset()
+
+    def remove(self, nodes_stay: bool) -> None:
+        """Make the figure plain again, and take it out of another experiment."""
+        super().remove(nodes_stay)
+        if self._figure is not None and self._session.settings.run.experiment.moves != "person":
+            self._session.set_source(None)

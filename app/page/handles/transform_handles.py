@@ -20,7 +20,8 @@ AUTOPILOT_SIZE: Final = 0.6
 
 
 class TransformHandle:
-    """Transform controls; a subclass says what a drag of them means.
+    """Transform controls; a subclass says where they sit and what a drag of them means. One that is dragged is left alone; a free one sits
+    on what it moves, so that it snaps back when it is let go.
 
     Args:
         name: of the node under `/gizmo`, and of the handle in a `Drag`.
@@ -55,18 +56,16 @@ class TransformHandle:
             self.dragged = False
             self._holder.hold(None)
 
-    def show(self) -> None:
-        """Take the size that goes with who moves, unless it is being dragged: another size would end that."""
+    def show(self, visible: bool) -> None:
+        """Put it where it belongs, in the size that goes with who moves, unless it is being dragged: another size would end that."""
         if not self.dragged:
             self._handle.scale = self._size * (AUTOPILOT_SIZE if self._holder.settings.page.autopilot else 1.0)
-
-    @property
-    def visible(self) -> bool:
-        return self._handle.visible
-
-    @visible.setter
-    def visible(self, visible: bool) -> None:
+            put(self._handle, *self._seat())
         self._handle.visible = visible
+
+    def _seat(self) -> tuple[Array, Array | None]:
+        """Return where it belongs (3,) [m], and how it is turned there (3, 3); None if it is never turned."""
+        raise NotImplementedError
 
     def _target(self, place: Array | None, turn: Array | None) -> Target | None:
         """Return what is held with the handle at a place (3,) [m], turned (3, 3); None if that says nothing."""
@@ -95,14 +94,15 @@ class HandHandle(TransformHandle):
     def _target(self, place: Array | None, turn: Array | None) -> HandTarget | None:
         return None if place is None or turn is None else HandTarget(place, turn if self._turns else None)
 
-    def show(self) -> None:
-        """Put it where it belongs, unless it is being dragged."""
-        super().show()
+    def show(self, visible: bool) -> None:
+        """Offer turns where they count, and put it where it belongs, unless it is being dragged."""
         self._turns = not keeps_place(self._holder) or _pose_counts(self._holder.simulation)
         self._handle.disable_rotations = not self._turns
-        if not self.dragged:
-            place, rotation = wanted_pose(self._holder)
-            put(self._handle, place, rotation if self._turns else np.eye(3))
+        super().show(visible)
+
+    def _seat(self) -> tuple[Array, Array]:
+        place, rotation = wanted_pose(self._holder)
+        return place, rotation if self._turns else np.eye(3)
 
 
 class ElbowHandle(TransformHandle):
@@ -125,12 +125,8 @@ class ElbowHandle(TransformHandle):
         angle = pin.log3(turn.dot(frame.T)).dot(frame[:, 0])
         return hand._replace(elbow=centre + pin.exp3(frame[:, 0] * angle).dot(out))
 
-    def show(self) -> None:
-        """Put it where the elbow is, unless it is being dragged."""
-        super().show()
-        if not self.dragged:
-            frame, _ = swivel_frame(self._holder)
-            put(self._handle, _elbow(self._holder), frame)
+    def _seat(self) -> tuple[Array, Array]:
+        return _elbow(self._holder), swivel_frame(self._holder)[0]
 
 
 def swing_elbow(holder: Holder, angle: float) -> None:
@@ -208,9 +204,6 @@ class BallHandle(TransformHandle):
         del turn
         return None if place is None else BallTarget(place)
 
-    def show(self) -> None:
-        """Put it where the ball is, unless it is being dragged."""
-        super().show()
+    def _seat(self) -> tuple[Array, None]:
         simulation = self._holder.simulation
-        if not self.dragged:
-            put(self._handle, simulation.positions[simulation.room.ball])
+        return simulation.positions[simulation.room.ball], None

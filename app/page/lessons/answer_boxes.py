@@ -69,37 +69,26 @@ def read_number(text: object) -> float | None:
     return number if abs(number) < 1e9 else None
 
 
-class GuessBox:
-    """A hidden box: `contact_guess.js` sends its value, a guess in mm. The caller has opened its container.
+def add_guess_box(gui: viser.GuiApi, post: Callable[[Guess], None]) -> str:
+    """Add a hidden box in the container that the caller has opened: `contact_guess.js` sends its value, a guess in mm. Return its id.
 
     Args:
         post: has an action done on the thread to which the lessons belong.
-
-    Attributes:
-        id: of the box on the page.
     """
 
-    def __init__(self, gui: viser.GuiApi, post: Callable[[Guess], None]) -> None:
-        box = gui.add_text("guess", "", order=_GUESS)
-        self.id = uuid_of(box)
-        hidden = f'div:has(> div > div > p > label[for="{self.id}"])'
-        gui.add_html(rules_html(f"{hidden}{{display:none}}"), order=_GUESS)
+    def take(text: str) -> None:
+        try:
+            place, mm = text[:200].split(" ")
+            lesson, step = place.split("/")
+            guess = Guess(lesson, step, float(mm) / 1000.0)
+        except ValueError:
+            return
+        post(guess)
 
-        def take(text: str) -> None:
-            if (guess := read_guess(text[:200])) is not None:
-                post(guess)
-
-        on_entry(box, take)
-
-
-def read_guess(text: str) -> Guess | None:
-    """Return the guess that the script has sent; None for another text."""
-    try:
-        place, mm = text.split(" ")
-        lesson, step = place.split("/")
-        return Guess(lesson, step, float(mm) / 1000.0)
-    except ValueError:
-        return None
+    box = uuid_of(on_entry(gui.add_text("guess", "", order=_GUESS), take))
+    hidden = f'div:has(> div > div > p > label[for="{box}"])'
+    gui.add_html(rules_html(f"{hidden}{{display:none}}"), order=_GUESS)
+    return box
 
 
 def guess_words(lessons: LessonSession, box: str) -> dict[str, object]:
@@ -163,16 +152,13 @@ class ReasonBox:
 
     def show(self, view: StepView | None) -> None:
         """Offer the box of the present step as long as its answer can be changed; without a step none."""
-        if view is None:
-            for box in self._boxes.values():
-                box.visible = False
-            return
-        place = view.lesson.id, view.step.id
-        asking = (bool(view.choices) or view.drawing is not None) and view.phase in (Phase.PREDICT, Phase.DO)
-        if asking and place not in self._boxes:
-            self._boxes[place] = self._make(*place)
-        for other, box in self._boxes.items():
-            box.visible = asking and other == place
-        if asking and self._written.get(place, "") != view.done.because:
-            # A reload or a reset has changed it, not the student's typing.
-            self._written[place] = self._boxes[place].value = view.done.because
+        here: tuple[str, str] | None = None
+        if view is not None and (view.choices or view.drawing is not None) and view.phase in (Phase.PREDICT, Phase.DO):
+            here = view.lesson.id, view.step.id
+            if here not in self._boxes:
+                self._boxes[here] = self._make(*here)
+            if self._written.get(here, "") != view.done.because:
+                # A reload or a reset has changed it, not the student's typing.
+                self._written[here] = self._boxes[here].value = view.done.because
+        for place, box in self._boxes.items():
+            box.visible = place == here

@@ -4,10 +4,10 @@ import viser
 
 from app.export.export_queue import ExportQueue
 from app.i18n.speaking import tr
-from app.lessons.session.lesson_session import LessonSession
-from app.page.lessons.lesson_panel import ORDER, LessonPanel
+from app.page.lessons.lesson_panel import ORDER
 from app.page.panels.link_box import link_to
 from app.page.panels.page_panel import PagePanel
+from app.page.view import View
 from app.session.actions import Action
 from app.session.frame import Frame
 from app.session.session import Session
@@ -28,14 +28,13 @@ class DuelBox(PagePanel):
     """The link and the button, below the score.
 
     Args:
-        panel: where they stand.
+        view: with the panel where they stand.
         exports: makes the film.
     """
 
-    def __init__(
-        self, client: viser.ClientHandle, session: Session, lessons: LessonSession, panel: LessonPanel, exports: ExportQueue
-    ) -> None:
-        self._gui, self._session, self._lessons, self._panel, self._exports = client.gui, session, lessons, panel, exports
+    def __init__(self, client: viser.ClientHandle, session: Session, view: View, exports: ExportQueue) -> None:
+        self._gui, self._session, self._exports = client.gui, session, exports
+        self._lessons, self._panel = view.lessons, view.lesson_panel
         self._address = request_address(client)
         self._shown: Recorded | None = None
         self._handles: tuple[viser.GuiHtmlHandle, viser.GuiButtonHandle] | None = None

@@ -9,8 +9,8 @@ from app.export.lab_report import done_in
 from app.i18n.speaking import tr
 from app.lessons.progress import MOST_WORDS
 from app.lessons.session.lesson_actions import Write
-from app.lessons.session.lesson_session import LessonSession
-from app.page.lessons.lesson_panel import ORDER, LessonPanel
+from app.page.lessons.lesson_panel import ORDER
+from app.page.view import View
 from app.session.actions import Action
 from app.session.frame import Frame
 from app.session.session import Session
@@ -30,15 +30,13 @@ class LabReportBox:
     """What a student writes, and the buttons. The caller has opened the container of the button that is always there.
 
     Args:
-        lessons: of which is reported.
-        panel: where the box and the second button stand.
+        view: with the lessons, and their panel, where the box and the second button stand.
         exports: makes the report.
     """
 
-    def __init__(
-        self, gui: viser.GuiApi, session: Session, lessons: LessonSession, panel: LessonPanel, exports: ExportQueue
-    ) -> None:
-        self._gui, self._session, self._lessons, self._panel, self._exports = gui, session, lessons, panel, exports
+    def __init__(self, gui: viser.GuiApi, session: Session, view: View, exports: ExportQueue) -> None:
+        self._gui, self._session, self._exports = gui, session, exports
+        self._lessons, self._panel = view.lessons, view.lesson_panel
         self._boxes: dict[tuple[str, str], viser.GuiTextHandle] = {}
         self._of_lesson: viser.GuiButtonHandle | None = None
         self._of_all = self._button("Lab report on all lessons", False)

@@ -1,7 +1,7 @@
 """The buttons and keys of the lessons: what is operated, by one."""
 
 from collections.abc import Callable
-from typing import Any, Final, Literal
+from typing import Final, Literal
 
 import viser
 
@@ -9,16 +9,16 @@ from app.i18n.speaking import N_, tr
 from app.lessons.bookmark import Phase
 from app.lessons.lesson import Lesson
 from app.lessons.session import lesson_actions
-from app.lessons.session.lesson_session import LessonSession
 from app.lessons.step_view import StepView
-from app.page.lessons.answer_boxes import Forecasts, GiveReason, GuessBox, ReasonBox
+from app.page.lessons.answer_boxes import Forecasts, GiveReason, ReasonBox, add_guess_box
 from app.page.lessons.drawing_board import IN_LESSONS, DrawingBoard, TakeDrawing
 from app.page.lessons.lesson_html import NEXT, choice_label, rules_html
-from app.page.lessons.lesson_panel import ORDER, LessonPanel
+from app.page.lessons.lesson_panel import ORDER
 from app.page.lessons.null_motion_sliders import MoveInNullSpace, NullMotionSliders
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.controls import Controls
 from app.page.panels.hotkeys import LESSON_KEYS, keys_of
+from app.page.view import View
 from app.session.actions import Action, Digit, Nudge, Pause, Reset, SingleStep, Toggle
 from app.session.frame import Frame
 from app.session.session import Session
@@ -41,7 +41,7 @@ class LessonControls:
     """What is operated: answers, Run, next and back, on the panel of everybody.
 
     Args:
-        panel: where the buttons stand.
+        view: with the lessons, and their panel, where the buttons stand.
         controls: of the settings; those that a contrast changes flash.
         presenting: whether a class watches: some keys are the presenter's, and leaving the lessons asks first.
     """
@@ -50,20 +50,18 @@ class LessonControls:
         self,
         client: viser.ClientHandle,
         session: Session,
-        run: LessonSession,
-        panel: LessonPanel,
+        view: View,
         controls: Controls,
         notify: Callable[[str, str], None],
         presenting: bool = False,
     ) -> None:
         self._presenting = presenting
         self._close_question: Callable[[], None] | None = None
-        self._gui, self._session, self._run, self._panel, self._notify = client.gui, session, run, panel, notify
-        self._controls = controls
+        self._gui, self._session, self._controls, self._notify = client.gui, session, controls, notify
+        self._run, self._panel = view.lessons, view.lesson_panel
         self._list: viser.GuiButtonHandle | None = None
         self._commands: list[viser.CommandHandle] = []
         self._shown: tuple[object, ...] = ()
-        self._twins: dict[str, Any] = {}
         self._list_button = client.gui.add_button(
             tr("Lessons"),
             icon=viser.Icon.SCHOOL,
@@ -131,8 +129,7 @@ class LessonControls:
             self._board = DrawingBoard(
                 gui, self._session.post, lambda at, curve: run.act(lesson_actions.Draw(*at, curve)), IN_LESSONS
             )
-            guess = GuessBox(gui, self._session.post)
-            self._panel.guess_box = guess.id
+            self._panel.guess_box = add_guess_box(gui, self._session.post)
             self._choices = [self._button(lesson_actions.Choose(i), ORDER["choices"] + 1.0 + i) for i in range(MOST_CHOICES)]
             self._start = self._button(lesson_actions.StartOrPause(), ORDER["choices"] + 8.0)
             self._why = self._button(lesson_actions.ShowWhy(), ORDER["verdict"] + 1.0)
@@ -295,11 +292,12 @@ class LessonControls:
     def _arrange_settings(self, keys: tuple[str, ...]) -> None:
         """Offer the controls of these settings in the lesson's own panel."""
         assert self._panel.tab is not None
+        twins = self._controls.twins
         for place, key in enumerate(keys):
-            if key not in self._twins:
+            if key not in twins:
                 with self._panel.tab:
-                    self._twins[key] = self._controls.twin(key, ORDER["choices"] + 7.0 + 0.1 * place)
-        for key, control in self._twins.items():
+                    self._controls.add_twin(key, ORDER["choices"] + 7.0 + 0.1 * place)
+        for key, control in twins.items():
             control.visible = key in keys
 
 

@@ -1,18 +1,16 @@
-"""What the panel of lessons says: the walkthrough's view as HTML, one block for each part of a step, and the list of lessons."""
+"""What the panel of lessons says: the walkthrough's view as HTML, one block for each part of a step."""
 
-from collections.abc import Iterable, Mapping
 from typing import Final
 
 from markupsafe import Markup
 
 from app.custom_law.examination import ExaminationProgress
 from app.custom_law.trials import TRIALS, WHY, advice
-from app.i18n.speaking import tr
+from app.i18n.speaking import decimal, tr
 from app.lessons.bookmark import Phase
-from app.lessons.curve_drawing import DrawingVerdict, drawing_svg
+from app.lessons.curve_drawing import drawing_svg
 from app.lessons.labels import sentence
-from app.lessons.step_view import LessonEntry, StepView
-from app.page.lessons.duel import duel_html
+from app.lessons.step_view import StepView
 from app.page.lessons.search_plot import search_plot
 from app.text.lesson_text import lesson_html, plain
 from app.text.templates import macros
@@ -37,6 +35,7 @@ COMMANDS: Final = ("lwr-duet new-law my_law.py", "lwr-duet serve --law-file my_l
 
 _NOTHING: Final = Markup()
 _TEMPLATE: Final = "page/lessons/lesson.html"
+_DUEL: Final = "page/lessons/duel.html"
 
 
 def blocks_html(view: StepView, live: tuple[tuple[str, str], ...], computing: bool, operated: bool) -> dict[str, Markup]:
@@ -87,7 +86,7 @@ def _verdict_html(view: StepView, computing: bool) -> Markup:
         return made.contrast(view.contrast, view.why_outcome) + (reply if view.why_outcome else "")
     # A screen reader is read the card, not the numbers of the axes.
     figure = figure_html(view) if curves is not None and curves.truth else _NOTHING
-    near = drawing_verdict_html(None if curves is None else curves.verdict)
+    near = made.drawn(None if curves is None else curves.verdict)
     if view.verdict is not None:
         lines = view.verdict.lines
         return figure + made.card(view.verdict, near, tr("You said"), chosen or "", lines, reply, view.done.because)
@@ -100,11 +99,6 @@ def figure_html(view: StepView) -> Markup:
     if drawing is None or curves is None:
         return _NOTHING
     return macros(_TEMPLATE).figure(drawing_svg(drawing, curves.drawn, curves.truth))
-
-
-def drawing_verdict_html(verdict: DrawingVerdict | None) -> Markup:
-    """Return how near the student's curve came; "" for no curve."""
-    return macros(_TEMPLATE).drawn(verdict)
 
 
 def attempt_html(view: StepView) -> Markup:
@@ -126,20 +120,31 @@ def attempt_html(view: StepView) -> Markup:
     return card + search_plot(challenge, view.tries, view.lesson.language) if view.tries else card
 
 
+def duel_html(view: StepView) -> Markup:
+    """Return the score of a step's duel; "" before the first push, and where there is none."""
+    challenge = view.step.challenge
+    if challenge is None or not challenge.best_of or not view.tries:
+        return Markup()
+    pushes = [_with_words(one.measured) for one in view.tries]
+    nearest = pushes.index(min(pushes))
+    return macros(_DUEL).score(pushes, challenge.best_of, nearest)
+
+
+def record_html(margin: float | None) -> Markup:
+    """Return how near a class has come. `margin`: the smallest d less d_m [m]; None for nothing."""
+    return Markup() if margin is None else macros(_DUEL).record(*_with_words(margin))
+
+
+def _with_words(margin: float) -> tuple[float, str]:
+    """Return a margin [m], and its size as a person reads it."""
+    return margin, decimal(f"{1000.0 * abs(margin):.1f} mm")
+
+
 def learned_html(view: StepView) -> Markup:
     """Return what was learned in the lesson, once its last step is finished."""
     if not view.lesson_finished or not view.lesson.learned:
         return _NOTHING
     return macros(_TEMPLATE).learned(lesson_html(view.lesson.learned, view.step.setup.folder))
-
-
-def lesson_list_html(entries: Iterable[LessonEntry], buttons: Mapping[str, str]) -> Markup:
-    """Return the list of lessons.
-
-    Args:
-        buttons: lesson id → id of the element that opens it; empty for readers who open nothing.
-    """
-    return macros("page/lessons/lesson_list.html").lessons(entries, buttons)
 
 
 def law_html(progress: ExaminationProgress, problem: str, away: bool, passed: bool = False, edits: bool = False) -> Markup:

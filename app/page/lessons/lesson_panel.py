@@ -13,10 +13,10 @@ from app.lessons.lesson import LessonBook
 from app.lessons.runs import page_value
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.step_view import StepView
-from app.page.lessons.lesson_html import BLOCKS, blocks_html, law_html, lesson_list_html, rules_html
+from app.page.lessons.lesson_html import BLOCKS, blocks_html, law_html, rules_html
 from app.page.lessons.two_tracks import tracks_html
 from app.session.frame import Frame
-from app.text.templates import element
+from app.text.templates import element, macros
 from scenes.laws import LAWS
 
 PERIOD: Final = 0.2
@@ -123,7 +123,7 @@ class LessonPanel:
     def _list(self) -> dict[str, Markup]:
         self._style.content = self._sheet() + panel_style(self._widen(False))
         self._fold(True)
-        made = lesson_list_html(self._run.walk.entries(self._book), self.openers)
+        made = macros("page/lessons/lesson_list.html").lessons(self._run.walk.entries(self._book), self.openers)
         return {"list": element("div", "", made, class_="duet duet-lesson duet-l-list")}
 
     def _step(self, frame: Frame) -> dict[str, Markup]:

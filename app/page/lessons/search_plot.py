@@ -1,5 +1,6 @@
 """The tries at a challenge that asks for the value of a setting: what came of each, over the value."""
 
+from collections.abc import Callable
 from typing import Final
 
 from markupsafe import Markup
@@ -36,18 +37,18 @@ def search_plot(challenge: Challenge, tries: tuple[Try, ...], language: Language
     x_bounds = [bound * k for c in challenge.criteria if _about(c, challenge.search) for bound in _bounds(c)]
     y_bounds = [bound * factor for bound in _bounds(criterion)]
     places = [(one.setting * k, one.measured * factor) for one in tries]
-    x, y = PlotAxis([p[0] for p in places] + x_bounds, LEFT, RIGHT), PlotAxis([p[1] for p in places] + y_bounds, BOTTOM, TOP)
+    x, y = _axis([p[0] for p in places] + x_bounds, LEFT, RIGHT), _axis([p[1] for p in places] + y_bounds, BOTTOM, TOP)
     lines = [
         ("grid", f"M{LEFT} {TOP}V{BOTTOM}H{RIGHT}"),
-        *(("bound", f"M{LEFT} {y.at(bound):.1f}H{RIGHT}") for bound in y_bounds),
-        *(("bound", f"M{x.at(bound):.1f} {BOTTOM}V{TOP}") for bound in x_bounds),
+        *(("bound", f"M{LEFT} {y(bound):.1f}H{RIGHT}") for bound in y_bounds),
+        *(("bound", f"M{x(bound):.1f} {BOTTOM}V{TOP}") for bound in x_bounds),
     ]
-    dots = [(x.at(place[0]), y.at(place[1]), one.met) for place, one in zip(places, tries, strict=True)]
+    dots = [(x(place[0]), y(place[1]), one.met) for place, one in zip(places, tries, strict=True)]
     ends, levels = sorted({p[0] for p in places} | set(x_bounds)), sorted({p[1] for p in places} | set(y_bounds))
     unit = f" [{spec.page_unit}]" if spec.page_unit else ""
     texts = [
-        *((decimal(f"{v:.3g}"), x.at(v), BOTTOM + 14, "middle") for v in (ends[0], ends[-1])),
-        *((decimal(f"{v:.2g}".replace("-", "−")), LEFT - 5, y.at(v) + 4, "end") for v in (levels[0], levels[-1])),
+        *((decimal(f"{v:.3g}"), x(v), BOTTOM + 14, "middle") for v in (ends[0], ends[-1])),
+        *((decimal(f"{v:.2g}".replace("-", "−")), LEFT - 5, y(v) + 4, "end") for v in (levels[0], levels[-1])),
         (f"{tr(spec.label)}{unit}", (LEFT + RIGHT) / 2.0, BOTTOM + 26, "middle"),
         (f"{label_of(m, language)} [{sign}]" if sign else label_of(m, language), 2.0, 12.0, "start"),
     ]
@@ -55,22 +56,12 @@ def search_plot(challenge: Challenge, tries: tuple[Try, ...], language: Language
     return macros("page/lessons/search_plot.html").plot(name, box, lines, dots, texts)
 
 
-class PlotAxis:
-    """Maps numbers to pixels.
-
-    Args:
-        values: that have to be shown.
-        low, high: edges [px].
-    """
-
-    def __init__(self, values: list[float], low: float, high: float) -> None:
-        self._low, first, last = low, min(values), max(values)
-        span = (last - first) or abs(first) or 1.0
-        self._first = first - MARGIN * span
-        self._scale = (high - low) / (span * (1.0 + 2.0 * MARGIN))
-
-    def at(self, value: float) -> float:
-        return self._low + (value - self._first) * self._scale
+def _axis(values: list[float], low: float, high: float) -> Callable[[float], float]:
+    """Return the map from numbers to pixels that shows all `values`. `low`, `high`: edges [px]."""
+    first, last = min(values), max(values)
+    span = (last - first) or abs(first) or 1.0
+    begin, scale = first - MARGIN * span, (high - low) / (span * (1.0 + 2.0 * MARGIN))
+    return lambda value: low + (value - begin) * scale
 
 
 def _about(criterion: Criterion, key: str) -> bool:

@@ -11,7 +11,6 @@ from app.page.panels.choice_buttons import ChoiceButtons
 from app.session.actions import Compute
 from app.session.counterexample_search import CounterexampleSearch
 from app.session.frame import Frame
-from app.session.knob_search import KnobSearch
 from app.session.relevant_settings import matters
 from app.session.session import Session
 from app.session.studies import Smoothness, Studies
@@ -63,30 +62,20 @@ class ComparePanel:
         questions, search, attack = studies.questions, studies.knob_search, studies.counterexample
         visible, asks = matters("ghost", settings), settings.page.what_if
         answers = questions.what_if, questions.smoothness
-        state = (
-            visible,
-            questions.busy,
-            questions.message,
-            asks,
-            search.busy,
-            search.message,
-            attack.busy,
-            attack.message,
-            attack.runs,
-        )
+        state = visible, asks, attack.runs, *((one.busy, one.message) for one in (questions, search, attack))
         # Answers are compared by identity: they hold arrays, and are never changed.
         if state == self._state and all(a is b for a, b in zip(answers, self._answers, strict=True)):
             return
         self._state, self._answers = state, answers
-        self._what_if.visible = self._smoothness.visible = self._matched.visible = visible
+        self._what_if.visible = self._smoothness.visible = self._matched.visible = self._broken.visible = visible
         self._button.show(visible=visible)
         self._match.show(visible=visible)
         self._what_if.content = _in_panel(_what_if_block(questions) if asks else "")
-        self._smoothness.content = _in_panel(_smoothness_block(questions))
-        self._matched.content = _in_panel(_match_block(search))
+        smoothness = questions.smoothness
+        self._smoothness.content = _in_panel(_tip(tr(questions.message)) if smoothness is None else smoothness_html(smoothness))
+        self._matched.content = _in_panel(_tip(tr("Computing …") if search.busy else tr(search.message)))
         offered = (0,) if attack.worst is None else (0, 1)
         self._break.show(0 if attack.busy else -1, offered, visible=visible)
-        self._broken.visible = visible
         self._broken.content = _in_panel(_tip(attack_html(attack)))
 
 
@@ -108,20 +97,13 @@ def _what_if_block(questions: Studies) -> Markup:
     return _tip(waiting + Markup(" ") + tr(questions.message))
 
 
-def _smoothness_block(questions: Studies) -> Markup:
-    return _tip(tr(questions.message)) if questions.smoothness is None else smoothness_html(questions.smoothness)
-
-
-def _match_block(search: KnobSearch) -> Markup:
-    return _tip(tr("Computing …") if search.busy else tr(search.message))
-
-
 def attack_html(search: CounterexampleSearch) -> Markup:
     """Return what the search has found so far, and what it means."""
     if search.worst is None:
         return lowered(tr("Searching …") if search.busy else tr(search.message))
     loss, promises = search.worst.loss, search.worst.attack.settings.law.entry.promises
-    counts = {"runs": search.runs, "mm": _millimetres(loss.lost if search.broken else loss.nearest)}
+    length = loss.lost if search.broken else loss.nearest
+    counts = {"runs": search.runs, "mm": decimal(f"{1000.0 * length:.1f}") if math.isfinite(length) else "∞"}
     if not search.broken:
         return lowered(
             tr("{runs} runs, and none broke the promise: d_law comes to {mm} mm above d_m while its conditions hold.", **counts)
@@ -134,10 +116,6 @@ def attack_html(search: CounterexampleSearch) -> Markup:
     else:
         verdict = tr("What was missing: one closest pair.")
     return lowered(f"{words} {verdict}")
-
-
-def _millimetres(length: float) -> str:
-    return decimal(f"{1000.0 * length:.1f}") if math.isfinite(length) else "∞"
 
 
 def what_if_html(answer: WhatIf) -> Markup:

@@ -72,6 +72,7 @@ class Controls:
 
     Attributes:
         sources: who is imitated.
+        twins: second controls of settings, by key.
         compare_tab: the tab on comparisons.
     """
 
@@ -88,7 +89,7 @@ class Controls:
         self._gui, self._session = gui, session
         self._specs: dict[str, Spec] = specs(Settings)
         self._handles: dict[str, Any] = {}
-        self._twins: dict[str, Any] = {}
+        self.twins: dict[str, Any] = {}
         self._shown: dict[str, Any] = {}
         self._settings: Settings | None = None
         present = values(session.settings)
@@ -178,11 +179,9 @@ class Controls:
         handles = [self._handles[key] for key in keys if key in self._handles]
         return tuple((uuid_of(handle), container_uuid_of(handle)) for handle in handles)
 
-    def twin(self, key: str, order: float) -> Any:
-        """Add a second control of a setting, hidden, in the container that the caller has opened."""
-        handle = self._twins[key] = self._control(key, self._specs[key], values(self._session.settings)[key], order)
-        handle.visible = False
-        return handle
+    def add_twin(self, key: str, order: float) -> None:
+        """Add a second control of a setting in the container that the caller has opened."""
+        self.twins[key] = self._control(key, self._specs[key], values(self._session.settings)[key], order)
 
     def forget(self, key: str) -> None:
         """Write a setting back into its control at the next frame: the value there was refused."""
@@ -219,7 +218,7 @@ class Controls:
             if key in self._shown and self._shown[key] == present[key]:
                 continue
             self._shown[key] = present[key]
-            for each in (handle, *([self._twins[key]] if key in self._twins else ())):
+            for each in (handle, *([self.twins[key]] if key in self.twins else ())):
                 _write(each, self._specs[key], present[key])
         note = tr_html(COMPARE) if matters("ghost", settings) else tr_html(NOTHING_NEAR)
         self._note.content = element("div", note, class_="duet duet-tip")

@@ -25,7 +25,7 @@ from app.session.actions import (
 from app.text.documents import DOCUMENTS, PREFIX
 from app.text.templates import macros
 from app.web.control_events import on_command
-from app.web.viser_internals import HotkeyKey, KeyModifier
+from app.web.viser_internals import HotkeyKey
 from scenes.experiments import EXPERIMENTS
 
 PresenterAction = Literal["on", "back", "blank", "freeze", "hide"]
@@ -43,9 +43,9 @@ class Hotkey(Generic[AnyAction]):
         action: what it asks for.
         shown: the key as a person knows it.
         text: what it does.
-        key: the key that viser listens to, with `modifier`.
+        key: the key that viser listens to.
         relayed: `KeyboardEvent.key` of a key that viser's command palette has no name for, or that moves its camera; the script
-            `hotkeys.js` turns it into `key` with `modifier`.
+            `hotkeys.js` turns it into `key` with Alt and Shift.
         icon: in the palette.
     """
 
@@ -56,11 +56,6 @@ class Hotkey(Generic[AnyAction]):
     key: HotkeyKey
     relayed: str = ""
     icon: viser.IconName | None = None
-
-    @property
-    def modifier(self) -> KeyModifier | None:
-        """The modifier of `key`: one that is not pressed by chance, where the page presses it for another key."""
-        return "alt+shift" if self.relayed else None
 
     @property
     def title(self) -> str:
@@ -74,7 +69,8 @@ class Hotkey(Generic[AnyAction]):
             self.title,
             description=tr("Key: {key}", key=self.shown) if self.relayed else None,
             hotkey=self.key,
-            modifier=self.modifier,
+            # Not pressed by chance, where the page presses it for another key.
+            modifier="alt+shift" if self.relayed else None,
             icon=self.icon,
         )
         return on_command(command, lambda: act(self.action))

@@ -113,7 +113,7 @@ class MicroscopeButtons(PagePanel):
         if frame.studies is None:
             return
         microscope = frame.studies.microscope
-        shown = "microscope" in self._view.plots_shown and frame.of_live
+        shown = "microscope" in self._view.plots.shown and frame.of_live
         self._buttons.show(QUANTITIES.index(microscope.quantity), visible=shown)
         self._scrubber.show(frame.now, microscope.span if shown else None)
 

@@ -48,6 +48,12 @@ class Plots:
     Args:
         tab: that holds the plots.
         height: of one plot [CSS px].
+
+    Attributes:
+        shown: names of the plots that are there.
+        only: names of plots in place of the first two; none for the first two.
+        run_names: of the run and of the ghost in the legends; None for the usual names.
+        span: ends of the axis of the plots over time [s]; None before the second step.
     """
 
     def __init__(self, gui: viser.GuiApi, tab: viser.GuiTabHandle, page: PageSettings, height: int) -> None:
@@ -61,9 +67,9 @@ class Plots:
         self._captions: dict[str, viser.GuiHtmlHandle] = {}
         self._charts: dict[str, viser.GuiHtmlHandle] = {}
         self._time_plots: dict[str, tuple[TimePlot, viser.GuiUplotHandle]] = {}
-        self._cells: tuple[str, ...] = ()
-        self._only: tuple[str, ...] = ()
-        self._names: tuple[str, str] | None = None
+        self.shown: tuple[str, ...] = ()
+        self.only: tuple[str, ...] = ()
+        self.run_names: tuple[str, str] | None = None
         self._arranged: tuple[object, ...] = ()
         self._settings: RunSettings | None = None
         self._law: Law | None = None
@@ -72,7 +78,6 @@ class Plots:
         self._dressed = False
         self._away: list[str] = []
         self.span: tuple[float, float] | None = None
-        """Ends of the axis of the plots over time [s]; None before the second step."""
 
     def dress(self, page: PageSettings, height: int) -> None:
         """Apply another theme or profile. `height`: of one plot [CSS px]."""
@@ -82,19 +87,6 @@ class Plots:
             plot.height = height
             plot.series = self._series(time_plot)
             plot.axes = self._axes()
-
-    @property
-    def shown(self) -> tuple[str, ...]:
-        """Names of the plots that are there."""
-        return self._cells
-
-    def only(self, names: tuple[str, ...]) -> None:
-        """Replace the first two plots by these; none for the first two again."""
-        self._only = names
-
-    def name_runs(self, names: tuple[str, str] | None) -> None:
-        """Name the run and the ghost in the legends; None for the usual names."""
-        self._names = names
 
     def show(self, frame: Frame) -> None:
         """Read the newest steps, and refresh the plots that have changed and are due."""
@@ -106,13 +98,13 @@ class Plots:
             # The page replaces every plot, and new data in the same moment would leave it with a time axis in the wrong proportion
             # for good. A plot that was hidden meanwhile is drawn from the start.
             self._dressed = False
-            self._next = dict.fromkeys(self._cells, now + CURTAIN)
-            self._away = [name for name in self._cells if name not in CHARTS]
+            self._next = dict.fromkeys(self.shown, now + CURTAIN)
+            self._away = [name for name in self.shown if name not in CHARTS]
             self._uncover(False)
         if self._away and now >= self._next.get(self._away[0], 0.0):
             self._uncover(True)
             self._away = []
-        due = [name for name in self._cells if now >= self._next.get(name, 0.0)]
+        due = [name for name in self.shown if now >= self._next.get(name, 0.0)]
         if not due:
             return
         self.buffer.feed(traced)
@@ -141,24 +133,24 @@ class Plots:
 
     def _uncover(self, visible: bool) -> None:
         for name in self._away:
-            self._handle(name).visible = visible and name in self._cells
+            self._handle(name).visible = visible and name in self.shown
 
     def _arrange(self, simulation: Simulation, ghost: Simulation | None, details: Details) -> None:
         """Show exactly the chosen plots, with the right lines and names."""
-        arranged = simulation.settings, simulation.law, ghost is not None, details, self._only, self._names, self._answers
+        arranged = simulation.settings, simulation.law, ghost is not None, details, self.only, self.run_names, self._answers
         if arranged == self._arranged:
             return
         self._arranged = arranged
-        wanted = cells(simulation.settings, details, self._only)
-        if wanted != self._cells:
-            for name in self._cells:
+        wanted = cells(simulation.settings, details, self.only)
+        if wanted != self.shown:
+            for name in self.shown:
                 if name not in wanted:
                     self._captions[name].visible = self._handle(name).visible = False
             for name in wanted:
                 if name not in self._captions:
                     self._make(name, simulation)
                 self._captions[name].visible = self._handle(name).visible = True
-            self._cells = wanted
+            self.shown = wanted
             self._layout.content = layout_html(wanted)
             self._drawn.clear()
         if simulation.settings is not self._settings or simulation.law is not self._law:
@@ -203,9 +195,8 @@ class Plots:
 
     def _take(self, what_if: WhatIf | None) -> None:
         if what_if is not self._what_if:
-            self._what_if = what_if
+            self._what_if, self._curves = what_if, Bins(len(WHAT_IF))
             self._answers += 1
-            self._curves.clear()
             if what_if is not None:
                 self._curves.take(what_if.times, np.column_stack([what_if.distance, what_if.squared_error]))
 
@@ -302,13 +293,13 @@ class Plots:
     def _caption(self, name: str, with_ghost: bool) -> Markup:
         """Return title and legend of one plot."""
         # On a narrow screen the squared error makes room for what was chosen.
-        caption, spare = macros("plots/charts.html").caption, name == "error" and makes_room(self._cells)
-        first = name == self._cells[0]
+        caption, spare = macros("plots/charts.html").caption, name == "error" and makes_room(self.shown)
+        first = name == self.shown[0]
         if name in CHARTS:
             return caption(tr_html(CHARTS[name]), "", (), spare, first)
         plot, _ = self._time_plots[name]
         others = ["ghost"] if with_ghost else []
         if self._what_if is not None:
             others.append("what_if")
-        lines = [(symbol, kind, tr_html(label)) for symbol, kind, label in plot.legend(others, self._names)]
+        lines = [(symbol, kind, tr_html(label)) for symbol, kind, label in plot.legend(others, self.run_names)]
         return caption(tr_html(plot.title), plot.unit, lines, spare, first)

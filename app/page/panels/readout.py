@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from typing import Final, NamedTuple
+from typing import Final
 
 import viser
 from markupsafe import Markup
@@ -25,22 +25,6 @@ from scenes.simulation import Simulation
 
 PERIOD: Final = 0.15
 """Wall time between two refreshes [s]; a number that changes faster cannot be read."""
-
-
-class Tile(NamedTuple):
-    """One number.
-
-    Attributes:
-        kind: class of CSS, for its colour.
-        value: as text.
-        label: under it.
-        bad: whether it is one to worry about.
-    """
-
-    kind: str
-    value: str
-    label: str
-    bad: bool = False
 
 
 class Readout:
@@ -132,7 +116,8 @@ def _error_text(simulation: Simulation, sample: Sample) -> str:
     return decimal(f"{error:.1f}°")
 
 
-def _alone_tiles(simulation: Simulation, sample: Sample) -> list[Tile]:
+def _alone_tiles(simulation: Simulation, sample: Sample) -> list[tuple[str, str, str, bool]]:
+    """Return of every number the class of CSS that gives its colour, its text, the label under it, and whether it is one to worry about."""
     run, arm = simulation.settings, simulation.avoiding
     J = simulation.kinematics.hand_jacobian(arm)[: TASK_DIMENSION[simulation.room.task(run)]]
     # It counts the dimensions that the hand leaves free: n − m, and more at a singular posture.
@@ -140,10 +125,10 @@ def _alone_tiles(simulation: Simulation, sample: Sample) -> list[Tile]:
     angle = math.degrees(Swivel(simulation.room, arm).angle(sample.positions))
     k = run.gain * run.overdrive * run.dt
     return [
-        Tile("e", f"{sample.error * 1000.0:.1f}", "|e|, mm"),
-        Tile("lam", f"{free:.1f}", tr("free, tr N")),
-        Tile("d", "–" if angle != angle else f"{angle:.0f}°".replace("-", "−"), tr("elbow")),
-        Tile("w", f"{k:.3g}", "K dt ≥ 2" if k >= 2.0 else "K dt < 2", k >= 2.0),
+        ("e", f"{sample.error * 1000.0:.1f}", "|e|, mm", False),
+        ("lam", f"{free:.1f}", tr("free, tr N"), False),
+        ("d", "–" if angle != angle else f"{angle:.0f}°".replace("-", "−"), tr("elbow"), False),
+        ("w", f"{k:.3g}", "K dt ≥ 2" if k >= 2.0 else "K dt < 2", k >= 2.0),
     ]
 
 

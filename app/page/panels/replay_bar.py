@@ -125,7 +125,7 @@ class ReplayBar:
             lambda i: session.post(ChooseLength(i)),
         )
         self._lengths.show(lengths.index("30 s"))
-        self._save = ChoiceButtons(gui, "save as", LABELS, HINT, lambda i: session.post(Export(KINDS[i])))
+        ChoiceButtons(gui, "save as", LABELS, HINT, lambda i: session.post(Export(KINDS[i])))
         upload = gui.add_upload_button(
             tr("Load a run"),
             icon=viser.Icon.UPLOAD,
@@ -186,7 +186,9 @@ class ReplayBar:
         while self._player.news:
             self._notify(*self._player.news.pop(0))
         if (snippet := exports.take_snippet()) is not None:
-            self._show_snippet(snippet)
+            with self._gui.add_modal(tr("This run in Python")) as modal:
+                self._gui.add_html(macros("page/panels/copy.html").snippet(snippet))
+                on_press(self._gui.add_button(tr("Close")), modal.close)
         playing = replay is not None and replay.playing
         self._replay.show(1 if playing else -1, (0,) if replay is None else (1, 2))
         self._offer_rest(replay is not None)
@@ -205,8 +207,3 @@ class ReplayBar:
         if self._player.reviewing:
             return tr("The run stands; this is an earlier moment of it.")
         return tr("This is the past; the live run waits.")
-
-    def _show_snippet(self, snippet: str) -> None:
-        with self._gui.add_modal(tr("This run in Python")) as modal:
-            self._gui.add_html(macros("page/panels/copy.html").snippet(snippet))
-            on_press(self._gui.add_button(tr("Close")), modal.close)

@@ -74,18 +74,14 @@ class Scrubber:
             now: wall time [s].
             span: where the slider begins and ends, and the moment [s]; None while there is none to choose.
         """
-        self._clock = now
-        self._slider.visible = span is not None
+        self._clock, slider = now, self._slider
+        slider.visible = span is not None
         if span is not None and now >= self._next:
             self._next = now + self._period
             digits = -math.floor(math.log10(self._step))
             begin, end, time = (round(each, digits) for each in span)
-            self._write(begin, end, time)
-
-    def _write(self, begin: float, end: float, time: float) -> None:
-        slider = self._slider
-        # A slider of no length has no place for its knob.
-        end = max(end, begin + self._step)
-        slider.min, slider.max = begin, end
-        if abs(slider.value - time) > 0.4 * self._step:
-            slider.value = min(max(time, begin), end)
+            # A slider of no length has no place for its knob.
+            end = max(end, begin + self._step)
+            slider.min, slider.max = begin, end
+            if abs(slider.value - time) > 0.4 * self._step:
+                slider.value = min(max(time, begin), end)

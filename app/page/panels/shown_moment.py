@@ -38,12 +38,11 @@ def moment_html(frame: Frame, span: tuple[float, float] | None) -> Markup:
         words = name if abs(at - mark.time) < NEAR else words
         # The name stands on the side with more room.
         late, left = mark.time > 0.5 * (begin + end), place(mark.time)
-        rules += [f"--duet-mark:{left}", f"--duet-mark-name:{css_text(name)}"]
         rules += [
+            f"--duet-mark:{left}",
+            f"--duet-mark-name:{css_text(name)}",
             f"--duet-mark-room:{left if late else f'calc(100% - {left})'}",
             f"--duet-mark-align:{'end' if late else 'start'}",
-        ]
-        rules += [
             f"--duet-mark-shift:{'-100%' if late else '0%'}",
             f"--duet-mark-side:{'0 1.5px 0 0' if late else '0 0 0 1.5px'}",
         ]

@@ -1,11 +1,9 @@
 """What a teacher's key opens: the notes on the lessons, and the server's load; and the notice that a key is wrong."""
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Final
 
 import viser
-from markupsafe import Markup
 
 from app.i18n.speaking import N_, tr
 from app.lessons.lesson import Step
@@ -16,6 +14,9 @@ from app.text.templates import element, macros
 
 ORDER: Final = -20.0
 """Order of a teacher's tabs: above the controls."""
+
+NO_NOTES: Final = N_("This lesson has no notes.")
+NO_LESSON: Final = N_("Open a lesson: its notes for the teacher are then here, and on no student's page.")
 
 
 class NotesView:
@@ -40,9 +41,10 @@ class NotesView:
             return
         self._shown = place
         if walk is None or notes is None:
-            self._handle.content = no_notes_html(lessons.open)
+            self._handle.content = macros("page/panels/pills.html").note(tr(NO_NOTES if lessons.open else NO_LESSON))
         else:
-            self._handle.content = notes_html(notes, walk.step.number, walk.step.setup.folder)
+            # The section of the present step comes first.
+            self._handle.content = macros("page/panels/notes.html").notes(notes, walk.step.number, walk.step.setup.folder)
 
 
 class TeachersTab:
@@ -66,27 +68,6 @@ class TeachersTab:
                 "div", "", macros("page/panels/pills.html").heads([load_pills(load)]), class_="duet-class"
             )
         self._notes.show(lessons)
-
-
-def notes_html(notes: Notes, step: int, folder: Path | None = None) -> Markup:
-    """Return the teacher's notes to a lesson, the section of the present step first.
-
-    Args:
-        notes: of the lesson.
-        step: the present one, from 1.
-        folder: of the lesson's pictures.
-    """
-    return macros("page/panels/notes.html").notes(notes, step, folder)
-
-
-def no_notes_html(open: bool) -> Markup:
-    """Return the line that stands in place of notes. `open`: whether a lesson is open."""
-    line = (
-        tr("This lesson has no notes.")
-        if open
-        else tr("Open a lesson: its notes for the teacher are then here, and on no student's page.")
-    )
-    return macros("page/panels/pills.html").note(line)
 
 
 WRONG_KEY: Final = N_(

@@ -30,23 +30,17 @@ class Welcome:
 
     def __init__(self, gui: viser.GuiApi, session: Session, lessons: LessonSession) -> None:
         self._lessons, self._over = lessons, False
-        self._start = gui.add_button(tr("Start lesson 1"))
-        on_press(self._start, lambda: session.post(Enter(lessons.book.first)))
+        self._buttons = [on_press(gui.add_button(tr("Start lesson 1")), lambda: session.post(Enter(lessons.book.first)))]
         game = next((i for i, lesson in enumerate(lessons.book.lessons) if lesson.steps[0].at_lever), None)
-        self._play: viser.GuiButtonHandle | None = None
         if game is not None:
-            self._play = gui.add_button(tr("Be λ yourself"))
-            on_press(self._play, lambda: session.post(Enter(game)))
-        self._card = gui.add_html(
-            macros("page/panels/welcome.html").card(uuid_of(self._start), "" if self._play is None else uuid_of(self._play))
-        )
+            self._buttons.append(on_press(gui.add_button(tr("Be λ yourself")), lambda: session.post(Enter(game))))
+        self._card = gui.add_html(macros("page/panels/welcome.html").card(*map(uuid_of, self._buttons)))
 
     def show(self, frame: Frame) -> None:
         """End it as soon as the visitor moves something or opens the lessons."""
         lessons = self._lessons
         if not self._over and (frame.live.held is not None or lessons.open or lessons.listing):
             self._over = True
-            for button in (self._start, self._play):
-                if button is not None:
-                    button.visible = False
+            for button in self._buttons:
+                button.visible = False
             self._card.content = element("div", class_="duet-welcome", data_over="1")

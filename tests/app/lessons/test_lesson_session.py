@@ -17,9 +17,8 @@ from app.lessons.progress import Try
 from app.lessons.reference_runs import person_of, simulated
 from app.lessons.session import lesson_actions as do
 from app.lessons.session.lesson_session import LessonSession
-from app.page.lessons.duel import duel_html
 from app.page.lessons.elbow_marks import reaches
-from app.page.lessons.lesson_html import attempt_html, learned_html
+from app.page.lessons.lesson_html import attempt_html, duel_html, learned_html
 from app.plots.pair_strips import pairs_html
 from app.plots.time_series import RollingSeries
 from app.session.frame import freeze

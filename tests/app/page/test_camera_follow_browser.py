@@ -5,11 +5,17 @@ from typing import Any
 import numpy as np
 
 from app.hosting.private_host import PrivateHost
+from app.hosting.visitor import Visitor
 from app.stage.camera_view import Pose, framed_now, project
 from tests.app.conftest import OpenHouse, ask
 from tests.app.page.by_hand import run_on, visit
 from tests.app.posted_call import post_call
 from tests.browser import PageAt, screenshot, settled_view, until, world_to_px
+
+
+def left_alone(visitor: Visitor) -> bool:
+    """Whether the visitor has moved the camera, so that it does not follow."""
+    return visitor.view._cameras[visitor.client.client_id].left_alone
 
 
 def test_our_projection_is_the_pages_and_a_visitor_who_turns_the_view_keeps_it(house: OpenHouse, page_at: PageAt) -> None:
@@ -45,7 +51,7 @@ def test_our_projection_is_the_pages_and_a_visitor_who_turns_the_view_keeps_it(h
     first = sent()
     post_call(session, lambda: session.simulation.positions.__setitem__(session.simulation.guided.joints.start, 2.0))
     until(page, lambda: np.linalg.norm(sent() - first) > 0.05, "following")
-    assert not visitor.view.left_alone(visitor.client)
+    assert not left_alone(visitor)
     settled_view(page)
     # The visitor turns the view, and keeps it.
     x, y = box[0] + 0.8 * box[2], box[1] + 0.1 * box[3]
@@ -53,14 +59,14 @@ def test_our_projection_is_the_pages_and_a_visitor_who_turns_the_view_keeps_it(h
     page.mouse.down()
     page.mouse.move(x - 60, y + 20, steps=4)
     page.mouse.up()
-    until(page, lambda: visitor.view.left_alone(visitor.client), "being left alone")
+    until(page, lambda: left_alone(visitor), "being left alone")
     view = settled_view(page)
     ask(session, lambda s: s.reset())
     run_on(page, session, 0.3)
     assert np.allclose(settled_view(page), view, atol=1e-6)
     page.keyboard.press("v")
     until(page, lambda: np.linalg.norm(sent() - first) < 0.05, "the first view")
-    assert not visitor.view.left_alone(visitor.client)
+    assert not left_alone(visitor)
 
 
 def test_the_picture_uses_the_place_of_folded_plots(house: OpenHouse, page_at: PageAt) -> None:
@@ -89,7 +95,7 @@ def test_the_picture_uses_the_place_of_folded_plots(house: OpenHouse, page_at: P
     until(page, lambda: np.linalg.norm(visitor.client.camera.position) < away - 0.1, "a nearer camera")
     settled_view(page)
     assert max(world_to_px(page, point)[1] for point in points) > before + 50.0
-    assert not visitor.view.left_alone(visitor.client)
+    assert not left_alone(visitor)
     screenshot(page, "folded-plots")
     plots.locator("[data-dock-minimize]").click()
     until(page, as_on_the_page, "the open plots")

@@ -173,7 +173,7 @@ def test_ones_own_words_make_room_for_the_list_of_lessons() -> None:
         assert run.walk.next()
     panel, frame = LessonPanel(MagicMock(), run, 340.0, True), freeze(session, 0.0)
     panel.show(frame)
-    report = LabReportBox(gui, session, run, panel, MagicMock())
+    report = LabReportBox(gui, session, MagicMock(lessons=run, lesson_panel=panel), MagicMock())
     report.show(frame)
     box = gui.add_text.return_value
     assert box.visible is True
@@ -184,7 +184,9 @@ def test_ones_own_words_make_room_for_the_list_of_lessons() -> None:
 
 def test_no_two_keys_or_their_texts_are_the_same() -> None:
     keys = (*hotkeys(), *LESSON_KEYS)
-    assert len({(h.key, h.modifier) for h in keys}) == len({h.text for h in keys}) == len({h.name for h in keys}) == len(keys)
+    assert (
+        len({(h.key, bool(h.relayed)) for h in keys}) == len({h.text for h in keys}) == len({h.name for h in keys}) == len(keys)
+    )
     assert len({h.shown for h in hotkeys()}) == len(hotkeys())
 
 

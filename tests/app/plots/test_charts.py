@@ -66,7 +66,7 @@ def test_the_dot_is_on_the_curve_of_fig_2(d_m: float, order: float, name: str, d
 
 
 def test_distances_to_draw_at_include_both_sides_of_every_kink() -> None:
-    xs = distances(0.15, 0.3)
+    xs = distances(LawSettings(critical_distance=0.15, influence_distance=0.3))
     assert (np.diff(xs) > 0.0).all() and xs[0] == 0.0 and xs[-1] == FAR
     for kink in (0.15, 0.3):
         assert {kink - 1e-6, kink, kink + 1e-6} <= set(xs.tolist())

@@ -333,5 +333,3 @@ def test_what_is_missing_stays_missing_and_the_ring_forgets() -> None:
     # After a long pause only what is new is there.
     bins.take(np.array([4.0 + 2.0 * WINDOW]), np.array([[7.0, 8.0, 9.0]]))
     assert len(bins.numbers) == 1 and bins.at(bins.numbers, [0])[[LOW, HIGH, AT_HIGH], 0, 0].tolist() == [7.0, 7.0, 44.0]
-    bins.clear()
-    assert not len(bins.numbers)

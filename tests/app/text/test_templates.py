@@ -46,9 +46,8 @@ from app.marks.feedback import feedback_page
 from app.marks.graded_file import GradedFile, Remark, Student
 from app.marks.mark_tables import StudentMarks
 from app.page.lessons.drawing_board import board_html
-from app.page.lessons.lesson_html import blocks_html, law_html, lesson_list_html
+from app.page.lessons.lesson_html import blocks_html, law_html
 from app.page.panels.readout import custom_law_html
-from app.page.panels.teachers_tab import notes_html
 from app.page.panels.title_bar import titlebar
 from app.plots.chart import Chart, ChartAxes
 from app.session.student_law import LawStatus
@@ -250,7 +249,9 @@ SURFACES: dict[str, Callable[[], str | Iterator[str]]] = {
     "page/lessons/drawing_board.html": drawing,
     "page/lessons/duel.html": duel,
     "page/lessons/lesson.html": panel,
-    "page/lessons/lesson_list.html": lambda: lesson_list_html([LessonEntry(nasty_lesson(), (True, False), True, 0)], {}),
+    "page/lessons/lesson_list.html": lambda: macros("page/lessons/lesson_list.html").lessons(
+        [LessonEntry(nasty_lesson(), (True, False), True, 0)], {}
+    ),
     "page/lessons/search_plot.html": lambda: macros("page/lessons/search_plot.html").plot(
         NASTY, NASTY, [(NASTY, NASTY)], [(1.0, 1.0, False)], [(NASTY, 1.0, 1.0, NASTY)]
     ),
@@ -263,7 +264,9 @@ SURFACES: dict[str, Callable[[], str | Iterator[str]]] = {
     ),
     "page/panels/invite.html": lambda: macros("page/panels/invite.html").place(NASTY, NASTY, ""),
     "page/panels/law_editor.html": lambda: macros("page/panels/law_editor.html").place(NASTY),
-    "page/panels/notes.html": lambda: notes_html(read_notes(f"# {NASTY}\n\n{NASTY}\n\n## 1. {NASTY}\n\n{NASTY}"), 1),
+    "page/panels/notes.html": lambda: macros("page/panels/notes.html").notes(
+        read_notes(f"# {NASTY}\n\n{NASTY}\n\n## 1. {NASTY}\n\n{NASTY}"), 1, None
+    ),
     "page/panels/pills.html": lambda: iter(
         (custom_law_html(LawStatus(NASTY)), custom_law_html(LawStatus("a.py", problem=NASTY)))
     ),

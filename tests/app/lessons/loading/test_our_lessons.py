@@ -18,9 +18,9 @@ from app.lessons.loading import Notes, StepNotes, load_lessons, read_notes
 from app.lessons.measures.quantity import QUANTITIES
 from app.lessons.scripts import SCRIPTS
 from app.lessons.walkthrough import Walkthrough
-from app.page.panels.teachers_tab import notes_html
 from app.settings import LANGUAGES, TRANSLATIONS
 from app.text.law_texts import ALONE
+from app.text.templates import macros
 from controllers.activation import activation
 from controllers.errors import BadSetting
 from scenes.lwr.facts import JOINTS
@@ -140,11 +140,11 @@ def test_our_notes_have_a_part_for_every_step_and_say_what_no_lesson_says() -> N
 def test_the_present_step_comes_first_and_nothing_is_left_out() -> None:
     notes = read_notes("# Title\nWhole.\n## 1. One\nA <b>.\n## 2. Two\nB.")
     for step, order in ((1, ("1. One", "Title", "Whole", "2. Two")), (2, ("2. Two", "Title", "Whole", "1. One"))):
-        made = notes_html(notes, step)
+        made = macros("page/panels/notes.html").notes(notes, step, None)
         places = [made.index(text) for text in order]
         assert places == sorted(places) and made.count('class="now"') == 1 and made.count("<section") == 2
         assert "A &lt;b&gt;." in made
-    assert 'class="now"' not in notes_html(notes, 3)
+    assert 'class="now"' not in macros("page/panels/notes.html").notes(notes, 3, None)
 
 
 BOOK = load_lessons()
