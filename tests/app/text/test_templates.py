@@ -234,7 +234,7 @@ def before_and_after() -> Iterator[str]:
 SURFACES: dict[str, Callable[[], str | Iterator[str]]] = {
     "classroom/board.html": board,
     "classroom/invitation.html": lambda: iter((join_html(Address(NASTY, False)), overlay_html(Address(NASTY, True)))),
-    "classroom/poll.html": lambda: iter((poll_html(poll(), 0), tied_html(poll()), mine_html(poll(), Ballot(0), Ballot(1)))),
+    "classroom/poll.html": lambda: iter((poll_html(poll()), tied_html(poll()), mine_html(poll(), Ballot(0), Ballot(1)))),
     "classroom/screen.html": screens,
     "export/class_report.html": class_report,
     "export/gain.html": before_and_after,
