@@ -117,7 +117,7 @@ class BreakoutHost:
             self._context.wake()
 
     def _admit(self, client: viser.ClientHandle) -> Pieces:
-        participant = Participant(client, False, None, self._posts)
+        participant = Participant(client, False, None, self._posts.post_work)
         expected = self._expected.get(participant.id)
         if expected is None:
             # The teacher has called all back meanwhile.

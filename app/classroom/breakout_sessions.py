@@ -8,7 +8,7 @@ from math import inf
 from time import monotonic
 from typing import Final
 
-from app.classroom.class_messages import ClassState, Exploring, Present, Progressed, Ran, Reported, StudentPosts, TakenBack
+from app.classroom.class_messages import ClassState, Exploring, PostWork, Present, Progressed, Ran, Reported, TakenBack
 from app.classroom.classroom import Classroom
 from app.classroom.group_member import GroupMember
 from app.classroom.participant import Participant
@@ -34,11 +34,11 @@ class BreakoutWorkers:
 
     Args:
         classroom: in which the students are present.
-        posts: takes what they hand in.
+        post_work: takes what they hand in.
     """
 
-    def __init__(self, link: WorkerLink, classroom: Classroom, posts: StudentPosts, changed: Callable[[], None]) -> None:
-        self._link, self._classroom, self._posts, self._changed = link, classroom, posts, changed
+    def __init__(self, link: WorkerLink, classroom: Classroom, post_work: PostWork, changed: Callable[[], None]) -> None:
+        self._link, self._classroom, self._post_work, self._changed = link, classroom, post_work, changed
         self._present: dict[int, Present] = {}
         self._numbers = count(-1, -1)
         self._entered: dict[str, int] = {}
@@ -76,7 +76,7 @@ class BreakoutWorkers:
                             self.send(student, self._begun[student])
                     self._update()
                 case Progressed() | Reported() | TakenBack() | Ran():
-                    self._posts.post_work(message)
+                    self._post_work(message)
                 case _:
                     raise TypeError(f"the plenary does not understand {message!r}")
         state = ClassState(self._classroom.free, self._classroom.paused, self._classroom.pace, self._classroom.wanted)

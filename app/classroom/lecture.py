@@ -53,7 +53,7 @@ class LectureHost:
         self.control = TeacherControl(self.classroom, self.session, self.lessons, self._breakouts.hurry)
         if context.link is not None:
             context.link.wake = context.wake
-            self._breakouts.workers = BreakoutWorkers(context.link, self.classroom, self.control, self._breakouts.hurry)
+            self._breakouts.workers = BreakoutWorkers(context.link, self.classroom, self.control.post_work, self._breakouts.hurry)
         self.control.presenter.expected = context.options.students
         self._leader = Leader(context.options.key)
         plenary = self.session, self.lessons
@@ -225,7 +225,7 @@ class LectureHost:
         """Give a browser its page; one with a breakout session takes part once the page is whole."""
         client_id = client.client_id
         audience = self.audiences.audience_of(client_id)
-        participant = Participant(client, self._leader.holds(client_id), audience, self.control)
+        participant = Participant(client, self._leader.holds(client_id), audience, self.control.post_work)
         if not participant.teacher and participant.audience is None and self._breakouts.expects(participant.query):
             begin = self._breakouts.begin(participant.id, self.session, self.lessons)
             participant.group = self.classroom.places.groups[participant.id]

@@ -5,7 +5,7 @@ import contextlib
 import viser
 
 from app.classroom.assistant_panel import AssistantPanel
-from app.classroom.class_messages import Progressed, StudentPosts
+from app.classroom.class_messages import PostWork, Progressed
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.classroom_html import EXPLORING, FOLLOWING, HALTED, NAMED, NAMELESS, OPERATING, TOGETHER, WATCHING
 from app.classroom.group_member import GroupMember
@@ -32,7 +32,7 @@ class Participant:
     Args:
         teacher: whether it may lead.
         audience: with which it watches the plenary; None for a page of its own.
-        control: takes what a student hands in.
+        post_work: takes what a student hands in.
 
     Attributes:
         id: of its tab, or of its connection if the tab has none.
@@ -51,8 +51,8 @@ class Participant:
         name: the invented one, in a breakout session.
     """
 
-    def __init__(self, client: viser.ClientHandle, teacher: bool, audience: Audience | None, control: StudentPosts) -> None:
-        self.client, self.teacher, self.audience, self._control = client, teacher, audience, control
+    def __init__(self, client: viser.ClientHandle, teacher: bool, audience: Audience | None, post_work: PostWork) -> None:
+        self.client, self.teacher, self.audience, self._post_work = client, teacher, audience, post_work
         self.query = request_query(client)
         tab = tab_id(self.query)
         self.id, self.lasting = tab or f"tab {client.client_id}", tab is not None
@@ -74,7 +74,7 @@ class Participant:
     def add_banner(self) -> None:
         """Add what a student's page has at the top."""
         self.banner = Banner(self.client.gui, self.ask_to_operate)
-        self.hand_in = HandInBox(self.client.gui, self._control, self.id, self.group)
+        self.hand_in = HandInBox(self.client.gui, self._post_work, self.id, self.group)
 
     def ask_to_operate(self) -> None:
         """Have this browser operate what another one does; from any thread."""
@@ -83,7 +83,7 @@ class Participant:
     def leave(self) -> None:
         """Keep what a student has done in a session of their own, and drop what is being made for a teacher."""
         if self.visitor is not None and not self.visitor.superseded and self.visitor.lessons.begun:
-            self._control.post_work(Progressed(self.group, self.visitor.lessons.walk.to_json()))
+            self._post_work(Progressed(self.group, self.visitor.lessons.walk.to_json()))
         if self.panel is not None:
             self.panel.close()
 

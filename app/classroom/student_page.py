@@ -3,11 +3,12 @@
 from collections import deque
 from collections.abc import Callable
 from contextlib import nullcontext
+from functools import partial
 from typing import Any, Final
 
 import viser
 
-from app.classroom.class_messages import Progressed, Reported, StudentPosts, TakenBack
+from app.classroom.class_messages import PostWork, Progressed, Reported, TakenBack
 from app.classroom.classroom import Poll
 from app.classroom.classroom_html import TAKE_OVER, banner_html, mine_html
 from app.classroom.student_work import LONGEST_NAME, clean_name
@@ -216,24 +217,17 @@ class HandInBox:
     """The form on one student's page, and the student's progress for the class's counts.
 
     Args:
-        control: takes both, as plain data.
+        post_work: takes both, as plain data.
         student: id of the tab.
         group: that has the student's breakout session; "" in the plenary.
     """
 
-    def __init__(self, gui: viser.GuiApi, control: StudentPosts, student: str, group: str) -> None:
-        self._gui, self._control, self._student, self._group = gui, control, student, group
+    def __init__(self, gui: viser.GuiApi, post_work: PostWork, student: str, group: str) -> None:
+        self._gui, self._post_work, self._student, self._group = gui, post_work, student, group
         self._forms: dict[bool, _Form] = {}
         self._names: deque[str] = deque(maxlen=1)
         self._version = -1
         self._shown: tuple[bool, bool, HandIn | None] | None = None
-
-    def _form(self, order: float) -> _Form:
-        return _Form(self._gui, order, self._hand_in, lambda: self._control.post_work(TakenBack(self._student)))
-
-    def _hand_in(self, name: str) -> None:
-        # The progress belongs to the thread that calls `post`.
-        self._names.append(name)
 
     def post(self, own: LessonSession | None, operates: bool) -> None:
         """Post the report if the student has asked for it, and the progress in the student's own session whenever it has changed.
@@ -247,9 +241,9 @@ class HandInBox:
         if own is not None:
             self._version = own.version
         if name is not None:
-            self._control.post_work(Reported(self._student, name, progress))
+            self._post_work(Reported(self._student, name, progress))
         elif progress and operates:
-            self._control.post_work(Progressed(self._group, progress))
+            self._post_work(Progressed(self._group, progress))
 
     def post_again(self) -> None:
         """Post the progress with the next frame, also if it has not changed."""
@@ -269,7 +263,10 @@ class HandInBox:
         self._shown = shown
         in_lesson = tab is not None
         if offered and in_lesson not in self._forms:
+            order = _IN_LESSON if in_lesson else _IN_PANEL
+            take_back = partial(self._post_work, TakenBack(self._student))
             with tab or nullcontext():
-                self._forms[in_lesson] = self._form(_IN_LESSON if in_lesson else _IN_PANEL)
+                # The progress belongs to the thread that calls `post`.
+                self._forms[in_lesson] = _Form(self._gui, order, self._names.append, take_back)
         for place, form in self._forms.items():
             form.show(offered and place == in_lesson, report)
