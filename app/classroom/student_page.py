@@ -50,24 +50,20 @@ class Banner:
 
     def __init__(self, gui: viser.GuiApi, take_over: Callable[[], None]) -> None:
         self._gui, self._take_over = gui, take_over
+        self._lines = {False: gui.add_html("", order=-30.0)}
         self._buttons: dict[bool, viser.GuiButtonHandle] = {}
-        self._handle = gui.add_html("", order=-30.0)
-        self._other: viser.GuiHtmlHandle | None = None
 
-    def show(self, kind: str, text: str, tab: viser.GuiTabHandle | None = None, offers: bool = False) -> None:
+    def show(self, kind: str, text: str, tab: viser.GuiTabHandle | None, offers: bool) -> None:
         """Show a text; "" shows nothing. `tab`: of the lesson, in place of folded controls; `offers`: whether there is the button."""
-        line = banner_html(kind, text)
-        if tab is not None and self._other is None:
-            with tab:
-                self._other = self._gui.add_html("", order=0.5)
-        self._handle.content = "" if tab is not None else line
-        if self._other is not None:
-            self._other.content = line if tab is not None else ""
         in_tab = tab is not None
-        if offers and in_tab not in self._buttons:
-            with tab or nullcontext():
+        with tab or nullcontext():
+            if in_tab not in self._lines:
+                self._lines[in_tab] = self._gui.add_html("", order=0.5)
+            if offers and in_tab not in self._buttons:
                 button = self._gui.add_button(tr(TAKE_OVER), order=0.6 if in_tab else -29.5, icon=viser.Icon.HAND_GRAB)
-            self._buttons[in_tab] = on_press(button, self._take_over)
+                self._buttons[in_tab] = on_press(button, self._take_over)
+        for place, line in self._lines.items():
+            line.content = banner_html(kind, text) if place == in_tab else ""
         for place, button in self._buttons.items():
             button.visible = offers and place == in_tab
 
@@ -112,23 +108,9 @@ class Answers:
                 gui.add_html("", order=ORDER["verdict"] + 0.5),
             ]
             for i in range(len(KEYS)):
-                self._buttons.append(self._button(i))
-            control, student = self._control, self._student
-            self._board = DrawingBoard(
-                gui,
-                control.answers.put,
-                lambda question, curve: control.draw(student, question, curve),
-            )
-
-    def _button(self, index: int) -> viser.GuiButtonHandle:
-        button = self._client.gui.add_button(f"{index + 1}", visible=False, color="gray", order=ORDER["choices"] + 1.0 + index)
-        return on_press(button, lambda: self._answer(index))
-
-    def _command(self, index: int) -> viser.CommandHandle:
-        command = self._client.gui.add_command(
-            tr("Answer {number}", number=index + 1), hotkey=KEYS[index], icon=viser.Icon.HAND_CLICK
-        )
-        return on_command(command, lambda: self._answer(index))
+                button = gui.add_button(f"{i + 1}", visible=False, color="gray", order=ORDER["choices"] + 1.0 + i)
+                self._buttons.append(on_press(button, partial(self._answer, i)))
+            self._board = DrawingBoard(gui, self._control.answers.put, partial(self._control.draw, self._student))
 
     def _offer_reason(self, poll: Poll | None, mine: Ballot) -> None:
         """Offer the line for a reason from the vote until the reveal. As for who works alone, no two questions share one."""
@@ -162,8 +144,10 @@ class Answers:
             button.visible = i < count
         while len(self._commands) > count:
             self._commands.pop().remove()
-        while len(self._commands) < count:
-            self._commands.append(self._command(len(self._commands)))
+        for i in range(len(self._commands), count):
+            name = tr("Answer {number}", number=i + 1)
+            command = self._client.gui.add_command(name, hotkey=KEYS[i], icon=viser.Icon.HAND_CLICK)
+            self._commands.append(on_command(command, partial(self._answer, i)))
         drawing = poll.drawing if poll is not None and poll.open else None
         self._board.show(poll.question if poll is not None else ("", ""), drawing, mine.curve)
         self._offer_reason(poll, mine)
