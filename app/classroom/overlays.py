@@ -55,7 +55,7 @@ class ScreenView:
         self._shown: object = None
         self._covered: tuple[bool, Address | None, tuple[int, int]] = False, None, (0, 0)
 
-    def show(self, poll: Poll | None, record: float | None = None) -> None:
+    def show(self, poll: Poll | None, record: float | None) -> None:
         """Update what lies over the scene.
 
         Args:
@@ -71,11 +71,10 @@ class ScreenView:
             return
         self._shown = shown
         view = lessons.view(self._book) if lessons.open else None
-        cues = ("panels",) if presenter.panels else ()
         if presenter.work is not None:
             self._over.content = work_html(presenter.work, self._book)
         else:
-            self._over.content = screen_html(presenter.station, view, poll, left, cues, presenter.quotes, record)
+            self._over.content = screen_html(presenter.station, view, poll, left, presenter.panels, presenter.quotes, record)
 
     def cover(self, address: Address | None, joined: tuple[int, int]) -> None:
         """Make the projector black, or show the address, or its picture again. `joined`: see `joined_text`."""

@@ -12,9 +12,6 @@ from app.lessons.outcomes import StepOutcome
 from app.lessons.walkthrough import Walkthrough
 from app.plots.curve_chart import Curve
 
-SECONDS: Final = (30, 60, 90)
-"""Times that a class can be given to answer [s]."""
-
 MOST_QUOTES: Final = 4
 """Reasons of students that are shown at once."""
 

@@ -23,7 +23,7 @@ def screen_html(
     view: StepView | None,
     poll: Poll | None,
     left: int | None,
-    cues: Collection[str],
+    panels: bool,
     quotes: Collection[str] = (),
     record: float | None = None,
 ) -> Markup:
@@ -33,18 +33,15 @@ def screen_html(
         view: of the step; None while no lesson is open.
         poll: the question on the stage.
         left: seconds of the timer; None without one.
-        cues: of the projector: `panels` beside the scene.
+        panels: whether the projector shows them beside the scene.
         quotes: reasons of students for their answers.
         record: the smallest d less d_m of the class in the step's duel [m]; None for none.
     """
-    made, kinds = macros("classroom/screen.html"), " ".join((f"at-{station}", *cues))
-    if view is None:
-        return made.screen(f"scene {kinds}", "")
-    if not station.is_scene:
-        return made.screen(
-            f"slide {kinds}", made.head(view) + _slide(station, view, poll, quotes) + record_html(record) + _meter(poll, left)
-        )
-    if "panels" in cues:
+    made, kinds = macros("classroom/screen.html"), f"at-{station} panels" if panels else f"at-{station}"
+    if view is not None and not station.is_scene:
+        slide = made.head(view) + _slide(station, view, poll, quotes) + record_html(record) + _meter(poll, left)
+        return made.screen(f"slide {kinds}", slide)
+    if view is None or panels:
         return made.screen(f"scene {kinds}", "")
     texts = dict(view.texts)
     name = {Station.RUN: "do", Station.TRY: "challenge"}.get(station, "goal")

@@ -7,7 +7,7 @@ from urllib.parse import urlencode
 import viser
 from markupsafe import Markup
 
-from app.classroom.presenter import SECONDS, STATION_NAMES, Presenter, Station, clock_text
+from app.classroom.presenter import STATION_NAMES, Presenter, Station, clock_text
 from app.i18n.speaking import N_, tr
 from app.lessons.session.lesson_session import LessonSession
 from app.page.panels.choice_buttons import ChoiceButtons
@@ -21,8 +21,8 @@ ScreenAction = Literal[
 """What a teacher asks of the projectors: the next station, the one before; the present picture, hold it, or black; the stage alone, or with
 the panels; a timer, or none."""
 
-TIMERS: Final[dict[ScreenAction, int]] = {"timer 30": SECONDS[0], "timer 60": SECONDS[1], "timer 90": SECONDS[2], "timer off": 0}
-"""Seconds of the timers."""
+TIMERS: Final[dict[ScreenAction, int]] = {"timer 30": 30, "timer 60": 60, "timer 90": 90, "timer off": 0}
+"""Times that a class can be given to answer [s], and none."""
 
 _PICTURES: Final[tuple[ScreenAction, ...]] = ("live", "freeze", "blank")
 _LAYOUTS: Final[tuple[ScreenAction, ...]] = ("stage", "panels")
@@ -46,7 +46,7 @@ class ScreenPanel:
         self._timer = ChoiceButtons(
             gui,
             "timer",
-            (*(f"{seconds} s" for seconds in SECONDS), N_("Off")),
+            tuple(f"{seconds} s" if seconds else N_("Off") for seconds in TIMERS.values()),
             N_("Everybody sees the time run down. When it is over, answers still count until the reveal."),
             lambda i: act(timers[i]),
         )

@@ -198,7 +198,7 @@ def laws() -> Iterator[str]:
 
 def screens() -> Iterator[str]:
     for station in Station:
-        yield from (screen_html(station, view, one, 7, ("panels",), (), -0.001) for view in views() for one in (poll(), None))
+        yield from (screen_html(station, view, one, 7, True, (), -0.001) for view in views() for one in (poll(), None))
 
 
 def league() -> str:
