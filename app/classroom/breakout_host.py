@@ -75,12 +75,8 @@ class BreakoutHost:
                     else:
                         self.classroom.work.hand_in(student, report)
                 case ClassState(free, paused, pace, wanted):
-                    self.classroom.free, self.classroom.paused, self.classroom.pace, self.classroom.wanted = (
-                        free,
-                        paused,
-                        pace,
-                        wanted,
-                    )
+                    self.classroom.free, self.classroom.paused = free, paused
+                    self.classroom.pace, self.classroom.wanted = pace, wanted
                     if not free:
                         self._expected.clear()
                         self.classroom.places.take_all()

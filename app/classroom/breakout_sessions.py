@@ -131,8 +131,9 @@ class BreakoutSessions:
         workers: the processes that have the sessions; None where this one has them.
     """
 
-    def __init__(self, context: AppContext, classroom: Classroom, workers: BreakoutWorkers | None = None) -> None:
-        self._context, self._classroom, self.workers = context, classroom, workers
+    def __init__(self, context: AppContext, classroom: Classroom) -> None:
+        self._context, self._classroom = context, classroom
+        self.workers: BreakoutWorkers | None = None
         self._errors = ThrottledLog(log)
         self._next = 0.0
         self._operators: dict[str, str] = {}

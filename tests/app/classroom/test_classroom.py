@@ -238,21 +238,21 @@ def test_students_without_a_place_of_their_own_are_put_into_groups_that_last() -
     assert [group_size(*one) for one in ((60, 22), (22, 22), (23, 22), (0, 22), (3, 0))] == [3, 1, 2, 1, 3]
     places, class_of_60 = BreakoutPlaces(22), [f"student {i}" for i in range(60)]
     places.give(class_of_60, 0.0)
-    assert places.taken == 20 and {len(places.members(one)) for one in places.groups.values()} == {3}
+    assert len(places.sizes) == 20 and {len(places.members(one)) for one in places.groups.values()} == {3}
     before = dict(places.groups)
     # The next ones get groups of their own while there are places, and then join the smallest.
     late = [f"late {i}" for i in range(7)]
     places.give([*class_of_60, *late[:6]], 1.0)
-    assert places.taken == 22 and {len(places.members(one)) for one in places.groups.values()} == {3}
+    assert len(places.sizes) == 22 and {len(places.members(one)) for one in places.groups.values()} == {3}
     places.give([*class_of_60, *late], 1.0)
-    assert places.taken == 22 and len(places.members(places.groups[late[6]])) == 4
+    assert len(places.sizes) == 22 and len(places.members(places.groups[late[6]])) == 4
     # One who is gone for a while, in a reload or longer, comes back to the same group, and so do all the next time, in any order.
     places.give(class_of_60[1:], HOLD)
     assert places.holds(class_of_60[0]), "gone for a minute, as in a reload"
     places.give(class_of_60[1:], HOLD + 2.0)
     assert not places.holds(class_of_60[0]) and places.holds(class_of_60[1])
     places.take_all()
-    assert places.taken == 0
+    assert len(places.sizes) == 0
     places.give(class_of_60[::-1], 100.0)
     assert {one: places.groups[one] for one in class_of_60} == before
     # With a place for everybody there are no groups.
@@ -260,7 +260,7 @@ def test_students_without_a_place_of_their_own_are_put_into_groups_that_last() -
     few.give(("ann", "bo", "cy", "ann"), 0.0)
     assert few.groups == {"ann": "ann", "bo": "bo", "cy": "cy"}
     few.give(("ann", "bo", "cy", "di"), 1.0)
-    assert few.groups["di"] == "ann" and few.taken == 3
+    assert few.groups["di"] == "ann" and len(few.sizes) == 3
 
 
 @given(st.lists(st.lists(st.integers(0, 12), max_size=14), max_size=8), st.integers(1, 5))
@@ -268,7 +268,7 @@ def test_every_student_has_a_group_and_there_are_never_more_sessions_than_places
     places = BreakoutPlaces(most)
     for now, here in enumerate(rounds):
         places.give(map(str, here), 20.0 * now)
-        assert all(places.holds(str(one)) for one in here) and places.taken <= most
+        assert all(places.holds(str(one)) for one in here) and len(places.sizes) <= most
 
 
 def test_who_follows_holds_no_place() -> None:
