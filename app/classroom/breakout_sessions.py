@@ -18,15 +18,11 @@ from app.hosting.visitor import Visitor, open_visitor
 from app.hosting.visitor_record import VisitorRecord, tab_id
 from app.hosting.worker_messages import ForgetTabs, Replaced, WorkerLink
 from app.i18n.speaking import set_language
-from app.lessons.progress import SavedLesson
-from app.lessons.session.lesson_session import LessonSession
 from app.page.panels.server_load import ServerLoad, combined
 from app.runtime.throttled_log import ThrottledLog
 from app.session.actions import RestoreSettings
-from app.session.session import Session
-from app.settings import LOOKS, from_query
-from app.web.audiences import SCREEN, Audiences, send_elsewhere
-from scenes.settings import values
+from app.settings import LOOKS
+from app.web.audiences import SCREEN, send_elsewhere
 
 
 class BreakoutWorkers:
@@ -114,10 +110,6 @@ SHOWN: Final = 60.0
 """How much of a student's run is shown at most [s]."""
 
 
-Plenary = tuple[Session, LessonSession]
-"""The plenary's session and lessons."""
-
-
 def run_of(participants: Iterable[Participant], student: str) -> Ran | None:
     """Return the newest part of a group's run; None for a group that has no session here. `student`: its id."""
     players = (one.visitor.session.player for one in participants if one.group == student and one.visitor is not None)
@@ -153,8 +145,13 @@ class BreakoutSessions:
         """Assign places in the next frame, after a decision of the teacher's."""
         self._next = 0.0
 
-    def settle(self, participants: Collection[Participant], audiences: Audiences, plenary: Plenary, now: float) -> None:
-        """Every `SETTLE`, assign places and move students to their own sessions or back to the plenary. `now`: wall time [s]."""
+    def settle(self, participants: Collection[Participant], begin: Callable[[str], VisitorRecord], now: float) -> None:
+        """Every `SETTLE`, assign places and move students to their own sessions or back to the plenary.
+
+        Args:
+            begin: returns where a student begins who has left nothing in the store.
+            now: wall time [s].
+        """
         self._context.store.tidy()
         if self.workers is not None:
             self.workers.exchange()
@@ -168,14 +165,9 @@ class BreakoutSessions:
         for one in students:
             wanted = classroom.free and one.lasting and classroom.places.holds(one.id)
             if wanted != bool(one.group) and not one.moved:
-                one.moved = True
                 if wanted and self.workers is not None:
-                    self.workers.send(one.id, self.begin(one.id, *plenary))
-                audiences.move(one.client)
-
-    def begin(self, student: str, session: Session, lessons: LessonSession) -> VisitorRecord:
-        """Return a session like the plenary's, with a student's own answers."""
-        return VisitorRecord({}, session.settings, self._from_plenary(student, lessons))
+                    self.workers.send(one.id, begin(one.id))
+                self._move(one)
 
     def admit(self, participant: Participant, participants: Collection[Participant], begin: VisitorRecord) -> Pieces:
         """Give a group the session left in the store, or one with its last settings, or one that begins as `begin` says. Who comes first
@@ -198,9 +190,7 @@ class BreakoutSessions:
             of_many = len(self._classroom.places.members(participant.group)) > 1 or participant.group != participant.id
             if of_many or (found is None and not visitor.is_back):
                 # What the teacher, or the one before, has chosen for the own page does not hold for this one.
-                for key, value in values(from_query(participant.query, self._context.options.settings)[0]).items():
-                    if key in LOOKS:
-                        visitor.session.change(key, value)
+                participant.dress(visitor.session, self._context.options.settings)
             if not visitor.is_back and found is not None and found.lessons is not None and found.lessons.open:
                 visitor.session.post(RestoreSettings(found.settings))
             participant.visitor = visitor
@@ -282,10 +272,3 @@ class BreakoutSessions:
             # One broken page must not stop the others; a tab that is just closing ends up here too.
             if client_id in self._context.server.get_clients():
                 self._errors.exception("a frame of a student's page failed", error, client_id)
-
-    def _from_plenary(self, student: str, lessons: LessonSession) -> SavedLesson | None:
-        """Return the plenary's lesson and step with the student's own answers; None outside the lessons."""
-        saved = lessons.saved()
-        if saved is None or not saved.open:
-            return None
-        return SavedLesson(self._classroom.progress_of(student, lessons.walk), saved.own, True)

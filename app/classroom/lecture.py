@@ -20,16 +20,18 @@ from app.hosting.admission import Admission, Connections, Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.frame_loop import Attention
 from app.hosting.teacher_key import is_teacher
+from app.hosting.visitor_record import VisitorRecord
 from app.i18n.reader_language import language_of, look_of, preferred
 from app.i18n.speaking import set_language
 from app.lessons.loading import in_language
+from app.lessons.progress import SavedLesson
 from app.lessons.session.lesson_session import LessonSession
 from app.runtime.throttled_log import ThrottledLog
 from app.session.frame import Frame, make_frame
 from app.session.session import Session
 from app.settings import Look
 from app.web.address import Address
-from app.web.audiences import SCREEN, SMALL, Audiences
+from app.web.audiences import SCREEN, SMALL, Audiences, send_elsewhere
 
 log = logging.getLogger("duet.lecture")
 
@@ -56,11 +58,10 @@ class LectureHost:
             self._breakouts.workers = BreakoutWorkers(context.link, self.classroom, self.control.post_work, self._breakouts.hurry)
         self.control.presenter.expected = context.options.students
         self._leader = Leader(context.options.key)
-        plenary = self.session, self.lessons
-        self._recorder = LectureRecorder(context.store, interrupted, plenary, self.classroom, self._leader, context.book)
-        self.controls = PlenaryControls(context, self.session, self.lessons, self.control, self._summaries)
+        self._recorder = LectureRecorder(context.store, interrupted, self.control, self._leader, context.book)
+        self.controls = PlenaryControls(context, self.control, self._summaries)
         self.participants: dict[int, Participant] = {}
-        self.shared = PlenaryAudiences(context, self.session, self.lessons, self.classroom, self.control, self.participants)
+        self.shared = PlenaryAudiences(context, self.control, self.participants)
         self._errors = ThrottledLog(log)
         self._attention, self._heard, self._told = Attention(), (0, 0), (None, None)
         self.audiences = Audiences(context.server, self._look, self._leader.gone)
@@ -126,7 +127,7 @@ class LectureHost:
         if self.classroom.paused and not self.classroom.free and not self.session.paused:
             # The teacher has pressed Run in the plenary.
             self.classroom.paused = False
-        self._breakouts.settle(self.participants.values(), self.audiences, (self.session, self.lessons), now)
+        self._breakouts.settle(self.participants.values(), self._begin, now)
         self.control.presenter.screens = sum(one.screen and one.query[SCREEN] != SMALL for one in self.participants.values())
         self.control.present()
         if due:
@@ -227,7 +228,7 @@ class LectureHost:
         audience = self.audiences.audience_of(client_id)
         participant = Participant(client, self._leader.holds(client_id), audience, self.control.post_work)
         if not participant.teacher and participant.audience is None and self._breakouts.expects(participant.query):
-            begin = self._breakouts.begin(participant.id, self.session, self.lessons)
+            begin = self._begin(participant.id)
             participant.group = self.classroom.places.groups[participant.id]
             participant.name = self.classroom.board.name_of(participant.group)
             yield from self._breakouts.admit(participant, self.participants.values(), begin)
@@ -241,7 +242,14 @@ class LectureHost:
             self._build(participant, self.shared.admit)
         else:
             # The place that it had when it connected has been taken meanwhile.
-            self.audiences.move(client)
+            send_elsewhere(self._context.server, client)
+
+    def _begin(self, student: str) -> VisitorRecord:
+        """Return a breakout session like the plenary, in a lesson with the student's own answers."""
+        saved, own = self.lessons.saved(), None
+        if saved is not None and saved.open:
+            own = SavedLesson(self.classroom.progress_of(student, self.lessons.walk), saved.own, True)
+        return VisitorRecord({}, self.session.settings, own)
 
     def _build(self, participant: Participant, build: Callable[[Participant], None]) -> None:
         try:

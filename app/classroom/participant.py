@@ -20,10 +20,13 @@ from app.i18n.speaking import tr
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.tally import Ballot
 from app.page.view import View
+from app.session.session import Session
+from app.settings import LOOKS, Settings, from_query
 from app.web.address import Address
 from app.web.audiences import SCREEN, Audience
 from app.web.request import request_query
 from app.web.viser_internals import expand_for
+from scenes.settings import values
 
 
 class Participant:
@@ -79,6 +82,12 @@ class Participant:
     def ask_to_operate(self) -> None:
         """Have this browser operate what another one does; from any thread."""
         self.takes_over = True
+
+    def dress(self, session: Session, start: Settings) -> None:
+        """Give a session the look that this browser's link asks for. `start`: settings for what the link leaves open."""
+        for key, value in values(from_query(self.query, start)[0]).items():
+            if key in LOOKS:
+                session.change(key, value)
 
     def leave(self) -> None:
         """Keep what a student has done in a session of their own, and drop what is being made for a teacher."""

@@ -44,7 +44,7 @@ class Audience(ServerView):
 
 
 class Audiences:
-    """Assigns browsers to audiences, and closes connections of browsers that change theirs.
+    """Assigns browsers to audiences.
 
     Args:
         server: that the browsers connect to.
@@ -71,10 +71,6 @@ class Audiences:
     def audience_of(self, number: int) -> Audience | None:
         """Return the audience of the browser with this client id; None if it has a page of its own, or is gone."""
         return next((one for one in self.audiences if number in one.watchers), None)
-
-    def move(self, client: viser.ClientHandle) -> None:
-        """Close a browser's connection, so that its page reconnects and is assigned again."""
-        send_elsewhere(self._server, client)
 
     # ---- on the network's thread -------------------------------------------------------------------------------------------
 
