@@ -189,7 +189,7 @@ class LectureHost:
         if teacher is self.controls.operator and operation is not None:
             with teacher.client.atomic():
                 operation.show(frame)
-        teacher.show_panel(self.control.presenter, self.classroom, poll, self.lessons)
+        teacher.show_panel(poll)
         page.flush()
 
     def _summaries(self) -> tuple[ClassSummary, ClassSummary | None]:

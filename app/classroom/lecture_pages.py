@@ -120,13 +120,11 @@ class PlenaryControls:
                 teacher.panel.close()
             notes = context.notes if context.options.key is not None else None
             if not leads:
-                teacher.panel = AssistantPanel(client.gui, notes, teacher.ask_to_operate)
+                teacher.panel = AssistantPanel(client.gui, self._control, notes, teacher.ask_to_operate)
             elif ALONE not in teacher.query:
                 downloads = ClassDownloads(client, self._session, context.jobs, self._summaries, teacher.page.book, language)
                 page = self._session.settings.page
-                teacher.panel = TeacherPanel(
-                    client, self._control.post, self.address, notes, page, downloads, self._control.presenter.expected
-                )
+                teacher.panel = TeacherPanel(client, self._control, self.address, notes, page, downloads)
             teacher.invitation = Invitation(client.gui, teacher.page.view)
             teacher.page.view.welcome(client)
 

@@ -11,7 +11,6 @@ from app.classroom.classroom_html import EXPLORING, FOLLOWING, HALTED, NAMED, NA
 from app.classroom.group_member import GroupMember
 from app.classroom.overlays import Invitation
 from app.classroom.plenary_page import PlenaryPage
-from app.classroom.presenter import Presenter
 from app.classroom.student_page import Answers, Banner, HandInBox, is_narrow
 from app.classroom.teacher_panel import TeacherPanel
 from app.hosting.visitor import Visitor
@@ -102,11 +101,11 @@ class Participant:
             with contextlib.suppress(Exception), self.client.atomic():
                 self.invitation.show(address)
 
-    def show_panel(self, presenter: Presenter, classroom: Classroom, poll: Poll | None, lessons: LessonSession) -> None:
-        """Update a teacher's panel. `poll`: the question in the plenary; `lessons`: the plenary's."""
+    def show_panel(self, poll: Poll | None) -> None:
+        """Update a teacher's panel. `poll`: the question in the plenary."""
         if self.panel is not None:
             with contextlib.suppress(Exception), self.client.atomic():
-                self.panel.show(presenter, classroom, poll, lessons)
+                self.panel.show(poll)
 
     def show(self, classroom: Classroom, poll: Poll | None, mine: Ballot | None, view: View, lessons: LessonSession) -> None:
         """Update what a student's page has beside the plenary.

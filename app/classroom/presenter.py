@@ -12,6 +12,15 @@ from app.lessons.outcomes import StepOutcome
 from app.lessons.walkthrough import Walkthrough
 from app.plots.curve_chart import Curve
 
+ScreenAction = Literal[
+    "on", "back", "live", "freeze", "blank", "stage", "panels", "timer 30", "timer 60", "timer 90", "timer off"
+]
+"""What a teacher asks of the projectors: the next station, the one before; the present picture, hold it, or black; the stage alone, or with
+the panels; a timer, or none."""
+
+TIMERS: Final[dict[ScreenAction, int]] = {"timer 30": 30, "timer 60": 60, "timer 90": 90, "timer off": 0}
+"""Times that a class can be given to answer [s], and none."""
+
 MOST_QUOTES: Final = 4
 """Reasons of students that are shown at once."""
 

@@ -1,28 +1,18 @@
 """The teacher's remote control of the projector: what it shows and what comes next, the timer, blank and freeze."""
 
-from collections.abc import Callable
-from typing import Final, Literal
+from typing import Final
 from urllib.parse import urlencode
 
 import viser
 from markupsafe import Markup
 
-from app.classroom.presenter import STATION_NAMES, Presenter, Station, clock_text
+from app.classroom.presenter import STATION_NAMES, TIMERS, Presenter, ScreenAction, Station, clock_text
+from app.classroom.teacher_control import TeacherControl
 from app.i18n.speaking import N_, tr
-from app.lessons.session.lesson_session import LessonSession
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.settings import PageSettings
 from app.text.templates import macros
 from app.web.control_events import on_press
-
-ScreenAction = Literal[
-    "on", "back", "live", "freeze", "blank", "stage", "panels", "timer 30", "timer 60", "timer 90", "timer off"
-]
-"""What a teacher asks of the projectors: the next station, the one before; the present picture, hold it, or black; the stage alone, or with
-the panels; a timer, or none."""
-
-TIMERS: Final[dict[ScreenAction, int]] = {"timer 30": 30, "timer 60": 60, "timer 90": 90, "timer off": 0}
-"""Times that a class can be given to answer [s], and none."""
 
 _PICTURES: Final[tuple[ScreenAction, ...]] = ("live", "freeze", "blank")
 _LAYOUTS: Final[tuple[ScreenAction, ...]] = ("stage", "panels")
@@ -32,12 +22,13 @@ class ScreenPanel:
     """The controls in the teacher's tab; the caller has opened it.
 
     Args:
-        act: called with what the teacher asks for, on the network's thread.
+        control: carries out what the teacher asks for.
         page: of the teacher; a projector that is opened from here looks the same.
         keyed: whether the teacher has a key, which that projector is given.
     """
 
-    def __init__(self, gui: viser.GuiApi, act: Callable[[ScreenAction], None], page: PageSettings, keyed: bool) -> None:
+    def __init__(self, gui: viser.GuiApi, control: TeacherControl, page: PageSettings, keyed: bool) -> None:
+        self._presenter, self._lessons, act = control.presenter, control.lessons, control.post
         self._shown: object = None
         self._state = gui.add_html("")
         self._on = gui.add_button("", icon=viser.Icon.ARROW_DOWN)
@@ -68,8 +59,9 @@ class ScreenPanel:
         on_press(self._on, lambda: act("on"))
         on_press(self._back, lambda: act("back"))
 
-    def show(self, presenter: Presenter, lessons: LessonSession) -> None:
+    def show(self) -> None:
         """Update the controls."""
+        presenter, lessons = self._presenter, self._lessons
         following = presenter.following(lessons.walk) if lessons.open else None
         cover = presenter.covered, presenter.blank, presenter.frozen, presenter.inviting, presenter.panels
         shown = lessons.open, presenter.station, following, cover, presenter.screens

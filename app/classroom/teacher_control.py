@@ -3,13 +3,11 @@
 import re
 from collections.abc import Callable, Hashable
 from time import monotonic
-from typing import Final
+from typing import Final, Literal
 
 from app.classroom.class_messages import Progressed, Ran, Reported, TakenBack, WorkAction
 from app.classroom.classroom import Classroom, Poll
-from app.classroom.presenter import MOST_QUOTES, Presenter, ShownWork, Station
-from app.classroom.screen_panel import TIMERS
-from app.classroom.teacher_panel import TeacherAction
+from app.classroom.presenter import MOST_QUOTES, TIMERS, Presenter, ScreenAction, ShownWork, Station
 from app.i18n.speaking import N_, tr
 from app.lessons.curve_drawing import median_curve
 from app.lessons.lesson import LessonBook
@@ -28,6 +26,14 @@ from scenes.inputs import Recorded
 RUN: Final = N_("a student's run")
 """Name of the replay of what a student has done."""
 
+TeacherAction = (
+    Literal["follow", "free", "pause", "reveal", "again", "pages", "quote", "expect", "invite", "invite all", "hide"]
+    | Literal["show", "show run", "pace"]
+    | ScreenAction
+)
+"""The teacher's actions for the class: all students to the plenary or to breakout sessions, pause or resume, reveal the answers, ask again,
+leave out or count votes without a page, put reasons on the screen, say how many are expected, show the address on the screen or on all
+pages, or nowhere; for those who explore: the answer of a student on the projector, or the run, and which steps are open."""
 
 EVERY_PRESS: Final[frozenset[TeacherAction]] = frozenset({"on", "back", "pause", "pages", "freeze", "blank"})
 """Steps, and what is switched on and off: two presses between two frames are two."""
