@@ -5,14 +5,13 @@ from contextlib import suppress
 
 import viser
 
-from app.classroom.assistant_panel import AssistantPanel
 from app.classroom.class_downloads import ClassDownloads, Summaries
 from app.classroom.overlays import Invitation
 from app.classroom.participant import Participant
 from app.classroom.plenary_page import PlenaryPage
 from app.classroom.student_page import Answers
 from app.classroom.teacher_control import TeacherControl
-from app.classroom.teacher_panel import TeacherPanel
+from app.classroom.teacher_panel import AssistantPanel, TeacherPanel
 from app.hosting.app_context import AppContext
 from app.hosting.teacher_key import is_mistaken, is_teacher
 from app.hosting.visitor import open_link

@@ -4,7 +4,6 @@ import contextlib
 
 import viser
 
-from app.classroom.assistant_panel import AssistantPanel
 from app.classroom.class_messages import PostWork, Progressed
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.classroom_html import EXPLORING, FOLLOWING, HALTED, NAMED, NAMELESS, OPERATING, TOGETHER, WATCHING
@@ -12,7 +11,7 @@ from app.classroom.group_member import GroupMember
 from app.classroom.overlays import Invitation
 from app.classroom.plenary_page import PlenaryPage
 from app.classroom.student_page import Answers, Banner, HandInBox, is_narrow
-from app.classroom.teacher_panel import TeacherPanel
+from app.classroom.teacher_panel import AssistantPanel, TeacherPanel
 from app.hosting.visitor import Visitor
 from app.hosting.visitor_record import tab_id
 from app.i18n.speaking import tr

@@ -1,6 +1,7 @@
-"""The teacher's panel of a lecture: the class, the notes, and the address. Only the teacher's browser is sent any of it."""
+"""The teacher's panel of a lecture: the class, the notes, and the address; or the notes alone, while another tab of the teacher leads. Only
+the teacher's browsers are sent any of it."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Final, Literal
 
 import viser
@@ -8,14 +9,14 @@ import viser
 from app.classroom.board_panel import BoardPanel
 from app.classroom.class_downloads import ClassDownloads
 from app.classroom.classroom import Poll
-from app.classroom.classroom_html import heads_html, join_html, joined_text, poll_html, voters_html
+from app.classroom.classroom_html import TAKE_OVER, banner_html, heads_html, join_html, joined_text, poll_html, voters_html
 from app.classroom.screen_panel import ScreenPanel, covers_html
 from app.classroom.teacher_control import TeacherAction, TeacherControl
 from app.hosting.serve_options import MOST_STUDENTS
 from app.i18n.speaking import N_, tr
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.hotkeys import PRESENTER_KEYS
-from app.page.panels.teachers_tab import ORDER, NotesView
+from app.page.panels.teachers_tab import ORDER, NotesView, TeachersTab
 from app.settings import PageSettings
 from app.text.templates import macros
 from app.web.address import Address
@@ -179,3 +180,31 @@ class TeacherPanel:
     def close(self) -> None:
         """Drop every report that is being made."""
         self._downloads.close()
+
+
+ASSISTING: Final = N_("You assist: another tab of the teacher leads. One tab leads at a time.")
+
+
+class AssistantPanel:
+    """What a teacher's tab has while another one leads: a line that says so, a button, and the notes.
+
+    Args:
+        notes: Markdown by lesson id; None for a teacher without a key.
+        take_over: called on the network's thread.
+    """
+
+    def __init__(
+        self, gui: viser.GuiApi, control: TeacherControl, notes: Mapping[str, str] | None, take_over: Callable[[], None]
+    ) -> None:
+        self._control = control
+        gui.add_html(banner_html("wait", tr(ASSISTING)), order=ORDER - 0.5)
+        on_press(gui.add_button(tr(TAKE_OVER), order=ORDER - 0.4, icon=viser.Icon.HAND_GRAB), take_over)
+        self._notes = None if notes is None else TeachersTab(gui, notes)
+
+    def show(self, poll: Poll | None) -> None:
+        """Update the notes; see `TeacherPanel.show`."""
+        if self._notes is not None and self._control.classroom.load is not None:
+            self._notes.show(self._control.lessons, self._control.classroom.load)
+
+    def close(self) -> None:
+        """Do nothing: nothing is being made."""
