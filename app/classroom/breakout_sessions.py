@@ -10,8 +10,8 @@ from typing import Final
 
 from app.classroom.class_messages import ClassState, Exploring, PostWork, Present, Progressed, Ran, Reported, TakenBack
 from app.classroom.classroom import Classroom
-from app.classroom.group_member import GroupMember
 from app.classroom.participant import Participant
+from app.classroom.plenary_page import GroupMember
 from app.hosting.admission import Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.visitor import Visitor, open_visitor

@@ -50,7 +50,7 @@ class ScreenView:
     """
 
     def __init__(self, gui: viser.GuiApi, presenter: Presenter, lessons: LessonSession, book: LessonBook) -> None:
-        self._presenter, self._lessons, self._book = presenter, lessons, book
+        self.presenter, self._lessons, self._book = presenter, lessons, book
         self._over, self._cover = gui.add_html(""), gui.add_html("")
         self._shown: object = None
         self._covered: tuple[bool, Address | None, tuple[int, int]] = False, None, (0, 0)
@@ -62,7 +62,7 @@ class ScreenView:
             poll: the question in the plenary, in the projector's language.
             record: see `screen_html`.
         """
-        presenter, lessons = self._presenter, self._lessons
+        presenter, lessons = self.presenter, self._lessons
         left = presenter.left
         # The curves of a whole class are not drawn in every frame.
         class_says = poll, presenter.work, presenter.quotes, record
@@ -78,8 +78,8 @@ class ScreenView:
 
     def cover(self, address: Address | None, joined: tuple[int, int]) -> None:
         """Make the projector black, or show the address, or its picture again. `joined`: see `joined_text`."""
-        covered = self._presenter.blank, address, joined if address is not None else (0, 0)
+        covered = self.presenter.blank, address, joined if address is not None else (0, 0)
         if covered != self._covered:
             self._covered = covered
-            black = element("i", class_="duet-blank", hidden="") if self._presenter.blank else ""
+            black = element("i", class_="duet-blank", hidden="") if self.presenter.blank else ""
             self._cover.content = black + ("" if address is None else overlay_html(address, joined))

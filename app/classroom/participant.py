@@ -7,9 +7,8 @@ import viser
 from app.classroom.class_messages import PostWork, Progressed
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.classroom_html import EXPLORING, FOLLOWING, HALTED, NAMED, NAMELESS, OPERATING, TOGETHER, WATCHING
-from app.classroom.group_member import GroupMember
 from app.classroom.overlays import Invitation
-from app.classroom.plenary_page import PlenaryPage
+from app.classroom.plenary_page import GroupMember, PlenaryPage
 from app.classroom.student_page import Answers, Banner, HandInBox, is_narrow
 from app.classroom.teacher_panel import AssistantPanel, TeacherPanel
 from app.hosting.visitor import Visitor
