@@ -1,17 +1,29 @@
 """The answers and drawings of a class for the questions of the lessons: one of every student in every round, counted without names; and
 where they come from."""
 
-from collections.abc import Callable, Collection, Iterable, Mapping
-from typing import Any, NamedTuple, TypeVar
+from collections.abc import Collection, Mapping
+from typing import NamedTuple
 
 from app.lessons.tally import Ballot, QuestionId, Switch, Tally, switches_between, tally_of
 from app.plots.curve_chart import Curve
 from app.web.connection import FilteredConnection
 
-T = TypeVar("T")
-
 Round = Mapping[str, Ballot]
 """By the id of a student's tab."""
+
+
+class Counts(NamedTuple):
+    """How a class has answered a question.
+
+    Attributes:
+        newest: counts of the newest round.
+        first: those of the first one; None for a question that was not asked again.
+        switches: how often each pair of answers was given, in the first round and in the newest one, by one student.
+    """
+
+    newest: Tally
+    first: Tally | None = None
+    switches: tuple[Switch, ...] = ()
 
 
 class Ballots:
@@ -26,7 +38,7 @@ class Ballots:
         self._revealed: set[QuestionId] = set()
         self._left_out: frozenset[str] = frozenset()
         # Every page of a class asks for the counts in every frame; they change with an answer.
-        self._counts: dict[tuple[str, QuestionId, int], Any] = {}
+        self._counts: dict[tuple[QuestionId, int], Counts] = {}
 
     @property
     def everything(self) -> tuple[dict[QuestionId, dict[str, Ballot]], tuple[QuestionId, ...]]:
@@ -45,8 +57,8 @@ class Ballots:
         earlier: Mapping[QuestionId, tuple[Round, ...]],
     ) -> None:
         """Take up what `everything` and `earlier` have returned."""
-        self._ballots = {question: _read(given) for question, given in ballots.items()}
-        self._earlier = {question: tuple(map(_read, rounds)) for question, rounds in earlier.items()}
+        self._ballots = {question: dict(given) for question, given in ballots.items()}
+        self._earlier = {question: tuple(map(dict, rounds)) for question, rounds in earlier.items()}
         self._revealed = set(revealed)
         self._counts.clear()
 
@@ -101,13 +113,6 @@ class Ballots:
         self._counts.clear()
         return True
 
-    def _counted(self, kind: str, question: QuestionId, choices: int, count: Callable[[], T]) -> T:
-        """Return what `count` returns, which is called once after every change."""
-        key = kind, question, choices
-        if key not in self._counts:
-            self._counts[key] = count()
-        return self._counts[key]
-
     def ballot_of(self, question: QuestionId, student: str) -> Ballot:
         return self._ballots.get(question, {}).get(student, Ballot())
 
@@ -125,21 +130,17 @@ class Ballots:
                     found[question] = ballots[student]
         return found
 
-    def tally(self, question: QuestionId, choices: int, here: Collection[str]) -> Tally:
-        """Return the counts of the newest round. `choices`: how many there are; `here`: the students who are present."""
-        counts = self._counted("newest", question, choices, lambda: tally_of(self.counted_rounds_of(question)[-1], choices))
-        return counts._replace(waiting=len(set(here) - self._ballots.get(question, {}).keys() - self._left_out))
-
-    def first_tally(self, question: QuestionId, choices: int) -> Tally | None:
-        """Return the counts of the first round; None for a question that was not asked again."""
-        if question not in self._earlier:
-            return None
-        return self._counted("first", question, choices, lambda: tally_of(self.counted_rounds_of(question)[0], choices))
-
-    def switches(self, question: QuestionId) -> tuple[Switch, ...]:
-        """Return how often each pair of answers was given, in the first round and in the newest one, by one student."""
-        first, *others = self.counted_rounds_of(question)
-        return self._counted("switches", question, 0, lambda: switches_between(first, others[-1])) if others else ()
+    def counts(self, question: QuestionId, choices: int, here: Collection[str]) -> Counts:
+        """Return the counts of a question. `choices`: how many there are; `here`: the students who are present."""
+        if (question, choices) not in self._counts:
+            rounds = self.counted_rounds_of(question)
+            counts = Counts(tally_of(rounds[-1], choices))
+            if len(rounds) > 1:
+                counts = Counts(counts.newest, tally_of(rounds[0], choices), switches_between(rounds[0], rounds[-1]))
+            self._counts[question, choices] = counts
+        known = self._counts[question, choices]
+        waiting = len(set(here) - self._ballots.get(question, {}).keys() - self._left_out)
+        return known._replace(newest=known.newest._replace(waiting=waiting))
 
     def reveal(self, question: QuestionId) -> None:
         """Show the tally to everybody; from now on no answer changes."""
@@ -156,10 +157,6 @@ class Ballots:
             self._earlier[question] = (*self._earlier.get(question, ()), ballots)
         self._revealed.discard(question)
         self._counts.clear()
-
-
-def _read(ballots: Round) -> dict[str, Ballot]:
-    return {student: Ballot(*one) for student, one in ballots.items()}
 
 
 class VoterCount(NamedTuple):
@@ -182,9 +179,6 @@ class Voters:
         self.pages_only = False
         self.pageless: set[str] = set()
         self._addresses: dict[str, str] = {}
-
-    def restore(self, pages_only: bool, pageless: Iterable[str]) -> None:
-        self.pages_only, self.pageless = pages_only, set(pageless)
 
     def note(self, student: str, origin: FilteredConnection) -> None:
         """Note where a student comes from now."""

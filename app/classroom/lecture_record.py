@@ -87,7 +87,7 @@ class LectureRecorder:
 def _take_up(classroom: Classroom, record: ClassRecord) -> None:
     classroom.ballots.restore(record.ballots, record.revealed, record.earlier)
     classroom.work.restore(record.passed, record.hand_ins, record.nearest)
-    classroom.voters.restore(record.pages_only, record.pageless)
+    classroom.voters.pageless = set(record.pageless)
     classroom.board.names, classroom.pace = dict(record.names), record.pace
     classroom.places.groups = dict(record.groups)
     classroom.count_pages_only(record.pages_only)

@@ -39,15 +39,15 @@ def test_everybody_counts_once_with_the_newest_answer_until_the_reveal(answers: 
     ballots = Ballots()
     assert all(ballots.answer(PLACE, who, choice) for who, choice in answers)
     newest = dict(answers)
-    tally = ballots.tally(PLACE, 4, here)
+    tally = ballots.counts(PLACE, 4, here).newest
     assert tally.counts == tuple(sum(c == i for c in newest.values()) for i in range(4))
     assert tally.waiting == len(here - set(newest)) and tally.answered == len(newest)
     assert tally.counts[tally.favourite] == max(tally.counts) if tally.favourite is not None else not newest
     ballots.reveal(PLACE)
-    assert not any(ballots.answer(PLACE, who, 0) for who in here) and ballots.tally(PLACE, 4, here) == tally
+    assert not any(ballots.answer(PLACE, who, 0) for who in here) and ballots.counts(PLACE, 4, here).newest == tally
     assert ballots.answer(("redundancy", "two"), "ann", 2), "another question is still open"
     ballots.ask_again(PLACE)
-    assert not ballots.revealed(PLACE) and ballots.tally(PLACE, 4, here).answered == 0
+    assert not ballots.revealed(PLACE) and ballots.counts(PLACE, 4, here).newest.answered == 0
     assert ballots.ballots_of("ann").get(("redundancy", "two")) == Ballot(2) and ballots.answer(PLACE, "ann", 1)
 
 
@@ -69,9 +69,9 @@ def test_a_round_is_never_changed_by_a_later_one(rounds: list[dict[str, int]], r
             # Twice in a row it is one round more, not two.
             ballots.ask_again(PLACE)
     assert [{who: ballot.choice for who, ballot in one.items()} for one in ballots.rounds_of(PLACE)] == rounds
-    first, last, tally = rounds[0], rounds[-1], ballots.first_tally(PLACE, 4)
+    first, last = rounds[0], rounds[-1]
+    _, tally, switches = ballots.counts(PLACE, 4, ())
     assert tally is not None and sum(tally.counts) == tally.answered == len(first)
-    switches = ballots.switches(PLACE)
     assert sum(one.students for one in switches) == len(first.keys() & last.keys())
     for i in range(4):
         stayed_or_left = sum(one.students for one in switches if one.before == i)
@@ -215,9 +215,9 @@ def test_a_curve_counts_like_an_answer_and_is_shown_without_its_name() -> None:
     assert not classroom.draw(walk, "cy", question, (2.0,) * COLUMNS), "beyond the axis"
     poll = classroom.poll(walk)
     assert poll is not None and poll.tally == Tally((1, 0, 0, 0), 1, 2, (HALF, FULL)) and poll.truth == ()
-    assert classroom.draw(walk, "ann", question, ()) and classroom.ballots.tally(question, 4, classroom.here).waiting == 2, (
-        "taken back"
-    )
+    assert (
+        classroom.draw(walk, "ann", question, ()) and classroom.ballots.counts(question, 4, classroom.here).newest.waiting == 2
+    ), "taken back"
     assert classroom.draw(walk, "ann", question, HALF)
     shown = poll_html(classroom.poll(walk) or poll, live=True)
     assert "2 drawn" in shown and "ann" not in shown and shown.count('stroke-opacity="0.3"') == 2 and "median" in shown

@@ -232,7 +232,7 @@ def test_every_tab_of_a_lecture_has_its_own_look_and_language(house: OpenHouse, 
     click(german, "1   ")
     walk = host.lessons.walk
     place = walk.lesson.id, walk.step.id
-    teacher.wait_for(lambda _: host.classroom.ballots.tally(place, 3, host.classroom.here).answered == 1, WAIT)
+    teacher.wait_for(lambda _: host.classroom.ballots.counts(place, 3, ()).newest.answered == 1, WAIT)
     host.control.post("reveal")
     ask(host.session, lambda _: host.lessons.act(GoOn()))
     for visitor, language in looks:
