@@ -4,6 +4,7 @@ where they come from."""
 from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
+from app.lessons.lesson import LAST, LessonBook
 from app.lessons.tally import Ballot, QuestionId, Switch, Tally, switches_between, tally_of
 from app.plots.curve_chart import Curve
 from app.web.connection import FilteredConnection
@@ -75,6 +76,28 @@ class Ballots:
         """Return `rounds_of` a question without the ballots that are left out."""
         rounds, left_out = self.rounds_of(question), self._left_out
         return tuple({one: ballot for one, ballot in given.items() if one not in left_out} for given in rounds)
+
+    def paired(
+        self, book: LessonBook, own: Mapping[QuestionId, Mapping[str, int]]
+    ) -> dict[QuestionId, tuple[tuple[int, int], ...]]:
+        """Return question of a test that is asked before the lessons and after them → answers before and after of every student who gave
+        both, without names and in no one's order.
+
+        What counts is a student's first vote, and without one the answer in a session of their own. `own`: these, by question and student.
+        """
+        paired: dict[QuestionId, tuple[tuple[int, int], ...]] = {}
+
+        def answers(question: QuestionId) -> dict[str, int]:
+            voted = {student: ballot.choice for student, ballot in self.counted_rounds_of(question)[0].items()}
+            return {**own.get(question, {}), **{student: choice for student, choice in voted.items() if choice is not None}}
+
+        for lesson in book.lessons:
+            for step in lesson.steps if lesson.asked == "first" else ():
+                before, after = answers((lesson.id, step.id)), answers((lesson.id + LAST, step.id))
+                both = sorted((before[student], after[student]) for student in before.keys() & after.keys())
+                if both:
+                    paired[lesson.id, step.id] = tuple(both)
+        return paired
 
     def leave_out(self, students: frozenset[str]) -> None:
         """Count the ballots of all but these students; theirs are kept."""

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 
 from app.classroom.ballots import Ballots, VoterCount, Voters
 from app.classroom.breakout_places import BreakoutPlaces
-from app.classroom.paired_answers import paired_answers
 from app.classroom.progress_board import ProgressBoard
 from app.classroom.student_work import StudentWork, clean_name
 from app.export.class_summary import AskedQuestion, ClassSummary, HandIn
@@ -283,7 +282,7 @@ class Classroom:
             tuple(_asked(q, steps[q], rounds[q]) for q in asked),
             {q: len(students) for q, students in self.work.passed.items()},
             tuple(hand_ins),
-            paired_answers(book, self.ballots, self.work),
+            self.ballots.paired(book, self.work.choices),
         )
 
 

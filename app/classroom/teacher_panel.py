@@ -143,20 +143,9 @@ class TeacherPanel:
             self._notes.show(self._control.lessons)
         self._downloads.show()
         reasons = {} if poll is None else classroom.ballots.reasons(poll.question)
-        voters, pages_only, reports = classroom.voters_of(poll), classroom.voters.pages_only, len(classroom.work.hand_ins)
-        heads = classroom.heads, presenter.expected, classroom.places.most
-        shown = (
-            heads,
-            classroom.free,
-            classroom.paused,
-            classroom.waiting,
-            reports,
-            poll,
-            classroom.load,
-            voters,
-            pages_only,
-            reasons,
-        )
+        voters, pages_only = classroom.voters_of(poll), classroom.voters.pages_only
+        heads = classroom.heads, presenter.expected, classroom.places.most, classroom.waiting, len(classroom.work.hand_ins)
+        shown = heads, classroom.load, classroom.free, classroom.paused, poll, voters, pages_only, reasons
         if shown == self._shown:
             return
         self._shown, self._free = shown, classroom.free
