@@ -228,7 +228,7 @@ class BreakoutSessions:
                 page = one.visitor or one.member
                 if page is not None:
                     set_language(page.language)
-                    one.show(self._classroom, None, None, page.view, page.lessons)
+                    one.show(self._classroom, None, page.view, page.lessons)
             if lead is not None and lead.visitor is not None:
                 lead.visitor.beside = tuple(one.member for one in members if one.member is not None)
                 self._frame(lead.client.client_id, lead.visitor, now, elapsed)

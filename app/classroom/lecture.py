@@ -109,10 +109,11 @@ class LectureHost:
         set_language(self.controls.language)
         self._connect()
         set_language(self.controls.language)
-        if self.controls.operator is None:
-            self._find_operator()
-        for one in list(self.participants.values()):
-            if one.teacher and one.takes_over:
+        teachers = [one for one in self.participants.values() if one.teacher]
+        if self.controls.operator is None and teachers:
+            self._build(teachers[0], self.controls.hand_over)
+        for one in teachers:
+            if one.takes_over:
                 one.takes_over = False
                 self._build(one, self.controls.take_over)
         self.control.answers.do()
@@ -174,8 +175,7 @@ class LectureHost:
             poll = self.control.poll(page.book)
             page.show(frame, poll, self.control.record)
             for one in self.shared.watchers(audience):
-                mine = None if poll is None or one.answers is None else self.classroom.ballots.ballot_of(poll.question, one.id)
-                one.show(self.classroom, poll, mine, page.view, self.lessons)
+                one.show(self.classroom, poll, page.view, self.lessons)
                 one.invite(self._address("all"))
             page.flush()
 
@@ -216,11 +216,6 @@ class LectureHost:
         self.admission.advance()
         if self.admission.busy:
             self._context.wake()
-
-    def _find_operator(self) -> None:
-        teacher = next((one for one in self.participants.values() if one.teacher), None)
-        if teacher is not None:
-            self._build(teacher, self.controls.hand_over)
 
     def _admit(self, client: viser.ClientHandle) -> Pieces:
         """Give a browser its page; one with a breakout session takes part once the page is whole."""

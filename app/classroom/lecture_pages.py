@@ -91,8 +91,8 @@ class PlenaryControls:
 
     @property
     def language_changed(self) -> bool:
-        """Whether the operator has chosen another language than the plenary has."""
-        return self.operator is not None and language_of(self._session.settings, self._browser) != self.language
+        """Whether the operator, if there is one, has chosen another language than the plenary has."""
+        return language_of(self._session.settings, self._browser) != self.language
 
     def build_operator_page(self, operator: Participant) -> None:
         """Build the operator's page, and translate the plenary to its language; the lesson goes on where it is."""

@@ -105,12 +105,11 @@ class Participant:
             with contextlib.suppress(Exception), self.client.atomic():
                 self.panel.show(poll)
 
-    def show(self, classroom: Classroom, poll: Poll | None, mine: Ballot | None, view: View, lessons: LessonSession) -> None:
+    def show(self, classroom: Classroom, poll: Poll | None, view: View, lessons: LessonSession) -> None:
         """Update what a student's page has beside the plenary.
 
         Args:
-            poll: the question in the plenary.
-            mine: what the student has handed in; None for no question, or no student.
+            poll: the question in the plenary; None for none, and in a breakout session.
             view, lessons: the plenary's, or those of the breakout session.
         """
         if self.group and self._view is not view:
@@ -122,6 +121,7 @@ class Participant:
         report = classroom.work.hand_ins.get(self.id)
         self.worked = self.worked or report is not None or classroom.has_work(self.id) or classroom.has_work(self.group)
         line, tab = self._line(classroom), view.lesson_panel.tab if lessons.open and self.narrow else None
+        mine = Ballot() if poll is None else classroom.ballots.ballot_of(poll.question, self.id)
         answered = None if self.answers is None else (lessons.open, poll, mine, view.lesson_panel.tab)
         offers = self.member is not None
         shown = line, tab, answered, self.worked, report

@@ -115,9 +115,7 @@ def _pills_html(*pills: tuple[str, str]) -> Markup:
 def open_html(page: PageSettings, keyed: bool) -> Markup:
     """Return the button that opens a projector's window, with the teacher's key if there is one, and how to go on; see the script
     `presenter.js`."""
-    query = {"screen": "1", "profile": "projector", "lang": page.language}
-    if page.language == "auto":
-        del query["lang"]
+    query = {"screen": "1", "profile": "projector"} | ({} if page.language == "auto" else {"lang": page.language})
     how = tr("Drag the new window to the projector and press F11.")
     keys = tr("By key or clicker, here and in that window:") if keyed else tr("By key or clicker, here:")
     more = tr("Page ↓ goes on, Page ↑ back, B makes it black, F freezes it.")

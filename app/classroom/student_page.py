@@ -127,9 +127,8 @@ class Answers:
     def _answer(self, choice: int) -> None:
         self._control.answers.put(Answer(self._student, choice))
 
-    def show(self, poll: Poll | None, ballot: Ballot | None, first: Ballot) -> None:
-        """Update everything. `ballot`: the student's newest one; `first`: see `mine_html`."""
-        mine = Ballot() if ballot is None else ballot
+    def show(self, poll: Poll | None, mine: Ballot, first: Ballot) -> None:
+        """Update everything. `mine`: the student's newest ballot; `first`: see `mine_html`."""
         asked = None if poll is None else (poll.question, poll.choices, poll.open, poll.outcome, poll.verdicts, poll.round)
         if self._panel.tab is None or (asked, mine, first) == self._shown:
             return

@@ -144,7 +144,9 @@ class TeacherControl:
             case "reveal":
                 self._reveal()
             case "again":
-                self._ask_again()
+                if (poll := self.poll()) is not None:
+                    classroom.ballots.ask_again(poll.question)
+                    self.lessons.act(ResetStep())
             case "pages":
                 classroom.count_pages_only(not classroom.voters.pages_only)
             case "show":
@@ -297,12 +299,6 @@ class TeacherControl:
             lessons.act(Draw(*poll.question, median_curve(poll.tally.curves)))
         if favourite is not None:
             lessons.act(Choose(favourite))
-
-    def _ask_again(self) -> None:
-        poll = self.poll()
-        if poll is not None:
-            self.classroom.ballots.ask_again(poll.question)
-            self.lessons.act(ResetStep())
 
     def draw(self, student: str, question: QuestionId, curve: Curve) -> None:
         """Take a student's curve for a question, as long as that takes answers."""
