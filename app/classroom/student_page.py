@@ -109,7 +109,7 @@ class Answers:
             ]
             for i in range(len(KEYS)):
                 button = gui.add_button(f"{i + 1}", visible=False, color="gray", order=ORDER["choices"] + 1.0 + i)
-                self._buttons.append(on_press(button, partial(self._answer, i)))
+                self._buttons.append(on_press(button, partial(self._control.answers.put, Answer(self._student, i))))
             self._board = DrawingBoard(gui, self._control.answers.put, partial(self._control.draw, self._student))
 
     def _offer_reason(self, poll: Poll | None, mine: Ballot) -> None:
@@ -123,9 +123,6 @@ class Answers:
             self._reasons[asked] = on_entry(box, lambda text: put(Because(student, question, text[:LONGEST_REASON])))
         for place, box in self._reasons.items():
             box.visible = place == asked
-
-    def _answer(self, choice: int) -> None:
-        self._control.answers.put(Answer(self._student, choice))
 
     def show(self, poll: Poll | None, mine: Ballot, first: Ballot) -> None:
         """Update everything. `mine`: the student's newest ballot; `first`: see `mine_html`."""
@@ -146,7 +143,7 @@ class Answers:
         for i in range(len(self._commands), count):
             name = tr("Answer {number}", number=i + 1)
             command = self._client.gui.add_command(name, hotkey=KEYS[i], icon=viser.Icon.HAND_CLICK)
-            self._commands.append(on_command(command, partial(self._answer, i)))
+            self._commands.append(on_command(command, partial(self._control.answers.put, Answer(self._student, i))))
         drawing = poll.drawing if poll is not None and poll.open else None
         self._board.show(poll.question if poll is not None else ("", ""), drawing, mine.curve)
         self._offer_reason(poll, mine)
