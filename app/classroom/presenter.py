@@ -43,11 +43,6 @@ class Station(StrEnum):
     CHALLENGE = "challenge"
     TRY = "try"
 
-    @property
-    def is_scene(self) -> bool:
-        """Whether nothing lies over the scene."""
-        return self in (Station.SCENE, Station.RUN, Station.TRY)
-
 
 STATION_NAMES: Final = {
     Station.SCENE: N_("the scene"),
@@ -178,10 +173,6 @@ class Presenter:
         covered = self.covered
         self.blank, self.frozen, self.inviting, self.work = False, False, "", None
         return covered
-
-    def invite(self) -> None:
-        """Show the address on the projectors; where there is none, on the teacher's page."""
-        self.inviting = "screens" if self.screens else "teachers"
 
     def following(self, walk: Walkthrough) -> Station | None:
         """Return the next station of the step; None if the next step comes next."""

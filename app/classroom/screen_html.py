@@ -1,6 +1,7 @@
 """HTML of the projector: the question, the class's answers, the outcome or the explanation over a dimmed scene; or a line below it."""
 
 from collections.abc import Collection
+from typing import Final
 
 from markupsafe import Markup
 
@@ -16,6 +17,9 @@ from app.lessons.step_view import StepView, fill
 from app.page.lessons.duel import record_html
 from app.text.lesson_text import lesson_html
 from app.text.templates import macros
+
+CAPTIONS: Final = {Station.SCENE: "goal", Station.RUN: "do", Station.TRY: "challenge"}
+"""Stations with nothing over the scene, and the text of the step that stands below it."""
 
 
 def screen_html(
@@ -38,15 +42,14 @@ def screen_html(
         record: the smallest d less d_m of the class in the step's duel [m]; None for none.
     """
     made, kinds = macros("classroom/screen.html"), f"at-{station} panels" if panels else f"at-{station}"
-    if view is not None and not station.is_scene:
+    if view is not None and station not in CAPTIONS:
         slide = made.head(view) + _slide(station, view, poll, quotes) + record_html(record) + _meter(poll, left)
         return made.screen(f"slide {kinds}", slide)
     if view is None or panels:
         return made.screen(f"scene {kinds}", "")
     texts = dict(view.texts)
-    name = {Station.RUN: "do", Station.TRY: "challenge"}.get(station, "goal")
     counts = poll is not None and poll.open and (poll.tally.answered > 0 or left is not None)
-    caption = made.caption(view, texts.get(name) or texts["goal"], record_html(record))
+    caption = made.caption(view, texts.get(CAPTIONS[station]) or texts["goal"], record_html(record))
     return made.screen(f"scene {kinds}", caption + _meter(poll, left) if counts else caption)
 
 

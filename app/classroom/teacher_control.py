@@ -163,7 +163,8 @@ class TeacherControl:
             case "expect":
                 presenter.expected = int(value)
             case "invite":
-                presenter.invite()
+                # Where there is no projector, on the teacher's page.
+                presenter.inviting = "screens" if presenter.screens else "teachers"
             case "invite all":
                 presenter.inviting = "all"
             case "hide":
