@@ -81,11 +81,6 @@ class LectureHost:
         return look_of(query, preferred(accept), self._context.options.settings)
 
     @property
-    def operator(self) -> int | None:
-        """Id of the client that has the controls, or None."""
-        return None if self.controls.operator is None else self.controls.operator.client.client_id
-
-    @property
     def sessions(self) -> dict[int, Session]:
         """The breakout sessions, by client id."""
         return {key: one.visitor.session for key, one in list(self.participants.items()) if one.visitor is not None}
