@@ -10,8 +10,8 @@ import pytest
 from app.classroom.ballots import Tally
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.classroom_html import poll_html, tied_html
+from app.classroom.overlays import screen_html
 from app.classroom.presenter import Presenter, Station, stations_of
-from app.classroom.screen_html import screen_html
 from app.classroom.screen_panel import next_station_label
 from app.classroom.teacher_control import Because, TeacherControl
 from app.lessons.bookmark import Phase

@@ -15,9 +15,9 @@ from jinja2 import UndefinedError
 
 from app.classroom.classroom import Poll
 from app.classroom.classroom_html import join_html, mine_html, overlay_html, poll_html, tied_html
+from app.classroom.overlays import screen_html
 from app.classroom.presenter import Station
 from app.classroom.progress_board import BoardRow, Cell
-from app.classroom.screen_html import screen_html
 from app.custom_law.arena import TrialCurve
 from app.custom_law.examination import ExaminationProgress
 from app.export.class_report import class_report_bytes
