@@ -58,7 +58,7 @@ class LectureHost:
             self._breakouts.workers = BreakoutWorkers(context.link, self.classroom, self.control.post_work, self._breakouts.hurry)
         self.control.presenter.expected = context.options.students
         self._leader = Leader(context.options.key)
-        self._recorder = LectureRecorder(context.store, interrupted, self.control, self._leader, context.book)
+        self._recorder = LectureRecorder(context, interrupted, self.control, self._leader)
         self.controls = PlenaryControls(context, self.control, self._summaries)
         self.participants: dict[int, Participant] = {}
         self.shared = PlenaryAudiences(context, self.control, self.participants)

@@ -8,7 +8,7 @@ from app.classroom.classroom import Classroom
 from app.classroom.leader import Leader
 from app.classroom.teacher_control import TeacherControl
 from app.export.class_summary import ClassSummary
-from app.hosting.session_store import SessionStore
+from app.hosting.app_context import AppContext
 from app.hosting.visitor import run_again
 from app.hosting.visitor_record import ClassRecord, VisitorRecord
 from app.lessons.lesson import LessonBook
@@ -24,15 +24,12 @@ class LectureRecorder:
     Args:
         record: of the lecture that broke off, which goes on here; None for a new one.
         control: of the plenary.
-        book: the lessons.
     """
 
-    def __init__(
-        self, store: SessionStore, record: VisitorRecord | None, control: TeacherControl, leader: Leader, book: LessonBook
-    ) -> None:
-        self._store, self._leader, self._book, self._save_at = store, leader, book, 0.0
+    def __init__(self, context: AppContext, record: VisitorRecord | None, control: TeacherControl, leader: Leader) -> None:
+        self._store, self._book, self._leader, self._save_at = context.store, context.book, leader, 0.0
         self._session, self._lessons, self._classroom = control.session, control.lessons, control.classroom
-        self._last_class = _summary_in(store.last_lecture(), record is not None, book)
+        self._last_class = _summary_in(self._store.last_lecture(), record is not None, self._book)
         if record is not None and record.room is not None:
             self._restore(record, record.room)
 
