@@ -1,17 +1,30 @@
 """The answers and drawings of a class for the questions of the lessons: one of every student in every round, counted without names; and
 where they come from."""
 
-from collections.abc import Callable, Collection, Iterable, Mapping
-from typing import Any, NamedTuple, TypeVar
+from collections.abc import Collection, Mapping
+from typing import NamedTuple
 
+from app.lessons.lesson import LAST, LessonBook
 from app.lessons.tally import Ballot, QuestionId, Switch, Tally, switches_between, tally_of
 from app.plots.curve_chart import Curve
 from app.web.connection import FilteredConnection
 
-T = TypeVar("T")
-
 Round = Mapping[str, Ballot]
 """By the id of a student's tab."""
+
+
+class Counts(NamedTuple):
+    """How a class has answered a question.
+
+    Attributes:
+        newest: counts of the newest round.
+        first: those of the first one; None for a question that was not asked again.
+        switches: how often each pair of answers was given, in the first round and in the newest one, by one student.
+    """
+
+    newest: Tally
+    first: Tally | None = None
+    switches: tuple[Switch, ...] = ()
 
 
 class Ballots:
@@ -26,7 +39,7 @@ class Ballots:
         self._revealed: set[QuestionId] = set()
         self._left_out: frozenset[str] = frozenset()
         # Every page of a class asks for the counts in every frame; they change with an answer.
-        self._counts: dict[tuple[str, QuestionId, int], Any] = {}
+        self._counts: dict[tuple[QuestionId, int], Counts] = {}
 
     @property
     def everything(self) -> tuple[dict[QuestionId, dict[str, Ballot]], tuple[QuestionId, ...]]:
@@ -45,8 +58,8 @@ class Ballots:
         earlier: Mapping[QuestionId, tuple[Round, ...]],
     ) -> None:
         """Take up what `everything` and `earlier` have returned."""
-        self._ballots = {question: _read(given) for question, given in ballots.items()}
-        self._earlier = {question: tuple(map(_read, rounds)) for question, rounds in earlier.items()}
+        self._ballots = {question: dict(given) for question, given in ballots.items()}
+        self._earlier = {question: tuple(map(dict, rounds)) for question, rounds in earlier.items()}
         self._revealed = set(revealed)
         self._counts.clear()
 
@@ -63,6 +76,28 @@ class Ballots:
         """Return `rounds_of` a question without the ballots that are left out."""
         rounds, left_out = self.rounds_of(question), self._left_out
         return tuple({one: ballot for one, ballot in given.items() if one not in left_out} for given in rounds)
+
+    def paired(
+        self, book: LessonBook, own: Mapping[QuestionId, Mapping[str, int]]
+    ) -> dict[QuestionId, tuple[tuple[int, int], ...]]:
+        """Return question of a test that is asked before the lessons and after them → answers before and after of every student who gave
+        both, without names and in no one's order.
+
+        What counts is a student's first vote, and without one the answer in a session of their own. `own`: these, by question and student.
+        """
+        paired: dict[QuestionId, tuple[tuple[int, int], ...]] = {}
+
+        def answers(question: QuestionId) -> dict[str, int]:
+            voted = {student: ballot.choice for student, ballot in self.counted_rounds_of(question)[0].items()}
+            return {**own.get(question, {}), **{student: choice for student, choice in voted.items() if choice is not None}}
+
+        for lesson in book.lessons:
+            for step in lesson.steps if lesson.asked == "first" else ():
+                before, after = answers((lesson.id, step.id)), answers((lesson.id + LAST, step.id))
+                both = sorted((before[student], after[student]) for student in before.keys() & after.keys())
+                if both:
+                    paired[lesson.id, step.id] = tuple(both)
+        return paired
 
     def leave_out(self, students: frozenset[str]) -> None:
         """Count the ballots of all but these students; theirs are kept."""
@@ -101,13 +136,6 @@ class Ballots:
         self._counts.clear()
         return True
 
-    def _counted(self, kind: str, question: QuestionId, choices: int, count: Callable[[], T]) -> T:
-        """Return what `count` returns, which is called once after every change."""
-        key = kind, question, choices
-        if key not in self._counts:
-            self._counts[key] = count()
-        return self._counts[key]
-
     def ballot_of(self, question: QuestionId, student: str) -> Ballot:
         return self._ballots.get(question, {}).get(student, Ballot())
 
@@ -125,21 +153,17 @@ class Ballots:
                     found[question] = ballots[student]
         return found
 
-    def tally(self, question: QuestionId, choices: int, here: Collection[str]) -> Tally:
-        """Return the counts of the newest round. `choices`: how many there are; `here`: the students who are present."""
-        counts = self._counted("newest", question, choices, lambda: tally_of(self.counted_rounds_of(question)[-1], choices))
-        return counts._replace(waiting=len(set(here) - self._ballots.get(question, {}).keys() - self._left_out))
-
-    def first_tally(self, question: QuestionId, choices: int) -> Tally | None:
-        """Return the counts of the first round; None for a question that was not asked again."""
-        if question not in self._earlier:
-            return None
-        return self._counted("first", question, choices, lambda: tally_of(self.counted_rounds_of(question)[0], choices))
-
-    def switches(self, question: QuestionId) -> tuple[Switch, ...]:
-        """Return how often each pair of answers was given, in the first round and in the newest one, by one student."""
-        first, *others = self.counted_rounds_of(question)
-        return self._counted("switches", question, 0, lambda: switches_between(first, others[-1])) if others else ()
+    def counts(self, question: QuestionId, choices: int, here: Collection[str]) -> Counts:
+        """Return the counts of a question. `choices`: how many there are; `here`: the students who are present."""
+        if (question, choices) not in self._counts:
+            rounds = self.counted_rounds_of(question)
+            counts = Counts(tally_of(rounds[-1], choices))
+            if len(rounds) > 1:
+                counts = Counts(counts.newest, tally_of(rounds[0], choices), switches_between(rounds[0], rounds[-1]))
+            self._counts[question, choices] = counts
+        known = self._counts[question, choices]
+        waiting = len(set(here) - self._ballots.get(question, {}).keys() - self._left_out)
+        return known._replace(newest=known.newest._replace(waiting=waiting))
 
     def reveal(self, question: QuestionId) -> None:
         """Show the tally to everybody; from now on no answer changes."""
@@ -156,10 +180,6 @@ class Ballots:
             self._earlier[question] = (*self._earlier.get(question, ()), ballots)
         self._revealed.discard(question)
         self._counts.clear()
-
-
-def _read(ballots: Round) -> dict[str, Ballot]:
-    return {student: Ballot(*one) for student, one in ballots.items()}
 
 
 class VoterCount(NamedTuple):
@@ -182,9 +202,6 @@ class Voters:
         self.pages_only = False
         self.pageless: set[str] = set()
         self._addresses: dict[str, str] = {}
-
-    def restore(self, pages_only: bool, pageless: Iterable[str]) -> None:
-        self.pages_only, self.pageless = pages_only, set(pageless)
 
     def note(self, student: str, origin: FilteredConnection) -> None:
         """Note where a student comes from now."""

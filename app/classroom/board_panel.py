@@ -1,22 +1,18 @@
 """The teacher's view of those who work alone: the board, who of them is shown on the projector, and which steps are open."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from time import monotonic
-from typing import Final, Literal
+from typing import Final
 
 import viser
 
-from app.classroom.classroom import Classroom
 from app.classroom.progress_board import BoardRow
+from app.classroom.teacher_control import TeacherControl
 from app.i18n.speaking import N_, tr
 from app.lessons.bookmark import Bookmark
 from app.lessons.open_steps import LONGEST
-from app.lessons.session.lesson_session import LessonSession
 from app.text.templates import macros
 from app.web.control_events import on_entry, on_press
-
-BoardAction = Literal["show", "show run", "pace"]
-"""What a teacher asks for: the answer of a student on the projector, or the run; and which steps are open."""
 
 PERIOD: Final = 1.0
 """Time between two looks at the board [s]."""
@@ -26,13 +22,10 @@ PACE: Final = N_("2 or 2-3: no other step opens for those who work alone. Empty:
 
 
 class BoardPanel:
-    """The folder in the teacher's tab; the caller has opened that.
+    """The folder in the teacher's tab; the caller has opened that. `control`: carries out what the teacher asks for."""
 
-    Args:
-        act: called with what the teacher asks for and a name or a text, on the network's thread.
-    """
-
-    def __init__(self, gui: viser.GuiApi, act: Callable[[BoardAction, str], None]) -> None:
+    def __init__(self, gui: viser.GuiApi, control: TeacherControl) -> None:
+        self._classroom, self._lessons, act = control.classroom, control.lessons, control.post
         self._next, self._shown = 0.0, None
         self._folder = gui.add_folder(tr("Who is where"), visible=False)
         with self._folder:
@@ -45,9 +38,9 @@ class BoardPanel:
         on_press(answer, lambda: act("show", self._student.value))
         on_press(run, lambda: act("show run", self._student.value))
 
-    def show(self, classroom: Classroom, lessons: LessonSession) -> None:
+    def show(self) -> None:
         """Update it; it is there while the class explores."""
-        now = monotonic()
+        classroom, lessons, now = self._classroom, self._lessons, monotonic()
         self._folder.visible = classroom.free
         if not classroom.free or now < self._next:
             return

@@ -73,12 +73,8 @@ class BreakoutHost:
                     else:
                         self.classroom.work.hand_in(student, report)
                 case ClassState(free, paused, pace, wanted):
-                    self.classroom.free, self.classroom.paused, self.classroom.pace, self.classroom.wanted = (
-                        free,
-                        paused,
-                        pace,
-                        wanted,
-                    )
+                    self.classroom.free, self.classroom.paused = free, paused
+                    self.classroom.pace, self.classroom.wanted = pace, wanted
                     if not free:
                         self._expected.clear()
                         self.classroom.places.take_all()
@@ -112,7 +108,7 @@ class BreakoutHost:
         self.admission.advance()
 
     def _admit(self, client: viser.ClientHandle) -> Pieces:
-        participant = Participant(client, False, None, self._posts)
+        participant = Participant(client, False, None, self._posts.post_work)
         expected = self._expected.get(participant.id)
         if expected is None:
             # The teacher has called all back meanwhile.

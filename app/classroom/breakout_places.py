@@ -28,12 +28,8 @@ class BreakoutPlaces:
         self._holders: dict[str, float] = {}
 
     @property
-    def taken(self) -> int:
-        """How many sessions there are."""
-        return len(self._sizes)
-
-    @property
-    def _sizes(self) -> Counter[str]:
+    def sizes(self) -> Counter[str]:
+        """How many students of each group have a place; every group has a session."""
         return Counter(self.groups[student] for student in self._holders)
 
     def holds(self, student: str) -> bool:
@@ -65,7 +61,7 @@ class BreakoutPlaces:
 
     def _group_for(self, student: str, wanted: int) -> str:
         """Return a newcomer's group: the one before, a new one while fewer are there than wanted, or the smallest."""
-        sizes, before = self._sizes, self.groups.get(student, "")
+        sizes, before = self.sizes, self.groups.get(student, "")
         if before in sizes or (before and len(sizes) < self.most):
             return before
         if student in sizes or len(sizes) < wanted:

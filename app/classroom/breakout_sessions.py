@@ -8,25 +8,21 @@ from math import inf
 from time import monotonic
 from typing import Final
 
-from app.classroom.class_messages import ClassState, Exploring, Present, Progressed, Ran, Reported, StudentPosts, TakenBack
+from app.classroom.class_messages import ClassState, Exploring, PostWork, Present, Progressed, Ran, Reported, TakenBack
 from app.classroom.classroom import Classroom
-from app.classroom.group_member import GroupMember
 from app.classroom.participant import Participant
+from app.classroom.plenary_page import GroupMember
 from app.hosting.admission import Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.visitor import Visitor
 from app.hosting.visitor_record import VisitorRecord, tab_id
 from app.hosting.worker_messages import ForgetTabs, Replaced, WorkerLink
 from app.i18n.speaking import set_language
-from app.lessons.progress import SavedLesson
-from app.lessons.session.lesson_session import LessonSession
 from app.page.panels.server_load import ServerLoad, combined
 from app.runtime.throttled_log import ThrottledLog
 from app.session.actions import RestoreSettings
-from app.session.session import Session
-from app.settings import LOOKS, from_query
+from app.settings import LOOKS
 from app.web.audiences import SCREEN
-from scenes.settings import values
 
 
 class BreakoutWorkers:
@@ -34,11 +30,11 @@ class BreakoutWorkers:
 
     Args:
         classroom: in which the students are present.
-        posts: takes what they hand in.
+        post_work: takes what they hand in.
     """
 
-    def __init__(self, link: WorkerLink, classroom: Classroom, posts: StudentPosts, changed: Callable[[], None]) -> None:
-        self._link, self._classroom, self._posts, self._changed = link, classroom, posts, changed
+    def __init__(self, link: WorkerLink, classroom: Classroom, post_work: PostWork, changed: Callable[[], None]) -> None:
+        self._link, self._classroom, self._post_work, self._changed = link, classroom, post_work, changed
         self._present: dict[int, Present] = {}
         self._numbers = count(-1, -1)
         self._entered: dict[str, int] = {}
@@ -76,7 +72,7 @@ class BreakoutWorkers:
                             self.send(student, self._begun[student])
                     self._update()
                 case Progressed() | Reported() | TakenBack() | Ran():
-                    self._posts.post_work(message)
+                    self._post_work(message)
                 case _:
                     raise TypeError(f"the plenary does not understand {message!r}")
         state = ClassState(self._classroom.free, self._classroom.paused, self._classroom.pace, self._classroom.wanted)
@@ -114,10 +110,6 @@ SHOWN: Final = 60.0
 """How much of a student's run is shown at most [s]."""
 
 
-Plenary = tuple[Session, LessonSession]
-"""The plenary's session and lessons."""
-
-
 def run_of(participants: Iterable[Participant], student: str) -> Ran | None:
     """Return the newest part of a group's run; None for a group that has no session here. `student`: its id."""
     players = (one.visitor.session.player for one in participants if one.group == student and one.visitor is not None)
@@ -131,8 +123,9 @@ class BreakoutSessions:
         workers: the processes that have the sessions; None where this one has them.
     """
 
-    def __init__(self, context: AppContext, classroom: Classroom, workers: BreakoutWorkers | None = None) -> None:
-        self._context, self._classroom, self.workers = context, classroom, workers
+    def __init__(self, context: AppContext, classroom: Classroom) -> None:
+        self._context, self._classroom = context, classroom
+        self.workers: BreakoutWorkers | None = None
         self._errors = ThrottledLog(log)
         self._next = 0.0
         self._operators: dict[str, str] = {}
@@ -152,8 +145,13 @@ class BreakoutSessions:
         """Assign places in the next frame, after a decision of the teacher's."""
         self._next = 0.0
 
-    def settle(self, participants: Collection[Participant], plenary: Plenary, now: float) -> None:
-        """Every `SETTLE`, assign places and move students to their own sessions or back to the plenary. `now`: wall time [s]."""
+    def settle(self, participants: Collection[Participant], begin: Callable[[str], VisitorRecord], now: float) -> None:
+        """Every `SETTLE`, assign places and move students to their own sessions or back to the plenary.
+
+        Args:
+            begin: returns where a student begins who has left nothing in the store.
+            now: wall time [s].
+        """
         self._context.store.tidy()
         if self.workers is not None:
             self.workers.exchange()
@@ -168,12 +166,8 @@ class BreakoutSessions:
             wanted = classroom.free and one.lasting and classroom.places.holds(one.id)
             if wanted != bool(one.group) and not one.moved:
                 if wanted and self.workers is not None:
-                    self.workers.send(one.id, self.begin(one.id, *plenary))
+                    self.workers.send(one.id, begin(one.id))
                 self._move(one)
-
-    def begin(self, student: str, session: Session, lessons: LessonSession) -> VisitorRecord:
-        """Return a session like the plenary's, with a student's own answers."""
-        return VisitorRecord({}, session.settings, self._from_plenary(student, lessons))
 
     def admit(self, participant: Participant, participants: Collection[Participant], begin: VisitorRecord) -> Pieces:
         """Give a group the session left in the store, or one with its last settings, or one that begins as `begin` says. Who comes first
@@ -197,9 +191,7 @@ class BreakoutSessions:
             of_many = len(self._classroom.places.members(participant.group)) > 1 or participant.group != participant.id
             if of_many or (found is None and not visitor.is_back):
                 # What the teacher, or the one before, has chosen for the own page does not hold for this one.
-                for key, value in values(from_query(participant.query, self._context.options.settings)[0]).items():
-                    if key in LOOKS:
-                        visitor.session.change(key, value)
+                participant.dress(visitor.session, self._context.options.settings)
             if not visitor.is_back and found is not None and found.lessons is not None and found.lessons.open:
                 visitor.session.post(RestoreSettings(found.settings))
             participant.visitor = visitor
@@ -237,7 +229,7 @@ class BreakoutSessions:
                 page = one.visitor or one.member
                 if page is not None:
                     set_language(page.language)
-                    one.show(self._classroom, None, None, page.view, page.lessons)
+                    one.show(self._classroom, None, page.view, page.lessons)
             if lead is not None and lead.visitor is not None:
                 lead.visitor.beside = tuple(one.member for one in members if one.member is not None)
                 self._frame(lead.client.client_id, lead.visitor, now, elapsed)
@@ -281,10 +273,3 @@ class BreakoutSessions:
             # One broken page must not stop the others; a tab that is just closing ends up here too.
             if client_id in self._context.server.get_clients():
                 self._errors.exception("a frame of a student's page failed", error, client_id)
-
-    def _from_plenary(self, student: str, lessons: LessonSession) -> SavedLesson | None:
-        """Return the plenary's lesson and step with the student's own answers; None outside the lessons."""
-        saved = lessons.saved()
-        if saved is None or not saved.open:
-            return None
-        return SavedLesson(self._classroom.progress_of(student, lessons.walk), saved.own, True)

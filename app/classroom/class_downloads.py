@@ -26,11 +26,11 @@ KINDS: Final = ("HTML", "CSV", "ZIP")
 
 
 class MakeReport(Action, newest_by=("client", "which", "kind")):
-    """Make the report on this class (0) or the one before (1) for a teacher. `client`: of the teacher; `kind`: its place in `KINDS`."""
+    """Make the report on this class (0) or the one before (1) for a teacher. `client`: of the teacher; `kind`: of `KINDS`."""
 
     client: int
     which: int
-    kind: int
+    kind: str
 
 
 class ClassDownloads:
@@ -80,7 +80,7 @@ class ClassDownloads:
             label,
             KINDS,
             hint,
-            lambda i: self._session.post(MakeReport(self._client.client_id, which, i)),
+            lambda i: self._session.post(MakeReport(self._client.client_id, which, KINDS[i])),
         )
 
     def _take(self, action: Action) -> bool:
@@ -89,25 +89,22 @@ class ClassDownloads:
         self._ask(action.which, action.kind)
         return True
 
-    def _ask(self, which: int, kind: int) -> None:
+    def _ask(self, which: int, kind: str) -> None:
         set_language(self._language)
         summary = self._summaries()[which]
         if summary is None or summary.empty:
             self._notify(tr("There is nothing to report yet"), tr("Let the class answer a question first."))
             return
-        if KINDS[kind] == "ZIP" and not summary.hand_ins:
+        if kind == "ZIP" and not summary.hand_ins:
             self._notify(tr("There is nothing to report yet"), tr("reports handed in: {count}", count=0))
             return
-        name = time.strftime("duet-class-%Y-%m-%d", time.localtime(summary.saved))
-        if KINDS[kind] == "CSV":
-            self._jobs.submit("class table", partial(self._send, name + ".csv"), class_table_bytes, summary, self._lessons)
+        name = time.strftime(f"duet-class-%Y-%m-%d.{kind.lower()}", time.localtime(summary.saved))
+        send = partial(self._client.send_file_download, name, save_immediately=True)
+        if kind == "CSV":
+            self._jobs.submit("class table", send, class_table_bytes, summary, self._lessons)
         else:
-            make = class_zip_bytes if KINDS[kind] == "ZIP" else class_report_bytes
-            send = partial(self._send, f"{name}.{KINDS[kind].lower()}")
+            make = class_zip_bytes if kind == "ZIP" else class_report_bytes
             self._jobs.submit("class report", send, make, summary, self._lessons, self._language)
-
-    def _send(self, name: str, content: bytes) -> None:
-        self._client.send_file_download(name, content, save_immediately=True)
 
     def _notify(self, title: str, text: str) -> None:
         self._client.add_notification(title, text, color="orange", auto_close_seconds=8.0)

@@ -1,7 +1,7 @@
 """What the processes of a lecture say to each other: the plenary's and those with breakout sessions; and where a student's work goes."""
 
-from collections.abc import Hashable
-from typing import NamedTuple, Protocol
+from collections.abc import Callable, Hashable
+from typing import NamedTuple
 
 from app.classroom.classroom import Classroom
 from app.classroom.student_work import clean_name
@@ -86,12 +86,8 @@ WorkAction = Progressed | Reported | TakenBack | Ran
 """What comes from a student's own session; `student`: id of the tab."""
 
 
-class StudentPosts(Protocol):
-    """Takes what students hand in, or show."""
-
-    def post_work(self, work: WorkAction) -> None:
-        """Queue it for the next frame; from any thread."""
-        ...
+PostWork = Callable[[WorkAction], None]
+"""Queues what a student hands in, or shows, for the next frame; from any thread."""
 
 
 class PostsToPlenary:

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 
 from app.classroom.ballots import Ballots, VoterCount, Voters
 from app.classroom.breakout_places import BreakoutPlaces
-from app.classroom.paired_answers import paired_answers
 from app.classroom.progress_board import ProgressBoard
 from app.classroom.student_work import StudentWork, clean_name
 from app.export.class_summary import AskedQuestion, ClassSummary, HandIn
@@ -178,26 +177,25 @@ class Classroom:
         if walk.phase is Phase.PREDICT and done.untouched and self.ballots.revealed(question):
             # The teacher has begun the step again.
             self.ballots.ask_again(question)
-        ballots, count = self.ballots, len(asked.choices)
-        revealed, first = ballots.revealed(question), ballots.first_tally(question, count)
+        revealed, counts = self.ballots.revealed(question), self.ballots.counts(question, len(asked.choices), self.here)
         known = None if walk.phase in (Phase.PREDICT, Phase.DO) else done.outcome
         choices, outcome, verdicts = self._texts_of(lesson, step, asked, known)
-        tally = ballots.tally(question, count, self.here)
-        poll = Poll(
+        return Poll(
             question,
             choices,
-            tally,
+            counts.newest,
             done.outcome is None and not revealed,
             revealed,
-            drawing=step.drawing,
-            first=first,
-            switches=ballots.switches(question) if first is not None else (),
-            round=len(ballots.rounds_of(question)),
-            staged=_staged(walk, tally, revealed),
+            outcome,
+            None if known is None else asked.right,
+            verdicts,
+            step.drawing,
+            () if known is None else known.curve,
+            counts.first,
+            counts.switches,
+            len(self.ballots.rounds_of(question)),
+            _staged(walk, counts.newest, revealed),
         )
-        if known is None:
-            return poll
-        return replace(poll, open=False, outcome=outcome, right=asked.right, verdicts=verdicts, truth=known.curve)
 
     def _texts_of(self, lesson: Lesson, step: Step, asked: Question, outcome: StepOutcome | None) -> _Texts:
         """Return the texts of a question, which are made once in every language and not in every frame."""
@@ -284,7 +282,7 @@ class Classroom:
             tuple(_asked(q, steps[q], rounds[q]) for q in asked),
             {q: len(students) for q, students in self.work.passed.items()},
             tuple(hand_ins),
-            paired_answers(book, self.ballots, self.work),
+            self.ballots.paired(book, self.work.choices),
         )
 
 

@@ -30,11 +30,10 @@ HALTED: Final = N_("The teacher has paused everybody.")
 _NONE: Final = Ballot()
 
 
-def poll_html(poll: Poll, mine: int | None = None, live: bool = False) -> Markup:
+def poll_html(poll: Poll, live: bool = False) -> Markup:
     """Return the histogram of the class's answers, and its curves as a cloud; once the outcome is known, with the measured result.
 
     Args:
-        mine: the reader's own answer.
         live: whether it is the teacher's, before the reveal.
     """
     tally = poll.tally
@@ -44,7 +43,7 @@ def poll_html(poll: Poll, mine: int | None = None, live: bool = False) -> Markup
     rounds = ([] if poll.first is None else [(1, poll.first)]) + [(poll.round, tally)]
     words = _tie(poll), switches_text(poll.switches, poll.right)
     cloud = cloud_html(poll.drawing, rounds, poll.truth, poll.unseen)
-    return macros("classroom/poll.html").poll(poll, count, rounds, words, cloud, mine, live)
+    return macros("classroom/poll.html").poll(poll, count, rounds, words, cloud, live)
 
 
 def voters_html(voters: VoterCount) -> Markup:

@@ -20,9 +20,11 @@ from app.hosting.admission import Admission, Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.frame_loop import Attention
 from app.hosting.teacher_key import is_teacher
+from app.hosting.visitor_record import VisitorRecord
 from app.i18n.reader_language import language_of, look_of, preferred
 from app.i18n.speaking import set_language
 from app.lessons.loading import in_language
+from app.lessons.progress import SavedLesson
 from app.lessons.session.lesson_session import LessonSession
 from app.runtime.throttled_log import ThrottledLog
 from app.session.frame import Frame, make_frame
@@ -53,14 +55,13 @@ class LectureHost:
         self.control = TeacherControl(self.classroom, self.session, self.lessons, self._breakouts.hurry)
         if context.link is not None:
             context.link.wake = context.wake
-            self._breakouts.workers = BreakoutWorkers(context.link, self.classroom, self.control, self._breakouts.hurry)
+            self._breakouts.workers = BreakoutWorkers(context.link, self.classroom, self.control.post_work, self._breakouts.hurry)
         self.control.presenter.expected = context.options.students
         self._leader = Leader(context.options.key)
-        plenary = self.session, self.lessons
-        self._recorder = LectureRecorder(context.store, interrupted, plenary, self.classroom, self._leader, context.book)
-        self.controls = PlenaryControls(context, self.session, self.lessons, self.control, self._summaries)
+        self._recorder = LectureRecorder(context, interrupted, self.control, self._leader)
+        self.controls = PlenaryControls(context, self.control, self._summaries)
         self.participants: dict[int, Participant] = {}
-        self.shared = PlenaryAudiences(context, self.session, self.lessons, self.classroom, self.control, self.participants)
+        self.shared = PlenaryAudiences(context, self.control, self.participants)
         self._errors = ThrottledLog(log)
         self._attention, self._heard, self._told = Attention(), (0, 0), (None, None)
         self.audiences = Audiences(context.server, self._look, self._leader.gone)
@@ -77,11 +78,6 @@ class LectureHost:
         if self._leader.admits(client_id, query) or self._breakouts.expects(query):
             return None
         return look_of(query, preferred(accept), self._context.options.settings)
-
-    @property
-    def operator(self) -> int | None:
-        """Id of the client that has the controls, or None."""
-        return None if self.controls.operator is None else self.controls.operator.client.client_id
 
     @property
     def sessions(self) -> dict[int, Session]:
@@ -107,10 +103,11 @@ class LectureHost:
         set_language(self.controls.language)
         self._connect()
         set_language(self.controls.language)
-        if self.controls.operator is None:
-            self._find_operator()
-        for one in list(self.participants.values()):
-            if one.teacher and one.takes_over:
+        teachers = [one for one in self.participants.values() if one.teacher]
+        if self.controls.operator is None and teachers:
+            self._build(teachers[0], self.controls.hand_over)
+        for one in teachers:
+            if one.takes_over:
                 one.takes_over = False
                 self._build(one, self.controls.take_over)
         self.control.answers.do()
@@ -125,7 +122,7 @@ class LectureHost:
         if self.classroom.paused and not self.classroom.free and not self.session.paused:
             # The teacher has pressed Run in the plenary.
             self.classroom.paused = False
-        self._breakouts.settle(self.participants.values(), (self.session, self.lessons), now)
+        self._breakouts.settle(self.participants.values(), self._begin, now)
         self.control.presenter.screens = sum(one.screen and one.query[SCREEN] != SMALL for one in self.participants.values())
         self.control.present()
         if due:
@@ -172,8 +169,7 @@ class LectureHost:
             poll = self.control.poll(page.book)
             page.show(frame, poll, self.control.record)
             for one in self.shared.watchers(audience):
-                mine = None if poll is None or one.answers is None else self.classroom.ballots.ballot_of(poll.question, one.id)
-                one.show(self.classroom, poll, mine, page.view, self.lessons)
+                one.show(self.classroom, poll, page.view, self.lessons)
                 one.invite(self._address("all"))
             page.flush()
 
@@ -187,7 +183,7 @@ class LectureHost:
         if teacher is self.controls.operator and operation is not None:
             with teacher.client.atomic():
                 operation.show(frame)
-        teacher.show_panel(self.control.presenter, self.classroom, poll, self.lessons)
+        teacher.show_panel(poll)
         page.flush()
 
     def _summaries(self) -> tuple[ClassSummary, ClassSummary | None]:
@@ -212,18 +208,13 @@ class LectureHost:
             self.admission.come(client)
         self.admission.advance()
 
-    def _find_operator(self) -> None:
-        teacher = next((one for one in self.participants.values() if one.teacher), None)
-        if teacher is not None:
-            self._build(teacher, self.controls.hand_over)
-
     def _admit(self, client: viser.ClientHandle) -> Pieces:
         """Give a browser its page; one with a breakout session takes part once the page is whole."""
         client_id = client.client_id
         audience = self.audiences.audience_of(client_id)
-        participant = Participant(client, self._leader.holds(client_id), audience, self.control)
+        participant = Participant(client, self._leader.holds(client_id), audience, self.control.post_work)
         if not participant.teacher and participant.audience is None and self._breakouts.expects(participant.query):
-            begin = self._breakouts.begin(participant.id, self.session, self.lessons)
+            begin = self._begin(participant.id)
             participant.group = self.classroom.places.groups[participant.id]
             participant.name = self.classroom.board.name_of(participant.group)
             yield from self._breakouts.admit(participant, self.participants.values(), begin)
@@ -238,6 +229,13 @@ class LectureHost:
         else:
             # The place that it had when it connected has been taken meanwhile.
             self._context.server.send_elsewhere(client)
+
+    def _begin(self, student: str) -> VisitorRecord:
+        """Return a breakout session like the plenary, in a lesson with the student's own answers."""
+        saved, own = self.lessons.saved(), None
+        if saved is not None and saved.open:
+            own = SavedLesson(self.classroom.progress_of(student, self.lessons.walk), saved.own, True)
+        return VisitorRecord({}, self.session.settings, own)
 
     def _build(self, participant: Participant, build: Callable[[Participant], None]) -> None:
         try:

@@ -5,31 +5,26 @@ from contextlib import suppress
 
 import viser
 
-from app.classroom.assistant_panel import AssistantPanel
 from app.classroom.class_downloads import ClassDownloads, Summaries
-from app.classroom.classroom import Classroom
 from app.classroom.overlays import Invitation
 from app.classroom.participant import Participant
 from app.classroom.plenary_page import PlenaryPage
 from app.classroom.student_page import Answers
 from app.classroom.teacher_control import TeacherControl
-from app.classroom.teacher_panel import TeacherPanel
+from app.classroom.teacher_panel import AssistantPanel, TeacherPanel
 from app.hosting.app_context import AppContext
 from app.hosting.teacher_key import is_mistaken, is_teacher
 from app.hosting.visitor import open_link
 from app.i18n.reader_language import language_of, look_of
 from app.i18n.speaking import set_language
 from app.lessons.loading import in_language
-from app.lessons.session.lesson_session import LessonSession
 from app.page.operation import Operation
 from app.page.panels.hotkeys import CLICKER_KEYS
 from app.page.panels.teachers_tab import name_mistake
-from app.session.session import Session
-from app.settings import ALONE, LOOKS, Language, from_query
+from app.settings import ALONE, Language
 from app.web.address import Address, find_address
 from app.web.audiences import Audience, Audiences
 from app.web.request import browser_language, request_address
-from scenes.settings import values
 
 
 class PlenaryControls:
@@ -45,11 +40,9 @@ class PlenaryControls:
         address: for the students; None until a teacher has come.
     """
 
-    def __init__(
-        self, context: AppContext, session: Session, lessons: LessonSession, control: TeacherControl, summaries: Summaries
-    ) -> None:
-        self._context, self._session, self._lessons, self._control = context, session, lessons, control
-        self._summaries = summaries
+    def __init__(self, context: AppContext, control: TeacherControl, summaries: Summaries) -> None:
+        self._context, self._control, self._summaries = context, control, summaries
+        self._session, self._lessons = control.session, control.lessons
         self.operator: Participant | None = None
         self.operation: Operation | None = None
         self._browser: Language = "en"
@@ -89,9 +82,7 @@ class PlenaryControls:
         self.operator, self._browser = teacher, browser_language(teacher.client)
         is_back, self._last_operator = teacher.id == self._last_operator, teacher.id
         if not is_back:
-            for key, value in values(from_query(teacher.query, self._context.options.settings)[0]).items():
-                if key in LOOKS:
-                    self._session.change(key, value)
+            teacher.dress(self._session, self._context.options.settings)
         self.build_operator_page(teacher)
         assert self.operation is not None
         if not (is_back or self._lessons.open):
@@ -100,8 +91,8 @@ class PlenaryControls:
 
     @property
     def language_changed(self) -> bool:
-        """Whether the operator has chosen another language than the plenary has."""
-        return self.operator is not None and language_of(self._session.settings, self._browser) != self.language
+        """Whether the operator, if there is one, has chosen another language than the plenary has."""
+        return language_of(self._session.settings, self._browser) != self.language
 
     def build_operator_page(self, operator: Participant) -> None:
         """Build the operator's page, and translate the plenary to its language; the lesson goes on where it is."""
@@ -128,13 +119,11 @@ class PlenaryControls:
                 teacher.panel.close()
             notes = context.library.notes if context.options.key is not None else None
             if not leads:
-                teacher.panel = AssistantPanel(client.gui, notes, teacher.ask_to_operate)
+                teacher.panel = AssistantPanel(client.gui, self._control, notes, teacher.ask_to_operate)
             elif ALONE not in teacher.query:
                 downloads = ClassDownloads(client, self._session, context.jobs, self._summaries, teacher.page.book, language)
                 page = self._session.settings.page
-                teacher.panel = TeacherPanel(
-                    client, self._control.post, self.address, notes, page, downloads, self._control.presenter.expected
-                )
+                teacher.panel = TeacherPanel(client, self._control, self.address, notes, page, downloads)
             teacher.invitation = Invitation(client.gui, teacher.page.view)
             teacher.page.view.welcome(client)
 
@@ -146,17 +135,8 @@ class PlenaryAudiences:
         control: takes the students' answers.
     """
 
-    def __init__(
-        self,
-        context: AppContext,
-        session: Session,
-        lessons: LessonSession,
-        classroom: Classroom,
-        control: TeacherControl,
-        participants: dict[int, Participant],
-    ) -> None:
-        self._context, self._session, self._lessons, self._control = context, session, lessons, control
-        self._classroom, self._participants = classroom, participants
+    def __init__(self, context: AppContext, control: TeacherControl, participants: dict[int, Participant]) -> None:
+        self._context, self._control, self._participants = context, control, participants
         self.pages: dict[Audience, PlenaryPage] = {}
 
     def update(self, audiences: Audiences) -> None:
@@ -174,7 +154,7 @@ class PlenaryAudiences:
             return [one.client for one in self.watchers(audience)]
 
         presenter = self._control.presenter if audience.screen else None
-        return PlenaryPage(audience, self._session, self._lessons, book, look.language, look, clients, presenter)
+        return PlenaryPage(audience, self._control.session, self._control.lessons, book, look.language, look, clients, presenter)
 
     def admit(self, watcher: Participant) -> None:
         """Welcome a student or a projector; a student gets banner and answers, and a projector with the teacher's key a clicker's keys."""
@@ -185,7 +165,7 @@ class PlenaryAudiences:
         audience.contain_elements_of(client)
         page.view.welcome(client)
         if not watcher.screen:
-            self._classroom.enter(client.client_id, student, self._context.server.page_of(client.client_id))
+            self._control.classroom.enter(client.client_id, student, self._context.server.page_of(client.client_id))
             watcher.add_banner()
             watcher.invitation = Invitation(client.gui, page.view)
             watcher.answers = Answers(client, page.view.lesson_panel, self._control, student)

@@ -6,13 +6,12 @@ from typing import Final
 
 from app.classroom.classroom import Classroom
 from app.classroom.leader import Leader
+from app.classroom.teacher_control import TeacherControl
 from app.export.class_summary import ClassSummary
-from app.hosting.session_store import SessionStore
+from app.hosting.app_context import AppContext
 from app.hosting.visitor import run_again
 from app.hosting.visitor_record import ClassRecord, VisitorRecord
 from app.lessons.lesson import LessonBook
-from app.lessons.session.lesson_session import LessonSession
-from app.session.session import Session
 from app.settings import Settings
 
 SAVING: Final = 1.0
@@ -24,21 +23,13 @@ class LectureRecorder:
 
     Args:
         record: of the lecture that broke off, which goes on here; None for a new one.
-        book: the lessons.
+        control: of the plenary.
     """
 
-    def __init__(
-        self,
-        store: SessionStore,
-        record: VisitorRecord | None,
-        plenary: tuple[Session, LessonSession],
-        classroom: Classroom,
-        leader: Leader,
-        book: LessonBook,
-    ) -> None:
-        self._store, (self._session, self._lessons), self._classroom, self._leader = store, plenary, classroom, leader
-        self._book, self._save_at = book, 0.0
-        self._last_class = _summary_in(store.last_lecture(), record is not None, book)
+    def __init__(self, context: AppContext, record: VisitorRecord | None, control: TeacherControl, leader: Leader) -> None:
+        self._store, self._book, self._leader, self._save_at = context.store, context.book, leader, 0.0
+        self._session, self._lessons, self._classroom = control.session, control.lessons, control.classroom
+        self._last_class = _summary_in(self._store.last_lecture(), record is not None, self._book)
         if record is not None and record.room is not None:
             self._restore(record, record.room)
 
@@ -93,7 +84,7 @@ class LectureRecorder:
 def _take_up(classroom: Classroom, record: ClassRecord) -> None:
     classroom.ballots.restore(record.ballots, record.revealed, record.earlier)
     classroom.work.restore(record.passed, record.hand_ins, record.nearest)
-    classroom.voters.restore(record.pages_only, record.pageless)
+    classroom.voters.pageless = set(record.pageless)
     classroom.board.names, classroom.pace = dict(record.names), record.pace
     classroom.places.groups = dict(record.groups)
     classroom.count_pages_only(record.pages_only)

@@ -1,17 +1,27 @@
-"""What lies over a page of a lecture: the address, and on a projector the question, the answers, and the black picture."""
+"""What lies over a page of a lecture: the address; and on a projector the question, the class's answers, the outcome or the explanation
+over a dimmed scene, a line below it, or the black picture."""
 
 import contextlib
+from collections.abc import Collection
+from typing import Final
 
 import viser
+from markupsafe import Markup
 
 from app.classroom.classroom import Poll
-from app.classroom.classroom_html import overlay_html
-from app.classroom.presenter import Presenter
-from app.classroom.screen_html import screen_html, work_html
+from app.classroom.classroom_html import overlay_html, poll_html
+from app.classroom.presenter import Presenter, ShownWork, Station, clock_text
+from app.i18n.speaking import tr
+from app.lessons.bookmark import Bookmark
+from app.lessons.curve_drawing import drawing_svg
 from app.lessons.lesson import LessonBook
 from app.lessons.session.lesson_session import LessonSession
+from app.lessons.step_view import StepView, fill
+from app.lessons.tally import Tally
+from app.page.lessons.lesson_html import record_html
 from app.page.view import View
-from app.text.templates import element
+from app.text.lesson_text import lesson_html
+from app.text.templates import element, macros
 from app.web.address import Address
 
 
@@ -50,19 +60,19 @@ class ScreenView:
     """
 
     def __init__(self, gui: viser.GuiApi, presenter: Presenter, lessons: LessonSession, book: LessonBook) -> None:
-        self._presenter, self._lessons, self._book = presenter, lessons, book
+        self.presenter, self._lessons, self._book = presenter, lessons, book
         self._over, self._cover = gui.add_html(""), gui.add_html("")
         self._shown: object = None
         self._covered: tuple[bool, Address | None, tuple[int, int]] = False, None, (0, 0)
 
-    def show(self, poll: Poll | None, record: float | None = None) -> None:
+    def show(self, poll: Poll | None, record: float | None) -> None:
         """Update what lies over the scene.
 
         Args:
             poll: the question in the plenary, in the projector's language.
             record: see `screen_html`.
         """
-        presenter, lessons = self._presenter, self._lessons
+        presenter, lessons = self.presenter, self._lessons
         left = presenter.left
         # The curves of a whole class are not drawn in every frame.
         class_says = poll, presenter.work, presenter.quotes, record
@@ -71,16 +81,96 @@ class ScreenView:
             return
         self._shown = shown
         view = lessons.walk.view(self._book) if lessons.open else None
-        cues = ("panels",) if presenter.panels else ()
         if presenter.work is not None:
             self._over.content = work_html(presenter.work, self._book)
         else:
-            self._over.content = screen_html(presenter.station, view, poll, left, cues, presenter.quotes, record)
+            self._over.content = screen_html(presenter.station, view, poll, left, presenter.panels, presenter.quotes, record)
 
     def cover(self, address: Address | None, joined: tuple[int, int]) -> None:
         """Make the projector black, or show the address, or its picture again. `joined`: see `joined_text`."""
-        covered = self._presenter.blank, address, joined if address is not None else (0, 0)
+        covered = self.presenter.blank, address, joined if address is not None else (0, 0)
         if covered != self._covered:
             self._covered = covered
-            black = element("i", class_="duet-blank", hidden="") if self._presenter.blank else ""
+            black = element("i", class_="duet-blank", hidden="") if self.presenter.blank else ""
             self._cover.content = black + ("" if address is None else overlay_html(address, joined))
+
+
+CAPTIONS: Final = {Station.SCENE: "goal", Station.RUN: "do", Station.TRY: "challenge"}
+"""Stations with nothing over the scene, and the text of the step that stands below it."""
+
+
+def screen_html(
+    station: Station,
+    view: StepView | None,
+    poll: Poll | None,
+    left: int | None,
+    panels: bool,
+    quotes: Collection[str] = (),
+    record: float | None = None,
+) -> Markup:
+    """Return what lies over the scene on a projector; the script `presenter.js` shows it.
+
+    Args:
+        view: of the step; None while no lesson is open.
+        poll: the question on the stage.
+        left: seconds of the timer; None without one.
+        panels: whether the projector shows them beside the scene.
+        quotes: reasons of students for their answers.
+        record: the smallest d less d_m of the class in the step's duel [m]; None for none.
+    """
+    made, kinds = macros("classroom/screen.html"), f"at-{station} panels" if panels else f"at-{station}"
+    if view is not None and station not in CAPTIONS:
+        slide = made.head(view) + _slide(station, view, poll, quotes) + record_html(record) + _meter(poll, left)
+        return made.screen(f"slide {kinds}", slide)
+    if view is None or panels:
+        return made.screen(f"scene {kinds}", "")
+    texts = dict(view.texts)
+    counts = poll is not None and poll.open and (poll.tally.answered > 0 or left is not None)
+    caption = made.caption(view, texts.get(CAPTIONS[station]) or texts["goal"], record_html(record))
+    return made.screen(f"scene {kinds}", caption + _meter(poll, left) if counts else caption)
+
+
+def work_html(work: ShownWork, book: LessonBook) -> Markup:
+    """Return what one student has done, over the scene; of a run what step it belongs to, below the scene. `book`: of the projector."""
+    at = Bookmark(book).of(*work.step)
+    lesson, step, known = at.lesson, at.step, (at.lesson.id, at.step.id) == work.step
+    place = tr("Lesson {lesson} · step {step}", lesson=lesson.number, step=at.step_index + 1)
+    made, screen = macros("classroom/board.html"), macros("classroom/screen.html").screen
+    if work.run or not known:
+        return screen("scene at-run", made.run(place if known else "", step.title if known else ""))
+    asked, language = step.question, lesson.language
+    question = "" if asked is None else lesson_html(fill(step, asked.text, None, language), step.setup.folder)
+    choices = () if asked is None else tuple(fill(step, choice.text, None, language) for choice in asked.choices)
+    svg = drawing_svg(step.drawing, work.curve, ()) if step.drawing is not None and work.curve else ""
+    outcome = () if work.outcome is None else work.outcome.lines(step, language)
+    return screen("slide at-work", made.work(place, step.title, question, choices, work.choice, svg, outcome))
+
+
+def _slide(station: Station, view: StepView, poll: Poll | None, quotes: Collection[str]) -> Markup:
+    made, texts = macros("classroom/screen.html"), dict(view.texts)
+    if station is Station.EXPLANATION:
+        return made.slide(view, "", "", texts.get("explain", ""), "text")
+    if station is Station.CHALLENGE:
+        return made.slide(view, "", "", texts.get("challenge", ""), "text task")
+    if poll is None:
+        answers = made.outcome(view)
+    else:
+        seen = station is not Station.QUESTION and (poll.revealed or poll.outcome)
+        answers = poll_html(poll if seen else _unseen(poll)) + made.quotes(quotes)
+    after = texts.get("observe", "") if station is Station.OUTCOME else ""
+    return made.slide(view, texts.get("predict", ""), answers, after, "text")
+
+
+def _unseen(poll: Poll) -> Poll:
+    """Return a poll without its answers: rows with empty bars, which grow at the reveal, and empty axes."""
+    tally = Tally((0,) * len(poll.choices), 0, 0)
+    return Poll(poll.question, poll.choices, tally, open=True, revealed=False, drawing=poll.drawing, unseen=True)
+
+
+def _meter(poll: Poll | None, left: int | None) -> Markup:
+    """Return how many have answered, and the timer; "" where there is nothing to count."""
+    if poll is None or not (poll.open or poll.revealed) or poll.outcome:
+        return Markup()
+    here = poll.tally.answered + poll.tally.waiting
+    left = left if poll.open else None
+    return macros("classroom/screen.html").meter(poll.tally, here, left, None if left is None else clock_text(left))

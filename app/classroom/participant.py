@@ -4,26 +4,26 @@ import contextlib
 
 import viser
 
-from app.classroom.assistant_panel import AssistantPanel
-from app.classroom.class_messages import Progressed, StudentPosts
+from app.classroom.class_messages import PostWork, Progressed
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.classroom_html import EXPLORING, FOLLOWING, HALTED, NAMED, NAMELESS, OPERATING, TOGETHER, WATCHING
-from app.classroom.group_member import GroupMember
 from app.classroom.overlays import Invitation
-from app.classroom.plenary_page import PlenaryPage
-from app.classroom.presenter import Presenter
+from app.classroom.plenary_page import GroupMember, PlenaryPage
 from app.classroom.student_page import Answers, Banner, HandInBox, is_narrow
-from app.classroom.teacher_panel import TeacherPanel
+from app.classroom.teacher_panel import AssistantPanel, TeacherPanel
 from app.hosting.visitor import Visitor
 from app.hosting.visitor_record import tab_id
 from app.i18n.speaking import tr
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.tally import Ballot
 from app.page.view import View
+from app.session.session import Session
+from app.settings import LOOKS, Settings, from_query
 from app.web.address import Address
 from app.web.audiences import SCREEN, Audience
 from app.web.request import request_query
 from app.web.viser_internals import expand_for
+from scenes.settings import values
 
 
 class Participant:
@@ -32,7 +32,7 @@ class Participant:
     Args:
         teacher: whether it may lead.
         audience: with which it watches the plenary; None for a page of its own.
-        control: takes what a student hands in.
+        post_work: takes what a student hands in.
 
     Attributes:
         id: of its tab, or of its connection if the tab has none.
@@ -51,8 +51,8 @@ class Participant:
         name: the invented one, in a breakout session.
     """
 
-    def __init__(self, client: viser.ClientHandle, teacher: bool, audience: Audience | None, control: StudentPosts) -> None:
-        self.client, self.teacher, self.audience, self._control = client, teacher, audience, control
+    def __init__(self, client: viser.ClientHandle, teacher: bool, audience: Audience | None, post_work: PostWork) -> None:
+        self.client, self.teacher, self.audience, self._post_work = client, teacher, audience, post_work
         self.query = request_query(client)
         tab = tab_id(self.query)
         self.id, self.lasting = tab or f"tab {client.client_id}", tab is not None
@@ -74,16 +74,22 @@ class Participant:
     def add_banner(self) -> None:
         """Add what a student's page has at the top."""
         self.banner = Banner(self.client.gui, self.ask_to_operate)
-        self.hand_in = HandInBox(self.client.gui, self._control, self.id, self.group)
+        self.hand_in = HandInBox(self.client.gui, self._post_work, self.id, self.group)
 
     def ask_to_operate(self) -> None:
         """Have this browser operate what another one does; from any thread."""
         self.takes_over = True
 
+    def dress(self, session: Session, start: Settings) -> None:
+        """Give a session the look that this browser's link asks for. `start`: settings for what the link leaves open."""
+        for key, value in values(from_query(self.query, start)[0]).items():
+            if key in LOOKS:
+                session.change(key, value)
+
     def leave(self) -> None:
         """Keep what a student has done in a session of their own, and drop what is being made for a teacher."""
         if self.visitor is not None and not self.visitor.superseded and self.visitor.lessons.begun:
-            self._control.post_work(Progressed(self.group, self.visitor.lessons.walk.to_json()))
+            self._post_work(Progressed(self.group, self.visitor.lessons.walk.to_json()))
         if self.panel is not None:
             self.panel.close()
 
@@ -93,18 +99,17 @@ class Participant:
             with contextlib.suppress(Exception), self.client.atomic():
                 self.invitation.show(address)
 
-    def show_panel(self, presenter: Presenter, classroom: Classroom, poll: Poll | None, lessons: LessonSession) -> None:
-        """Update a teacher's panel. `poll`: the question in the plenary; `lessons`: the plenary's."""
+    def show_panel(self, poll: Poll | None) -> None:
+        """Update a teacher's panel. `poll`: the question in the plenary."""
         if self.panel is not None:
             with contextlib.suppress(Exception), self.client.atomic():
-                self.panel.show(presenter, classroom, poll, lessons)
+                self.panel.show(poll)
 
-    def show(self, classroom: Classroom, poll: Poll | None, mine: Ballot | None, view: View, lessons: LessonSession) -> None:
+    def show(self, classroom: Classroom, poll: Poll | None, view: View, lessons: LessonSession) -> None:
         """Update what a student's page has beside the plenary.
 
         Args:
-            poll: the question in the plenary.
-            mine: what the student has handed in; None for no question, or no student.
+            poll: the question in the plenary; None for none, and in a breakout session.
             view, lessons: the plenary's, or those of the breakout session.
         """
         if self.group and self._view is not view:
@@ -116,6 +121,7 @@ class Participant:
         report = classroom.work.hand_ins.get(self.id)
         self.worked = self.worked or report is not None or classroom.has_work(self.id) or classroom.has_work(self.group)
         line, tab = self._line(classroom), view.lesson_panel.tab if lessons.open and self.narrow else None
+        mine = Ballot() if poll is None else classroom.ballots.ballot_of(poll.question, self.id)
         answered = None if self.answers is None else (lessons.open, poll, mine, view.lesson_panel.tab)
         offers = self.member is not None
         shown = line, tab, answered, self.worked, report

@@ -1,25 +1,34 @@
-"""The plenary of a lecture in the language and look of one audience, or of one teacher; over it the class's answers."""
+"""The pages of those who watch: the plenary of a lecture in the language and look of one audience, or of one teacher, with the class's
+answers; and the session of a group, which another member operates."""
 
+import logging
 from collections.abc import Callable
 
 import viser
 
 from app.classroom.classroom import Poll
-from app.classroom.classroom_html import poll_html, tied_html
+from app.classroom.classroom_html import WATCHING, poll_html, tied_html
 from app.classroom.overlays import ScreenView
 from app.classroom.presenter import Presenter
-from app.i18n.speaking import set_language
+from app.hosting.app_context import AppContext
+from app.hosting.visitor import Visitor
+from app.i18n.reader_language import look_of
+from app.i18n.speaking import set_language, tr
 from app.lessons.lesson import LessonBook
 from app.lessons.loading import in_language
 from app.lessons.session.lesson_session import LessonSession
 from app.page.lessons.lesson_html import record_html
 from app.page.lessons.lesson_panel import ORDER
 from app.page.view import View
+from app.runtime.throttled_log import ThrottledLog
 from app.session.frame import Frame, Shown
 from app.session.session import Session
 from app.settings import Language, Look
 from app.web.address import Address
 from app.web.audiences import Audience
+from app.web.request import browser_language, request_query
+
+log = logging.getLogger("duet.lecture")
 
 
 class PlenaryPage:
@@ -51,7 +60,7 @@ class PlenaryPage:
         tip: Callable[[Shown], str] | None = None,
     ) -> None:
         self._host, self.book = host, in_language(book, language)
-        self._clients, self._presenter, self.shown = clients, presenter, False
+        self._clients, self.shown = clients, False
         self.language: Language = language
         set_language(language)
         with host.atomic():
@@ -60,9 +69,9 @@ class PlenaryPage:
         self._poll: viser.GuiHtmlHandle | None = None
         self._shown: tuple[Poll | None, float | None] = None, None
 
-    def _show_screen(self, presenter: Presenter, screen: ScreenView, poll: Poll | None, record: float | None) -> None:
-        if self.view.bare == presenter.panels:
-            self.view.bare = not presenter.panels
+    def _show_screen(self, screen: ScreenView, poll: Poll | None, record: float | None) -> None:
+        if self.view.bare == screen.presenter.panels:
+            self.view.bare = not self.view.bare
             for client in self._clients():
                 # The panels take their room from the canvas, so that the view has to be fitted again.
                 self.view.welcome(client)
@@ -83,8 +92,8 @@ class PlenaryPage:
         """
         self.shown = True
         with self._host.atomic():
-            if self._presenter is not None and self._screen is not None:
-                self._show_screen(self._presenter, self._screen, poll, record)
+            if self._screen is not None:
+                self._show_screen(self._screen, poll, record)
             self.view.show(frame)
             tab, gui = self.view.lesson_panel.tab, self._host.gui
             if self._poll is None and tab is not None:
@@ -99,3 +108,52 @@ class PlenaryPage:
     def flush(self) -> None:
         """Send the frame at once."""
         self._host.flush()
+
+
+class GroupMember:
+    """The session of a group in a member's own language and look. Belongs to the frame loop's thread.
+
+    Args:
+        lead: the member who operates it.
+
+    Attributes:
+        view, language, lessons: what is seen of it.
+    """
+
+    def __init__(self, context: AppContext, client: viser.ClientHandle, lead: Visitor) -> None:
+        self.client, self._server, self._errors = client, context.server, ThrottledLog(log)
+        self._session, self.lessons = lead.session, lead.lessons
+        look = look_of(request_query(client), browser_language(client), context.options.settings)
+        with client.atomic():
+            # After a page of an earlier session.
+            client.gui.reset()
+            self._page = PlenaryPage(
+                client,
+                lead.session,
+                lead.lessons,
+                context.book,
+                look.language,
+                look,
+                lambda: [client],
+                tip=lambda _: tr(WATCHING),
+            )
+            self.view, self.language = self._page.view, look.language
+            self.view.welcome(client)
+
+    def watches(self, lead: Visitor) -> bool:
+        """Return whether it still shows the session and the lessons of who operates; in another language these are new ones."""
+        return self._session is lead.session and self.lessons is lead.lessons
+
+    def act(self) -> None:
+        """Do nothing: the page has nothing to operate."""
+
+    def show(self, frame: Frame) -> None:
+        """Draw a frame."""
+        set_language(self.language)
+        try:
+            self._page.show(frame, None)
+            self._page.flush()
+        except Exception as error:
+            # A tab that is just closing has no page any more; the others must not lose a frame.
+            if self.client.client_id in self._server.get_clients():
+                self._errors.exception("a frame of a member's page failed", error, self.client.client_id)

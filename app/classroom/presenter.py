@@ -12,8 +12,14 @@ from app.lessons.outcomes import StepOutcome
 from app.lessons.walkthrough import Walkthrough
 from app.plots.curve_chart import Curve
 
-SECONDS: Final = (30, 60, 90)
-"""Times that a class can be given to answer [s]."""
+ScreenAction = Literal[
+    "on", "back", "live", "freeze", "blank", "stage", "panels", "timer 30", "timer 60", "timer 90", "timer off"
+]
+"""What a teacher asks of the projectors: the next station, the one before; the present picture, hold it, or black; the stage alone, or with
+the panels; a timer, or none."""
+
+TIMERS: Final[dict[ScreenAction, int]] = {"timer 30": 30, "timer 60": 60, "timer 90": 90, "timer off": 0}
+"""Times that a class can be given to answer [s], and none."""
 
 MOST_QUOTES: Final = 4
 """Reasons of students that are shown at once."""
@@ -36,11 +42,6 @@ class Station(StrEnum):
     EXPLANATION = "explanation"
     CHALLENGE = "challenge"
     TRY = "try"
-
-    @property
-    def is_scene(self) -> bool:
-        """Whether nothing lies over the scene."""
-        return self in (Station.SCENE, Station.RUN, Station.TRY)
 
 
 STATION_NAMES: Final = {
@@ -172,10 +173,6 @@ class Presenter:
         covered = self.covered
         self.blank, self.frozen, self.inviting, self.work = False, False, "", None
         return covered
-
-    def invite(self) -> None:
-        """Show the address on the projectors; where there is none, on the teacher's page."""
-        self.inviting = "screens" if self.screens else "teachers"
 
     def following(self, walk: Walkthrough) -> Station | None:
         """Return the next station of the step; None if the next step comes next."""

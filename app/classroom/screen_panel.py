@@ -1,28 +1,18 @@
 """The teacher's remote control of the projector: what it shows and what comes next, the timer, blank and freeze."""
 
-from collections.abc import Callable
-from typing import Final, Literal
+from typing import Final
 from urllib.parse import urlencode
 
 import viser
 from markupsafe import Markup
 
-from app.classroom.presenter import SECONDS, STATION_NAMES, Presenter, Station, clock_text
+from app.classroom.presenter import STATION_NAMES, TIMERS, Presenter, ScreenAction, Station, clock_text
+from app.classroom.teacher_control import TeacherControl
 from app.i18n.speaking import N_, tr
-from app.lessons.session.lesson_session import LessonSession
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.settings import PageSettings
 from app.text.templates import macros
 from app.web.control_events import on_press
-
-ScreenAction = Literal[
-    "on", "back", "live", "freeze", "blank", "stage", "panels", "timer 30", "timer 60", "timer 90", "timer off"
-]
-"""What a teacher asks of the projectors: the next station, the one before; the present picture, hold it, or black; the stage alone, or with
-the panels; a timer, or none."""
-
-TIMERS: Final[dict[ScreenAction, int]] = {"timer 30": SECONDS[0], "timer 60": SECONDS[1], "timer 90": SECONDS[2], "timer off": 0}
-"""Seconds of the timers."""
 
 _PICTURES: Final[tuple[ScreenAction, ...]] = ("live", "freeze", "blank")
 _LAYOUTS: Final[tuple[ScreenAction, ...]] = ("stage", "panels")
@@ -32,12 +22,13 @@ class ScreenPanel:
     """The controls in the teacher's tab; the caller has opened it.
 
     Args:
-        act: called with what the teacher asks for, on the network's thread.
+        control: carries out what the teacher asks for.
         page: of the teacher; a projector that is opened from here looks the same.
         keyed: whether the teacher has a key, which that projector is given.
     """
 
-    def __init__(self, gui: viser.GuiApi, act: Callable[[ScreenAction], None], page: PageSettings, keyed: bool) -> None:
+    def __init__(self, gui: viser.GuiApi, control: TeacherControl, page: PageSettings, keyed: bool) -> None:
+        self._presenter, self._lessons, act = control.presenter, control.lessons, control.post
         self._shown: object = None
         self._state = gui.add_html("")
         self._on = gui.add_button("", icon=viser.Icon.ARROW_DOWN)
@@ -46,7 +37,7 @@ class ScreenPanel:
         self._timer = ChoiceButtons(
             gui,
             "timer",
-            (*(f"{seconds} s" for seconds in SECONDS), N_("Off")),
+            tuple(f"{seconds} s" if seconds else N_("Off") for seconds in TIMERS.values()),
             N_("Everybody sees the time run down. When it is over, answers still count until the reveal."),
             lambda i: act(timers[i]),
         )
@@ -68,8 +59,9 @@ class ScreenPanel:
         on_press(self._on, lambda: act("on"))
         on_press(self._back, lambda: act("back"))
 
-    def show(self, presenter: Presenter, lessons: LessonSession) -> None:
+    def show(self) -> None:
         """Update the controls."""
+        presenter, lessons = self._presenter, self._lessons
         following = presenter.following(lessons.walk) if lessons.open else None
         cover = presenter.covered, presenter.blank, presenter.frozen, presenter.inviting, presenter.panels
         shown = lessons.open, presenter.station, following, cover, presenter.screens
@@ -123,9 +115,7 @@ def _pills_html(*pills: tuple[str, str]) -> Markup:
 def open_html(page: PageSettings, keyed: bool) -> Markup:
     """Return the button that opens a projector's window, with the teacher's key if there is one, and how to go on; see the script
     `presenter.js`."""
-    query = {"screen": "1", "profile": "projector", "lang": page.language}
-    if page.language == "auto":
-        del query["lang"]
+    query = {"screen": "1", "profile": "projector"} | ({} if page.language == "auto" else {"lang": page.language})
     how = tr("Drag the new window to the projector and press F11.")
     keys = tr("By key or clicker, here and in that window:") if keyed else tr("By key or clicker, here:")
     more = tr("Page ↓ goes on, Page ↑ back, B makes it black, F freezes it.")

@@ -3,11 +3,12 @@
 from collections import deque
 from collections.abc import Callable
 from contextlib import nullcontext
+from functools import partial
 from typing import Any, Final
 
 import viser
 
-from app.classroom.class_messages import Progressed, Reported, StudentPosts, TakenBack
+from app.classroom.class_messages import PostWork, Progressed, Reported, TakenBack
 from app.classroom.classroom import Poll
 from app.classroom.classroom_html import TAKE_OVER, banner_html, mine_html
 from app.classroom.student_work import LONGEST_NAME, clean_name
@@ -49,24 +50,20 @@ class Banner:
 
     def __init__(self, gui: viser.GuiApi, take_over: Callable[[], None]) -> None:
         self._gui, self._take_over = gui, take_over
+        self._lines = {False: gui.add_html("", order=-30.0)}
         self._buttons: dict[bool, viser.GuiButtonHandle] = {}
-        self._handle = gui.add_html("", order=-30.0)
-        self._other: viser.GuiHtmlHandle | None = None
 
-    def show(self, kind: str, text: str, tab: viser.GuiTabHandle | None = None, offers: bool = False) -> None:
+    def show(self, kind: str, text: str, tab: viser.GuiTabHandle | None, offers: bool) -> None:
         """Show a text; "" shows nothing. `tab`: of the lesson, in place of folded controls; `offers`: whether there is the button."""
-        line = banner_html(kind, text)
-        if tab is not None and self._other is None:
-            with tab:
-                self._other = self._gui.add_html("", order=0.5)
-        self._handle.content = "" if tab is not None else line
-        if self._other is not None:
-            self._other.content = line if tab is not None else ""
         in_tab = tab is not None
-        if offers and in_tab not in self._buttons:
-            with tab or nullcontext():
+        with tab or nullcontext():
+            if in_tab not in self._lines:
+                self._lines[in_tab] = self._gui.add_html("", order=0.5)
+            if offers and in_tab not in self._buttons:
                 button = self._gui.add_button(tr(TAKE_OVER), order=0.6 if in_tab else -29.5, icon=viser.Icon.HAND_GRAB)
-            self._buttons[in_tab] = on_press(button, self._take_over)
+                self._buttons[in_tab] = on_press(button, self._take_over)
+        for place, line in self._lines.items():
+            line.content = banner_html(kind, text) if place == in_tab else ""
         for place, button in self._buttons.items():
             button.visible = offers and place == in_tab
 
@@ -111,23 +108,9 @@ class Answers:
                 gui.add_html("", order=ORDER["verdict"] + 0.5),
             ]
             for i in range(len(KEYS)):
-                self._buttons.append(self._button(i))
-            control, student = self._control, self._student
-            self._board = DrawingBoard(
-                gui,
-                control.answers.put,
-                lambda question, curve: control.draw(student, question, curve),
-            )
-
-    def _button(self, index: int) -> viser.GuiButtonHandle:
-        button = self._client.gui.add_button(f"{index + 1}", visible=False, color="gray", order=ORDER["choices"] + 1.0 + index)
-        return on_press(button, lambda: self._answer(index))
-
-    def _command(self, index: int) -> viser.CommandHandle:
-        command = self._client.gui.add_command(
-            tr("Answer {number}", number=index + 1), hotkey=KEYS[index], icon=viser.Icon.HAND_CLICK
-        )
-        return on_command(command, lambda: self._answer(index))
+                button = gui.add_button(f"{i + 1}", visible=False, color="gray", order=ORDER["choices"] + 1.0 + i)
+                self._buttons.append(on_press(button, partial(self._control.answers.put, Answer(self._student, i))))
+            self._board = DrawingBoard(gui, self._control.answers.put, partial(self._control.draw, self._student))
 
     def _offer_reason(self, poll: Poll | None, mine: Ballot) -> None:
         """Offer the line for a reason from the vote until the reveal. As for who works alone, no two questions share one."""
@@ -141,12 +124,8 @@ class Answers:
         for place, box in self._reasons.items():
             box.visible = place == asked
 
-    def _answer(self, choice: int) -> None:
-        self._control.answers.put(Answer(self._student, choice))
-
-    def show(self, poll: Poll | None, ballot: Ballot | None, first: Ballot) -> None:
-        """Update everything. `ballot`: the student's newest one; `first`: see `mine_html`."""
-        mine = Ballot() if ballot is None else ballot
+    def show(self, poll: Poll | None, mine: Ballot, first: Ballot) -> None:
+        """Update everything. `mine`: the student's newest ballot; `first`: see `mine_html`."""
         asked = None if poll is None else (poll.question, poll.choices, poll.open, poll.outcome, poll.verdicts, poll.round)
         if self._panel.tab is None or (asked, mine, first) == self._shown:
             return
@@ -161,8 +140,10 @@ class Answers:
             button.visible = i < count
         while len(self._commands) > count:
             self._commands.pop().remove()
-        while len(self._commands) < count:
-            self._commands.append(self._command(len(self._commands)))
+        for i in range(len(self._commands), count):
+            name = tr("Answer {number}", number=i + 1)
+            command = self._client.gui.add_command(name, hotkey=KEYS[i], icon=viser.Icon.HAND_CLICK)
+            self._commands.append(on_command(command, partial(self._control.answers.put, Answer(self._student, i))))
         drawing = poll.drawing if poll is not None and poll.open else None
         self._board.show(poll.question if poll is not None else ("", ""), drawing, mine.curve)
         self._offer_reason(poll, mine)
@@ -216,24 +197,17 @@ class HandInBox:
     """The form on one student's page, and the student's progress for the class's counts.
 
     Args:
-        control: takes both, as plain data.
+        post_work: takes both, as plain data.
         student: id of the tab.
         group: that has the student's breakout session; "" in the plenary.
     """
 
-    def __init__(self, gui: viser.GuiApi, control: StudentPosts, student: str, group: str) -> None:
-        self._gui, self._control, self._student, self._group = gui, control, student, group
+    def __init__(self, gui: viser.GuiApi, post_work: PostWork, student: str, group: str) -> None:
+        self._gui, self._post_work, self._student, self._group = gui, post_work, student, group
         self._forms: dict[bool, _Form] = {}
         self._names: deque[str] = deque(maxlen=1)
         self._version = -1
         self._shown: tuple[bool, bool, HandIn | None] | None = None
-
-    def _form(self, order: float) -> _Form:
-        return _Form(self._gui, order, self._hand_in, lambda: self._control.post_work(TakenBack(self._student)))
-
-    def _hand_in(self, name: str) -> None:
-        # The progress belongs to the thread that calls `post`.
-        self._names.append(name)
 
     def post(self, own: LessonSession | None, operates: bool) -> None:
         """Post the report if the student has asked for it, and the progress in the student's own session whenever it has changed.
@@ -247,9 +221,9 @@ class HandInBox:
         if own is not None:
             self._version = own.version
         if name is not None:
-            self._control.post_work(Reported(self._student, name, progress))
+            self._post_work(Reported(self._student, name, progress))
         elif progress and operates:
-            self._control.post_work(Progressed(self._group, progress))
+            self._post_work(Progressed(self._group, progress))
 
     def post_again(self) -> None:
         """Post the progress with the next frame, also if it has not changed."""
@@ -269,7 +243,10 @@ class HandInBox:
         self._shown = shown
         in_lesson = tab is not None
         if offered and in_lesson not in self._forms:
+            order = _IN_LESSON if in_lesson else _IN_PANEL
+            take_back = partial(self._post_work, TakenBack(self._student))
             with tab or nullcontext():
-                self._forms[in_lesson] = self._form(_IN_LESSON if in_lesson else _IN_PANEL)
+                # The progress belongs to the thread that calls `post`.
+                self._forms[in_lesson] = _Form(self._gui, order, self._names.append, take_back)
         for place, form in self._forms.items():
             form.show(offered and place == in_lesson, report)

@@ -3,13 +3,11 @@
 import re
 from collections.abc import Callable, Hashable
 from time import monotonic
-from typing import Final
+from typing import Final, Literal
 
 from app.classroom.class_messages import Progressed, Ran, Reported, TakenBack, WorkAction
 from app.classroom.classroom import Classroom, Poll
-from app.classroom.presenter import MOST_QUOTES, Presenter, ShownWork, Station
-from app.classroom.screen_panel import TIMERS
-from app.classroom.teacher_panel import TeacherAction
+from app.classroom.presenter import MOST_QUOTES, TIMERS, Presenter, ScreenAction, ShownWork, Station
 from app.i18n.speaking import N_, tr
 from app.lessons.curve_drawing import median_curve
 from app.lessons.lesson import LessonBook
@@ -28,6 +26,14 @@ from scenes.inputs import Recorded
 RUN: Final = N_("a student's run")
 """Name of the replay of what a student has done."""
 
+TeacherAction = (
+    Literal["follow", "free", "pause", "reveal", "again", "pages", "quote", "expect", "invite", "invite all", "hide"]
+    | Literal["show", "show run", "pace"]
+    | ScreenAction
+)
+"""The teacher's actions for the class: all students to the plenary or to breakout sessions, pause or resume, reveal the answers, ask again,
+leave out or count votes without a page, put reasons on the screen, say how many are expected, show the address on the screen or on all
+pages, or nowhere; for those who explore: the answer of a student on the projector, or the run, and which steps are open."""
 
 EVERY_PRESS: Final[frozenset[TeacherAction]] = frozenset({"on", "back", "pause", "pages", "freeze", "blank"})
 """Steps, and what is switched on and off: two presses between two frames are two."""
@@ -66,12 +72,13 @@ class TeacherControl:
         decided: called after every action.
 
     Attributes:
+        classroom, session, lessons: the class, and the plenary's.
         answers: the students' answers; they are done before the teacher's actions, and are not lost with the teacher's tab.
         presenter: what the projectors show.
     """
 
     def __init__(self, classroom: Classroom, session: Session, lessons: LessonSession, decided: Callable[[], None]) -> None:
-        self._classroom, self._session, self._lessons, self._decided = classroom, session, lessons, decided
+        self.classroom, self.session, self.lessons, self._decided = classroom, session, lessons, decided
         self.answers = ActionQueue(self._take_answer)
         self.presenter = Presenter()
         self._replayed = ""
@@ -79,28 +86,28 @@ class TeacherControl:
 
     @property
     def _walk(self) -> Walkthrough | None:
-        return self._lessons.walk if self._lessons.open else None
+        return self.lessons.walk if self.lessons.open else None
 
     def poll(self, book: LessonBook | None = None) -> Poll | None:
         """Return the question in the plenary; None if there is none. `book`: the lessons in the reader's language; None for its own."""
-        return self._classroom.poll(self._walk, book)
+        return self.classroom.poll(self._walk, book)
 
     @property
     def record(self) -> float | None:
         """Return the smallest d less d_m of the students' pushes in the plenary's duel [m]; None where there is none."""
         walk = self._walk
-        return None if walk is None or not walk.duel else self._classroom.work.nearest.get((walk.lesson.id, walk.step.id))
+        return None if walk is None or not walk.duel else self.classroom.work.nearest.get((walk.lesson.id, walk.step.id))
 
     def post(self, action: TeacherAction, value: str = "") -> None:
         """Queue an action of the teacher's for the next frame; from any thread. `value`: see `Teach`."""
-        self._session.post(Teach(action, value))
+        self.session.post(Teach(action, value))
 
     def post_work(self, work: WorkAction) -> None:
         """Queue what a student hands in for the next frame; from any thread."""
         self.answers.put(work)
 
     def _take_answer(self, action: Action) -> None:
-        classroom = self._classroom
+        classroom = self.classroom
         match action:
             case Answer(student, choice):
                 classroom.answer(self._walk, student, choice)
@@ -113,7 +120,7 @@ class TeacherControl:
             case Ran(student, recorded):
                 self._show_run(student, recorded)
             case Reported(student, name, progress):
-                classroom.hand_in(self._lessons.walk if self._lessons.begun else None, student, name, progress)
+                classroom.hand_in(self.lessons.walk if self.lessons.begun else None, student, name, progress)
             case TakenBack(student):
                 classroom.work.hand_ins.pop(student, None)
             case _:
@@ -125,7 +132,7 @@ class TeacherControl:
         return isinstance(action, Teach)
 
     def _act(self, action: TeacherAction, value: str) -> None:
-        classroom, presenter = self._classroom, self.presenter
+        classroom, presenter = self.classroom, self.presenter
         match action:
             case "follow":
                 classroom.follow()
@@ -133,11 +140,13 @@ class TeacherControl:
                 classroom.explore()
             case "pause":
                 classroom.paused = not classroom.paused
-                self._session.halt.set("class", classroom.paused)
+                self.session.halt.set("class", classroom.paused)
             case "reveal":
                 self._reveal()
             case "again":
-                self._ask_again()
+                if (poll := self.poll()) is not None:
+                    classroom.ballots.ask_again(poll.question)
+                    self.lessons.act(ResetStep())
             case "pages":
                 classroom.count_pages_only(not classroom.voters.pages_only)
             case "show":
@@ -154,7 +163,8 @@ class TeacherControl:
             case "expect":
                 presenter.expected = int(value)
             case "invite":
-                presenter.invite()
+                # Where there is no projector, on the teacher's page.
+                presenter.inviting = "screens" if presenter.screens else "teachers"
             case "invite all":
                 presenter.inviting = "all"
             case "hide":
@@ -179,8 +189,8 @@ class TeacherControl:
 
     def present(self) -> None:
         """Make the projectors follow the plenary; once a frame."""
-        poll, presenter, player = self.poll(), self.presenter, self._session.player
-        presenter.follow(self._walk, poll is not None and poll.revealed, not self._session.paused)
+        poll, presenter, player = self.poll(), self.presenter, self.session.player
+        presenter.follow(self._walk, poll is not None and poll.revealed, not self.session.paused)
         runs = presenter.work is not None and presenter.work.run
         if self._replayed and not (runs and player.loaded == self._replayed):
             # Page ↓ ends the student's run, and so does the teacher's own button of the replay.
@@ -195,16 +205,16 @@ class TeacherControl:
         """Show what a student has done in the present step, or that it is the step of the run; None takes it away."""
         self.presenter.uncover()
         if student is not None:
-            progress = self._classroom.board.progress_of(student)
+            progress = self.classroom.board.progress_of(student)
             done = progress.at(progress.lesson, progress.step)
             self.presenter.work = ShownWork((progress.lesson, progress.step), done.choice, done.drawing, done.outcome, run)
 
     def _show_run(self, student: str, recorded: Recorded | None) -> None:
         """Replay a student's run on the stage, if the teacher still wants it."""
-        player, wanted = self._session.player, self._classroom.wanted
+        player, wanted = self.session.player, self.classroom.wanted
         if student != wanted:
             return
-        self._classroom.wanted = ""
+        self.classroom.wanted = ""
         if recorded is None:
             player.news.append((N_("There is nothing to replay yet"), N_("Let it run for a moment.")))
             return
@@ -214,7 +224,7 @@ class TeacherControl:
 
     def _go_on(self) -> None:
         """Show the next station of the step. A projector that is black or frozen, or shows the address, only comes back."""
-        presenter, walk, lessons, session = self.presenter, self._walk, self._lessons, self._session
+        presenter, walk, lessons, session = self.presenter, self._walk, self.lessons, self.session
         if presenter.uncover() or walk is None:
             return
         poll = self.poll()
@@ -241,7 +251,7 @@ class TeacherControl:
 
     def _go_back(self) -> None:
         """Show the station before; what is revealed stays so."""
-        presenter, walk, lessons = self.presenter, self._walk, self._lessons
+        presenter, walk, lessons = self.presenter, self._walk, self.lessons
         if presenter.uncover() or walk is None:
             return
         poll = self.poll()
@@ -251,7 +261,7 @@ class TeacherControl:
             case Station.QUESTION:
                 presenter.show(Station.SCENE)
             case Station.RUN if poll is not None and not walk.showing:
-                if not self._session.paused:
+                if not self.session.paused:
                     lessons.act(StartOrPause())
                 presenter.show(Station.ANSWERS if poll.revealed else Station.QUESTION)
             case Station.TRY:
@@ -262,9 +272,9 @@ class TeacherControl:
     def _open_steps(self, text: str) -> None:
         """Open the steps that the teacher has typed; a text that says none changes nothing, and is answered."""
         try:
-            self._classroom.pace = open_steps_from_text(text, self._lessons.walk.lesson)
+            self.classroom.pace = open_steps_from_text(text, self.lessons.walk.lesson)
         except BadSetting as error:
-            self._lessons.notes.append(("This is not possible here", str(error)))
+            self.lessons.notes.append(("This is not possible here", str(error)))
 
     def _start_timer(self, seconds: int) -> None:
         """Give the class time to answer the question, which everybody sees then."""
@@ -278,10 +288,10 @@ class TeacherControl:
     # ---- the question ------------------------------------------------------------------------------------------------------
 
     def _reveal(self) -> None:
-        poll, lessons = self.poll(), self._lessons
+        poll, lessons = self.poll(), self.lessons
         if poll is None or poll.revealed or not poll.tally.answered:
             return
-        self._classroom.ballots.reveal(poll.question)
+        self.classroom.ballots.reveal(poll.question)
         favourite = poll.tally.favourite
         if not lessons.locked:
             return
@@ -291,12 +301,6 @@ class TeacherControl:
         if favourite is not None:
             lessons.act(Choose(favourite))
 
-    def _ask_again(self) -> None:
-        poll = self.poll()
-        if poll is not None:
-            self._classroom.ballots.ask_again(poll.question)
-            self._lessons.act(ResetStep())
-
     def draw(self, student: str, question: QuestionId, curve: Curve) -> None:
         """Take a student's curve for a question, as long as that takes answers."""
-        self._classroom.draw(self._walk, student, question, curve)
+        self.classroom.draw(self._walk, student, question, curve)

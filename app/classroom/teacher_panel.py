@@ -1,37 +1,29 @@
-"""The teacher's panel of a lecture: the class, the notes, and the address. Only the teacher's browser is sent any of it."""
+"""The teacher's panel of a lecture: the class, the notes, and the address; or the notes alone, while another tab of the teacher leads. Only
+the teacher's browsers are sent any of it."""
 
 from collections.abc import Callable, Mapping
 from typing import Final, Literal
 
 import viser
 
-from app.classroom.board_panel import BoardAction, BoardPanel
+from app.classroom.board_panel import BoardPanel
 from app.classroom.class_downloads import ClassDownloads
-from app.classroom.classroom import Classroom, Poll
-from app.classroom.classroom_html import heads_html, join_html, joined_text, poll_html, voters_html
-from app.classroom.presenter import Presenter
-from app.classroom.screen_panel import ScreenAction, ScreenPanel, covers_html
+from app.classroom.classroom import Poll
+from app.classroom.classroom_html import TAKE_OVER, banner_html, heads_html, join_html, joined_text, poll_html, voters_html
+from app.classroom.screen_panel import ScreenPanel, covers_html
+from app.classroom.teacher_control import TeacherAction, TeacherControl
 from app.hosting.serve_options import MOST_STUDENTS
 from app.i18n.speaking import N_, tr
-from app.lessons.session.lesson_session import LessonSession
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.hotkeys import PRESENTER_KEYS
-from app.page.panels.teachers_tab import ORDER, NotesView
+from app.page.panels.teachers_tab import ORDER, NotesView, TeachersTab
 from app.settings import PageSettings
 from app.text.templates import macros
 from app.web.address import Address
 from app.web.control_events import on_command, on_entry, on_press
 from app.web.viser_internals import HotkeyKey
 
-ClassAction = Literal["follow", "free", "pause", "reveal", "again", "pages", "quote", "expect", "invite", "invite all", "hide"]
-"""The teacher's actions for the class: all students to the plenary or to breakout sessions, pause or resume, reveal the answers, ask again,
-leave out or count votes without a page, put reasons on the screen, say how many are expected, show the address on the screen or on all
-pages, or nowhere."""
-
-TeacherAction = ClassAction | ScreenAction | BoardAction
-"""All actions of a teacher."""
-
-COMMANDS: Final[tuple[tuple[str, HotkeyKey, ClassAction], ...]] = (
+COMMANDS: Final[tuple[tuple[str, HotkeyKey, TeacherAction], ...]] = (
     (N_("Class: follow me, or explore freely"), "F", "free"),
     (N_("Class: pause everybody, or go on"), "P", "pause"),
     (N_("Class: reveal the answers to everybody"), "V", "reveal"),
@@ -43,32 +35,30 @@ COMMANDS: Final[tuple[tuple[str, HotkeyKey, ClassAction], ...]] = (
 LONGEST_QUOTE: Final = 40
 """Characters of a list of reasons for the screen."""
 
-INVITING: Final[tuple[ClassAction, ...]] = ("hide", "invite", "invite all")
+INVITING: Final[tuple[TeacherAction, ...]] = ("hide", "invite", "invite all")
 
 
 class TeacherPanel:
     """A teacher's tabs.
 
     Args:
-        act: called with the teacher's actions, and what name or text belongs to one, on the network's thread.
+        control: carries out the teacher's actions.
         notes: Markdown by lesson id; None for a teacher without a key.
         page: of the teacher; a projector that is opened from here looks the same.
         downloads: of the class's reports.
-        expected: how many students are; 0 where it is not known.
     """
 
     def __init__(
         self,
         client: viser.ClientHandle,
-        act: Callable[..., None],
+        control: TeacherControl,
         address: Address,
         notes: Mapping[str, str] | None,
         page: PageSettings,
         downloads: ClassDownloads,
-        expected: int,
     ) -> None:
-        self._gui, self._act, self._downloads = client.gui, act, downloads
-        gui = client.gui
+        self._gui, self._control, self._downloads = client.gui, control, downloads
+        gui, act = client.gui, control.post
         # Above the tabs, in view whichever of them is open.
         self._covers = gui.add_html("", order=ORDER - 0.5)
         tabs = gui.add_tab_group(order=ORDER)
@@ -81,7 +71,7 @@ class TeacherPanel:
                 tr("Follow me: everybody sees this stage. Explore freely: everybody has a session of their own."),
                 lambda i: act(("follow", "free")[i]),
             )
-            self._board = BoardPanel(gui, act)
+            self._board = BoardPanel(gui, control)
             self._poll, self._voters = gui.add_html(""), gui.add_html("")
             self._reasons = gui.add_html("")
             self._quoted = gui.add_text(
@@ -94,7 +84,7 @@ class TeacherPanel:
             self._pause = self._button(tr("Pause everybody"), "pause", "gray", viser.Icon.HAND_STOP)
             downloads.build()
         with tabs.add_tab(tr("Screen"), viser.Icon.PRESENTATION):
-            self._screen = ScreenPanel(gui, act, page, notes is not None)
+            self._screen = ScreenPanel(gui, control, page, notes is not None)
         self._notes: NotesView | None = None
         if notes is not None:
             with tabs.add_tab(tr("Notes"), viser.Icon.NOTEBOOK):
@@ -102,7 +92,7 @@ class TeacherPanel:
         with tabs.add_tab(tr("Join"), viser.Icon.QRCODE):
             gui.add_html(join_html(address))
             self._joined = gui.add_html("")
-            number = gui.add_number(tr("students expected"), expected, min=0, max=MOST_STUDENTS, step=1)
+            number = gui.add_number(tr("students expected"), control.presenter.expected, min=0, max=MOST_STUDENTS, step=1)
             on_entry(number, lambda count: act("expect", str(int(count))))
             self._invite = ChoiceButtons(
                 gui,
@@ -120,11 +110,11 @@ class TeacherPanel:
         self._shown: object = None
 
     def _button(
-        self, label: str, action: ClassAction, color: Literal["gray"] | None, icon: viser.IconName | None
+        self, label: str, action: TeacherAction, color: Literal["gray"] | None, icon: viser.IconName
     ) -> viser.GuiButtonHandle:
-        return on_press(self._gui.add_button(label, color=color, icon=icon), lambda: self._act(action))
+        return on_press(self._gui.add_button(label, color=color, icon=icon), lambda: self._control.post(action))
 
-    def _command(self, name: str, key: HotkeyKey, action: ClassAction) -> None:
+    def _command(self, name: str, key: HotkeyKey, action: TeacherAction) -> None:
         command = self._gui.add_command(
             tr(name),
             description=tr("Key: {key}", key=f"Alt Shift {key}"),
@@ -134,38 +124,28 @@ class TeacherPanel:
         )
 
         def act() -> None:
-            undo: ClassAction = "follow" if action == "free" else "hide"
+            undo: TeacherAction = "follow" if action == "free" else "hide"
             undoes = (action == "free" and self._free) or (action == "invite" and self._inviting)
-            self._act(undo if undoes else action)
+            self._control.post(undo if undoes else action)
 
         on_command(command, act)
 
-    def show(self, presenter: Presenter, classroom: Classroom, poll: Poll | None, lessons: LessonSession) -> None:
-        """Update all tabs. `poll`: the question in the plenary; `lessons`: the plenary's."""
-        self._screen.show(presenter, lessons)
-        self._board.show(classroom, lessons)
+    def show(self, poll: Poll | None) -> None:
+        """Update all tabs. `poll`: the question in the plenary."""
+        presenter, classroom = self._control.presenter, self._control.classroom
+        self._screen.show()
+        self._board.show()
         self._inviting = presenter.inviting != ""
         self._invite.show(2 if presenter.inviting == "all" else int(self._inviting))
         self._covers.content = covers_html(presenter)
         self._joined.content = macros("page/panels/pills.html").note(joined_text(classroom.heads[0], presenter.expected))
         if self._notes is not None:
-            self._notes.show(lessons)
+            self._notes.show(self._control.lessons)
         self._downloads.show()
         reasons = {} if poll is None else classroom.ballots.reasons(poll.question)
-        voters, pages_only, reports = classroom.voters_of(poll), classroom.voters.pages_only, len(classroom.work.hand_ins)
-        heads = classroom.heads, presenter.expected, classroom.places.most
-        shown = (
-            heads,
-            classroom.free,
-            classroom.paused,
-            classroom.waiting,
-            reports,
-            poll,
-            classroom.load,
-            voters,
-            pages_only,
-            reasons,
-        )
+        voters, pages_only = classroom.voters_of(poll), classroom.voters.pages_only
+        heads = classroom.heads, presenter.expected, classroom.places.most, classroom.waiting, len(classroom.work.hand_ins)
+        shown = heads, classroom.load, classroom.free, classroom.paused, poll, voters, pages_only, reasons
         if shown == self._shown:
             return
         self._shown, self._free = shown, classroom.free
@@ -189,3 +169,31 @@ class TeacherPanel:
     def close(self) -> None:
         """Drop every report that is being made."""
         self._downloads.close()
+
+
+ASSISTING: Final = N_("You assist: another tab of the teacher leads. One tab leads at a time.")
+
+
+class AssistantPanel:
+    """What a teacher's tab has while another one leads: a line that says so, a button, and the notes.
+
+    Args:
+        notes: Markdown by lesson id; None for a teacher without a key.
+        take_over: called on the network's thread.
+    """
+
+    def __init__(
+        self, gui: viser.GuiApi, control: TeacherControl, notes: Mapping[str, str] | None, take_over: Callable[[], None]
+    ) -> None:
+        self._control = control
+        gui.add_html(banner_html("wait", tr(ASSISTING)), order=ORDER - 0.5)
+        on_press(gui.add_button(tr(TAKE_OVER), order=ORDER - 0.4, icon=viser.Icon.HAND_GRAB), take_over)
+        self._notes = None if notes is None else TeachersTab(gui, notes)
+
+    def show(self, poll: Poll | None) -> None:
+        """Update the notes; see `TeacherPanel.show`."""
+        if self._notes is not None and self._control.classroom.load is not None:
+            self._notes.show(self._control.lessons, self._control.classroom.load)
+
+    def close(self) -> None:
+        """Do nothing: nothing is being made."""

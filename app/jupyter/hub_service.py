@@ -4,7 +4,6 @@ It needs jupyterhub and jupyter-server-proxy, and the environment that the hub g
 """
 
 import sys
-from collections.abc import Sequence
 from typing import Any
 
 from jupyter_server_proxy.standalone.app import StandaloneProxyServer
@@ -30,12 +29,8 @@ class HubService(StandaloneProxyServer):
         return Authenticated, arguments
 
 
-def serve_hub(options: Sequence[str]) -> None:
-    """Serve until the hub ends the process. `options`: of `lwr-duet serve`."""
-    service = HubService(name="duet", **proxied(options))
+if __name__ == "__main__":
+    # Serves until the hub ends the process.
+    service = HubService(name="duet", **proxied(sys.argv[1:]))
     service.initialize([])
     service.start()
-
-
-if __name__ == "__main__":
-    serve_hub(sys.argv[1:])

@@ -100,6 +100,9 @@ class NotebookRun:
 
     Attributes:
         key: of its pages.
+        port: where the server listens, at 127.0.0.1.
+        server_run: the server's random word, by which a page knows that it is this one.
+        closed: whether it has ended; it can't begin again.
     """
 
     def __init__(self, settings: Settings) -> None:
@@ -107,30 +110,15 @@ class NotebookRun:
         self._app = start_app(ServeOptions(settings=settings, sessions=1, watchers=1, lecture=True, key=self.key))
         # The kernel does not know under which address a hub is opened, but no page of others has the key.
         self._app.server.trusts = lambda query: is_teacher(self.key, query)
+        self.port, self.server_run, self.closed = self._app.server.get_port(), self._app.server.run, False
         assert isinstance(self._app.host, LectureHost)
         self._session, self._lessons = self._app.host.session, self._app.host.lessons
         self._session.takers["notebook"] = self._take
-        self._closed = False
         self._given = GivenVelocities(np.zeros(0))
         self._folder = tempfile.TemporaryDirectory(prefix="duet-notebook-", ignore_cleanup_errors=True)
 
-    @property
-    def port(self) -> int:
-        """Where the server listens, at 127.0.0.1."""
-        return self._app.server.get_port()
-
-    @property
-    def server_run(self) -> str:
-        """The server's random word, by which a page knows that it is this one."""
-        return self._app.server.run
-
-    @property
-    def closed(self) -> bool:
-        """Whether it has ended; it can't begin again."""
-        return self._closed
-
     def __repr__(self) -> str:
-        if self._closed:
+        if self.closed:
             return "<Duet, closed>"
         session = self._session
         return f"<Duet at {session.simulation.time:.1f} s: {session.settings.run.scene}, {session.settings.run.law.law}>"
@@ -278,8 +266,8 @@ class NotebookRun:
 
     def close(self) -> None:
         """End the run, its pages and its server. May be called twice."""
-        if not self._closed:
-            self._closed = True
+        if not self.closed:
+            self.closed = True
             self._app.close()
             self._folder.cleanup()
 
@@ -297,7 +285,7 @@ class NotebookRun:
         Raises:
             DuetError: the run is closed, or does not answer.
         """
-        if self._closed:
+        if self.closed:
             raise DuetError("This Duet is closed; duet.show() opens a new one.")
         answer: Future[T] = Future()
         until = perf_counter() + PATIENCE

@@ -71,6 +71,7 @@ def _picture(entrants: Sequence[Entrant], outcomes: Sequence[Played], level: Lev
     name, scale, label = (
         ("d_min", 1e3, "smallest $d$ [mm]") if level == "default" else ("dq_step", 1.0, r"step of $\dot q$ [rad/s]")
     )
+    known = {(one.name, one.event): one.outcome.runs for one in outcomes}
     with matplotlib.rc_context(STYLE):
         figure = sheet(2.9 * len(ROBOTS) + 0.32 * (len(entrants) // 3 + 1), 3.1 * len(SCENES))
         panels = figure.subplots(len(ROBOTS), len(SCENES), squeeze=False, sharex="col", sharey="col")
@@ -82,12 +83,9 @@ def _picture(entrants: Sequence[Entrant], outcomes: Sequence[Played], level: Lev
                 else:
                     axes.set_xscale("log")
                 for place, entrant in enumerate(entrants):
-                    for one in outcomes:
-                        if (one.name, one.event) == (entrant.name, Event(scene, robot, level)) and one.outcome.runs:
-                            x, e2 = (
-                                float(np.mean([getattr(run, figure) for run in one.outcome.runs])) for figure in (name, "e2_max")
-                            )
-                            axes.plot([scale * x], [e2], linestyle="none", **_look(place))
+                    if runs := known.get((entrant.name, Event(scene, robot, level))):
+                        x, e2 = (float(np.mean([getattr(run, of) for run in runs])) for of in (name, "e2_max"))
+                        axes.plot([scale * x], [e2], linestyle="none", **_look(place))
                 axes.set_title(f"{EXPERIMENTS[scene].short}, {robot}")
                 if row == len(ROBOTS) - 1:
                     axes.set_xlabel(f"{label}, mean")

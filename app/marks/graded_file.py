@@ -115,10 +115,8 @@ def weights_of(points: Sequence[float]) -> dict[str, float]:
 def student_of(path: Path) -> Student:
     """Return who handed a file in. `path`: below the folder that is graded; its first folder is the student's, or else the file."""
     first = readable(path.parts[0] if len(path.parts) > 1 else path.name)
-    for names in (_MOODLE, _CANVAS):
-        found = names.fullmatch(first)
-        if found is not None:
-            return Student(found["name"], found["id"])
+    if found := _MOODLE.fullmatch(first) or _CANVAS.fullmatch(first):
+        return Student(found["name"], found["id"])
     return Student(first if len(path.parts) > 1 else Path(first).stem, "")
 
 
@@ -237,14 +235,8 @@ def _take_records(row: GradedFile, records: tuple[StepRecord, ...]) -> None:
     predicted = [record for record in records if record.prediction is not None]
     challenges = [record for record in records if record.passed is not None]
     right, passed = sum(record.right is True for record in predicted), sum(record.passed is True for record in challenges)
-    row.cells |= {
-        "steps": len(records),
-        "predictions": len(predicted),
-        "right": right,
-        "challenges": len(challenges),
-        "passed": passed,
-        "attempts": sum(record.attempts for record in records),
-    }
+    counts = len(records), len(predicted), right, len(challenges), passed, sum(record.attempts for record in records)
+    row.cells |= zip(REPORT, counts, strict=True)
     row.records = records
     row.points, row.maximum = points_of(records)
     for r in predicted:

@@ -40,7 +40,7 @@ class Audience(ServerView):
 
 
 class Audiences:
-    """Assigns browsers to audiences, and closes connections of browsers that change theirs.
+    """Assigns browsers to audiences.
 
     Args:
         server: that the browsers connect to.

@@ -45,6 +45,12 @@ def lecture_of(house: App) -> LectureHost:
     return house.host
 
 
+def operator_of(host: LectureHost) -> int | None:
+    """Id of the client that has the controls, or None."""
+    operator = host.controls.operator
+    return None if operator is None else operator.client.client_id
+
+
 def ask(session: Session, question: Callable[[Session], T], timeout: float = 60.0) -> T:
     """The answer to a question put on the session's own thread, between two frames."""
     answer: Future[T] = Future()

@@ -57,9 +57,9 @@ def test_a_teacher_and_two_students(house: OpenHouse, page_at: PageAt) -> None:
     come(teacher, f"{opened.url}/?key=chalk&lesson=1")
     # The key leaves the address, and is still known after a reload.
     assert "chalk" not in teacher.url and "lesson=1" in teacher.url
-    number = host.operator
+    before = host.controls.operator
     teacher.reload()
-    until(teacher, lambda: host.operator not in (None, number), "the teacher again", WAIT)
+    until(teacher, lambda: host.controls.operator not in (None, before), "the teacher again", WAIT)
     teacher.locator(".duet-l-head").wait_for()
     close_software_note(teacher)
     come(ann, opened.url)
@@ -270,4 +270,4 @@ def test_one_student_is_one_voter_in_one_tab_at_a_time(house: OpenHouse, page_at
     # The teacher may have several.
     third = teacher.context.new_page()
     come(third, f"{opened.url}/?key=chalk")
-    assert not teacher.get_by_text(away).count() and host.operator is not None
+    assert not teacher.get_by_text(away).count() and host.controls.operator is not None

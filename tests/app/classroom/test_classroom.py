@@ -41,15 +41,15 @@ def test_everybody_counts_once_with_the_newest_answer_until_the_reveal(answers: 
     ballots = Ballots()
     assert all(ballots.answer(PLACE, who, choice) for who, choice in answers)
     newest = dict(answers)
-    tally = ballots.tally(PLACE, 4, here)
+    tally = ballots.counts(PLACE, 4, here).newest
     assert tally.counts == tuple(sum(c == i for c in newest.values()) for i in range(4))
     assert tally.waiting == len(here - set(newest)) and tally.answered == len(newest)
     assert tally.counts[tally.favourite] == max(tally.counts) if tally.favourite is not None else not newest
     ballots.reveal(PLACE)
-    assert not any(ballots.answer(PLACE, who, 0) for who in here) and ballots.tally(PLACE, 4, here) == tally
+    assert not any(ballots.answer(PLACE, who, 0) for who in here) and ballots.counts(PLACE, 4, here).newest == tally
     assert ballots.answer(("redundancy", "two"), "ann", 2), "another question is still open"
     ballots.ask_again(PLACE)
-    assert not ballots.revealed(PLACE) and ballots.tally(PLACE, 4, here).answered == 0
+    assert not ballots.revealed(PLACE) and ballots.counts(PLACE, 4, here).newest.answered == 0
     assert ballots.ballots_of("ann").get(("redundancy", "two")) == Ballot(2) and ballots.answer(PLACE, "ann", 1)
 
 
@@ -71,9 +71,9 @@ def test_a_round_is_never_changed_by_a_later_one(rounds: list[dict[str, int]], r
             # Twice in a row it is one round more, not two.
             ballots.ask_again(PLACE)
     assert [{who: ballot.choice for who, ballot in one.items()} for one in ballots.rounds_of(PLACE)] == rounds
-    first, last, tally = rounds[0], rounds[-1], ballots.first_tally(PLACE, 4)
+    first, last = rounds[0], rounds[-1]
+    _, tally, switches = ballots.counts(PLACE, 4, ())
     assert tally is not None and sum(tally.counts) == tally.answered == len(first)
-    switches = ballots.switches(PLACE)
     assert sum(one.students for one in switches) == len(first.keys() & last.keys())
     for i in range(4):
         stayed_or_left = sum(one.students for one in switches if one.before == i)
@@ -217,9 +217,9 @@ def test_a_curve_counts_like_an_answer_and_is_shown_without_its_name() -> None:
     assert not classroom.draw(walk, "cy", question, (2.0,) * COLUMNS), "beyond the axis"
     poll = classroom.poll(walk)
     assert poll is not None and poll.tally == Tally((1, 0, 0, 0), 1, 2, (HALF, FULL)) and poll.truth == ()
-    assert classroom.draw(walk, "ann", question, ()) and classroom.ballots.tally(question, 4, classroom.here).waiting == 2, (
-        "taken back"
-    )
+    assert (
+        classroom.draw(walk, "ann", question, ()) and classroom.ballots.counts(question, 4, classroom.here).newest.waiting == 2
+    ), "taken back"
     assert classroom.draw(walk, "ann", question, HALF)
     shown = poll_html(classroom.poll(walk) or poll, live=True)
     assert "2 drawn" in shown and "ann" not in shown and shown.count('stroke-opacity="0.3"') == 2 and "median" in shown
@@ -240,21 +240,21 @@ def test_students_without_a_place_of_their_own_are_put_into_groups_that_last() -
     assert [group_size(*one) for one in ((60, 22), (22, 22), (23, 22), (0, 22), (3, 0))] == [3, 1, 2, 1, 3]
     places, class_of_60 = BreakoutPlaces(22), [f"student {i}" for i in range(60)]
     places.give(class_of_60, 0.0)
-    assert places.taken == 20 and {len(places.members(one)) for one in places.groups.values()} == {3}
+    assert len(places.sizes) == 20 and {len(places.members(one)) for one in places.groups.values()} == {3}
     before = dict(places.groups)
     # The next ones get groups of their own while there are places, and then join the smallest.
     late = [f"late {i}" for i in range(7)]
     places.give([*class_of_60, *late[:6]], 1.0)
-    assert places.taken == 22 and {len(places.members(one)) for one in places.groups.values()} == {3}
+    assert len(places.sizes) == 22 and {len(places.members(one)) for one in places.groups.values()} == {3}
     places.give([*class_of_60, *late], 1.0)
-    assert places.taken == 22 and len(places.members(places.groups[late[6]])) == 4
+    assert len(places.sizes) == 22 and len(places.members(places.groups[late[6]])) == 4
     # One who is gone for a while, in a reload or longer, comes back to the same group, and so do all the next time, in any order.
     places.give(class_of_60[1:], HOLD)
     assert places.holds(class_of_60[0]), "gone for a minute, as in a reload"
     places.give(class_of_60[1:], HOLD + 2.0)
     assert not places.holds(class_of_60[0]) and places.holds(class_of_60[1])
     places.take_all()
-    assert places.taken == 0
+    assert len(places.sizes) == 0
     places.give(class_of_60[::-1], 100.0)
     assert {one: places.groups[one] for one in class_of_60} == before
     # With a place for everybody there are no groups.
@@ -262,7 +262,7 @@ def test_students_without_a_place_of_their_own_are_put_into_groups_that_last() -
     few.give(("ann", "bo", "cy", "ann"), 0.0)
     assert few.groups == {"ann": "ann", "bo": "bo", "cy": "cy"}
     few.give(("ann", "bo", "cy", "di"), 1.0)
-    assert few.groups["di"] == "ann" and few.taken == 3
+    assert few.groups["di"] == "ann" and len(few.sizes) == 3
 
 
 @given(st.lists(st.lists(st.integers(0, 12), max_size=14), max_size=8), st.integers(1, 5))
@@ -270,7 +270,7 @@ def test_every_student_has_a_group_and_there_are_never_more_sessions_than_places
     places = BreakoutPlaces(most)
     for now, here in enumerate(rounds):
         places.give(map(str, here), 20.0 * now)
-        assert all(places.holds(str(one)) for one in here) and places.taken <= most
+        assert all(places.holds(str(one)) for one in here) and len(places.sizes) <= most
 
 
 def test_who_follows_holds_no_place() -> None:

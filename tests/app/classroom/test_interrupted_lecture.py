@@ -26,7 +26,7 @@ def test_a_lecture_that_breaks_off_goes_on_and_one_that_has_ended_does_not(house
     host = lecture_of(first)
     teacher = join(first, f"lesson=3&step=2&resume={TEACHER}")
     student = join(first, f"resume={STUDENT}")
-    student.wait_for(lambda _: host.operator is not None and STUDENT in host.classroom.here)
+    student.wait_for(lambda _: host.controls.operator is not None and STUDENT in host.classroom.here)
     host.control.answers.put(Answer(STUDENT, 0))
     teacher.wait_for(lambda _: any(host.classroom.ballots.everything[0].values()))
     host.control.post("again")

@@ -367,11 +367,11 @@ def test_a_teachers_second_tab_assists_until_it_takes_over(house: OpenHouse, com
         ann.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": True}})
     click(ann, "2 ")
     sees(first, "1 answered")
-    assert host.operator is not None and not host.classroom.paused
-    led = host.operator
+    assert host.controls.operator is not None and not host.classroom.paused
+    led = host.controls.operator
     click(second, "Übernehmen")
     sees(first, "You assist: another tab of the teacher leads.")
-    second.wait_for(lambda _: host.operator not in (None, led) and "Sie assistieren" not in shown(second), WAIT)
+    second.wait_for(lambda _: host.controls.operator not in (None, led) and "Sie assistieren" not in shown(second), WAIT)
     assert first.closed is None and "Pause everybody" not in buttons(first)
     click(second, "Alle anhalten")
     sees(ann, "The teacher has paused everybody.")
@@ -516,7 +516,7 @@ def test_a_full_lecture_asks_to_wait_but_lets_the_teacher_in(house: OpenHouse, c
     host = lecture_of(opened)
     # Both see the stage, which takes no place yet.
     ann.wait_for(lambda _: host.session.simulation.time > 0.3 and opened.server.count_clients() == 2)
-    assert host.operator is None
+    assert host.controls.operator is None
     with pytest.raises(urllib.error.HTTPError, match="503") as full:
         urllib.request.urlopen(opened.url, timeout=60)
     assert "2 places" in full.value.read().decode()
@@ -525,5 +525,5 @@ def test_a_full_lecture_asks_to_wait_but_lets_the_teacher_in(house: OpenHouse, c
     teacher = come(opened, key=KEY)
     with urllib.request.urlopen(f"{opened.url}/?key={quote(KEY)}", timeout=60) as page:
         assert page.status == 200
-    teacher.wait_for(lambda _: host.operator is not None)
+    teacher.wait_for(lambda _: host.controls.operator is not None)
     assert ann.closed is None and teacher.closed is None

@@ -203,7 +203,7 @@ def test_students_explore_in_other_processes_and_the_teacher_reaches_them(served
 def test_a_process_in_place_of_another_one_knows_what_was_handed_in_meanwhile() -> None:
     sent: list[object] = []
     link, classroom = WorkerLink(0, sent.append), Classroom(8)
-    workers = BreakoutWorkers(link, classroom, PostsToPlenary(link, classroom), lambda: None)
+    workers = BreakoutWorkers(link, classroom, PostsToPlenary(link, classroom).post_work, lambda: None)
 
     def told(*messages: object) -> list[tuple[str, HandIn | None]]:
         """Students and their reports, as the plenary sends them to other processes after some messages."""

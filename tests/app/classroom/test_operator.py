@@ -17,7 +17,7 @@ from app.settings import Language, Settings
 from app.text.lesson_text import plain
 from app.theme import PALETTES
 from app.web.audiences import MOST
-from tests.app.conftest import Join, OpenHouse, ask, lecture_of
+from tests.app.conftest import Join, OpenHouse, ask, lecture_of, operator_of
 from tests.app.page.by_hand import WRIST
 from tests.app.page.helpers import Client, bodies, buttons, click, hotkey_uuid, open_lessons, shown
 from tests.app.runtime.processes import until
@@ -48,7 +48,7 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
     first.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(first, "pause")})
     first.wait_for(lambda _: session.paused)
     assert has_controls(first) and not has_controls(second)
-    assert host.operator == int(first.mirror.nodes[LINK]["owner"])
+    assert operator_of(host) == int(first.mirror.nodes[LINK]["owner"])
 
     # The second one knows all the names, and it is of no use.
     open_lessons(first)
@@ -68,7 +68,7 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
         )
 
     before, elements = ask(session, state), list(first.mirror.gui.values())
-    for owner in (str(host.operator), "", str(int(host.operator or 0) + 1)):
+    for owner in (str(operator_of(host)), "", str(int(operator_of(host) or 0) + 1)):
         target = {"type": "SceneNodeDragMessage", "name": LINK, "owner": owner, "instance_index": None, "button": "left"}
         places = {"start_position": [0.3, 0.0, 1.0], "end_position": [0.0, 0.0, 1.0], "modifier": None}
         for phase in ("start", "update", "end"):
@@ -85,7 +85,7 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
     # The camera is everybody's own: once it has arrived, all of the above has, too.
     second.wait_for(lambda _: len(opened.server.get_clients()) == 2)
     known = opened.server.get_clients()
-    (own,) = (client for number, client in known.items() if number != host.operator)
+    (own,) = (client for number, client in known.items() if number != operator_of(host))
     second.send(CAMERA | {"image_height": 500, "image_width": 700})
     second.wait_for(lambda _: own.camera.image_width == 700)
     assert ask(session, state) == before
@@ -99,18 +99,18 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
     # It leaves in mid-drag: the hand is let go, and neither who is there nor who comes now takes over.
     first.pull(LINK, "start", [0.3, 0.0, 1.0], [0.3, 0.0, 1.1])
     first.wait_for(lambda _: session.held is not None)
-    operator = host.operator
+    operator = operator_of(host)
     first.close()
-    second.wait_for(lambda _: host.operator is None)
+    second.wait_for(lambda _: host.controls.operator is None)
     third = join(opened, f"resume={'3' * 32}")
     third.wait_for(lambda _: len(host.classroom.here) == 2)
-    assert host.operator is None and session.held is None and not has_controls(second) and not has_controls(third)
+    assert host.controls.operator is None and session.held is None and not has_controls(second) and not has_controls(third)
     # It is back, before its next connection breaks off is noticed, too.
     again = join(opened, LEADER)
     again.wait_for(lambda v: LINK in v.mirror.grabbable and len(v.mirror.commands) >= len(hotkeys()))
     back = join(opened, LEADER)
     back.wait_for(lambda v: LINK in v.mirror.grabbable and len(v.mirror.commands) >= len(hotkeys()))
-    assert host.operator == int(back.mirror.nodes[LINK]["owner"]) != operator
+    assert operator_of(host) == int(back.mirror.nodes[LINK]["owner"]) != operator
     back.set_value("critical distance d_m [mm]", 100.0)
     back.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(back, "pause")})
     back.wait_for(lambda _: session.settings.run.law.critical_distance == 0.1 and session.paused)
@@ -175,7 +175,7 @@ def test_the_teacher_enters_while_a_student_with_the_same_address_guesses(house:
         until(lambda: opened.server._delayed == 4)
         teacher = join(opened, f"{LEADER}&key=chalk-dust")
         teacher.wait_for(lambda v: LINK in v.mirror.grabbable)
-        assert lecture_of(opened).operator is not None
+        assert lecture_of(opened).controls.operator is not None
     finally:
         done.set()
         for one in guessers:
@@ -232,7 +232,7 @@ def test_every_tab_of_a_lecture_has_its_own_look_and_language(house: OpenHouse, 
     click(german, "1   ")
     walk = host.lessons.walk
     place = walk.lesson.id, walk.step.id
-    teacher.wait_for(lambda _: host.classroom.ballots.tally(place, 3, host.classroom.here).answered == 1, WAIT)
+    teacher.wait_for(lambda _: host.classroom.ballots.counts(place, 3, ()).newest.answered == 1, WAIT)
     host.control.post("reveal")
     ask(host.session, lambda _: host.lessons.act(GoOn()))
     for visitor, language in looks:

@@ -10,8 +10,8 @@ import pytest
 from app.classroom.ballots import Tally
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.classroom_html import poll_html, tied_html
+from app.classroom.overlays import screen_html
 from app.classroom.presenter import Presenter, Station, stations_of
-from app.classroom.screen_html import screen_html
 from app.classroom.screen_panel import next_station_label
 from app.classroom.teacher_control import Because, TeacherControl
 from app.lessons.bookmark import Phase
@@ -185,7 +185,7 @@ def test_the_timer_runs_down_forces_nothing_and_ends_with_the_question(stage: St
 
 
 def screen(stage: Stage, poll: Poll | None, station: Station, left: int | None = None) -> str:
-    return screen_html(station, stage.lessons.walk.view(), poll, left, ())
+    return screen_html(station, stage.lessons.walk.view(), poll, left, False)
 
 
 def test_before_the_reveal_the_screen_says_only_how_many(stage: Stage) -> None:
@@ -246,7 +246,7 @@ def test_what_a_class_or_a_lesson_says_is_never_markup(stage: Stage) -> None:
     view = replace(view, outcome=(evil,), step=replace(view.step, title=evil))
     for station in Station:
         for one in (bad, None):
-            made = screen_html(station, view, one, None, ())
+            made = screen_html(station, view, one, None, False)
             assert "<img" not in made and (station is Station.CHALLENGE or "&lt;img" in made), station
 
 
@@ -272,7 +272,7 @@ def test_reasons_are_taken_after_the_vote_and_shown_as_picked(stage: Stage) -> N
     stage.control.post("quote", "3, 1, 2, 77, no")
     stage.frame()
     assert stage.presenter.quotes == (reasons[3][1], "second thoughts")
-    made = screen_html(Station.QUESTION, stage.lessons.walk.view(), stage.control.poll(), None, (), stage.presenter.quotes)
+    made = screen_html(Station.QUESTION, stage.lessons.walk.view(), stage.control.poll(), None, False, stage.presenter.quotes)
     assert "second thoughts" in made and "<img" not in made and "&lt;img" in made and "student" not in made
     # What is shown is what was picked, whatever its author writes then; after the reveal nothing is taken.
     classroom.give_reason(walk, "student 0", question, "something rude")

@@ -4,9 +4,9 @@ import json
 
 import pytest
 
+from app.classroom.overlays import work_html
 from app.classroom.presenter import ShownWork
 from app.classroom.progress_board import NAMES, STUCK, Cell, ProgressBoard
-from app.classroom.screen_html import work_html
 from app.lessons.bookmark import Bookmark
 from app.lessons.lesson import Lesson
 from app.lessons.loading import load_lessons

@@ -194,4 +194,4 @@ def test_a_student_has_no_clicker(house: OpenHouse, join: Join) -> None:
     uuid = next(u for u, c in keyed.mirror.commands.items() if "next thing" in str(c["label"]))
     keyed.send({"type": "CommandTriggerMessage", "uuid": uuid})
     keyed.wait_for(lambda _: host.control.presenter.station is Station.QUESTION)
-    assert host.operator is not None and len(host.classroom.here) == 1
+    assert host.controls.operator is not None and len(host.classroom.here) == 1

@@ -26,7 +26,7 @@ from app.session.session import Session
 from app.settings import Settings
 from app.start import App
 from scenes.settings import changed
-from tests.app.conftest import Join, Made, OpenHouse, ask, lecture_of, live_sessions
+from tests.app.conftest import Join, Made, OpenHouse, ask, lecture_of, live_sessions, operator_of
 from tests.app.page.helpers import buttons, click, notes, page_label
 from tests.blocking_client import BlockingClient
 from tests.browser import PageAt, until, wait_ready
@@ -118,7 +118,7 @@ def test_the_pages_say_that_the_store_was_damaged(house: OpenHouse, join: Join, 
     assert store._file is not None and store._file._file is not None
     visitor = join(opened, f"resume={WORD}")
     if lecture:
-        visitor.wait_for(lambda _: lecture_of(opened).operator is not None, 60.0)
+        visitor.wait_for(lambda _: lecture_of(opened).controls.operator is not None, 60.0)
     assert not any("damaged" in note for note in notes(visitor))
     with closing(sqlite3.connect(tmp_path / "store", timeout=60.0)) as file:
         file.execute("DROP TABLE parts")
@@ -262,7 +262,7 @@ def test_a_lecturer_who_drops_out_costs_the_class_no_frame(
     host = lecture_of(opened)
     lecturer = join(opened)
     lecturer.wait_for(lambda v: host.controls.operation is not None and len(v.mirror.commands) >= 14)
-    student, first = join(opened), host.operator
+    student, first = join(opened), operator_of(host)
     student.wait_for(lambda _: opened.server.count_clients() == 2)
     # viser takes a tab's controls away before it says that the tab has gone; the moment between is stretched here.
     with monkeypatch.context() as patch:
@@ -272,7 +272,7 @@ def test_a_lecturer_who_drops_out_costs_the_class_no_frame(
         ask(host.session, lambda s: s.change("plot", "rates"))
         frames = student.received.frames
         student.wait_for(lambda v: v.received.frames > frames + 5)
-    student.wait_for(lambda _: host.operator is None)
+    student.wait_for(lambda _: host.controls.operator is None)
     assert not [record for record in caplog.records if record.levelno >= logging.ERROR], caplog.text
 
 

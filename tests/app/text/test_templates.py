@@ -15,9 +15,9 @@ from jinja2 import UndefinedError
 
 from app.classroom.classroom import Poll
 from app.classroom.classroom_html import join_html, mine_html, overlay_html, poll_html, tied_html
+from app.classroom.overlays import screen_html
 from app.classroom.presenter import Station
 from app.classroom.progress_board import BoardRow, Cell
-from app.classroom.screen_html import screen_html
 from app.custom_law.arena import TrialCurve
 from app.custom_law.examination import ExaminationProgress
 from app.export.class_report import class_report_bytes
@@ -196,7 +196,7 @@ def laws() -> Iterator[str]:
 
 def screens() -> Iterator[str]:
     for station in Station:
-        yield from (screen_html(station, view, one, 7, ("panels",), (), -0.001) for view in views() for one in (poll(), None))
+        yield from (screen_html(station, view, one, 7, True, (), -0.001) for view in views() for one in (poll(), None))
 
 
 def league() -> str:
@@ -232,7 +232,7 @@ def before_and_after() -> Iterator[str]:
 SURFACES: dict[str, Callable[[], str | Iterator[str]]] = {
     "classroom/board.html": board,
     "classroom/invitation.html": lambda: iter((join_html(Address(NASTY, False)), overlay_html(Address(NASTY, True)))),
-    "classroom/poll.html": lambda: iter((poll_html(poll(), 0), tied_html(poll()), mine_html(poll(), Ballot(0), Ballot(1)))),
+    "classroom/poll.html": lambda: iter((poll_html(poll()), tied_html(poll()), mine_html(poll(), Ballot(0), Ballot(1)))),
     "classroom/screen.html": screens,
     "export/class_report.html": class_report,
     "export/gain.html": before_and_after,
