@@ -12,6 +12,7 @@ import pytest
 from app.classroom.lecture import LectureHost
 from app.hosting.private_host import PrivateHost
 from app.hosting.serve_options import ServeOptions
+from app.hosting.visitor import Visitor
 from app.hosting.worker_messages import WorkerLink
 from app.lessons.session.lesson_session import LessonSession
 from app.session import session as session_module
@@ -33,16 +34,26 @@ def live_sessions(house: App) -> dict[int, Session]:
     host = house.host
     if isinstance(host, LectureHost):
         return {-1: host.session}
-    assert isinstance(host, PrivateHost)
     while True:
         # The frame thread may add a session meanwhile.
         with suppress(RuntimeError):
-            return host.sessions
+            return private_of(house).sessions
 
 
-def lecture_of(house: App) -> LectureHost:
+def lecture_of(house: "App | ByHand") -> LectureHost:
     assert isinstance(house.host, LectureHost)
     return house.host
+
+
+def private_of(house: "App | ByHand") -> PrivateHost:
+    assert isinstance(house.host, PrivateHost)
+    return house.host
+
+
+def visitor_of(house: "App | ByHand") -> Visitor:
+    """The only one."""
+    (visitor,) = private_of(house).visitors.values()
+    return visitor
 
 
 def ask(session: Session, question: Callable[[Session], T], timeout: float = 60.0) -> T:
@@ -141,8 +152,7 @@ def arrive(join: Join) -> Arrive:
             visitor.wait_for(lambda v: HAND in v.mirror.nodes)
         number = next(int(node["owner"]) for node in list(visitor.mirror.nodes.values()) if node.get("owner"))
         visitor.wait_for(lambda _: number in live_sessions(house))
-        assert isinstance(house.host, PrivateHost)
-        return Guest(visitor, live_sessions(house)[number], number, house.host.visitors[number].lessons)
+        return Guest(visitor, live_sessions(house)[number], number, private_of(house).visitors[number].lessons)
 
     return make
 

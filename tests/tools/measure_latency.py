@@ -18,11 +18,11 @@ import numpy as np
 import viser
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from app.hosting.private_host import PrivateHost
 from app.hosting.serve_options import ServeOptions
 from app.settings import Settings, from_query
 from app.start import start_app
 from controllers.kinematics import Array
+from tests.app.conftest import live_sessions
 from tests.browser import (
     WELCOMED,
     close_software_note,
@@ -98,16 +98,14 @@ def of_duet(browser: Browser) -> list[float]:
     settings, _ = from_query({"autopilot": "0", "gizmo": "1"}, Settings())
     house = start_app(ServeOptions(settings=settings))
     try:
-        host = house.host
-        assert isinstance(host, PrivateHost)
         page = browser.new_page(viewport={"width": 700, "height": 500})
         # The welcome would lie over the handle.
         page.add_init_script(WELCOMED)
         page.goto(house.url)
         wait_ready(page, "/gizmo/hand")
         # The page may have come a second time, without the fine picture that a machine without a graphics card is too slow for.
-        until(page, lambda: len(host.sessions) == 1, "one session")
-        (session,) = host.sessions.values()
+        until(page, lambda: len(live_sessions(house)) == 1, "one session")
+        (session,) = live_sessions(house).values()
         simulation = session.simulation
         pose = simulation.kinematics.hand_pose(simulation.guided)
         delays = measure(page, pose.translation.copy(), pose.rotation.T.copy(), lambda: session.held is not None, LINKS)

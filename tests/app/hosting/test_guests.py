@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from app.hosting.dispatcher import tab_of
-from app.hosting.private_host import PrivateHost
 from app.hosting.store_file import StoreFile
 from app.hosting.visitor_record import VisitorRecord, record_from_bytes
 from app.settings import GUEST, Settings
@@ -109,7 +108,6 @@ def test_a_guest_holds_the_silver_arm_and_nothing_else(house: OpenHouse, arrive:
         # The host leaves and comes back, to the same session.
         host.visitor.close()
         see(again, "Your host is away")
-        assert isinstance(opened_house.host, PrivateHost)
         newcomer = enter(opened, url, word, 4)
         see(newcomer, "This invitation is not open")
         back = opened.enter_context(BlockingClient(url, query=f"resume={1:032d}"))

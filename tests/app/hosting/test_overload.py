@@ -13,7 +13,6 @@ import pytest
 
 from app.hosting import workload
 from app.hosting.frame_loop import FrameLoop
-from app.hosting.private_host import PrivateHost
 from app.hosting.workload import BAND, ENOUGH, HEADROOM, Workload, affordable, places, step_seconds
 from app.page.operation import CALM
 from app.page.panels.controls import Controls
@@ -24,7 +23,7 @@ from app.session.clock import BUDGET, FRAME, SLOWEST
 from app.session.session import Session
 from app.settings import Settings
 from controllers.compiled import GAIN
-from tests.app.conftest import Arrive, ByHand, Join, Made, OpenHouse, lecture_of, live_sessions
+from tests.app.conftest import Arrive, ByHand, Join, Made, OpenHouse, lecture_of, live_sessions, private_of
 from tests.app.runtime.processes import until
 
 STEP = 200e-6
@@ -217,7 +216,6 @@ def test_measured_rounds_correct_the_places() -> None:
 
 def test_one_more_than_the_machine_carries_is_not_let_in(by_hand: Made) -> None:
     opened = by_hand(sessions=None)
-    assert isinstance(opened.host, PrivateHost)
     workload, server = opened.house.context.workload, opened.house.server
     assert server.max_clients == workload.places >= 1
     for _ in range(3):
@@ -227,7 +225,7 @@ def test_one_more_than_the_machine_carries_is_not_let_in(by_hand: Made) -> None:
             workload.drew(0.0)
         workload.note(3 * 0.9 * HEADROOM * SLOWEST / 3, 1.0)
     opened.frame()
-    assert server.max_clients == 3 == len(opened.host.sessions) and not server._has_room()
+    assert server.max_clients == 3 == len(private_of(opened).sessions) and not server._has_room()
 
 
 # --- what a teacher sees -------------------------------------------------------------------------------------------------------

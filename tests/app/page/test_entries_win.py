@@ -10,13 +10,12 @@ import numpy as np
 import pytest
 from playwright.sync_api import Locator, Page
 
-from app.hosting.private_host import PrivateHost
 from app.lessons.bookmark import Phase
 from app.lessons.session.lesson_actions import Choose, GoOn
 from app.session.replay import Replay
 from app.session.session import Session
 from scenes.targets import JointTarget
-from tests.app.conftest import OpenHouse, ask, live_sessions
+from tests.app.conftest import OpenHouse, ask, live_sessions, visitor_of
 from tests.app.page.by_hand import control
 from tests.app.runtime.processes import until as arrived
 from tests.browser import PageAt, close_software_note, until, wait_ready, world_position
@@ -200,9 +199,7 @@ def test_a_value_that_comes_while_a_frame_is_made(house: OpenHouse, page_at: Pag
         ask(session, lambda _: run.act(GoOn()))
     swing = box(row_of(page, "swing the elbow"))
     swing.wait_for()
-    assert isinstance(opened.host, PrivateHost)
-    (visitor,) = opened.host.visitors.values()
-    slider, making = visitor.operation._lesson_controls._motions._sliders[0], session.step
+    slider, making = visitor_of(opened).operation._lesson_controls._motions._sliders[0], session.step
 
     def slow_step(elapsed: float, budget: float) -> int:
         """Make the steps of a frame, which has taken its actions already, while the visitor's value arrives."""

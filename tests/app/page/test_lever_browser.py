@@ -2,12 +2,11 @@
 
 from playwright.sync_api import Page, expect
 
-from app.hosting.private_host import PrivateHost
 from app.lessons.bookmark import Phase
 from app.session.frame import freeze
 from scenes.history import COLUMN
 from scenes.laws import LEVER_LAW
-from tests.app.conftest import OpenHouse, ask, live_sessions
+from tests.app.conftest import OpenHouse, ask, live_sessions, private_of
 from tests.app.page.by_hand import run_on, visit
 from tests.browser import PageAt, screenshot, settled_box, until
 
@@ -40,8 +39,7 @@ def by_finger(page: Page, *shares: float) -> None:
 def test_be_lambda_yourself(house: OpenHouse, page_at: PageAt) -> None:
     page, opened = page_at(1440, 900, newcomer=True), house()
     session = visit(page, opened, "theme=light")
-    assert isinstance(opened.host, PrivateHost)
-    run = opened.host.visitors[max(live_sessions(opened))].lessons
+    run = private_of(opened).visitors[max(live_sessions(opened))].lessons
     share = lambda: ask(session, lambda one: one.settings.run.law.hand_lever)  # noqa: E731
     phase = lambda: ask(session, lambda _: run.walk.phase)  # noqa: E731
 

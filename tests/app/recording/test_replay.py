@@ -9,14 +9,13 @@ from hypothesis import strategies as st
 
 from app.bench.headless_client import HeadlessClient
 from app.classroom.lecture import LectureHost
-from app.hosting.private_host import PrivateHost
 from app.lessons.session.lesson_actions import Choose, GoTo, StartOrPause
 from app.plots.time_series import COLUMNS, RollingSeries
 from app.session import replay as replay_module
 from app.session.replay import PERIOD, Replay, make_film
 from scenes.history import COLUMN
 from scenes.inputs import encoded
-from tests.app.conftest import Arrive, Join, OpenHouse, ask
+from tests.app.conftest import Arrive, Join, OpenHouse, ask, visitor_of
 from tests.app.export.runs import SCENES, piece
 
 
@@ -166,8 +165,7 @@ def test_a_lecture_looks_back_together_and_goes_on_when_the_lecturer_leaves(hous
 def test_a_lesson_that_goes_on_ends_the_past_and_keeps_its_run_waiting(house: OpenHouse, arrive: Arrive) -> None:
     opened = house()
     guest = arrive(opened)
-    assert isinstance(opened.host, PrivateHost)
-    stand = opened.host.visitors[guest.number]
+    stand = visitor_of(opened)
     bar = stand.operation._replay_bar
     assert bar is not None
     guest.ask(lambda _: stand.lessons.enter(1))
