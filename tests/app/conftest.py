@@ -21,7 +21,7 @@ from app.settings import Settings
 from app.start import App, start_app
 from tests.app.posted_call import post_call
 from tests.app.runtime.processes import until
-from tests.app.served import Serve, Served
+from tests.app.served import Serve, Served, has_arms
 from tests.blocking_client import BlockingClient
 
 T = TypeVar("T")
@@ -134,7 +134,7 @@ def join(request: pytest.FixtureRequest) -> Join:
     def make(house: App, query: str = "", **options: Any) -> BlockingClient:
         visitor = BlockingClient(house.url, query=query, **options)
         request.addfinalizer(visitor.close)
-        visitor.wait_for(lambda v: v.closed or (v.mirror.replayed and any(n.startswith("/arms/") for n in list(v.mirror.nodes))))
+        visitor.wait_for(lambda v: v.closed or has_arms(v))
         return visitor
 
     return make
@@ -195,7 +195,7 @@ class ByHand:
     def let_in(self, query: str = "") -> BlockingClient:
         visitor = self.come(query)
         self.frames()
-        visitor.wait_for(lambda v: v.mirror.replayed and any("/arms/" in name for name in v.mirror.nodes))
+        visitor.wait_for(has_arms)
         return visitor
 
 
