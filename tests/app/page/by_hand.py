@@ -1,6 +1,7 @@
 """What a person does on a page with a real mouse and a real keyboard, and what is seen then."""
 
 import re
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -87,6 +88,35 @@ def drag_through(page: Page, session: Session, points: list[np.ndarray]) -> None
     take_hold(page, lambda: points[0], lambda: session.held is not None)
     for point in points[1:]:
         point_at(page, point)
+
+
+def drag(page: Page, places: Sequence[tuple[float, float]]) -> None:
+    """Press the mouse at the first place of the window [CSS px], go to the others, and let go."""
+    page.mouse.move(*places[0])
+    page.mouse.down()
+    for place in places[1:]:
+        page.mouse.move(*place, steps=4)
+    page.mouse.up()
+
+
+Touch = Callable[[str, float, float], None]
+
+
+def finger(page: Page) -> Touch:
+    """What a finger does, by `touchStart`, `touchMove` and `touchEnd` at a place of the window [CSS px]."""
+    protocol = page.context.new_cdp_session(page)
+
+    def touch(kind: str, x: float, y: float) -> None:
+        points = [] if kind == "touchEnd" else [{"x": x, "y": y, "id": 1}]
+        protocol.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    return touch
+
+
+def drag_by_finger(page: Page, places: Sequence[tuple[float, float]]) -> None:
+    touch = finger(page)
+    for kind, place in (("touchStart", places[0]), *(("touchMove", place) for place in places[1:]), ("touchEnd", places[-1])):
+        touch(kind, *place)
 
 
 def best_arrow(session: Session, toward: np.ndarray) -> tuple[np.ndarray, float]:

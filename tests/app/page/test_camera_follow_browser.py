@@ -6,7 +6,7 @@ import numpy as np
 
 from app.stage.camera_view import Pose, framed_now, project
 from tests.app.conftest import OpenHouse, ask, visitor_of
-from tests.app.page.by_hand import run_on, visit
+from tests.app.page.by_hand import drag, run_on, visit
 from tests.app.posted_call import post_call
 from tests.browser import PageAt, screenshot, settled_view, until, world_to_px
 
@@ -46,10 +46,7 @@ def test_our_projection_is_the_pages_and_a_visitor_who_turns_the_view_keeps_it(h
     settled_view(page)
     # The visitor turns the view, and keeps it.
     x, y = box[0] + 0.8 * box[2], box[1] + 0.1 * box[3]
-    page.mouse.move(x, y)
-    page.mouse.down()
-    page.mouse.move(x - 60, y + 20, steps=4)
-    page.mouse.up()
+    drag(page, [(x, y), (x - 60, y + 20)])
     until(page, lambda: visitor.view.left_alone(visitor.client), "being left alone")
     view = settled_view(page)
     ask(session, lambda s: s.reset())

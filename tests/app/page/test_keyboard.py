@@ -13,7 +13,7 @@ from app.page.panels.hotkeys import hotkeys
 from scenes.settings import changed
 from scenes.targets import HandTarget
 from tests.app.conftest import OpenHouse, ask
-from tests.app.page.by_hand import control, hand, visit
+from tests.app.page.by_hand import control, drag, hand, visit
 from tests.app.page.helpers import SPECS
 from tests.browser import CAMERA, PageAt, settled_view, until, wait_frames
 
@@ -81,12 +81,7 @@ def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at:
     assert session.paused and ask(session, lambda s: (s.simulation.steps, s.simulation.history.count, s.held)) == (0, 0, None)
 
     # Turn the view with the mouse, and take it back.
-    page.mouse.move(520, 90)
-    page.mouse.down()
-    for i in range(6):
-        page.mouse.move(520 - 25 * i, 90 + 5 * i)
-        wait_frames(page, 2)
-    page.mouse.up()
+    drag(page, [(520, 90), (395, 115)])
     until(page, lambda: not np.allclose(page.evaluate(CAMERA), view, atol=0.05), "a turned view")
     press("view", "v", first_view)
     view = settled_view(page)
