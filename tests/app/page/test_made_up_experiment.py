@@ -1,6 +1,5 @@
 """An experiment is declared once: one that the product has never heard of, put into the register, is right wherever they are seen."""
 
-import csv
 import html
 import re
 import subprocess
@@ -41,6 +40,7 @@ from scenes.settings import RunSettings, specs
 from scenes.simulation import Simulation
 from scenes.sweep import FIGURES, Axis, Grid
 from scenes.targets import BallTarget
+from tests.app.cli.test_commands import read
 from tests.app.conftest import ELBOW, HAND, Arrive, OpenHouse, ask
 from tests.app.page.by_hand import LATE_UPDATE, drag_through, visit
 from tests.app.page.helpers import page_label, press
@@ -91,10 +91,8 @@ def pushed() -> tuple[Simulation, Settings]:
 
 def test_the_command_line_runs_it_and_writes_its_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", "--scene", NAME, "--point", "arm", "--seconds", "0.5", "--csv", str(tmp_path / "run.csv")]) == 0
-    lines = (tmp_path / "run.csv").read_text().splitlines()
-    assert any(NAME in line for line in lines if line.startswith("#"))
-    assert any("e2 [m²]" in line for line in lines if line.startswith("# units"))
-    rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    about, _, rows = read(tmp_path / "run.csv")
+    assert about["scene"] == NAME and "e2 [m²]" in about["units"]
     twin = run(RunSettings(scene=NAME, point="arm"), 0.5)
     assert [float(row["d"]) for row in rows] == pytest.approx(twin.table[:, COLUMN["d"]].tolist(), abs=1e-9)
     assert {"ball_q_x", "arm_q1"} <= set(rows[0])
