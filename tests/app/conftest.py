@@ -1,6 +1,6 @@
 """Apps and visitors that are closed at the end, and a way to ask a session something between two frames."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass
@@ -14,6 +14,7 @@ from app.hosting.private_host import PrivateHost
 from app.hosting.serve_options import ServeOptions
 from app.hosting.visitor import Visitor
 from app.hosting.worker_messages import WorkerLink
+from app.i18n.speaking import set_language
 from app.lessons.session.lesson_session import LessonSession
 from app.session import session as session_module
 from app.session.session import Session
@@ -90,6 +91,13 @@ class Guest:
         """Return when so much more time has been simulated."""
         until = self.session.simulation.time + seconds
         self.wait(lambda s: s.simulation.time >= until, timeout)
+
+
+@pytest.fixture(autouse=True)
+def english() -> Iterator[None]:
+    """Whatever language a test has chosen, the next one begins in English."""
+    yield
+    set_language("en")
 
 
 @pytest.fixture

@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -48,12 +49,9 @@ def test_it_goes_on_where_it_was_interrupted_and_one_core_or_two_write_the_same(
     here, there = tmp_path / "here", tmp_path / "there"
     whole = command.computing
 
-    class Interrupted:
-        def __init__(self, *arguments: Any) -> None:
-            self._real = whole(*arguments)
-
-        def __enter__(self) -> Any:
-            compute = self._real.__enter__()
+    @contextmanager
+    def interrupted(*arguments: Any) -> Iterator[Any]:
+        with whole(*arguments) as compute:
 
             def some(*arguments: Any) -> Iterator[tuple[int, Any]]:
                 for done, found in enumerate(compute(*arguments)):
@@ -61,13 +59,10 @@ def test_it_goes_on_where_it_was_interrupted_and_one_core_or_two_write_the_same(
                         raise KeyboardInterrupt
                     yield found
 
-            return some
-
-        def __exit__(self, *error: Any) -> None:
-            self._real.__exit__(*error)
+            yield some
 
     with monkeypatch.context() as patch:
-        patch.setattr(command, "computing", Interrupted)
+        patch.setattr(command, "computing", interrupted)
         assert play(here, "--workers", "1") == INTERRUPTED
     said = capsys.readouterr()
     assert said.err.endswith(f"19 scenes are left, the rest is in {here / PART}; the same command goes on from there.\n")

@@ -10,6 +10,7 @@ from unittest.mock import MagicMock
 import numpy as np
 import pytest
 
+from app.i18n.speaking import set_language
 from app.page.panels.compare import attack_html, smoothness_html, what_if_html
 from app.page.panels.curve_control import CurveControl
 from app.runtime.job_pool import JobPool
@@ -124,8 +125,8 @@ def test_smoothness_in_a_table() -> None:
     assert "Ghost" not in text(smoothness_html(Smoothness(smooth, None)))
 
 
-@pytest.mark.usefixtures("german")
 def test_the_tables_have_the_decimal_sign_of_their_reader() -> None:
+    set_language("de")
     run, dts = RunSettings(), (0.005, 0.0025, 0.00125, 0.000625)
     between = StepStudy(run, 10.0, dts, (0.5, 0.45, 0.4, 0.33))
     jump = StepStudy(run, 10.0, dts, (0.5, 0.5, 0.5, 0.5))
