@@ -15,7 +15,7 @@ from app.start import App
 from scenes.settings import values
 from tests.app.conftest import HAND, ask, live_sessions
 from tests.app.page.helpers import SPECS, another, page_label
-from tests.browser import close_software_note, point_at, take_hold, until, wait_ready
+from tests.browser import close_software_note, point_at, take_hold, until, wait_ready, world_position, world_to_px
 
 # Length of the hand's arrows and radius of the elbow's arc [m]; where an arrow is taken: beyond the ends of the arcs that turn the
 # hand, which lie on it at 0.65.
@@ -97,6 +97,20 @@ def drag(page: Page, places: Sequence[tuple[float, float]]) -> None:
     for place in places[1:]:
         page.mouse.move(*place, steps=4)
     page.mouse.up()
+
+
+CURSOR = "getComputedStyle(__viserMutable.canvas).cursor"
+
+
+def grab(page: Page, node: str, held: Callable[[], bool]) -> tuple[float, float]:
+    """Take a link that stands still with the mouse, until it is held; return where it was taken [CSS px]."""
+    x, y = world_to_px(page, world_position(page, node))
+    page.mouse.move(x, y)
+    until(page, lambda: page.evaluate(CURSOR) == "grab", "a hand over the arm")
+    page.mouse.down()
+    page.mouse.move(x + 6, y)
+    until(page, held, "taking hold")
+    return x, y
 
 
 Touch = Callable[[str, float, float], None]

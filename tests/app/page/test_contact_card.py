@@ -121,8 +121,8 @@ def draw(page: Page, one: Drawing) -> None:
     )
 
 
-def waiting(page: Page, house: OpenHouse, query: str = "") -> Session:
-    session = visit(page, house(), query)
+def waiting(page: Page, house: OpenHouse) -> Session:
+    session = visit(page, house())
     ask(session, lambda s: s.halt.set("visitor"))
     page.locator("#duet-contact .chart").wait_for()
     page.get_by_text("paused", exact=True).first.wait_for()

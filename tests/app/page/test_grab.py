@@ -6,12 +6,11 @@ from playwright.sync_api import Page
 from app.session.session import Session
 from scenes.targets import LinkTarget
 from tests.app.conftest import OpenHouse, ask
-from tests.app.page.by_hand import finger, visit
+from tests.app.page.by_hand import CURSOR, finger, visit
 from tests.browser import CAMERA, PageAt, screenshot, settled_view, until, wait_frames, world_position, world_to_px
 
 ARM = "/arms/right/base/j1/j2/j3"
 FOREARM, HAND_LINK = f"{ARM}/j4/j5", f"{ARM}/j4/j5/j6"
-CURSOR = "getComputedStyle(__viserMutable.canvas).cursor"
 
 
 def missing(session: Session) -> float:

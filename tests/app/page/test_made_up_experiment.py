@@ -271,10 +271,3 @@ NOT_THE_SCENE = {
     "scenes/waypoints.py",
 }
 """Files in which "ball" is an obstacle, a body, a setting, a handle or a word on the page."""
-
-
-def test_the_recipe_for_a_further_experiment_names_files_that_are_there() -> None:
-    text = (ROOT / "app" / "documents" / "recipes.md").read_text("utf-8")
-    recipe = text[text.index("## An experiment") :].split("\n## ")[0]
-    files = re.findall(r"`((?:scenes|app|tests)/[\w/]+\.\w+)`", recipe)
-    assert len(files) >= 5 and [file for file in files if not (ROOT / file).is_file()] == []
