@@ -30,7 +30,7 @@ from scenes.smoothness import StepStudy
 from tests.app.conftest import Arrive, OpenHouse
 from tests.app.page.helpers import ON_PAGE, SPECS, shown
 from tests.app.page.helpers import another as other_value
-from tests.scenes.helpers import moved
+from tests.scenes.helpers import moved, with_values
 
 SCENES = tuple(EXPERIMENTS)
 
@@ -39,10 +39,7 @@ PATIENCE = 180.0
 
 
 def everything(scene: str, law: str, **others: Any) -> Settings:
-    settings = Settings()
-    for key, value in {"scene": scene, "law": law, **others}.items():
-        settings = changed(settings, key, value)
-    return settings
+    return with_values(Settings(), scene=scene, law=law, **others)
 
 
 def another(key: str, present: Any) -> Any:
