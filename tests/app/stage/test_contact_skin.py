@@ -134,7 +134,7 @@ def test_who_is_the_obstacle(changes: dict[str, Any], obstacle: str) -> None:
     assert simulation.room.geometry.geometryObjects[found].name.split(" ")[0] == obstacle
 
 
-def test_the_page_draws_rims_a_line_through_everything_and_a_tint(house: OpenHouse, page_at: PageAt) -> None:
+def test_the_page_draws_rims_a_line_through_everything_and_a_tint_of_all_but_orange(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(700, 560)
     session = visit(page, house(), "rig=table&speed=2")
     until(page, lambda: session.simulation.sample().activation > 0.5, "a near hand")
@@ -153,11 +153,9 @@ def test_the_page_draws_rims_a_line_through_everything_and_a_tint(house: OpenHou
     until(page, as_it_should, "rims, line and tint")
     page.keyboard.press("o")
     until(page, lambda: abs(page.evaluate(LOOK)["/arms/left/base/j1"]) < 0.01, "no tint")
-
-
-def test_an_orange_arm_that_gives_way_stays_orange(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(700, 560)
-    session = visit(page, house(), "rig=table&speed=2&avoid=both&picture=fine")
+    # An orange arm that gives way stays orange.
+    page.keyboard.press("o")
+    ask(session, lambda s: [s.change(key, value) for key, value in (("avoid", "both"), ("picture", "fine"))])
     until(page, lambda: (seen := page.evaluate(PAINT)).get("cover", ("", 0.0))[1] > 0.1 and "body" in seen, "purple covers")
     assert page.evaluate(PAINT)["body"][0] == ORANGE
     # There the colours are those of the vertices, and only what is grey of them takes on the tint.
