@@ -39,16 +39,9 @@ def hold_settings(
 
 
 @cache
-def hold_run(
-    rig: RigName,
-    seed: int,
-    pairs: Treatment = "soft",
-    law: str = "smooth_priority",
-    dt: float = 0.005,
-    seconds: float = SCRIPT,
-) -> Run:
+def hold_run(rig: RigName, seed: int, pairs: Treatment = "soft", law: str = "smooth_priority", dt: float = 0.005) -> Run:
     """The hold scene with the autopilot; computed once for all tests, so only to be read."""
-    return run(hold_settings(rig, seed, pairs, law, dt), seconds)
+    return run(hold_settings(rig, seed, pairs, law, dt), SCRIPT)
 
 
 def inside_limits(simulation: Simulation) -> bool:
