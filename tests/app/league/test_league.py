@@ -23,6 +23,7 @@ from app.text.documents import FOLDER
 from scenes import league_runs as league
 from scenes.laws import DEFAULT_LAW, LAWS, NO_AVOIDANCE
 from scenes.league_runs import LEVELS, ROBOTS, SCENES, Event, LeagueRun, Outcome, Schedule, events
+from tests.app.cli.conftest import interrupted
 from tests.app.custom_law.helpers import PAPER, write
 from tests.app.html_reader import HtmlReader
 from tests.app.sweep.test_dask_sweep import scheduler, worker
@@ -50,19 +51,12 @@ def test_it_goes_on_where_it_was_interrupted_and_one_core_or_two_write_the_same(
     whole = command.computing
 
     @contextmanager
-    def interrupted(*arguments: Any) -> Iterator[Any]:
+    def part(*arguments: Any) -> Iterator[Any]:
         with whole(*arguments) as compute:
-
-            def some(*arguments: Any) -> Iterator[tuple[int, Any]]:
-                for done, found in enumerate(compute(*arguments)):
-                    if done == 5:
-                        raise KeyboardInterrupt
-                    yield found
-
-            yield some
+            yield interrupted(compute, 5)
 
     with monkeypatch.context() as patch:
-        patch.setattr(command, "computing", interrupted)
+        patch.setattr(command, "computing", part)
         assert play(here, "--workers", "1") == INTERRUPTED
     said = capsys.readouterr()
     assert said.err.endswith(f"19 scenes are left, the rest is in {here / PART}; the same command goes on from there.\n")

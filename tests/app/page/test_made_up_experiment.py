@@ -72,12 +72,11 @@ TEXTS = ExperimentTexts(lambda run, itself: TIP, lambda run: WATCHED)
 
 
 @pytest.fixture(autouse=True)
-def made_up(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def made_up(monkeypatch: pytest.MonkeyPatch) -> None:
     """The made-up experiment in the register, as long as a test lasts. Nothing else of the product is touched."""
     monkeypatch.setitem(sys.modules, f"scenes.{NAME}", sys.modules[__name__])
     monkeypatch.setitem(EXPERIMENTS, NAME, ENTRY)
     monkeypatch.setitem(EXPERIMENT_TEXTS, NAME, TEXTS)
-    yield
 
 
 def pushed() -> tuple[Simulation, Settings]:
