@@ -306,7 +306,7 @@ WELCOMED = "try { localStorage.duetWelcome ??= '1'; localStorage.duetPanel ??= '
 """A browser's first script with which no welcome is shown, and every setting is."""
 
 
-def lasting(page: Page, faults: Callable[[], list[str]], seconds: float = 60.0) -> list[str]:
+def lasting(page: Page, faults: Callable[[], list[str]]) -> list[str]:
     """Return the faults that a page keeps for so long: a slow machine may still be at work on it when it is looked at first."""
     found: list[str] = []
 
@@ -315,7 +315,7 @@ def lasting(page: Page, faults: Callable[[], list[str]], seconds: float = 60.0) 
         return not found
 
     with suppress(AssertionError):
-        until(page, none, "a page without faults", seconds)
+        until(page, none, "a page without faults")
     return found
 
 
@@ -360,13 +360,13 @@ def settled_box(page: Page, place: Locator) -> np.ndarray:
 _CANVAS = "(__viserMutable.canvas.querySelector?.('canvas') ?? document.querySelector('canvas[data-engine]'))"
 
 
-def wait_ready(page: Page, node: str, timeout: float = 60.0) -> None:
+def wait_ready(page: Page, node: str) -> None:
     """Wait until the scene node `node` exists and the canvas has faded in."""
     page.wait_for_function(
         f"name => window.__viserMutable?.nodeRefFromName?.[name] && +{_CANVAS}?.style.opacity === 1"
         " && (document.documentElement.matches('.duet-built') || !document.getElementById('duet-loading'))",
         arg=node,
-        timeout=timeout * 1000,
+        timeout=60_000,
     )
     wait_frames(page)
 
@@ -405,16 +405,15 @@ def point_at(page: Page, point: Sequence[float] | np.ndarray) -> None:
     wait_frames(page, 3)
 
 
-def take_hold(page: Page, point: Callable[[], np.ndarray], held: Callable[[], object], attempts: int = 5) -> None:
+def take_hold(page: Page, point: Callable[[], np.ndarray], held: Callable[[], object]) -> None:
     """Press the mouse on a handle, and again if the view or the handle was still on its way.
 
     Args:
         page: a tab wider than 576 px.
         point: where to take it, in the scene; asked before every attempt.
-        held: whether it is dragged.
-        attempts: after the last one, an AssertionError.
+        held: whether it is dragged; after five attempts without, an AssertionError.
     """
-    for attempt in range(1, attempts + 1):
+    for attempt in range(1, 6):
         settled_view(page, 5)
         x, y = world_to_px(page, point())
         # A handle looks for the pointer when it moves, so it must have seen it there before the button goes down.
@@ -427,5 +426,5 @@ def take_hold(page: Page, point: Callable[[], np.ndarray], held: Callable[[], ob
             return
         except AssertionError:
             page.mouse.up()
-            if attempt == attempts:
+            if attempt == 5:
                 raise

@@ -156,19 +156,16 @@ def command(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place / "bin" / "lwr-duet"
 
 
-@pytest.mark.slow
 def test_the_wheel_has_every_file_of_the_packages(files: list[str], wheel: Path) -> None:
     packed = set(zipfile.ZipFile(wheel).namelist())
     wanted = {file for file in files if file.startswith(("app/", "controllers/", "scenes/")) and file not in UNPACKED}
     assert len(wanted) > 200 and wanted - packed == set()
 
 
-@pytest.mark.slow
 def test_the_lessons_and_their_pictures_can_be_read(command: Path, tmp_path: Path) -> None:
     assert [int(line.split()[0]) for line in run(command, "lessons", cwd=tmp_path).splitlines()] == list(range(13))
 
 
-@pytest.mark.slow
 def test_it_serves_from_an_empty_folder(command: Path, tmp_path: Path) -> None:
     serve = [command, "serve", "--no-open", "--store", "memory", "--port", "0"]
     with subprocess.Popen(serve, cwd=tmp_path, env=ENVIRONMENT, stdout=subprocess.PIPE, text=True) as server:

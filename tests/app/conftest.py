@@ -1,6 +1,6 @@
 """Apps and visitors that are closed at the end, and a way to ask a session something between two frames."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass
@@ -12,7 +12,9 @@ import pytest
 from app.classroom.lecture import LectureHost
 from app.hosting.private_host import PrivateHost
 from app.hosting.serve_options import ServeOptions
+from app.hosting.visitor import Visitor
 from app.hosting.worker_messages import WorkerLink
+from app.i18n.speaking import set_language
 from app.lessons.session.lesson_session import LessonSession
 from app.session import session as session_module
 from app.session.session import Session
@@ -20,7 +22,7 @@ from app.settings import Settings
 from app.start import App, start_app
 from tests.app.posted_call import post_call
 from tests.app.runtime.processes import until
-from tests.app.served import Serve, Served
+from tests.app.served import Serve, Served, has_arms
 from tests.blocking_client import BlockingClient
 
 T = TypeVar("T")
@@ -33,14 +35,13 @@ def live_sessions(house: App) -> dict[int, Session]:
     host = house.host
     if isinstance(host, LectureHost):
         return {-1: host.session}
-    assert isinstance(host, PrivateHost)
     while True:
         # The frame thread may add a session meanwhile.
         with suppress(RuntimeError):
-            return {number: visitor.session for number, visitor in host.visitors.items()}
+            return {number: visitor.session for number, visitor in private_of(house).visitors.items()}
 
 
-def lecture_of(house: App) -> LectureHost:
+def lecture_of(house: "App | ByHand") -> LectureHost:
     assert isinstance(house.host, LectureHost)
     return house.host
 
@@ -49,6 +50,17 @@ def operator_of(host: LectureHost) -> int | None:
     """Id of the client that has the controls, or None."""
     operator = host.controls.operator
     return None if operator is None else operator.client.client_id
+
+
+def private_of(house: "App | ByHand") -> PrivateHost:
+    assert isinstance(house.host, PrivateHost)
+    return house.host
+
+
+def visitor_of(house: "App | ByHand") -> Visitor:
+    """The only one."""
+    (visitor,) = private_of(house).visitors.values()
+    return visitor
 
 
 def ask(session: Session, question: Callable[[Session], T], timeout: float = 60.0) -> T:
@@ -85,6 +97,13 @@ class Guest:
         """Return when so much more time has been simulated."""
         until = self.session.simulation.time + seconds
         self.wait(lambda s: s.simulation.time >= until, timeout)
+
+
+@pytest.fixture(autouse=True)
+def english() -> Iterator[None]:
+    """Whatever language a test has chosen, the next one begins in English."""
+    yield
+    set_language("en")
 
 
 @pytest.fixture
@@ -129,7 +148,7 @@ def join(request: pytest.FixtureRequest) -> Join:
     def make(house: App, query: str = "", **options: Any) -> BlockingClient:
         visitor = BlockingClient(house.url, query=query, **options)
         request.addfinalizer(visitor.close)
-        visitor.wait_for(lambda v: v.closed or (v.mirror.replayed and any(n.startswith("/arms/") for n in list(v.mirror.nodes))))
+        visitor.wait_for(lambda v: v.closed or has_arms(v))
         return visitor
 
     return make
@@ -147,8 +166,7 @@ def arrive(join: Join) -> Arrive:
             visitor.wait_for(lambda v: HAND in v.mirror.nodes)
         number = next(int(node["owner"]) for node in list(visitor.mirror.nodes.values()) if node.get("owner"))
         visitor.wait_for(lambda _: number in live_sessions(house))
-        assert isinstance(house.host, PrivateHost)
-        return Guest(visitor, live_sessions(house)[number], number, house.host.visitors[number].lessons)
+        return Guest(visitor, live_sessions(house)[number], number, private_of(house).visitors[number].lessons)
 
     return make
 
@@ -191,7 +209,7 @@ class ByHand:
     def let_in(self, query: str = "") -> BlockingClient:
         visitor = self.come(query)
         self.frames()
-        visitor.wait_for(lambda v: v.mirror.replayed and any("/arms/" in name for name in v.mirror.nodes))
+        visitor.wait_for(has_arms)
         return visitor
 
 

@@ -6,18 +6,43 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import closing, suppress
 from pathlib import Path
 from urllib.request import urlopen
 
+from app.bench.headless_client import HeadlessClient
+from app.hosting.store_file import StoreFile
+from app.hosting.visitor_record import VisitorRecord, record_from_bytes
+from app.web.server import MOVED_CODE
+from tests.app.runtime.processes import until
+from tests.app.web.conftest import ended
+from tests.blocking_client import BlockingClient
+
 Serve = Callable[..., "Served"]
+
+
+def kept(store: Path, tab: str) -> VisitorRecord | None:
+    """What the file of a server, which may be running, has of a tab."""
+    with closing(StoreFile(store, 10**9)) as file:
+        found = file.read(tab)
+        return None if found is None else record_from_bytes(found[1], VisitorRecord)
+
+
+def has_arms(visitor: HeadlessClient) -> bool:
+    return visitor.mirror.replayed and any(name.startswith("/arms/") for name in list(visitor.mirror.nodes))
+
+
+def is_whole(visitor: HeadlessClient) -> bool:
+    """Whether a page has its arms and its keys."""
+    return len(visitor.mirror.commands) >= 14 and any(name.endswith("/j7") for name in list(visitor.mirror.nodes))
 
 
 class Served:
     """A server with its store in a folder. `options`: of the command."""
 
     def __init__(self, folder: Path, *options: str) -> None:
-        command = [sys.executable, "-m", "app", "serve", "--no-open", "--port", "0", "--store", str(folder / "store"), *options]
+        self.store = folder / "store"
+        command = [sys.executable, "-m", "app", "serve", "--no-open", "--port", "0", "--store", str(self.store), *options]
         self.errors = (folder / "errors").open("a+")
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=self.errors, text=True)
         assert self.process.stdout is not None
@@ -41,6 +66,22 @@ class Served:
     @property
     def workers(self) -> list[int]:
         return self.children("app.serve_worker")
+
+    def come(self, query: str, whole: Callable[[HeadlessClient], object] = is_whole) -> BlockingClient:
+        """A tab whose page is whole; as a page does, it comes again when it is sent to another process."""
+        while True:
+            visitor = BlockingClient(self.url, query=query)
+            visitor.wait_for(lambda v: v.closed or whole(v))
+            if visitor.closed is None:
+                return visitor
+            assert ended(visitor)[0] == MOVED_CODE
+            visitor.close()
+
+    def replace(self, worker: int) -> None:
+        """Kill a worker, and wait until another one is in its place."""
+        count = len(self.workers)
+        os.kill(worker, signal.SIGKILL)
+        until(lambda: worker not in self.workers and len(self.workers) == count)
 
     def health(self) -> dict[str, object]:
         with urlopen(f"{self.url}/healthz", timeout=60.0) as answer:

@@ -11,9 +11,10 @@ import pytest
 
 from controllers import compiled
 from scenes.guide import fill_smoothed
-from scenes.settings import RunSettings, changed
+from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget
+from tests.scenes.helpers import with_values
 
 RUNS: dict[str, dict[str, str]] = {
     "convex distances": {},
@@ -32,10 +33,7 @@ def both_ways() -> Iterator[None]:
 
 
 def table(changes: dict[str, str]) -> bytes:
-    run = RunSettings(hand_speed=1.0)
-    for key, value in changes.items():
-        run = changed(run, key, value)
-    simulation = Simulation(run)
+    simulation = Simulation(with_values(RunSettings(hand_speed=1.0), **changes))
     person = simulation.source()
     hand = simulation.kinematics.hand_pose(simulation.guided).translation.copy()
     for k in range(160):

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import platformdirs
@@ -23,6 +23,7 @@ from scenes.settings import LawSettings, RigName, RunSettings, changed
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget, Target
 
+T = TypeVar("T")
 RIG_NAMES: tuple[RigName, ...] = ("torso", "table")
 SCENES = tuple(EXPERIMENTS)
 SEEDS = (1, 2, 3)
@@ -38,16 +39,9 @@ def hold_settings(
 
 
 @cache
-def hold_run(
-    rig: RigName,
-    seed: int,
-    pairs: Treatment = "soft",
-    law: str = "smooth_priority",
-    dt: float = 0.005,
-    seconds: float = SCRIPT,
-) -> Run:
+def hold_run(rig: RigName, seed: int, pairs: Treatment = "soft", law: str = "smooth_priority", dt: float = 0.005) -> Run:
     """The hold scene with the autopilot; computed once for all tests, so only to be read."""
-    return run(hold_settings(rig, seed, pairs, law, dt), seconds)
+    return run(hold_settings(rig, seed, pairs, law, dt), SCRIPT)
 
 
 def inside_limits(simulation: Simulation) -> bool:
@@ -125,11 +119,15 @@ def with_law(settings: RunSettings, **changes: object) -> RunSettings:
     return replace(settings, law=replace(settings.law, **changes))  # pyright: ignore[reportArgumentType]
 
 
-def given_settings(**changes: object) -> RunSettings:
-    settings = RunSettings()
+def with_values(settings: T, **changes: object) -> T:
+    """The settings, of a run or of the page, with other values of some keys."""
     for key, value in changes.items():
         settings = changed(settings, key, value)
     return settings
+
+
+def given_settings(**changes: object) -> RunSettings:
+    return with_values(RunSettings(), **changes)
 
 
 def logged_run(
@@ -160,6 +158,13 @@ def recorded_run(
     recorded = log.window(window)
     assert recorded is not None
     return simulation, recorded
+
+
+def beyond(points: Array, start: Array, end: Array, radius: float) -> Array:
+    """How far points (k, 3) are outside a capsule, or a ball if both ends are one; negative inside (k,) [m]."""
+    way = end - start
+    share = np.clip((points - start) @ way / max(float(way @ way), 1e-12), 0.0, 1.0)
+    return np.linalg.norm(points - start - share[:, None] * way, axis=1) - radius
 
 
 @contextmanager

@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from scenes import settings as options
-from scenes.headless import Run, run
+from scenes.headless import run
 from scenes.inputs import Recorded
 from scenes.law_knobs import MATCH, MOST_RERUNS, match_knob
 from scenes.laws import LAWS
@@ -24,10 +24,6 @@ ROBOTS = get_args(options.RobotName)
 def experiment(scene: str, name: str = "smooth_priority", **fields: object) -> options.RunSettings:
     settings = options.RunSettings(scene=scene, law=options.LawSettings(law=name))
     return replace(settings, **fields)  # pyright: ignore[reportArgumentType]
-
-
-def long_run(settings: options.RunSettings, seconds: float = 30.0) -> Run:
-    return run(settings, seconds)
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -85,8 +81,8 @@ def test_laws_and_roles_that_change_while_it_runs_leave_the_arms_where_they_are(
 def test_two_avoiding_arms_keep_the_threshold_for_any_v(scene: str, v: float) -> None:
     """ḋ = 2 λ v − (1 − λ)(u_L + u_R): both together hold d_m however small v is, where one alone would lose w − v."""
     both = experiment(scene, law=options.LawSettings(nominal_velocity=v), seed=2)
-    assert long_run(both).summary.d_min >= 0.15 - 1e-3
-    assert long_run(replace(both, avoid="free")).summary.d_min < 0.15 - 0.01
+    assert run(both, 30.0).summary.d_min >= 0.15 - 1e-3
+    assert run(replace(both, avoid="free"), 30.0).summary.d_min < 0.15 - 0.01
 
 
 def test_followers_copy_their_models() -> None:
@@ -109,12 +105,12 @@ def test_followers_copy_their_models() -> None:
     play(simulation, (person.target(i * 0.005) for i in range(1000, 1400)))
     assert np.abs(simulation.positions - still).max() > 0.05
     coupled = experiment("imitation", law=options.LawSettings(coupled=True, pairs="single"), clip="clap")
-    assert long_run(coupled, 15.0).summary.d_min >= 0.15 - 1e-4
+    assert run(coupled, 15.0).summary.d_min >= 0.15 - 1e-4
 
 
 @pytest.mark.parametrize("clip", get_args(options.ClipName))
 def test_imitated_angles_are_followed_where_nothing_is_near(clip: options.ClipName) -> None:
-    result = long_run(experiment("imitation", "unprotected", clip=clip), 20.0)
+    result = run(experiment("imitation", "unprotected", clip=clip), 20.0)
     q, wanted = (result.simulation.history.positions(result.table), result.simulation.history.desired(result.table))
     assert np.isfinite(wanted).all() and np.abs(q - wanted).max() < np.radians(3.0)
     assert np.ptp(wanted[:, :4], axis=0).max() > 0.3
@@ -123,9 +119,9 @@ def test_imitated_angles_are_followed_where_nothing_is_near(clip: options.ClipNa
 @pytest.mark.parametrize("point", get_args(options.ControlPoint))
 @pytest.mark.parametrize("motion", get_args(options.BallMotion))
 def test_the_ball_is_passed_clear(point: options.ControlPoint, motion: options.BallMotion) -> None:
-    result = long_run(experiment("ball", point=point, ball=motion))
+    result = run(experiment("ball", point=point, ball=motion), 30.0)
     assert result.summary.d_min >= 0.15 - 1e-4
-    assert long_run(experiment("ball", "unprotected", point=point, ball=motion)).summary.d_min < 0.15
+    assert run(experiment("ball", "unprotected", point=point, ball=motion), 30.0).summary.d_min < 0.15
     # At the far end, with the ball left behind, the hand is where it should be.
     if point != "arm" and motion == "still":
         assert column(result.table, "e2")[int(7.4 / 0.005)] < 0.08**2

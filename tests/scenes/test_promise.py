@@ -24,9 +24,9 @@ from scenes.promise import Condition, broken_by, missing, missing_now
 from scenes.random_runs import random_run
 from scenes.recording import write_table
 from scenes.room import World, build_room
-from scenes.settings import HardwareSettings, RigName, RunSettings, changed
+from scenes.settings import HardwareSettings, RigName, RunSettings
 from scenes.simulation import Simulation
-from tests.scenes.helpers import RIG_NAMES, SCENES, column, given_settings, with_law
+from tests.scenes.helpers import RIG_NAMES, SCENES, column, given_settings, with_law, with_values
 
 BETWEEN = given_settings(start="between", avoid="guided", seed=396, v=0.05, pairs="single")
 
@@ -44,9 +44,8 @@ def columns(done: Run) -> dict[str, Array]:
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_the_columns_of_any_run_say_what_the_rate_is(scene: str, pairs: Treatment, seed: int) -> None:
     """J_d q̇ of all joints, from the q and q̇ columns alone, is the sum of s λ (v + u) − u of the arms that keep clear, less w."""
-    settings = replace(random_run(7, seed).settings, hardware=HardwareSettings())
-    for key, value in {"scene": scene, "pairs": pairs, "law": "smooth_priority", "dt": 0.01}.items():
-        settings = changed(settings, key, value)
+    drawn = replace(random_run(7, seed).settings, hardware=HardwareSettings())
+    settings = with_values(drawn, scene=scene, pairs=pairs, law="smooth_priority", dt=0.01)
     done = run(settings, 2.0)
     law, found, room = settings.law, columns(done), done.simulation.room
     lam = np.array([activation(d, law.critical_distance, law.order) for d in found["law_d"]])

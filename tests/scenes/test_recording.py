@@ -124,7 +124,7 @@ def test_interpolation_is_numpys(samples: list[tuple[float, float]], time: float
 
 
 JOINTS = [f"{side}_{kind}{i}" for kind in ("q", "dq") for side in ("left", "right") for i in range(1, 8)]
-HEADER = ",".join(["t", "d", "lambda", "e2", "u", "w", "law_d", "w_law", "lever", "pair", *JOINTS])
+HEADER = ["t", "d", "lambda", "e2", "u", "w", "law_d", "w_law", "lever", "pair", *JOINTS]
 
 
 def test_a_second_arm_that_kept_clear_has_its_columns_after_it_has_ceased_to() -> None:
@@ -158,11 +158,11 @@ def test_tables_of_a_run() -> None:
     joints = ", ".join(f"{name} [{'rad/s' if 'dq' in name else 'rad'}]" for name in JOINTS)
     scalars = "t [s], d [m], lambda [1], e2 [m²], u [m/s], w [m/s], law_d [m], w_law [m/s], lever [1], pair [names]"
     assert lines[count] == f"# units = {scalars}, {joints}"
-    assert lines[count + 1] == HEADER and lines[-1] == ""
+    assert lines[count + 1] == ",".join(HEADER) and lines[-1] == ""
     rows = list(csv.reader(lines[count + 2 : -1]))
     table = simulation.history.table()
     assert len(rows) == len(table) == 60
-    for i, name in enumerate(("t", "d", "lambda", "e2", "u", "w", "law_d", "w_law", "lever")):
+    for i, name in enumerate(HEADER[:9]):
         assert [float(row[i]) for row in rows] == column(table, name).tolist()
     names = simulation.detector.pair_names
     assert [row[9] for row in rows] == [" / ".join(names[int(i)]) for i in column(table, "pair")]

@@ -15,7 +15,7 @@ from trimesh.visual.texture import TextureVisuals
 from scenes import glb, rigs, room_shells
 from scenes.lwr import facts, shells
 from scenes.surfaces import mesh, revolve, rounded, skin, smooth_max, smooth_min
-from tests.scenes.helpers import glb_head, own_cache
+from tests.scenes.helpers import beyond, glb_head, own_cache
 
 
 @pytest.fixture(autouse=True)
@@ -43,11 +43,8 @@ def rigid_capsules(link: int) -> list[tuple[float, float, float]]:
 
 def outside(link: int, points: np.ndarray) -> np.ndarray:
     """How far points (n, 3) are outside the union of capsules, negative inside [m]."""
-    distances = []
-    for start, end, radius in rigid_capsules(link):
-        beyond = points[:, 2] - np.clip(points[:, 2], start, end)
-        distances.append(np.sqrt(points[:, 0] ** 2 + points[:, 1] ** 2 + beyond**2) - radius)
-    return np.min(distances, axis=0)
+    up = np.array([0.0, 0.0, 1.0])
+    return np.min([beyond(points, start * up, end * up, radius) for start, end, radius in rigid_capsules(link)], axis=0)
 
 
 def test_the_tool_ends_inside_the_hand() -> None:

@@ -9,7 +9,6 @@ from time import perf_counter
 
 from playwright.sync_api import Page
 
-from app.hosting.private_host import PrivateHost
 from app.lessons.bookmark import Phase
 from app.lessons.check import said_by
 from app.lessons.lesson import Question, Step, Trial
@@ -17,7 +16,7 @@ from app.lessons.session.lesson_actions import GoTo
 from app.lessons.session.lesson_session import LessonSession
 from app.session.session import Session
 from app.start import App
-from tests.app.conftest import ask, live_sessions
+from tests.app.conftest import ask, live_sessions, private_of
 from tests.browser import close_software_note, lasting, until, wait_frames
 from tests.tools.lesson_hands import Hands
 from tests.tools.lesson_moves import LONG, LessonMoves
@@ -46,9 +45,8 @@ def enter(page: Page, opened: App, query: str) -> tuple[Session, LessonSession]:
     page.locator(".duet-l-head").wait_for()
     until(page, lambda: set(live_sessions(opened)) - known, "a session")
     close_software_note(page)
-    assert isinstance(opened.host, PrivateHost)
     number = max(set(live_sessions(opened)) - known)
-    return live_sessions(opened)[number], opened.host.visitors[number].lessons
+    return live_sessions(opened)[number], private_of(opened).visitors[number].lessons
 
 
 def shown_step(page: Page, session: Session, run: LessonSession, lesson: int, step: int) -> None:

@@ -22,8 +22,8 @@ from app.hosting.serve_options import ServeOptions
 from app.session.session import Session
 from app.start import start_app
 from tests.app.conftest import ask
-from tests.app.page.by_hand import visit
-from tests.browser import launch, settled_view, until, wait_frames, world_position, world_to_px
+from tests.app.page.by_hand import grab, visit
+from tests.browser import launch, settled_view, wait_frames, world_position, world_to_px
 
 SIZE: Final = (1180, 740)
 WIDTH: Final = 885
@@ -86,11 +86,7 @@ def record(page: Page, session: Session) -> list[Shot]:
     x, y = world_to_px(page, world_position(page, WRIST))
     goal = world_to_px(page, world_position(page, GOAL))
     shots = [shot(page, session, x, y)]
-    page.mouse.move(x, y)
-    until(page, lambda: page.evaluate("getComputedStyle(__viserMutable.canvas).cursor") == "grab", "a hand over the arm")
-    page.mouse.down()
-    page.mouse.move(x + 6, y)
-    until(page, lambda: session.held is not None, "taking hold")
+    grab(page, WRIST, lambda: session.held is not None)
     begin = session.simulation.time
     times = begin + 0.5 * np.arange(len(WAY))
     while session.simulation.time < times[-1]:

@@ -10,7 +10,7 @@ import re
 import signal
 import time
 from collections import Counter
-from contextlib import suppress
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import Final
 
@@ -124,11 +124,8 @@ class RestingVisitor:
 
 
 def stored(path: Path, tab: str) -> tuple[float, VisitorRecord] | None:
-    file = StoreFile(path, 10**9)
-    try:
+    with closing(StoreFile(path, 10**9)) as file:
         found = file.read(tab)
-    finally:
-        file.close()
     return None if found is None else (found[0], record_from_bytes(found[1], VisitorRecord))
 
 

@@ -20,6 +20,11 @@ WAIT = 60.0
 Come = Callable[..., BlockingClient]
 
 
+def tab_of(name: str) -> str:
+    """The id of a student's tab."""
+    return f"{name.encode().hex():0<32}"
+
+
 def sees(visitor: BlockingClient, *texts: str) -> None:
     try:
         visitor.wait_for(lambda _: all(text in shown(visitor) for text in texts), WAIT)

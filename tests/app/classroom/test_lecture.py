@@ -17,7 +17,7 @@ from app.page.panels.choice_buttons import MARK
 from app.start import App
 from app.web.pages import HELLO, ROOM_IS_FULL, TAKEN_OVER
 from scenes.settings import values
-from tests.app.classroom.lecture_room import KEY, WAIT, Class, Come, choose, command, drawn_name, sees
+from tests.app.classroom.lecture_room import KEY, WAIT, Class, Come, choose, command, drawn_name, sees, tab_of
 from tests.app.conftest import Join, OpenHouse, ask, lecture_of
 from tests.app.page.helpers import bodies, buttons, click, open_lessons, shown
 from tests.app.web.conftest import ended
@@ -48,7 +48,7 @@ def come(join: Join) -> Come:
     """`come(house, "ann")` is a student whose tab has an id; `come(house, key=KEY)` a teacher."""
 
     def make(house: App, name: str = "", query: str = "", key: str = "") -> BlockingClient:
-        tab = f"resume={name.encode().hex():0<32}" if name else ""
+        tab = f"resume={tab_of(name)}" if name else ""
         return join(house, "&".join(part for part in (tab, query, key and f"key={quote(key)}") if part))
 
     return make
@@ -478,7 +478,7 @@ def test_a_press_counts_though_the_mark_has_moved_meanwhile(house: OpenHouse, co
 def test_a_report_is_handed_in_on_the_stage_and_in_an_own_session_and_taken_back(house: OpenHouse, come: Come) -> None:
     classroom = Class(house, come)
     teacher, work, (ann, bo) = classroom.teacher, classroom.host.classroom.work, classroom.come("ann", "bo")
-    ids = {name: f"{name.encode().hex():0<32}" for name in ("ann", "bo")}
+    ids = {name: tab_of(name) for name in ("ann", "bo")}
     assert "Hand in" not in buttons(ann), "there is nothing to hand in"
     click(ann, "2 ")
     sees(ann, "The teacher gets what is in your lab report")

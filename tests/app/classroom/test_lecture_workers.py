@@ -1,9 +1,7 @@
 """A lecture in several processes: the students explore in others than the stage's, and the teacher reaches all of them."""
 
-import os
 import pickle
 import re
-import signal
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, suppress
 from math import inf
@@ -18,18 +16,17 @@ from app.classroom.classroom import Classroom
 from app.export.class_summary import HandIn
 from app.hosting import visitor as visitor_module
 from app.hosting.private_host import PrivateHost
-from app.hosting.store_file import StoreFile
-from app.hosting.visitor_record import VisitorRecord, record_from_bytes
+from app.hosting.visitor_record import VisitorRecord
 from app.hosting.worker_messages import ForTab, Replaced, WorkerLink
 from app.page.panels.server_load import ServerLoad
 from app.settings import Settings
 from app.web.server import MOVED_CODE
-from tests.app.classroom.lecture_room import choose, command, drawn_name, sees
+from tests.app.classroom.lecture_room import choose, command, drawn_name, sees, tab_of
 from tests.app.conftest import Made
 from tests.app.hosting.test_workers import worker_of
 from tests.app.page.helpers import bodies, buttons, click, open_lessons, shown
 from tests.app.runtime.processes import until
-from tests.app.served import Serve, Served
+from tests.app.served import Serve, Served, has_arms, kept
 from tests.app.web.conftest import ended
 from tests.blocking_client import BlockingClient
 
@@ -50,25 +47,16 @@ def come(served: Served) -> Iterator[Come]:
     with ExitStack() as opened:
 
         def make(name: str = "", key: bool = False, screen: bool = False) -> BlockingClient:
-            query = "key=chalk-and-talk" if key else "screen=1" if screen else f"resume={name.encode().hex():0<32}"
-            while True:
-                visitor = opened.enter_context(BlockingClient(served.url, query=query))
-                visitor.wait_for(
-                    lambda v: v.closed or (v.mirror.replayed and any(n.startswith("/arms/") for n in list(v.mirror.nodes)))
-                )
-                # As a page does, which comes again when it is sent to another process.
-                if visitor.closed is None or ended(visitor)[0] != MOVED_CODE:
-                    return visitor
+            query = "key=chalk-and-talk" if key else "screen=1" if screen else f"resume={tab_of(name)}"
+            return opened.enter_context(served.come(query, has_arms))
 
         yield make
 
 
-def critical_distance(store: Path, name: str) -> float:
-    """The one of a student's record in the store [m]."""
-    file = StoreFile(store, 10**9)
-    found = file.read(f"{name.encode().hex():0<32}")
-    file.close()
-    return 0.0 if found is None else record_from_bytes(found[1], VisitorRecord).settings.run.law.critical_distance
+def critical_distance(store: Path) -> float:
+    """The one of ann's record in the store [m]."""
+    record = kept(store, tab_of("ann"))
+    return 0.0 if record is None else record.settings.run.law.critical_distance
 
 
 def has_controls(visitor: BlockingClient) -> None:
@@ -132,7 +120,7 @@ def share_a_duel(teacher: BlockingClient, students: list[BlockingClient], screen
     return record
 
 
-def test_students_explore_in_other_processes_and_the_teacher_reaches_them(served: Served, come: Come, tmp_path: Path) -> None:
+def test_students_explore_in_other_processes_and_the_teacher_reaches_them(served: Served, come: Come) -> None:
     teacher = come(key=True)
     open_lessons(teacher)
     sees(teacher, "Lesson 1 · step 1")
@@ -173,10 +161,9 @@ def test_students_explore_in_other_processes_and_the_teacher_reaches_them(served
     names = [drawn_name(student) for student in students]
     # A process that dies takes no session along.
     students[0].set_value("critical distance d_m [mm]", 70.0)
-    until(lambda: critical_distance(tmp_path / "store", "ann") == 0.07)
+    until(lambda: critical_distance(served.store) == 0.07)
     lost = places[0]
-    os.kill(lost, signal.SIGKILL)
-    until(lambda: lost not in served.workers and len(served.workers) == 3)
+    served.replace(lost)
     sees(teacher, "students here: " + str(3 - places.count(lost)))
     students = [come(name) if place == lost else one for name, place, one in zip(NAMES, places, students, strict=True)]
     for one in students:
@@ -185,8 +172,7 @@ def test_students_explore_in_other_processes_and_the_teacher_reaches_them(served
     assert students[0].mirror.labelled("critical distance d_m [mm]")["value"] == 70.0
     sees(teacher, "students here: 3", "exploring: 3")
     # The stage's process dies: the class goes on exploring, and the teacher finds all of them.
-    os.kill(stage, signal.SIGKILL)
-    until(lambda: stage not in served.workers and len(served.workers) == 3)
+    served.replace(stage)
     teacher = come(key=True)
     sees(teacher, "students here: 3", "exploring: 3", "reports handed in: 1", "Lesson 6: step 3 only.", record, *names)
     assert all(one.closed is None for one in students)
@@ -228,34 +214,31 @@ def test_a_process_in_place_of_another_one_knows_what_was_handed_in_meanwhile() 
     assert told(Replaced(1)) == []
 
 
-TAB = b"ann".hex().ljust(32, "0")
-
-
 @pytest.mark.parametrize("elsewhere", [False, True])
 def test_what_a_student_did_last_is_kept_when_the_server_ends(
     by_hand: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, elsewhere: bool
 ) -> None:
     for period in ("SAVING", "SAVING_AT_REST"):
         monkeypatch.setattr(visitor_module, period, inf)
-    link = WorkerLink(1, lambda message: None) if elsewhere else None
+    ann, link = tab_of("ann"), WorkerLink(1, lambda message: None) if elsewhere else None
     opened = by_hand(lecture=True, key="chalk-and-talk", sessions=8, store=tmp_path / "store", link=link)
     host = opened.host
     assert not isinstance(host, PrivateHost)
     if link is not None:
         link.put(ClassState(True, False, None, ""))
-        link.put(Exploring(TAB, VisitorRecord({}, Settings(), None), False, None, "Ann", TAB))
+        link.put(Exploring(ann, VisitorRecord({}, Settings(), None), False, None, "Ann", ann))
     else:
         host.classroom.explore()
-        host.classroom.settle((TAB,), monotonic())
-    opened.let_in(f"resume={TAB}")
+        host.classroom.settle((ann,), monotonic())
+    opened.let_in(f"resume={ann}")
     (session,) = host.sessions.values()
     session.change("dm", 0.07)
     opened.house.close()
-    assert critical_distance(tmp_path / "store", "ann") == 0.07
+    assert critical_distance(tmp_path / "store") == 0.07
 
 
 @pytest.mark.parametrize("served", [1], indirect=True)
-def test_a_group_has_one_session_in_another_process_and_outlives_it(served: Served, come: Come, tmp_path: Path) -> None:
+def test_a_group_has_one_session_in_another_process_and_outlives_it(served: Served, come: Come) -> None:
     assert served.process.stdout is not None
     lines = [served.process.stdout.readline() for _ in range(2)]
     assert lines[1] == "3 students, room for 1: groups of 3.\n"
@@ -281,17 +264,14 @@ def test_a_group_has_one_session_in_another_process_and_outlives_it(served: Serv
     ann = together(*NAMES)["ann"]
     sees(teacher, f"{drawn_name(ann)} × 3")
     ann.set_value("critical distance d_m [mm]", 70.0)
-    until(lambda: critical_distance(tmp_path / "store", "ann") == 0.07)
-    lost, name = worker_of(served, ann), drawn_name(ann)
-    os.kill(lost, signal.SIGKILL)
-    until(lambda: lost not in served.workers and len(served.workers) == 2)
+    until(lambda: critical_distance(served.store) == 0.07)
+    name = drawn_name(ann)
+    served.replace(worker_of(served, ann))
     pages = together("bo", "ann", "cy")
     bo = pages["bo"]
     assert bo.mirror.labelled("critical distance d_m [mm]")["value"] == 70.0 and drawn_name(bo) == name
     # The stage's process dies: the group stays, also the next time.
-    stage = worker_of(served, teacher)
-    os.kill(stage, signal.SIGKILL)
-    until(lambda: stage not in served.workers and len(served.workers) == 2)
+    served.replace(worker_of(served, teacher))
     teacher = come(key=True)
     sees(teacher, f"{name} × 3")
     choose(teacher, "Follow me")

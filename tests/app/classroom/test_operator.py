@@ -17,6 +17,7 @@ from app.settings import Language, Settings
 from app.text.lesson_text import plain
 from app.theme import PALETTES
 from app.web.audiences import MOST
+from tests.app.classroom.lecture_room import WAIT, sees
 from tests.app.conftest import Join, OpenHouse, ask, lecture_of, operator_of
 from tests.app.page.by_hand import WRIST
 from tests.app.page.helpers import Client, bodies, buttons, click, hotkey_uuid, open_lessons, shown
@@ -183,12 +184,7 @@ def test_the_teacher_enters_while_a_student_with_the_same_address_guesses(house:
 
 
 BOOK = load_lessons()
-WAIT = 60.0
 LESSON = next(i for i, lesson in enumerate(BOOK.lessons) if lesson.number == 1)
-
-
-def says(visitor: BlockingClient, *words: str) -> None:
-    visitor.wait_for(lambda _: all(word in shown(visitor) for word in words), WAIT)
 
 
 def strokes(visitor: Client) -> set[tuple[str, float]]:
@@ -209,7 +205,7 @@ def test_every_tab_of_a_lecture_has_its_own_look_and_language(house: OpenHouse, 
     for visitor, language in looks:
         step = in_language(BOOK, language).lessons[LESSON].steps[0]
         theme, larger = ("dark", 1.3) if visitor is screen else ("light", 1.0)
-        says(visitor, plain(step.title), words_of(language)("Goal"), f"--duet-k:{larger:g}")
+        sees(visitor, plain(step.title), words_of(language)("Goal"), f"--duet-k:{larger:g}")
         visitor.wait_for(lambda v, theme=theme: PALETTES[theme].error in {colour for colour, _ in strokes(v)}, WAIT)
         assert 2.2 * larger in {width for _, width in strokes(visitor)}
         lit = visitor is german
@@ -224,10 +220,10 @@ def test_every_tab_of_a_lecture_has_its_own_look_and_language(house: OpenHouse, 
     # What the teacher chooses for the own page stays there, and the lesson goes on where it is.
     steps = ask(host.session, lambda _: host.lessons.walk.run_id)
     ask(host.session, lambda s: [s.change("lang", "sl"), s.change("theme", "dark"), s.change("profile", "projector")])
-    says(teacher, plain(in_language(BOOK, "sl").lessons[LESSON].steps[0].title), "--duet-k:1.3")
+    sees(teacher, plain(in_language(BOOK, "sl").lessons[LESSON].steps[0].title), "--duet-k:1.3")
     teacher.wait_for(lambda v: PALETTES["dark"].error in {colour for colour, _ in strokes(v)}, WAIT)
     assert "--duet-k:1.3" not in shown(english) and ask(host.session, lambda _: host.lessons.walk.run_id) == steps
-    says(english, plain(BOOK.lessons[LESSON].steps[0].title))
+    sees(english, plain(BOOK.lessons[LESSON].steps[0].title))
     # The class's answers and the outcome, in every language.
     click(german, "1   ")
     walk = host.lessons.walk
@@ -236,7 +232,7 @@ def test_every_tab_of_a_lecture_has_its_own_look_and_language(house: OpenHouse, 
     host.control.post("reveal")
     ask(host.session, lambda _: host.lessons.act(GoOn()))
     for visitor, language in looks:
-        says(visitor, words_of(language)("The class said"), words_of(language)("Measured"))
+        sees(visitor, words_of(language)("The class said"), words_of(language)("Measured"))
 
 
 def test_what_a_look_shows_is_packed_once_and_forgotten_with_its_last_watcher(house: OpenHouse, join: Join) -> None:
@@ -257,7 +253,7 @@ def test_what_a_look_shows_is_packed_once_and_forgotten_with_its_last_watcher(ho
     others = [join(opened, f"{look}&resume={number:016d}") for number, look in enumerate(looks)]
     assert len(host.audiences.audiences) == MOST and len(looks) + 1 > MOST
     more = join(opened, f"lang=de&theme=dark&picture=fast&resume={'f' * 16}")
-    says(more, 'data-words="de"')
+    sees(more, 'data-words="de"')
     assert len(host.audiences.audiences) == MOST and all(one.closed is None for one in others)
     # A lecture has room for more pages than there are private sessions; a place is taken, and given back, a moment later.
     more.wait_for(lambda _: opened.server.count_clients() == 11, WAIT)

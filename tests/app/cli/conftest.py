@@ -1,6 +1,6 @@
 """What the tests of commands share."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
@@ -8,15 +8,18 @@ import pytest
 from scenes import children
 
 
-@pytest.fixture
-def interrupted_after_two(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ctrl+C comes once two of many computations are done."""
-    computed = children.computed
+def interrupted(compute: Callable[..., Iterator[Any]], after: int) -> Callable[..., Iterator[Any]]:
+    """The same, but that Ctrl+C comes once so many of its computations are done."""
 
-    def interrupted(*arguments: Any) -> Iterator[tuple[int, Any]]:
-        for done, found in enumerate(computed(*arguments)):
-            if done == 2:
+    def some(*arguments: Any) -> Iterator[Any]:
+        for done, found in enumerate(compute(*arguments)):
+            if done == after:
                 raise KeyboardInterrupt
             yield found
 
-    monkeypatch.setattr(children, "computed", interrupted)
+    return some
+
+
+@pytest.fixture
+def interrupted_after_two(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(children, "computed", interrupted(children.computed, 2))

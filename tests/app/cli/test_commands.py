@@ -31,11 +31,10 @@ from app.start import App
 from scenes.room import build_room
 from scenes.settings import RunSettings, specs, values
 from tests.browser import free_port
+from tests.scenes.test_recording import HEADER, JOINTS
 
 SUMMARY = """d_min d_min_pair share_below e2_max e2_end dq_step_max ddq_max pair_switches pair_switches_felt out_of_authority_s
     steps step_us_median"""
-JOINTS = [f"{side}_{what}{i}" for what in ("q", "dq") for side in ("left", "right") for i in range(1, 8)]
-HEADER = ["t", "d", "lambda", "e2", "u", "w", "law_d", "w_law", "lever", "pair", *JOINTS]
 
 
 def run(capsys: pytest.CaptureFixture[str], *options: str) -> dict[str, Any]:

@@ -14,11 +14,9 @@ from scenes.promise import Condition, missing
 from scenes.random_runs import RandomRun, RunVerdict, explained, random_run, run_verdict
 from scenes.room import World, room_of
 from scenes.settings import RunSettings
-from tests.scenes.helpers import given_settings
+from tests.scenes.test_promise import BETWEEN
 
 pytestmark = pytest.mark.slow
-
-BETWEEN = given_settings(start="between", avoid="guided", seed=396, v=0.05, pairs="single")
 
 
 def test_forty_random_runs_break_nothing(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -6,11 +6,10 @@ from pathlib import Path
 
 from app.cli.grade import NewLaw, new_law
 from app.custom_law.trials import TRIALS
-from app.hosting.private_host import PrivateHost
 from app.lessons.bookmark import Phase
 from app.page.lessons.lesson_html import COMMANDS
 from scenes.laws import DEFAULT_LAW
-from tests.app.conftest import OpenHouse, ask, live_sessions
+from tests.app.conftest import OpenHouse, ask, visitor_of
 from tests.browser import PageAt, close_software_note, until
 
 
@@ -24,9 +23,7 @@ def test_ones_custom_law_is_broken_mended_tested_and_passes(house: OpenHouse, pa
     page.locator(".duet-l-head").wait_for()
     page.get_by_role("button", name="Leave the lessons").wait_for()
     close_software_note(page)
-    assert isinstance(opened.host, PrivateHost)
-    ((number, session),) = live_sessions(opened).items()
-    run = opened.host.visitors[number].lessons
+    session, run = visitor_of(opened).session, visitor_of(opened).lessons
     while run.walk.phase is not Phase.CHALLENGE:
         before = run.walk.phase
         page.keyboard.press("n")

@@ -28,7 +28,6 @@ from app.custom_law.trials import GATES, TRIALS, TRY
 from app.export.lab_report import Done, lab_bytes
 from app.export.report_record import StepRecord, read_records, records_html
 from app.i18n.catalogue import words_of
-from app.i18n.speaking import set_language
 from app.lessons.loading import load_lessons
 from app.lessons.progress import StepProgress
 from app.marks.graded_file import REPORT
@@ -69,7 +68,6 @@ def _nothing_is_left(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     mine, made = secrets.token_hex(8), secrets.token_hex
     monkeypatch.setattr("app.custom_law.fence.secrets", SimpleNamespace(token_hex=lambda count: mine + made(count)))
     yield
-    set_language("en")
     # What was killed takes a moment to end on a busy machine.
     until(
         lambda: not any(name.isdecimal() and f"DUET_FENCE={mine}".encode() in environment(name) for name in os.listdir("/proc"))

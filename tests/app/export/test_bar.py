@@ -6,8 +6,6 @@ from urllib.parse import parse_qsl, urlsplit
 import numpy as np
 from playwright.sync_api import Download, Locator, Page
 
-from app.hosting.private_host import PrivateHost
-from app.hosting.visitor import Visitor
 from app.page.panels.replay_bar import ReplayBar
 from app.recording.run_file import saved_bytes, saved_from
 from app.session.session import Session
@@ -15,17 +13,11 @@ from app.settings import Settings, from_query
 from app.start import App
 from scenes.history import COLUMN
 from scenes.settings import changed
-from tests.app.conftest import HAND, OpenHouse, ask, live_sessions
+from tests.app.conftest import HAND, OpenHouse, ask, live_sessions, visitor_of
 from tests.app.export.runs import piece
 from tests.browser import PageAt, close_software_note, screenshot, until, wait_frames, wait_ready, world_position
 
 WRIST = "/arms/right/base/j1/j2/j3/j4/j5/j6/j7"
-
-
-def stand_of(opened: App) -> Visitor:
-    assert isinstance(opened.host, PrivateHost)
-    (stand,) = opened.host.visitors.values()
-    return stand
 
 
 def enter(page: Page, opened: App, query: str = "") -> tuple[Session, ReplayBar]:
@@ -35,9 +27,9 @@ def enter(page: Page, opened: App, query: str = "") -> tuple[Session, ReplayBar]
     until(page, lambda: len(live_sessions(opened)) == 1, "one session")
     close_software_note(page)
     page.get_by_text("Keep and replay").click()
-    bar = stand_of(opened).operation._replay_bar
+    bar = visitor_of(opened).operation._replay_bar
     assert bar is not None
-    return stand_of(opened).session, bar
+    return visitor_of(opened).session, bar
 
 
 def is_there(page: Page, node: str) -> bool:
@@ -192,7 +184,7 @@ def report(page: Page, opened: App) -> None:
         press_key(page, key)
         page.locator(f".duet-l-head .now:text-is('{phase}')").wait_for()
     page.locator("textarea:visible").fill(written)
-    until(page, lambda: stand_of(opened).lessons.walk.done.words == written, "it has arrived")
+    until(page, lambda: visitor_of(opened).lessons.walk.done.words == written, "it has arrived")
     made = text_of(take(page, "Lab report on all lessons"))
     assert "I counted them. &lt;b&gt;" in made and "In 4." in made and made.count("<figure>") == 1
     page.reload()

@@ -20,7 +20,6 @@ from app.recording.run_file import saved_bytes, saved_from, verify
 from app.session import replay_player
 from app.session.actions import ChangeSpeed, Pause, Reset, SingleStep, Toggle
 from app.session.background_studies import trade_off_row
-from app.session.input_source import InputSources
 from app.session.replay import Replay, make_film
 from app.session.replay_player import DRAFT
 from app.session.session import Session
@@ -30,16 +29,14 @@ from scenes.rerun import Stopped
 from scenes.settings import RunSettings
 from tests.app.export.runs import piece
 from tests.app.inline import Inline
-from tests.scenes.helpers import given_settings
 
 
 class Desk:
     """A session, its exports, and a background that works when asked to."""
 
-    def __init__(self, people: InputSources | None = None, **settings: object) -> None:
+    def __init__(self) -> None:
         self.background = Inline()
-        run = given_settings(**settings)
-        self.session = Session(Settings(run=run), background=self.background, sources=people or InputSources())
+        self.session = Session(Settings(), background=self.background)
         self.queue = ExportQueue(self.session, self.session.player)
 
     def run(self, seconds: float) -> None:

@@ -1,7 +1,6 @@
 """Handouts: the student's copy keeps the outcome to itself, the teacher's says it, and both print without a cut."""
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -42,12 +41,6 @@ UNFIT = """([width, height]) => [...document.body.querySelectorAll(':not(svg *)'
 """Elements that a page of paper would cut."""
 
 
-@pytest.fixture(autouse=True)
-def _english() -> Iterator[None]:
-    yield
-    set_language("en")
-
-
 WHOLE = "[...new Set([...document.querySelectorAll('.block')].map((one) => getComputedStyle(one).breakInside === 'avoid'))]"
 """Whether blocks are kept whole."""
 
@@ -67,7 +60,6 @@ def outcome_texts(lesson: Lesson, step: Step) -> list[str]:
 
 @pytest.mark.parametrize("lesson", BOOK.lessons, ids=lambda lesson: lesson.id)
 def test_only_the_teachers_copy_says_what_comes_out(lesson: Lesson) -> None:
-    set_language("en")
     student, teacher = words(handout_html(lesson)), words(handout_html(lesson, NOTES[lesson.id]))
     texts = [text for step in lesson.steps for text in outcome_texts(lesson, step)]
     assert len(texts) >= len(lesson.steps)

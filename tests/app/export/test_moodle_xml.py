@@ -1,7 +1,6 @@
 """Every question of the lessons as Moodle XML, read back by a parser, in three languages."""
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from xml.etree.ElementTree import Element, fromstring
 
@@ -20,12 +19,6 @@ LESSONS = [
     # A lesson with forecasts, one with pictures, and one with a curve to draw.
     *((language, number) for language in ("de", "sl") for number in (2, 3, 9)),
 ]
-
-
-@pytest.fixture(autouse=True)
-def _english() -> Iterator[None]:
-    yield
-    set_language("en")
 
 
 def text(of: Element, path: str) -> str:

@@ -28,6 +28,7 @@ from scenes.settings import LawSettings, RunSettings, changed, specs, values
 from scenes.simulation import Simulation
 from tests.app.export.runs import piece
 from tests.scenes.helpers import given_settings
+from tests.scenes.inputs.helpers import everything
 
 
 def a_value(spec: Spec, present: object) -> st.SearchStrategy[object]:
@@ -160,9 +161,7 @@ def touched(at: int, start: object) -> Recorded:
         target = person.target(simulation.time) if step < at else None
         log.record(simulation, target)
         simulation.step(target)
-    recorded = log.window(99.0)
-    assert recorded is not None
-    return recorded
+    return everything(log)
 
 
 def test_settings_as_python_are_the_settings() -> None:

@@ -25,6 +25,10 @@ class Table:
         return np.array([float(cell) if cell else np.nan for cell in self.columns[name]])
 
 
+Numbers = Callable[[str], Table]
+"""Name of a figure → its numbers."""
+
+
 def read(text: str) -> Table:
     """The content of a CSV file whose cells hold no commas."""
     lines = text.splitlines()
@@ -43,6 +47,5 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def table(folder: Path) -> Callable[[str], Table]:
-    """Name of a figure → its numbers."""
+def table(folder: Path) -> Numbers:
     return lambda name: read((folder / f"{entry(name).stem}.csv").read_text(encoding="utf-8"))

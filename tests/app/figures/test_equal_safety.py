@@ -1,6 +1,5 @@
 """Laws at equal safety, the loss between two pairs, and how the figures of laws and imitation are drawn."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +12,11 @@ from app.figures.fig6_fig7_followers import imitation, imitation_seconds, imitat
 from scenes.headless import run
 from scenes.law_knobs import knobs
 from scenes.laws import LAWS
-from scenes.settings import RunSettings, changed
-from tests.app.figures.conftest import Table
+from scenes.settings import RunSettings
+from tests.app.figures.conftest import Numbers
+from tests.scenes.helpers import with_values
 
 pytestmark = pytest.mark.slow
-
-Numbers = Callable[[str], Table]
 
 
 def test_every_point_is_the_run_that_it_says(table: Numbers) -> None:
@@ -28,9 +26,8 @@ def test_every_point_is_the_run_that_it_says(table: Numbers) -> None:
     assert curves == {(knob.law, str(int(knob.setting.feed_forward)), knob.setting.key) for knob in knobs()}
     assert len(set(rows["seed"])) == 2
     at = next(i for i, law in enumerate(rows.columns["law"]) if law == "intermediate_value")
-    settings = RunSettings(dt=0.01, seed=int(rows["seed"][at]))
-    for key, value in (("law", "intermediate_value"), (rows.columns["knob"][at], rows["value"][at])):
-        settings = changed(settings, key, value)
+    changes = {"law": "intermediate_value", rows.columns["knob"][at]: rows["value"][at]}
+    settings = with_values(RunSettings(dt=0.01, seed=int(rows["seed"][at])), **changes)
     summary = run(settings, float(rows.settings["seconds"])).summary
     assert (summary.d_min, summary.e2_max) == (rows["d_min"][at], rows["e2_max"][at])
 

@@ -2,7 +2,6 @@
 
 import io
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,11 +20,9 @@ from controllers import budget
 from controllers.activation import activation
 from controllers.errors import BadSetting
 from scenes.settings import LawSettings, RunSettings, specs
-from tests.app.figures.conftest import Table, entry, read
+from tests.app.figures.conftest import Numbers, entry, read
 
 pytestmark = pytest.mark.slow
-
-Numbers = Callable[[str], Table]
 
 CRITICAL = LawSettings().critical_distance
 SLACK = 1e-4

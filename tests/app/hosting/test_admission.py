@@ -27,7 +27,7 @@ from scenes import glb
 from scenes.robots import robot
 from scenes.room_shells import table_glb
 from scenes.settings import specs
-from tests.app.conftest import FRAME, Arrive, Made, OpenHouse, live_sessions
+from tests.app.conftest import FRAME, Arrive, Made, OpenHouse, live_sessions, private_of, visitor_of
 from tests.app.inline import Inline
 from tests.app.web.conftest import ended
 
@@ -55,15 +55,15 @@ def pieces(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
 
 def test_other_visitors_have_a_frame_between_any_two_pieces(by_hand: Made, pieces: list[tuple[str, int]]) -> None:
     opened = by_hand(sessions=8)
-    assert isinstance(opened.host, PrivateHost)
     opened.let_in()
-    (neighbour,) = opened.host.visitors
+    host = private_of(opened)
+    (neighbour,) = host.visitors
     pieces.clear()
     newcomers = [opened.come() for _ in range(3)]
-    while len(opened.host.visitors) < 4:
-        before = len(opened.host.visitors)
+    while len(host.visitors) < 4:
+        before = len(host.visitors)
         opened.frame()
-        assert len(opened.host.visitors) <= before + 1
+        assert len(host.visitors) <= before + 1
     built = [number for what, number in pieces if what == "piece"]
     # One after the other, each in several pieces.
     assert sorted(built) == built and all(built.count(number) >= 3 for number in set(built)) and len(set(built)) == 3
@@ -82,8 +82,8 @@ def test_tabs_that_wait_for_their_pages_go_to_another_worker_when_it_serves(by_h
     names = [f"resume={number:032d}" for number in range(6)]
     first = opened.let_in(names[0])
     opened.let_in(names[5]).close()
-    assert isinstance(opened.host, PrivateHost)
-    while len(opened.host.visitors) > 1:
+    visitors = private_of(opened).visitors
+    while len(visitors) > 1:
         opened.frame()
     newcomers = [opened.come(name) for name in names[1:]]
     link.put(MakeRoom(share=2))
@@ -94,7 +94,7 @@ def test_tabs_that_wait_for_their_pages_go_to_another_worker_when_it_serves(by_h
     for place in moved:
         assert ended(newcomers[place]) == (MOVED_CODE, ELSEWHERE)
     assert sent == [LetGo(names[1 + place].removeprefix("resume=")) for place in reversed(moved)]
-    assert len(opened.host.visitors) == 2 and first.closed is None and newcomers[stays].closed is None
+    assert len(visitors) == 2 and first.closed is None and newcomers[stays].closed is None
 
 
 @pytest.mark.parametrize("lecture", [False, True])
@@ -112,14 +112,13 @@ def test_while_there_is_time_one_page_is_built_in_a_frame(by_hand: Made, monkeyp
 
 def test_a_page_that_is_closed_half_built_is_given_up_for_the_next_one(by_hand: Made, pieces: list[tuple[str, int]]) -> None:
     opened = by_hand(sessions=8)
-    assert isinstance(opened.host, PrivateHost)
     hasty, patient = opened.come(), opened.come()
     while not pieces:
         opened.frame()
     opened.leave(hasty)
     gone = pieces[-1][1]
     opened.frames()
-    assert gone not in opened.host.visitors and len(opened.host.visitors) == 1
+    assert gone != visitor_of(opened).client.client_id
     patient.wait_for(lambda v: len(v.mirror.commands) >= 14)
 
 

@@ -6,18 +6,16 @@ from typing import Any
 import pytest
 
 from app.bench.headless_client import CAMERA
-from app.classroom.lecture import LectureHost
 from app.hosting.frame_loop import LIVELY, RESTING, UNSEEN, Attention
-from app.hosting.private_host import PrivateHost
 from app.hosting.record_writer import BEAT
-from app.hosting.visitor import SAVING, SAVING_AT_REST, Visitor
+from app.hosting.visitor import SAVING, SAVING_AT_REST
 from app.lessons.progress import from_json
 from app.session.actions import Pause, SetSetting
 from app.session.session import Session
 from app.settings import Settings
 from app.web.pages import HIDDEN, SHOWN
 from scenes.settings import specs
-from tests.app.conftest import FRAME, ByHand, Made, OpenHouse, live_sessions
+from tests.app.conftest import FRAME, ByHand, Made, OpenHouse, lecture_of, live_sessions, visitor_of
 from tests.app.page.helpers import bodies, click
 from tests.app.runtime.processes import until
 from tests.app.stores import find
@@ -54,12 +52,6 @@ def test_a_page_out_of_sight_has_hardly_a_frame_and_one_at_once_when_it_is_back(
     frames(attention, 1.0, 0.0, paused=paused)
     assert frames(attention, 20.0, 1.0, hidden=True, paused=True, stirred=True) == pytest.approx(20.0 / UNSEEN, abs=1)
     assert frames(attention, 1.0, 21.0, paused=paused) == 32
-
-
-def visitor_of(opened: ByHand) -> Visitor:
-    assert isinstance(opened.host, PrivateHost)
-    (visitor,) = opened.host.visitors.values()
-    return visitor
 
 
 def drawn(opened: ByHand, seconds: float) -> int:
@@ -164,7 +156,6 @@ def test_after_a_rest_what_a_visitor_does_is_saved_at_once(by_hand: Made, tmp_pa
 
 def test_a_watcher_out_of_sight_is_sent_nothing_of_the_stage_and_then_the_newest(by_hand: Made) -> None:
     opened = by_hand(lecture=True)
-    assert isinstance(opened.host, LectureHost)
     opened.let_in()
     hidden, other = opened.let_in("lang=en"), opened.let_in("lang=en")
 
@@ -204,8 +195,7 @@ def test_the_page_says_that_its_tab_is_out_of_sight(house: OpenHouse, page_at: P
     page = page_at(1000, 700)
     page.goto(f"{opened.url}/?lang=en")
     page.get_by_text("× real time").first.wait_for()
-    assert isinstance(opened.host, PrivateHost)
-    (session,) = live_sessions(opened).values()
+    session = visitor_of(opened).session
 
     def goes_on(session: Session) -> bool:
         steps = session.simulation.steps
@@ -221,15 +211,14 @@ def test_the_page_says_that_its_tab_is_out_of_sight(house: OpenHouse, page_at: P
     # A page that connects again in the background is out of sight from the beginning.
     page.evaluate(_HIDE, True)
     until(lambda: session.paused)
-    (before,) = opened.host.visitors
+    (before,) = live_sessions(opened)
     opened.server._websock_server.disconnect_all_clients()
     until(lambda: any(number != before and one is session and one.paused for number, one in live_sessions(opened).items()))
 
 
 def test_a_paused_stage_rests_until_any_browser_does_anything(by_hand: Made, monkeypatch: pytest.MonkeyPatch) -> None:
     opened = by_hand(lecture=True)
-    host = opened.host
-    assert isinstance(host, LectureHost)
+    host = lecture_of(opened)
     teacher, student = opened.let_in(), opened.let_in("lang=en")
     shown: list[float] = []
     show = host._show_plenary

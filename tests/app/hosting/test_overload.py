@@ -13,7 +13,6 @@ import pytest
 
 from app.hosting import workload
 from app.hosting.frame_loop import FrameLoop
-from app.hosting.private_host import PrivateHost
 from app.hosting.workload import BAND, ENOUGH, HEADROOM, Workload, affordable, places, step_seconds
 from app.page.operation import CALM
 from app.page.panels.controls import Controls
@@ -24,7 +23,8 @@ from app.session.clock import BUDGET, FRAME, SLOWEST
 from app.session.session import Session
 from app.settings import Settings
 from controllers.compiled import GAIN
-from tests.app.conftest import Arrive, ByHand, Join, Made, OpenHouse, lecture_of, live_sessions
+from tests.app.conftest import Arrive, ByHand, Join, Made, OpenHouse, lecture_of, live_sessions, private_of
+from tests.app.page.helpers import shown
 from tests.app.runtime.processes import until
 
 STEP = 200e-6
@@ -217,7 +217,6 @@ def test_measured_rounds_correct_the_places() -> None:
 
 def test_one_more_than_the_machine_carries_is_not_let_in(by_hand: Made) -> None:
     opened = by_hand(sessions=None)
-    assert isinstance(opened.host, PrivateHost)
     workload, server = opened.house.context.workload, opened.house.server
     assert server.max_clients == workload.places >= 1
     for _ in range(3):
@@ -227,28 +226,26 @@ def test_one_more_than_the_machine_carries_is_not_let_in(by_hand: Made) -> None:
             workload.drew(0.0)
         workload.note(3 * 0.9 * HEADROOM * SLOWEST / 3, 1.0)
     opened.frame()
-    assert server.max_clients == 3 == len(opened.host.visitors) and not server._has_room()
+    assert server.max_clients == 3 == len(private_of(opened).visitors) and not server._has_room()
 
 
 # --- what a teacher sees -------------------------------------------------------------------------------------------------------
 
 
-def seen(visitor: Any) -> str:
-    return " ".join(str(element.get("content", "")) for element in list(visitor.mirror.gui.values()))
-
-
 def test_a_teacher_sees_frames_sessions_and_load(house: OpenHouse, arrive: Arrive) -> None:
     opened = house(sessions=6, key="12345678")
     plain, teacher = arrive(opened, "lang=en"), arrive(opened, "lang=en&key=12345678")
-    teacher.visitor.wait_for(lambda v: "sessions at work: 2 of 6" in seen(v) and "frames/s: " in seen(v) and "load: " in seen(v))
-    assert "at work" not in seen(plain.visitor)
+    teacher.visitor.wait_for(
+        lambda v: "sessions at work: 2 of 6" in shown(v) and "frames/s: " in shown(v) and "load: " in shown(v)
+    )
+    assert "at work" not in shown(plain.visitor)
 
 
 def test_the_teacher_of_a_lecture_sees_them_too(house: OpenHouse, join: Join) -> None:
     opened = house(sessions=6, lecture=True, key="12345678")
     student, teacher = join(opened, "lang=en"), join(opened, "lang=en&key=12345678")
-    teacher.wait_for(lambda v: "sessions at work: 1 of 6" in seen(v))
-    assert "sessions at work" not in seen(student) and lecture_of(opened).classroom.places.most == 6
+    teacher.wait_for(lambda v: "sessions at work: 1 of 6" in shown(v))
+    assert "sessions at work" not in shown(student) and lecture_of(opened).classroom.places.most == 6
     opened.context.workload.places = 3
     until(lambda: lecture_of(opened).classroom.places.most == 3)
 

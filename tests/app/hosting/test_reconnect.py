@@ -18,7 +18,6 @@ import pytest
 
 from app.hosting import record_writer
 from app.hosting import visitor as visitor_module
-from app.hosting.private_host import PrivateHost
 from app.hosting.store_file import StoreFile
 from app.lessons.bookmark import Phase
 from app.lessons.session.lesson_session import LessonSession
@@ -26,7 +25,7 @@ from app.session.session import Session
 from app.settings import Settings
 from app.start import App
 from scenes.settings import changed
-from tests.app.conftest import Join, Made, OpenHouse, ask, lecture_of, live_sessions, operator_of
+from tests.app.conftest import Join, Made, OpenHouse, ask, lecture_of, live_sessions, operator_of, private_of
 from tests.app.page.helpers import buttons, click, notes, page_label
 from tests.blocking_client import BlockingClient
 from tests.browser import PageAt, until, wait_ready
@@ -53,8 +52,7 @@ class Tab:
 
     @property
     def lessons(self) -> LessonSession:
-        assert isinstance(self.opened.host, PrivateHost)
-        return self.opened.host.visitors[self.number].lessons
+        return private_of(self.opened).visitors[self.number].lessons
 
     def cut(self, unfinished: bytes = b"") -> None:
         """Break the connection without a word; perhaps in the middle of a message."""
@@ -239,8 +237,7 @@ def test_a_tab_that_is_back_before_it_was_missed_goes_on_from_there(house: OpenH
 
 def test_a_doubled_tab_does_not_undo_what_the_later_one_has_done(by_hand: Made) -> None:
     opened = by_hand(sessions=8)
-    host, link = opened.host, f"n=8&resume={WORD}"
-    assert isinstance(host, PrivateHost)
+    host, link = private_of(opened), f"n=8&resume={WORD}"
     opened.let_in(link)
     second = opened.let_in(link)
     first, session = (one.session for one in host.visitors.values())

@@ -33,6 +33,7 @@ from scenes.inputs import Recorded, RecordedPerson
 from scenes.rerun import rerun
 from scenes.settings import changed
 from tests.app.stores import find
+from tests.scenes.helpers import with_values
 
 TAB = "0123456789abcdef0123456789abcdef"
 LINK = {"resume": TAB, "dm": "0.2", "window": "800x600"}
@@ -121,10 +122,7 @@ def tab(number: int) -> str:
 
 def session_of(seconds: float = 1.5, **keys: object) -> Session:
     """A session that has run so long, in parts as if it had been stored in between."""
-    tree = Settings()
-    for key, value in keys.items():
-        tree = changed(tree, key, value)
-    session = Session(tree)
+    session = Session(with_values(Settings(), **keys))
     while session.simulation.time < seconds:
         session.advance(0.05, 60.0)
         session.state()

@@ -3,10 +3,7 @@
 import itertools
 import json
 import signal
-import subprocess
-import sys
 import threading
-from collections.abc import Iterator
 
 import pytest
 from playwright.sync_api import expect
@@ -14,6 +11,7 @@ from playwright.sync_api import expect
 from tests.app.conftest import Arrive, OpenHouse
 from tests.app.posted_call import post_call
 from tests.app.runtime.processes import until
+from tests.app.served import Serve
 from tests.app.web.conftest import get
 from tests.browser import PageAt, wait_ready
 
@@ -37,26 +35,11 @@ addEventListener("DOMContentLoaded", () => new MutationObserver(() => {
 """What the page says of its connection, how often it was connected, and how many answers without news it got."""
 
 
-Server = tuple[subprocess.Popen[str], str]
-
-
-@pytest.fixture
-def server() -> Iterator[Server]:
-    command = [sys.executable, "-m", "app", "serve", "--no-open", "--store", "memory", "--workers", "1", "--port", "0"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
-        assert process.stdout is not None
-        said = process.stdout.readline()
-        assert said.startswith("Duet is at")
-        yield process, said.split()[3].partition("/?")[0]
-        process.send_signal(signal.SIGCONT)
-        process.terminate()
-
-
-def test_a_server_that_hangs_is_noticed_and_one_that_rests_is_not(server: Server, page_at: PageAt) -> None:
-    process, url = server
+def test_a_server_that_hangs_is_noticed_and_one_that_rests_is_not(serve: Serve, page_at: PageAt) -> None:
+    served = serve("--workers", "1")
     page = page_at(700, 500, locale="de-DE")
     page.add_init_script(WATCH)
-    page.goto(url)
+    page.goto(served.url)
     wait_ready(page, "/room")
     note = page.locator("#duet-connection")
 
@@ -65,9 +48,9 @@ def test_a_server_that_hangs_is_noticed_and_one_that_rests_is_not(server: Server
         page.wait_for_function("([first, more]) => seen.answers >= first + more", arg=[page.evaluate("seen.answers"), more])
 
     def hang_and_go_on() -> None:
-        process.send_signal(signal.SIGSTOP)
+        served.process.send_signal(signal.SIGSTOP)
         expect(note).to_have_text("Der Server antwortet nicht – bitte warten …", timeout=60_000)
-        process.send_signal(signal.SIGCONT)
+        served.process.send_signal(signal.SIGCONT)
         expect(note).to_be_empty(timeout=60_000)
 
     hang_and_go_on()

@@ -22,7 +22,6 @@ from app.hosting.serve_options import ServeOptions
 from app.hosting.worker_group import FEW, LATE, LOOK, MOST_SILENT, MOST_STOPPING, WorkerGroup
 from app.hosting.worker_messages import WorkerStart
 from app.runtime.terminal import TERMINATED
-from app.web.server import MOVED_CODE
 from tests.app.runtime.processes import gone, until
 from tests.app.served import Serve, Served
 from tests.blocking_client import BlockingClient
@@ -44,16 +43,7 @@ def ended(connection: socket.socket) -> bool:
 
 
 def come(served: Served, number: int, query: str = "autopilot=0") -> BlockingClient:
-    """A tab whose page is whole; as a page does, it comes again when it is sent to another process."""
-    while True:
-        visitor = BlockingClient(served.url, query=f"{query}&resume={number:032d}")
-        visitor.wait_for(
-            lambda v: v.closed or (len(v.mirror.commands) >= 14 and any(n.endswith("/j7") for n in list(v.mirror.nodes)))
-        )
-        if visitor.closed is None:
-            return visitor
-        assert visitor.closed.rcvd is not None and visitor.closed.rcvd.code == MOVED_CODE
-        visitor.close()
+    return served.come(f"{query}&resume={number:032d}")
 
 
 def peers_of(pid: int, visitor: BlockingClient) -> bool:
@@ -194,8 +184,7 @@ def test_the_tabs_of_a_killed_worker_and_of_renewed_ones_go_on(serve: Serve) -> 
         places = [worker_of(served, visitor) for visitor in visitors]
         assert places[0] != places[-1]
         frames = first.received.frames
-        os.kill(places[-1], signal.SIGKILL)
-        until(lambda: places[-1] not in served.workers and len(served.workers) == 2)
+        served.replace(places[-1])
         visitors[4] = opened.enter_context(come(served, 4))
         assert worker_of(served, visitors[4]) not in places
         first.wait_for(lambda v: v.received.frames > frames, 60.0)

@@ -1,11 +1,6 @@
-"""English before and after every test, and a look for what was never translated."""
+"""A look for what was never translated."""
 
 import re
-from collections.abc import Iterator
-
-import pytest
-
-from app.i18n.speaking import set_language
 
 NO_TEXT = re.compile(
     # Style, drawings and code; then what is left of tags; what is a name or a symbol; what a lesson's own file says.
@@ -16,13 +11,6 @@ NAMED = re.compile(r"""\b(?:aria-label|title|alt|placeholder)=(?:"([^"]*)")""")
 """Attributes that a screen reader reads."""
 WORD = re.compile(r"[^\W\d_]{3,}")
 NAMES = frozenset({"rad", "rad²", "mm²", "MediaPipe", "FILE", "dot", "min", "max", "sym", "Duet"})
-
-
-@pytest.fixture(autouse=True)
-def english() -> Iterator[None]:
-    set_language("en")
-    yield
-    set_language("en")
 
 
 def untranslated(text: str) -> list[str]:

@@ -12,10 +12,10 @@ import websockets
 from jupyter_client.manager import start_new_kernel
 from playwright.sync_api import expect
 
-from app.bench.headless_client import HeadlessClient
 from app.jupyter import duet
 from controllers.errors import BadSetting
 from tests.app.jupyter.conftest import TOKEN, JupyterServer, environment
+from tests.app.served import has_arms
 from tests.blocking_client import BlockingClient
 from tests.browser import PageAt, screenshot, until
 from tests.test_imports import ROOT
@@ -97,16 +97,12 @@ def test_a_second_cell_shows_the_same_run_and_may_change_it(cell: Execute, page_
 
 def test_the_first_cell_operates_it_and_a_foreign_page_needs_the_key(cell: Execute, page_html: str) -> None:
     url, query = f"http://127.0.0.1:{port_of(page_html)}", query_of(page_html)
-
-    def has_arms(visitor: HeadlessClient) -> bool:
-        return any(name.startswith("/arms/") for name in list(visitor.mirror.nodes))
-
     with (
         BlockingClient(url, "https://hub.example.org", query=query) as ours,
         BlockingClient(url, query=query[:-1] + "x") as next_cell,
     ):
         ours.wait_for(lambda v: has_arms(v) and len(v.mirror.commands) >= 14)
-        next_cell.wait_for(lambda v: v.mirror.replayed and has_arms(v))
+        next_cell.wait_for(has_arms)
         assert len(next_cell.mirror.commands) < 14
         assert not any("Students" in str(element) or "Follow me" in str(element) for element in list(ours.mirror.gui.values()))
         ours.close()

@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -23,6 +24,7 @@ from scenes import league_runs as league
 from scenes.experiments import HOLD
 from scenes.laws import DEFAULT_LAW, LAWS, NO_AVOIDANCE
 from scenes.league_runs import LEVELS, ROBOTS, SCENES, Event, LeagueRun, Outcome, Schedule, events
+from tests.app.cli.conftest import interrupted
 from tests.app.custom_law.helpers import PAPER, write
 from tests.app.html_reader import HtmlReader
 from tests.app.sweep.test_dask_sweep import scheduler, worker
@@ -56,26 +58,13 @@ def test_it_goes_on_where_it_was_interrupted_and_one_core_or_two_write_the_same(
     here, there = tmp_path / "here", tmp_path / "there"
     whole = command.computing
 
-    class Interrupted:
-        def __init__(self, *arguments: Any) -> None:
-            self._real = whole(*arguments)
-
-        def __enter__(self) -> Any:
-            compute = self._real.__enter__()
-
-            def some(*arguments: Any) -> Iterator[tuple[int, Any]]:
-                for done, found in enumerate(compute(*arguments)):
-                    if done == 5:
-                        raise KeyboardInterrupt
-                    yield found
-
-            return some
-
-        def __exit__(self, *error: Any) -> None:
-            self._real.__exit__(*error)
+    @contextmanager
+    def part(*arguments: Any) -> Iterator[Any]:
+        with whole(*arguments) as compute:
+            yield interrupted(compute, 5)
 
     with monkeypatch.context() as patch:
-        patch.setattr(command, "computing", Interrupted)
+        patch.setattr(command, "computing", part)
         assert play(here, "--workers", "1") == INTERRUPTED
     said = capsys.readouterr()
     assert said.err.endswith(f"19 scenes are left, the rest is in {here / PART}; the same command goes on from there.\n")

@@ -38,12 +38,6 @@ CODE_WORDS = {"nominal + row · c /"}
 WORD = re.compile(r"[A-Za-zÀ-ž]{4}")
 
 
-@pytest.fixture(autouse=True)
-def spoken_english() -> Iterator[None]:
-    yield
-    set_language("en")
-
-
 def attempts(step: Step) -> Iterator[Attempt]:
     """Yield attempts at a challenge: runs that do not tell, are too low, too high, or just right."""
     challenge = step.challenge

@@ -19,7 +19,7 @@ from app.page.panels.teachers_tab import NotesView
 from app.session.session import Session
 from app.settings import Settings
 from app.text.lesson_text import lesson_html
-from tests.app.conftest import Arrive, OpenHouse
+from tests.app.conftest import Arrive, OpenHouse, visitor_of
 from tests.app.lessons.helpers import SMALL, our_book
 
 OURS = [lesson.id for lesson in our_book().lessons]
@@ -174,7 +174,7 @@ def test_a_visitor_has_the_new_text_without_a_restart_and_is_told_of_a_fault(
     path = write(tmp_path / "01-small.md", SMALL)
     opened = house(lessons=tmp_path)
     guest = arrive(opened, "lesson=small")
-    (visitor,) = opened.host.visitors.values()  # type: ignore[union-attr]
+    visitor = visitor_of(opened)
     guest.wait(lambda _: visitor.lessons.open)
 
     def reads(title: str) -> Callable[[object], bool]:

@@ -3,7 +3,6 @@
 import os
 import threading
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -12,18 +11,11 @@ from app.custom_law.fence import FenceLimits
 from app.custom_law.marked import LawMarks
 from app.export.report_record import StepRecord, records_html
 from app.i18n.catalogue import words_of
-from app.i18n.speaking import set_language
 from app.marks import graded_file
 from app.marks.graded_file import GradedFile, Student, graded, is_template, returned_line, student_of, weights_of
 from app.marks.mark_tables import StudentMarks
 from app.settings import Language
 from controllers.errors import DuetError, LazyText
-
-
-@pytest.fixture(autouse=True)
-def _english() -> Any:
-    yield
-    set_language("en")
 
 
 def row_of(path: Path, language: Language = "en") -> GradedFile:

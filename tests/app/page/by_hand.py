@@ -1,6 +1,7 @@
 """What a person does on a page with a real mouse and a real keyboard, and what is seen then."""
 
 import re
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from app.start import App
 from scenes.settings import values
 from tests.app.conftest import HAND, ask, live_sessions
 from tests.app.page.helpers import SPECS, another, page_label
-from tests.browser import close_software_note, point_at, take_hold, until, wait_ready
+from tests.browser import close_software_note, point_at, take_hold, until, wait_ready, world_position, world_to_px
 
 # Length of the hand's arrows and radius of the elbow's arc [m]; where an arrow is taken: beyond the ends of the arcs that turn the
 # hand, which lie on it at 0.65.
@@ -87,6 +88,49 @@ def drag_through(page: Page, session: Session, points: list[np.ndarray]) -> None
     take_hold(page, lambda: points[0], lambda: session.held is not None)
     for point in points[1:]:
         point_at(page, point)
+
+
+def drag(page: Page, places: Sequence[tuple[float, float]]) -> None:
+    """Press the mouse at the first place of the window [CSS px], go to the others, and let go."""
+    page.mouse.move(*places[0])
+    page.mouse.down()
+    for place in places[1:]:
+        page.mouse.move(*place, steps=4)
+    page.mouse.up()
+
+
+CURSOR = "getComputedStyle(__viserMutable.canvas).cursor"
+
+
+def grab(page: Page, node: str, held: Callable[[], bool]) -> tuple[float, float]:
+    """Take a link that stands still with the mouse, until it is held; return where it was taken [CSS px]."""
+    x, y = world_to_px(page, world_position(page, node))
+    page.mouse.move(x, y)
+    until(page, lambda: page.evaluate(CURSOR) == "grab", "a hand over the arm")
+    page.mouse.down()
+    page.mouse.move(x + 6, y)
+    until(page, held, "taking hold")
+    return x, y
+
+
+Touch = Callable[[str, float, float], None]
+
+
+def finger(page: Page) -> Touch:
+    """What a finger does, by `touchStart`, `touchMove` and `touchEnd` at a place of the window [CSS px]."""
+    protocol = page.context.new_cdp_session(page)
+
+    def touch(kind: str, x: float, y: float) -> None:
+        points = [] if kind == "touchEnd" else [{"x": x, "y": y, "id": 1}]
+        protocol.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    return touch
+
+
+def drag_by_finger(page: Page, places: Sequence[tuple[float, float]]) -> None:
+    touch = finger(page)
+    for kind, place in (("touchStart", places[0]), *(("touchMove", place) for place in places[1:]), ("touchEnd", places[-1])):
+        touch(kind, *place)
 
 
 def best_arrow(session: Session, toward: np.ndarray) -> tuple[np.ndarray, float]:

@@ -62,11 +62,14 @@ class Watched:
     def aim(self, pose: Pose) -> None:
         self.camera.position, self.camera.look_at, self.camera.fov = pose.eye, pose.look_at, pose.fov
 
+    def seen(self, points: Any) -> Any:
+        """Where points (k, 3) are seen (k, 2) [px]."""
+        pose = Pose(self.camera.position, self.camera.look_at, self.camera.fov)
+        return project(pose, (self.picture.width, self.picture.height), points)
+
     def outside(self, points: Any) -> list[tuple[int, int]]:
         """Where points are seen that are not in the free part [px]."""
-        pose = Pose(self.camera.position, self.camera.look_at, self.camera.fov)
-        seen = project(pose, (self.picture.width, self.picture.height), points)
-        return [(round(x), round(y)) for x, y in seen if not self.picture.contains(x, y)]
+        return [(round(x), round(y)) for x, y in self.seen(points) if not self.picture.contains(x, y)]
 
 
 def seen_points(simulation: Simulation) -> Any:

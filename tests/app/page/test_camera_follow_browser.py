@@ -4,11 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from app.hosting.private_host import PrivateHost
 from app.hosting.visitor import Visitor
 from app.stage.camera_view import Pose, framed_now, project
-from tests.app.conftest import OpenHouse, ask
-from tests.app.page.by_hand import run_on, visit
+from tests.app.conftest import OpenHouse, ask, visitor_of
+from tests.app.page.by_hand import drag, run_on, visit
 from tests.app.posted_call import post_call
 from tests.browser import PageAt, screenshot, settled_view, until, world_to_px
 
@@ -24,9 +23,7 @@ def test_our_projection_is_the_pages_and_a_visitor_who_turns_the_view_keeps_it(h
     session = visit(page, opened, "autopilot=0&seed=3")
     settled_view(page)
     ring = ask(session, lambda s: np.array(s.simulation.place))
-    host = opened.host
-    assert isinstance(host, PrivateHost)
-    (visitor,) = host.visitors.values()
+    visitor = visitor_of(opened)
     camera = visitor.client.camera
     box = page.evaluate(
         "(() => { const box = __viserMutable.canvas.getBoundingClientRect(); return [box.left, box.top, box.width, box.height]; })()"
@@ -55,10 +52,7 @@ def test_our_projection_is_the_pages_and_a_visitor_who_turns_the_view_keeps_it(h
     settled_view(page)
     # The visitor turns the view, and keeps it.
     x, y = box[0] + 0.8 * box[2], box[1] + 0.1 * box[3]
-    page.mouse.move(x, y)
-    page.mouse.down()
-    page.mouse.move(x - 60, y + 20, steps=4)
-    page.mouse.up()
+    drag(page, [(x, y), (x - 60, y + 20)])
     until(page, lambda: left_alone(visitor), "being left alone")
     view = settled_view(page)
     ask(session, lambda s: s.reset())
@@ -73,8 +67,7 @@ def test_the_picture_uses_the_place_of_folded_plots(house: OpenHouse, page_at: P
     page = page_at(1000, 760)
     opened = house()
     session = visit(page, opened, "autopilot=0&profile=projector")
-    assert isinstance(opened.host, PrivateHost)
-    (visitor,) = opened.host.visitors.values()
+    visitor = visitor_of(opened)
     plots = page.locator("[data-floating-window]").first
 
     def as_on_the_page() -> bool:

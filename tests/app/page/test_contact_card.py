@@ -63,25 +63,22 @@ Drawing = tuple[str, str, str]
 def drawing(query: str, language: Language, seconds: float = 1.0, changed: dict[str, float | None] | None = None) -> Drawing:
     """What the page gets of an experiment, its numbers changed by name."""
     set_language(language)
-    try:
-        simulation, whole = played(query, seconds), settings(query)
-        sample = simulation.sample()
-        frame = Frame(0.0, live := Session(whole), live, None, simulation, None, sample, whole, PAUSED)
-        if sample.pair < 0:
-            words, note, numbers = solo_words(whole.run), solo_note(whole.run), solo_numbers(sample)
-            return part_text(words), part_text(note), part_text(numbers)
-        terms = budget_terms(simulation, sample, frame.contact)
-        note = contact_note(simulation, sample, frame.contact, terms)
-        numbers = contact_numbers(frame, frame.contact, terms, 0)
-        names = ("d", "law", "rest", "ghost", "lam", "u", "w", "allowed", "way")
-        for name, number in (changed or {}).items():
-            if name == "note":
-                note = "alarm", "d ≥ d<sub>m</sub> may fail: w &gt; v, no lever (s = 0.42), between two pairs"
-            else:
-                numbers[names.index(name)] = None if number is None else round(number)
-        return part_text(contact_words(frame, terms)), part_text(note), part_text(numbers)
-    finally:
-        set_language("en")
+    simulation, whole = played(query, seconds), settings(query)
+    sample = simulation.sample()
+    frame = Frame(0.0, live := Session(whole), live, None, simulation, None, sample, whole, PAUSED)
+    if sample.pair < 0:
+        words, note, numbers = solo_words(whole.run), solo_note(whole.run), solo_numbers(sample)
+        return part_text(words), part_text(note), part_text(numbers)
+    terms = budget_terms(simulation, sample, frame.contact)
+    note = contact_note(simulation, sample, frame.contact, terms)
+    numbers = contact_numbers(frame, frame.contact, terms, 0)
+    names = ("d", "law", "rest", "ghost", "lam", "u", "w", "allowed", "way")
+    for name, number in (changed or {}).items():
+        if name == "note":
+            note = "alarm", "d ≥ d<sub>m</sub> may fail: w &gt; v, no lever (s = 0.42), between two pairs"
+        else:
+            numbers[names.index(name)] = None if number is None else round(number)
+    return part_text(contact_words(frame, terms)), part_text(note), part_text(numbers)
 
 
 @cache
@@ -124,8 +121,8 @@ def draw(page: Page, one: Drawing) -> None:
     )
 
 
-def waiting(page: Page, house: OpenHouse, query: str = "") -> Session:
-    session = visit(page, house(), query)
+def waiting(page: Page, house: OpenHouse) -> Session:
+    session = visit(page, house())
     ask(session, lambda s: s.halt.set("visitor"))
     page.locator("#duet-contact .chart").wait_for()
     page.get_by_text("paused", exact=True).first.wait_for()

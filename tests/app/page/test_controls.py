@@ -10,6 +10,7 @@ from unittest.mock import MagicMock
 import numpy as np
 import pytest
 
+from app.i18n.speaking import set_language
 from app.page.panels.compare import attack_html, smoothness_html, what_if_html
 from app.page.panels.curve_control import CurveControl
 from app.runtime.job_pool import JobPool
@@ -29,7 +30,7 @@ from scenes.smoothness import StepStudy
 from tests.app.conftest import Arrive, OpenHouse
 from tests.app.page.helpers import ON_PAGE, SPECS, shown
 from tests.app.page.helpers import another as other_value
-from tests.scenes.helpers import moved
+from tests.scenes.helpers import moved, with_values
 
 SCENES = tuple(EXPERIMENTS)
 
@@ -38,10 +39,7 @@ PATIENCE = 180.0
 
 
 def everything(scene: str, law: str, **others: Any) -> Settings:
-    settings = Settings()
-    for key, value in {"scene": scene, "law": law, **others}.items():
-        settings = changed(settings, key, value)
-    return settings
+    return with_values(Settings(), scene=scene, law=law, **others)
 
 
 def another(key: str, present: Any) -> Any:
@@ -124,8 +122,8 @@ def test_smoothness_in_a_table() -> None:
     assert "Ghost" not in text(smoothness_html(Smoothness(smooth, None)))
 
 
-@pytest.mark.usefixtures("german")
 def test_the_tables_have_the_decimal_sign_of_their_reader() -> None:
+    set_language("de")
     run, dts = RunSettings(), (0.005, 0.0025, 0.00125, 0.000625)
     between = StepStudy(run, 10.0, dts, (0.5, 0.45, 0.4, 0.33))
     jump = StepStudy(run, 10.0, dts, (0.5, 0.5, 0.5, 0.5))

@@ -12,7 +12,7 @@ from controllers.curve import curve_through
 from scenes.settings import changed
 from tests.app.classroom.test_browser import WAIT, come
 from tests.app.conftest import OpenHouse, ask, lecture_of, live_sessions
-from tests.app.page.by_hand import visit
+from tests.app.page.by_hand import drag, drag_by_finger, visit
 from tests.browser import PageAt, close_software_note, screenshot, settled_box, until
 from tests.tools.lesson_walker import enter
 
@@ -28,20 +28,7 @@ def on_the_board(page: Page, points: tuple[Point, ...]) -> list[Point]:
 
 
 def by_mouse(page: Page, *points: Point) -> None:
-    places = on_the_board(page, points)
-    page.mouse.move(*places[0])
-    page.mouse.down()
-    for place in places[1:]:
-        page.mouse.move(*place, steps=4)
-    page.mouse.up()
-
-
-def by_finger(page: Page, *points: Point) -> None:
-    chrome = page.context.new_cdp_session(page)
-    places = on_the_board(page, points)
-    for kind, place in (("touchStart", places[0]), *(("touchMove", place) for place in places[1:])):
-        chrome.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": place[0], "y": place[1]}]})
-    chrome.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    drag(page, on_the_board(page, points))
 
 
 def near(curve: tuple[float | None, ...], expected: float, columns: slice) -> bool:
@@ -73,7 +60,7 @@ def test_by_mouse_finger_and_keys_and_the_truth_over_it(house: OpenHouse, page_a
     assert ask(session, lambda _: run.walk.phase) is Phase.PREDICT, "the arrows are the board's here, not the lesson's"
     by_mouse(page, (1.0, 0.8), (0.0, 0.8))
     until(page, lambda: near(drawn(), 0.8, slice(0, COLUMNS)), "drawn backwards")
-    by_finger(page, (0.51, 0.1), (0.7, 0.1), (1.0, 0.1))
+    drag_by_finger(page, on_the_board(page, ((0.51, 0.1), (0.7, 0.1), (1.0, 0.1))))
     until(page, lambda: near(drawn(), 0.1, slice(25, COLUMNS)), "drawn over by a finger")
     assert near(drawn(), 0.8, slice(0, 23))
     screenshot(page, "drawing")
@@ -98,6 +85,14 @@ def test_by_mouse_finger_and_keys_and_the_truth_over_it(house: OpenHouse, page_a
     assert "250" not in (said.text_content() or "").split(), "the numbers of the axes are not read out"
     page.locator(".duet-chart").wait_for()
     screenshot(page, "drawing-verdict")
+
+    # The drawn curve as the law of the arm.
+    law = lambda: ask(session, lambda one: one.settings.run.law.law)  # noqa: E731
+    page.get_by_role("button", name="Run with my curve").click()
+    until(page, lambda: law() == "drawn_curve", "the arm obeys it")
+    page.get_by_text("Your curve at work: ").first.wait_for()
+    page.get_by_role("button", name="Back to the outcome").click()
+    until(page, lambda: law() == "smooth_priority", "back")
 
 
 def test_a_class_draws_a_cloud(house: OpenHouse, page_at: PageAt) -> None:
@@ -153,18 +148,3 @@ def test_the_arm_obeys_a_curve_that_is_drawn_or_typed(house: OpenHouse, page_at:
     assert box.input_value() == "0.1:1,0.20:0", "what is typed is left as it is"
     heights = lambda: json.loads(page.locator(".duet-draw").get_attribute("data-curve") or "[]")  # noqa: E731
     until(page, lambda: heights()[:2] == [1, 1] and heights()[-1] == 0, "the board follows")
-
-
-def test_a_drawn_prediction_can_be_run(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(1440, 900, fresh=True)
-    session, run = enter(page, house(), "lesson=4&step=2")
-    by_mouse(page, (0.0, 1.0), (0.2, 1.0), (0.5, 0.0), (1.0, 0.0))
-    until(page, lambda: len(ask(session, lambda _: run.walk.done.drawing)) == COLUMNS, "drawn")
-    page.get_by_role("button", name="0.5, 0.25 and 0.001").click()
-    until(page, lambda: ask(session, lambda _: run.walk.phase) is Phase.DO, "an answer")
-    ask(session, lambda _: run.act(GoOn()))
-    page.get_by_role("button", name="Run with my curve").click()
-    until(page, lambda: ask(session, lambda one: one.settings.run.law.law) == "drawn_curve", "the arm obeys it")
-    page.get_by_text("Your curve at work: ").first.wait_for()
-    page.get_by_role("button", name="Back to the outcome").click()
-    until(page, lambda: ask(session, lambda one: one.settings.run.law.law) == "smooth_priority", "back")

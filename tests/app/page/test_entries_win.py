@@ -3,20 +3,19 @@
 import socket
 import socketserver
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 
 import numpy as np
 import pytest
 from playwright.sync_api import Locator, Page
 
-from app.hosting.private_host import PrivateHost
 from app.lessons.bookmark import Phase
 from app.lessons.session.lesson_actions import Choose, GoOn
 from app.session.replay import Replay
 from app.session.session import Session
 from scenes.targets import JointTarget
-from tests.app.conftest import OpenHouse, ask, live_sessions
+from tests.app.conftest import OpenHouse, ask, live_sessions, visitor_of
 from tests.app.page.by_hand import control
 from tests.app.runtime.processes import until as arrived
 from tests.browser import PageAt, close_software_note, until, wait_ready, world_position
@@ -81,6 +80,12 @@ def box(row: Locator) -> Locator:
     return row.locator("input[type=text]").last
 
 
+def sees_changes(page: Page, shown: Callable[[], str], what: str) -> None:
+    """Wait until something that is shown has changed twice."""
+    seen = {shown()}
+    until(page, lambda: len(seen) > 2 or seen.add(shown()), what)
+
+
 def row_of(page: Page, label: str) -> Locator:
     return page.locator("label:visible").get_by_text(label, exact=True).locator("xpath=../../..")
 
@@ -104,7 +109,7 @@ def test_a_setting_that_the_server_changes_meanwhile(house: OpenHouse, page_at: 
     until(page, lambda: d_m.input_value() == "150", "a later value of the same control")
 
 
-def test_a_joint_of_an_arm_that_moves(house: OpenHouse, page_at: PageAt, line: SlowLine) -> None:
+def test_a_joint_of_an_arm_that_moves_and_its_box_with_the_caret(house: OpenHouse, page_at: PageAt, line: SlowLine) -> None:
     page = page_at(900, 640)
     session = visit(page, house, line, "scene=master_slave")
     page.get_by_role("tab", name="Arms").click()
@@ -112,10 +117,19 @@ def test_a_joint_of_an_arm_that_moves(house: OpenHouse, page_at: PageAt, line: S
     arm = session.simulation.guided
     first, other = (box(row_of(page, label)) for label in arm.labels[:2])
     first.wait_for()
+    # What is selected stays so while the arm moves, and the first key replaces it.
+    first.evaluate("e => { e.focus(); e.select(); }")
+    sees_changes(page, other.input_value, "the other sliders follow the arm")
+    # A value that comes after a second without one is written first, and then selected.
+    whole = "e => e.selectionStart === 0 && e.selectionEnd === e.value.length"
+    until(page, lambda: first.evaluate(whole), "what is selected stays so")
+    # A box that is left shows what it missed.
+    first.evaluate("e => e.blur()")
+    sees_changes(page, first.input_value, "the box that is left follows the arm, too")
+
     line.open.clear()
     first.fill("12.5")
-    seen = {other.input_value()}
-    until(page, lambda: len(seen) > 2 or seen.add(other.input_value()), "the other sliders follow the arm")
+    sees_changes(page, other.input_value, "the other sliders follow the arm")
     assert first.input_value() == "12.5"
     line.open.set()
     until(page, lambda: isinstance(session.held, JointTarget), "the arm is led by its joints")
@@ -125,31 +139,6 @@ def test_a_joint_of_an_arm_that_moves(house: OpenHouse, page_at: PageAt, line: S
 
     until(page, lambda: ask(session, there), "the joint where it was typed")
     assert first.input_value() == "12.5"
-
-
-def test_a_box_with_the_caret_shows_what_it_missed_when_it_is_left(house: OpenHouse, page_at: PageAt, line: SlowLine) -> None:
-    """What is selected stays so while the arm moves, and the first key replaces it."""
-    page = page_at(900, 640)
-    session = visit(page, house, line, "scene=master_slave")
-    page.get_by_role("tab", name="Arms").click()
-    page.get_by_text("your arm's joints [°]").click()
-    first, other = (box(row_of(page, label)) for label in session.simulation.guided.labels[:2])
-    first.wait_for()
-    # In one go, as what is looked at moves.
-    selected = first.evaluate("e => { e.focus(); e.select(); return e.value; }")
-
-    def follows(joint: Locator, seen: set[str]) -> bool:
-        seen.add(joint.input_value())
-        return len(seen) > 2
-
-    others: set[str] = set()
-    until(page, lambda: follows(other, others), "the other sliders follow the arm")
-    # A value that comes after a second without one is written first, and then selected.
-    whole = "e => e.selectionStart === 0 && e.selectionEnd === e.value.length"
-    until(page, lambda: first.evaluate(whole), "what is selected stays so")
-    first.evaluate("e => e.blur()")
-    firsts = {selected}
-    until(page, lambda: follows(first, firsts), "the box that is left follows it, too")
 
 
 def test_a_moment_of_a_replay_that_plays(house: OpenHouse, page_at: PageAt, line: SlowLine) -> None:
@@ -182,8 +171,7 @@ def test_a_moment_of_a_replay_that_plays(house: OpenHouse, page_at: PageAt, line
     moment.fill(f"{entered:g}")
     begin = replay().time
     until(page, lambda: replay().time > begin + 0.5, "the replay goes on")
-    seen = {shown.inner_text()}
-    until(page, lambda: len(seen) > 2 or seen.add(shown.inner_text()), "what the server writes")
+    sees_changes(page, shown.inner_text, "what the server writes")
     assert moment.input_value() == f"{entered:g}"
     line.open.set()
     until(page, lambda: not replay().playing and replay().time == pytest.approx(entered), "the moment that was typed")
@@ -199,9 +187,7 @@ def test_a_value_that_comes_while_a_frame_is_made(house: OpenHouse, page_at: Pag
         ask(session, lambda _: run.act(GoOn()))
     swing = box(row_of(page, "swing the elbow"))
     swing.wait_for()
-    assert isinstance(opened.host, PrivateHost)
-    (visitor,) = opened.host.visitors.values()
-    slider, making = visitor.operation._lesson_controls._motions._sliders[0], session.step
+    slider, making = visitor_of(opened).operation._lesson_controls._motions._sliders[0], session.step
 
     def slow_step(elapsed: float, budget: float) -> int:
         """Make the steps of a frame, which has taken its actions already, while the visitor's value arrives."""

@@ -1,32 +1,16 @@
 """The orange arm under a real mouse and a real finger: taken hold of anywhere, it comes along, and the other arm gives way."""
 
-from collections.abc import Callable
-
 import numpy as np
 from playwright.sync_api import Page
 
 from app.session.session import Session
 from scenes.targets import LinkTarget
 from tests.app.conftest import OpenHouse, ask
-from tests.app.page.by_hand import visit
+from tests.app.page.by_hand import CURSOR, finger, visit
 from tests.browser import CAMERA, PageAt, screenshot, settled_view, until, wait_frames, world_position, world_to_px
 
 ARM = "/arms/right/base/j1/j2/j3"
 FOREARM, HAND_LINK = f"{ARM}/j4/j5", f"{ARM}/j4/j5/j6"
-CURSOR = "getComputedStyle(__viserMutable.canvas).cursor"
-
-Touch = Callable[[str, float, float], None]
-
-
-def finger(page: Page) -> Touch:
-    """What a finger does, by `touchStart`, `touchMove` and `touchEnd` at a place of the window."""
-    protocol = page.context.new_cdp_session(page)
-
-    def touch(kind: str, x: float, y: float) -> None:
-        points = [] if kind == "touchEnd" else [{"x": x, "y": y, "id": 1}]
-        protocol.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
-
-    return touch
 
 
 def missing(session: Session) -> float:

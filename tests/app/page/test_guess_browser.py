@@ -6,6 +6,7 @@ from app.lessons.loading import load_lessons
 from app.lessons.outcomes import asks_for_distance, guessed_answer
 from app.lessons.progress import Progress, from_json, to_json
 from tests.app.conftest import OpenHouse, ask
+from tests.app.page.by_hand import drag
 from tests.browser import PageAt, screenshot, settled_box, until
 from tests.tools.lesson_walker import enter
 
@@ -54,10 +55,7 @@ def test_a_guess_on_the_axis(house: OpenHouse, page_at: PageAt, width: int, heig
     def at(mm: float) -> float:
         return left + 13.0 + (mm - low) / (high - low) * (wide - 26.0)
 
-    page.mouse.move(at(0.8 * high), top + 13.0)
-    page.mouse.down()
-    page.mouse.move(at(220.0), top + 13.0, steps=4)
-    page.mouse.up()
+    drag(page, [(at(mm), top + 13.0) for mm in (0.8 * high, 220.0)])
     until(page, lambda: run.walk.done.choice == 2 and abs((run.walk.done.guess or 0.0) - 0.22) < 0.006, "the nearest answer")
     guess = run.walk.done.guess
     assert guess is not None

@@ -13,7 +13,7 @@ from app.page.panels.hotkeys import hotkeys
 from scenes.settings import changed
 from scenes.targets import HandTarget
 from tests.app.conftest import OpenHouse, ask
-from tests.app.page.by_hand import control, hand, visit
+from tests.app.page.by_hand import control, drag, hand, visit
 from tests.app.page.helpers import SPECS
 from tests.browser import CAMERA, PageAt, settled_view, until, wait_frames
 
@@ -81,12 +81,7 @@ def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at:
     assert session.paused and ask(session, lambda s: (s.simulation.steps, s.simulation.history.count, s.held)) == (0, 0, None)
 
     # Turn the view with the mouse, and take it back.
-    page.mouse.move(520, 90)
-    page.mouse.down()
-    for i in range(6):
-        page.mouse.move(520 - 25 * i, 90 + 5 * i)
-        wait_frames(page, 2)
-    page.mouse.up()
+    drag(page, [(520, 90), (395, 115)])
     until(page, lambda: not np.allclose(page.evaluate(CAMERA), view, atol=0.05), "a turned view")
     press("view", "v", first_view)
     view = settled_view(page)
@@ -121,11 +116,7 @@ def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at:
     page.keyboard.press(" ")
     until(page, lambda: not session.paused, "going on")
 
-
-def test_a_key_that_is_held_acts_once_and_space_presses_the_button_that_tab_has_led_to(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(900, 640)
-    session = visit(page, house(), "autopilot=0")
-    page.mouse.click(520, 90)
+    # A key that is held acts once, and Space presses the button that Tab has led to.
     for _ in range(4):
         page.keyboard.down(" ")
     page.keyboard.up(" ")

@@ -9,6 +9,7 @@ from unittest.mock import MagicMock
 import pytest
 
 from app.hosting.visitor import open_link
+from app.i18n.speaking import set_language
 from app.lessons import FOLDER
 from app.lessons.bookmark import Phase
 from app.lessons.loading import load_lessons
@@ -250,8 +251,8 @@ def test_a_bad_link_is_named_and_the_page_goes_on(house: OpenHouse, arrive: Arri
     assert run.notes
 
 
-@pytest.mark.usefixtures("german")
 def test_the_plot_of_the_tries_has_the_decimal_sign_of_its_reader() -> None:
+    set_language("de")
     walk = Walkthrough(our_book())
     walk.go("imitation", 1)
     assert walk.step.challenge is not None

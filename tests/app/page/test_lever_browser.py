@@ -2,13 +2,12 @@
 
 from playwright.sync_api import Page, expect
 
-from app.hosting.private_host import PrivateHost
 from app.lessons.bookmark import Phase
 from app.session.frame import freeze
 from scenes.history import COLUMN
 from scenes.laws import LEVER_LAW
-from tests.app.conftest import OpenHouse, ask, live_sessions
-from tests.app.page.by_hand import run_on, visit
+from tests.app.conftest import OpenHouse, ask, live_sessions, private_of
+from tests.app.page.by_hand import drag, drag_by_finger, run_on, visit
 from tests.browser import PageAt, screenshot, settled_box, until
 
 LEVER = "#duet-contact .lever"
@@ -20,28 +19,10 @@ def on_lever(page: Page, shares: tuple[float, ...]) -> list[tuple[float, float]]
     return [(left + wide / 2, top + 11 + (1.0 - share) * (high - 22)) for share in shares]
 
 
-def by_mouse(page: Page, *shares: float) -> None:
-    places = on_lever(page, shares)
-    page.mouse.move(*places[0])
-    page.mouse.down()
-    for place in places[1:]:
-        page.mouse.move(*place, steps=4)
-    page.mouse.up()
-
-
-def by_finger(page: Page, *shares: float) -> None:
-    chrome = page.context.new_cdp_session(page)
-    places = on_lever(page, shares)
-    for kind, (x, y) in (("touchStart", places[0]), *(("touchMove", place) for place in places[1:])):
-        chrome.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": x, "y": y}]})
-    chrome.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
-
-
 def test_be_lambda_yourself(house: OpenHouse, page_at: PageAt) -> None:
     page, opened = page_at(1440, 900, newcomer=True), house()
     session = visit(page, opened, "theme=light")
-    assert isinstance(opened.host, PrivateHost)
-    run = opened.host.visitors[max(live_sessions(opened))].lessons
+    run = private_of(opened).visitors[max(live_sessions(opened))].lessons
     share = lambda: ask(session, lambda one: one.settings.run.law.hand_lever)  # noqa: E731
     phase = lambda: ask(session, lambda _: run.walk.phase)  # noqa: E731
 
@@ -58,7 +39,7 @@ def test_be_lambda_yourself(house: OpenHouse, page_at: PageAt) -> None:
     until(page, lambda: ask(session, lambda one: one.simulation.sample().distance) < 0.0, "a touch")
     page.keyboard.press("ArrowUp")
     stands(0.1, "a key while a button has the focus", 1e-9)
-    by_mouse(page, 0.1, 0.4, 0.6)
+    drag(page, on_lever(page, (0.1, 0.4, 0.6)))
     stands(0.6, "by mouse")
     before = share()
     page.keyboard.press("ArrowDown")
@@ -67,7 +48,7 @@ def test_be_lambda_yourself(house: OpenHouse, page_at: PageAt) -> None:
     slider.focus()
     page.keyboard.press("ArrowUp")
     stands(before, "by its own keys")
-    by_finger(page, before, 0.9)
+    drag_by_finger(page, on_lever(page, (before, 0.9)))
     stands(0.9, "by a finger")
     slider.blur()
     page.keyboard.press("ArrowRight")

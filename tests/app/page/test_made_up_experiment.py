@@ -1,6 +1,5 @@
 """An experiment is declared once: one that the product has never heard of, put into the register, is right wherever they are seen."""
 
-import csv
 import html
 import re
 import subprocess
@@ -41,6 +40,7 @@ from scenes.settings import RunSettings, specs
 from scenes.simulation import Simulation
 from scenes.sweep import FIGURES, Axis, Grid
 from scenes.targets import BallTarget
+from tests.app.cli.test_commands import read
 from tests.app.conftest import ELBOW, HAND, Arrive, OpenHouse, ask
 from tests.app.page.by_hand import LATE_UPDATE, drag_through, visit
 from tests.app.page.helpers import page_label, press
@@ -72,12 +72,11 @@ TEXTS = ExperimentTexts(lambda run, itself: TIP, lambda run: WATCHED)
 
 
 @pytest.fixture(autouse=True)
-def made_up(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def made_up(monkeypatch: pytest.MonkeyPatch) -> None:
     """The made-up experiment in the register, as long as a test lasts. Nothing else of the product is touched."""
     monkeypatch.setitem(sys.modules, f"scenes.{NAME}", sys.modules[__name__])
     monkeypatch.setitem(EXPERIMENTS, NAME, ENTRY)
     monkeypatch.setitem(EXPERIMENT_TEXTS, NAME, TEXTS)
-    yield
 
 
 def pushed() -> tuple[Simulation, Settings]:
@@ -91,10 +90,8 @@ def pushed() -> tuple[Simulation, Settings]:
 
 def test_the_command_line_runs_it_and_writes_its_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", "--scene", NAME, "--point", "arm", "--seconds", "0.5", "--csv", str(tmp_path / "run.csv")]) == 0
-    lines = (tmp_path / "run.csv").read_text().splitlines()
-    assert any(NAME in line for line in lines if line.startswith("#"))
-    assert any("e2 [m²]" in line for line in lines if line.startswith("# units"))
-    rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    about, _, rows = read(tmp_path / "run.csv")
+    assert about["scene"] == NAME and "e2 [m²]" in about["units"]
     twin = run(RunSettings(scene=NAME, point="arm"), 0.5)
     assert [float(row["d"]) for row in rows] == pytest.approx(twin.table[:, COLUMN["d"]].tolist(), abs=1e-9)
     assert {"ball_q_x", "arm_q1"} <= set(rows[0])
@@ -273,10 +270,3 @@ NOT_THE_SCENE = {
     "scenes/waypoints.py",
 }
 """Files in which "ball" is an obstacle, a body, a setting, a handle or a word on the page."""
-
-
-def test_the_recipe_for_a_further_experiment_names_files_that_are_there() -> None:
-    text = (ROOT / "app" / "documents" / "recipes.md").read_text("utf-8")
-    recipe = text[text.index("## An experiment") :].split("\n## ")[0]
-    files = re.findall(r"`((?:scenes|app|tests)/[\w/]+\.\w+)`", recipe)
-    assert len(files) >= 5 and [file for file in files if not (ROOT / file).is_file()] == []

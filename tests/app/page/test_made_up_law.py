@@ -1,6 +1,5 @@
 """A law is declared once: one that the product has never heard of, put into the register, is right wherever laws are seen."""
 
-import csv
 import html
 import re
 import subprocess
@@ -43,6 +42,7 @@ from scenes.law_knobs import knobs, match_knob
 from scenes.laws import LAWS, Knob, LawEntry
 from scenes.settings import LawSettings, RunSettings, specs, values
 from scenes.simulation import Simulation
+from tests.app.cli.test_commands import read
 from tests.app.conftest import Arrive, OpenHouse
 from tests.app.page.helpers import page_label
 from tests.scenes.helpers import moved, recorded_run
@@ -110,9 +110,8 @@ def text(page: str) -> str:
 
 def test_the_command_line_runs_it_and_writes_its_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", "--law", NAME, "--kr", "3", "--seconds", "0.5", "--csv", str(tmp_path / "run.csv")]) == 0
-    lines = (tmp_path / "run.csv").read_text().splitlines()
-    assert any(NAME in line for line in lines if line.startswith("#"))
-    rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    about, _, rows = read(tmp_path / "run.csv")
+    assert about["law"] == NAME
     twin = run(of(restoring_gain=3.0), 0.5)
     assert [float(row["d"]) for row in rows] == pytest.approx(twin.table[:, 1].tolist(), abs=1e-9)
     assert main(["run", "--law", "made_upp"]) == 2

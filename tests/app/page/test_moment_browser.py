@@ -11,7 +11,7 @@ from app.session.session import Session
 from scenes.history import COLUMN
 from tests.accessibility import accessible
 from tests.app.conftest import OpenHouse, ask
-from tests.app.page.by_hand import visit
+from tests.app.page.by_hand import drag, visit
 from tests.browser import PageAt, screenshot, until, world_position
 from tests.tools.lesson_walker import enter
 
@@ -37,12 +37,7 @@ def drag_over_plot(page: Page, shares: tuple[float, ...], place: int = 0) -> Non
     """Press at the first share of a plot's width, drag to the others, and let go."""
     box = page.locator(".u-over").nth(place).bounding_box()
     assert box is not None
-    y = box["y"] + box["height"] / 2
-    for i, share in enumerate(shares):
-        page.mouse.move(box["x"] + share * box["width"], y, steps=4)
-        if i == 0:
-            page.mouse.down()
-    page.mouse.up()
+    drag(page, [(box["x"] + share * box["width"], box["y"] + box["height"] / 2) for share in shares])
 
 
 def test_after_a_run_the_page_stands_at_its_moment(house: OpenHouse, page_at: PageAt) -> None:

@@ -6,9 +6,9 @@ import pytest
 from app.page.panels.controls import SMALL
 from tests.accessibility import accessible
 from tests.app.conftest import Arrive, OpenHouse, ask
-from tests.app.page.by_hand import visit
+from tests.app.page.by_hand import drag, visit
 from tests.app.page.helpers import ON_PAGE, bodies, page_label
-from tests.browser import CAMERA, PageAt, screenshot, settled_view, until, wait_frames
+from tests.browser import CAMERA, PageAt, screenshot, settled_view, until
 
 
 def test_a_phone_begins_with_few_controls_and_its_browser_keeps_all(house: OpenHouse, page_at: PageAt) -> None:
@@ -38,12 +38,7 @@ def test_a_phone_begins_with_few_controls_and_its_browser_keeps_all(house: OpenH
     tone.click()
     until(page, lambda: not tone.get_attribute("data-hertz"), "silence")
     view = settled_view(page)
-    page.mouse.move(20, 400)
-    page.mouse.down()
-    for i in range(6):
-        page.mouse.move(20 + 25 * i, 400)
-        wait_frames(page, 2)
-    page.mouse.up()
+    drag(page, [(20, 400), (145, 400)])
     until(page, lambda: not np.allclose(page.evaluate(CAMERA), view, atol=0.05), "a turned view")
     page.get_by_role("button", name="First view").click()
     until(page, lambda: np.allclose(page.evaluate(CAMERA)[3:], view[3:], atol=2e-3), "the first view")

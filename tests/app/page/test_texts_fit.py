@@ -4,13 +4,12 @@ every lesson, in windows of three sizes and in three languages."""
 import pytest
 from playwright.sync_api import Page
 
-from app.hosting.private_host import PrivateHost
 from app.lessons.bookmark import Phase
 from app.lessons.session.lesson_actions import Enter
 from app.lessons.session.lesson_session import LessonSession
 from app.page.panels.controls import TABS
 from app.session.session import Session
-from tests.app.conftest import OpenHouse, ask
+from tests.app.conftest import OpenHouse, ask, visitor_of
 from tests.app.page.by_hand import visit
 from tests.app.page.helpers import STAGES, USUAL_STAGE
 from tests.browser import PageAt, lasting, until, wait_frames
@@ -100,8 +99,7 @@ def test_the_page_as_it_opens_every_control_and_every_step_of_every_lesson(
     page.get_by_text(words, exact=True).wait_for()
     see_labels(page, session)
     ask(session, lambda s: [s.change(key, getattr(before, key)) for key in look])
-    assert isinstance(opened.host, PrivateHost)
-    (run,) = (visitor.lessons for visitor in opened.host.visitors.values())
+    run = visitor_of(opened).lessons
     ask(session, lambda _: run.act(Enter(0)))
     found: list[str] = []
     # The last lesson has the texts of the first.

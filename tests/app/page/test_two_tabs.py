@@ -6,7 +6,7 @@ from app.settings import Settings
 from scenes.settings import RunSettings
 from scenes.targets import LinkTarget
 from tests.app.conftest import OpenHouse, ask
-from tests.app.page.by_hand import visit
+from tests.app.page.by_hand import grab, visit
 from tests.browser import CAMERA, PageAt, screenshot, settled_view, until, wait_ready, world_position, world_to_px
 
 HAND_LINK = "/arms/{}/base/j1/j2/j3/j4/j5/j6"
@@ -34,12 +34,7 @@ def test_a_second_person_comes_by_the_link_and_pulls_the_silver_arm(house: OpenH
     before = ask(session, lambda s: s.simulation.positions.copy())
     # The orange arm is not theirs.
     theirs.mouse.move(*world_to_px(theirs, world_position(theirs, orange)))
-    x, y = world_to_px(theirs, world_position(theirs, silver))
-    theirs.mouse.move(x, y)
-    until(theirs, lambda: theirs.evaluate("getComputedStyle(__viserMutable.canvas).cursor") == "grab", "a hand over the arm")
-    theirs.mouse.down()
-    theirs.mouse.move(x + 6, y)
-    until(theirs, lambda: isinstance(session.guest_holds, LinkTarget), "taking hold")
+    x, y = grab(theirs, silver, lambda: isinstance(session.guest_holds, LinkTarget))
     for step in range(1, 13):
         theirs.mouse.move(x + 6.0 * step, y - 2.0 * step)
     moved = session.simulation.avoiding.joints

@@ -7,9 +7,9 @@ from app.page.panels.welcome import is_for_newcomers
 from app.settings import Settings
 from scenes.settings import changed
 from tests.app.conftest import Arrive, Join, OpenHouse, ask
-from tests.app.page.by_hand import FREE, WRIST, visit
+from tests.app.page.by_hand import FREE, WRIST, grab, visit
 from tests.app.page.helpers import open_lessons, shown
-from tests.browser import PageAt, screenshot, settled_view, until, wait_frames, world_position, world_to_px
+from tests.browser import PageAt, screenshot, settled_view, until, wait_frames
 
 CARD = "#duet-welcome"
 STILL = changed(Settings(), "autopilot", False)
@@ -69,12 +69,7 @@ def test_it_goes_at_the_first_drag_and_never_comes_again(house: OpenHouse, page_
     session = visit(page, opened)
     page.locator(CARD).wait_for()
     settled_view(page)
-    x, y = world_to_px(page, world_position(page, f"/arms/right{WRIST.removesuffix('/j7')}"))
-    page.mouse.move(x, y)
-    until(page, lambda: page.evaluate("getComputedStyle(__viserMutable.canvas).cursor") == "grab", "a hand over the arm")
-    page.mouse.down()
-    page.mouse.move(x + 8, y)
-    until(page, lambda: session.held is not None, "taking hold")
+    grab(page, f"/arms/right{WRIST.removesuffix('/j7')}", lambda: session.held is not None)
     page.mouse.up()
     page.locator(CARD).wait_for(state="detached")
     again = page.context.new_page()

@@ -125,10 +125,7 @@ def test_numbers_beside_the_charts_have_the_decimal_sign_of_the_language() -> No
     sample = simulation.sample()
     now = contact(simulation, sample)
     set_language("de")
-    try:
-        words = text(laws_html(simulation, None, now, 150)) + text(section_html(simulation, sample, now))
-    finally:
-        set_language("en")
+    words = text(laws_html(simulation, None, now, 150)) + text(section_html(simulation, sample, now))
     assert len(re.findall(r"\d,\d", words)) > 8 and not re.findall(r"\d\.\d", words)
 
 

@@ -8,16 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.bench.headless_client import HeadlessClient
-from app.classroom.lecture import LectureHost
-from app.hosting.private_host import PrivateHost
 from app.lessons.session.lesson_actions import Choose, GoTo, StartOrPause
 from app.plots.time_series import COLUMNS, RollingSeries
 from app.session import replay as replay_module
 from app.session.replay import PERIOD, Replay, make_film
 from scenes.history import COLUMN
 from scenes.inputs import encoded
-from tests.app.conftest import Arrive, Join, OpenHouse, ask
+from tests.app.conftest import Arrive, Join, OpenHouse, ask, lecture_of, visitor_of
 from tests.app.export.runs import SCENES, piece
+from tests.app.page.helpers import shown
 
 
 @pytest.mark.parametrize("scene", SCENES)
@@ -128,18 +127,14 @@ def test_a_film_has_few_states_and_the_nearest_rows(monkeypatch: pytest.MonkeyPa
         assert replay.simulation.history.table(1)[0].tobytes() == table[step - 1].tobytes()
 
 
-def texts(visitor: HeadlessClient) -> str:
-    return " ".join(str(element.get("content", "")) for element in list(visitor.mirror.gui.values()))
-
-
 def says_so(visitor: HeadlessClient) -> bool:
-    return "This is the past" in texts(visitor) and "the past: " in texts(visitor)
+    return "This is the past" in shown(visitor) and "the past: " in shown(visitor)
 
 
 def test_a_lecture_looks_back_together_and_goes_on_when_the_lecturer_leaves(house: OpenHouse, join: Join) -> None:
     opened = house(lecture=True)
-    assert isinstance(opened.host, LectureHost)
-    session = opened.host.session
+    host = lecture_of(opened)
+    session = host.session
     first = join(opened)
     first.wait_for(lambda v: v.mirror.grabbable)
     second = join(opened)
@@ -150,14 +145,14 @@ def test_a_lecture_looks_back_together_and_goes_on_when_the_lecturer_leaves(hous
         visitor.wait_for(says_so)
     assert session.paused
     first.wait_for(lambda v: not v.mirror.grabbable)
-    operation = opened.host.controls.operation
+    operation = host.controls.operation
     assert operation is not None
     bar = operation._replay_bar
     first.wait_for(lambda _: bar.exports.player.replay is not None and not bar.exports.player.replay.playing)
     steps = ask(session, lambda s: s.simulation.steps)
     first.set_value("moment [s]", 0.25)
     for visitor in (first, second):
-        visitor.wait_for(lambda v: "the past: 0.2 s" in texts(v))
+        visitor.wait_for(lambda v: "the past: 0.2 s" in shown(v))
     assert ask(session, lambda s: s.simulation.steps) == steps
 
     # The one who shows it leaves: the run goes on, for those who are there.
@@ -169,8 +164,7 @@ def test_a_lecture_looks_back_together_and_goes_on_when_the_lecturer_leaves(hous
 def test_a_lesson_that_goes_on_ends_the_past_and_keeps_its_run_waiting(house: OpenHouse, arrive: Arrive) -> None:
     opened = house()
     guest = arrive(opened)
-    assert isinstance(opened.host, PrivateHost)
-    stand = opened.host.visitors[guest.number]
+    stand = visitor_of(opened)
     bar = stand.operation._replay_bar
     assert bar is not None
     guest.ask(lambda _: stand.lessons.enter(1))

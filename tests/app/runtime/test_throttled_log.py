@@ -7,14 +7,13 @@ from typing import Any
 
 import pytest
 
-from app.hosting.private_host import PrivateHost
 from app.lessons.loading import load_lessons
 from app.lessons.session.lesson_actions import ResetStep
 from app.lessons.session.lesson_session import LessonSession
 from app.runtime.throttled_log import EVER_RARER, ThrottledLog
 from app.session.session import Session
 from app.settings import Settings
-from tests.app.conftest import OpenHouse, ask, live_sessions
+from tests.app.conftest import OpenHouse, ask, live_sessions, visitor_of
 from tests.blocking_client import BlockingClient
 
 LOG = logging.getLogger("duet.tests.throttled")
@@ -115,10 +114,8 @@ def test_a_page_that_fails_at_every_frame_does_not_fill_the_log(house: OpenHouse
 
     with BlockingClient(opened.url) as visitor:
         visitor.wait_for(lambda _: visitor.mirror.replayed)
-        host = opened.host
-        assert isinstance(host, PrivateHost)
         visitor.wait_for(lambda _: len(live_sessions(opened)) == 1)
-        (stand,) = host.visitors.values()
+        stand = visitor_of(opened)
         ask(stand.session, lambda _: setattr(stand, "frame", fail))
         visitor.wait_for(lambda _: frames > 5)
         # What a busy machine takes for it may be ten seconds, and then there is a count.

@@ -1,4 +1,6 @@
-"""A session at its start, on a machine on which no step and no action takes any time."""
+"""A session at its start, on a machine on which no step and no action takes any time, or as much as is said."""
+
+from typing import Any
 
 import pytest
 
@@ -7,6 +9,8 @@ from app.session.actions import ActionQueue
 from app.session.session import Session
 from app.settings import Settings
 from scenes.settings import RunSettings
+from scenes.simulation import Simulation
+from tests.app.inline import Inline
 
 DT = RunSettings().dt
 
@@ -17,10 +21,27 @@ def fast_machine(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
+def desk() -> Inline:
+    return Inline()
+
+
+@pytest.fixture
 def session() -> Session:
     made = Session(Settings())
     made.posts = ActionQueue(made.handle, lambda: 0.0)
     return made
+
+
+def slow_down(monkeypatch: pytest.MonkeyPatch, simulation: Simulation, cost: list[float]) -> None:
+    """From now on a step of this simulation takes `cost[0]` [s], and nothing else takes any time."""
+    clock, step = [0.0], simulation.step
+
+    def slow(target: Any) -> None:
+        clock[0] += cost[0]
+        step(target)
+
+    monkeypatch.setattr(session_module, "perf_counter", lambda: clock[0])
+    monkeypatch.setattr(simulation, "step", slow)
 
 
 def bits(session: Session) -> bytes:

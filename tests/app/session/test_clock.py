@@ -15,8 +15,8 @@ from app.session.actions import Action, Pause, SetSetting, SingleStep
 from app.session.clock import BUDGET, LONGEST_GAP, SLOWEST, SPEEDS, TOGETHER, Clock, Halt, budget_of, next_speed
 from app.session.session import Session
 from app.settings import Settings
-from scenes.targets import HandTarget, Target
-from tests.app.session.conftest import DT, bits, go
+from scenes.targets import HandTarget
+from tests.app.session.conftest import DT, bits, go, slow_down
 
 
 @given(st.lists(st.floats(0.0, LONGEST_GAP), min_size=1, max_size=50), st.sampled_from(SPEEDS))
@@ -98,15 +98,8 @@ def test_slower_and_faster_stop_at_the_ends(session: Session, speed: float, by: 
 
 
 def test_a_machine_that_cannot_keep_up_slows_down_and_says_so(session: Session, monkeypatch: MonkeyPatch) -> None:
-    clock, cost = [0.0], [BUDGET / 2]
-    monkeypatch.setattr(session_module, "perf_counter", lambda: clock[0])
-    real: Callable[[Target | None], None] = session.simulation.step
-
-    def slow(target: Target | None) -> None:
-        clock[0] += cost[0]
-        real(target)
-
-    monkeypatch.setattr(session.simulation, "step", slow)
+    cost = [BUDGET / 2]
+    slow_down(monkeypatch, session.simulation, cost)
     made = [session.advance(0.08) for _ in range(20)]
     assert all(0 < count < 16 for count in made)
     assert session.pace.slowed and session.pace.rate < 0.9

@@ -20,11 +20,6 @@ from tests.blocking_client import BlockingClient
 from tests.scenes.helpers import given_settings
 
 
-@pytest.fixture
-def desk() -> Inline:
-    return Inline()
-
-
 def searching(desk: Inline, **settings: object) -> tuple[Session, CounterexampleSearch]:
     session = Session(Settings(given_settings(pairs="single", v=0.05, dt=0.02, **settings)), background=desk)
     session.handle(Compute("counterexample"))

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.plots.microscope_chart import microscope_html
-from app.session import session as session_module
+from app.session.clock import BUDGET
 from app.session.microscope import STRIDE, Magnified
 from app.session.session import Session
 from app.settings import PageSettings, Settings, ghosts
@@ -24,7 +24,7 @@ from scenes.simulation import Simulation
 from scenes.smoothness import AROUND, ECHO, avoiding_rates, time_of_largest_jump
 from scenes.targets import HandTarget
 from tests.app.inline import Inline
-from tests.app.session.conftest import go
+from tests.app.session.conftest import go, slow_down
 
 SCENES = tuple(EXPERIMENTS)
 
@@ -174,16 +174,8 @@ def test_in_another_room_or_role_there_is_another_ghost(change: str) -> None:
 
 def test_a_machine_that_cannot_keep_up_is_so_for_both(monkeypatch: pytest.MonkeyPatch) -> None:
     session = at(ghost="barrier_qp")
-    clock = [0.0]
-    monkeypatch.setattr(session_module, "perf_counter", lambda: clock[0])
     ghost = the_ghost(session)
-    real = ghost.step
-
-    def slow(target: Any) -> None:
-        clock[0] += session_module.BUDGET / 2.0
-        real(target)
-
-    monkeypatch.setattr(ghost, "step", slow)
+    slow_down(monkeypatch, ghost, [BUDGET / 2.0])
     made = [session.advance(0.08) for _ in range(20)]
     assert all(0 < count < 16 for count in made) and session.pace.slowed
     assert ghost.steps == session.simulation.steps == sum(made)
@@ -208,8 +200,7 @@ def test_the_largest_jump_is_between_two_steps_that_count(steps: int, joints: in
 
 def looking(desk: Inline, settings: RunSettings = SWITCHED, seconds: float = 6.0) -> Session:
     session = Session(Settings(settings, PageSettings()), background=desk)
-    while session.simulation.time < seconds:
-        session.advance(0.1)
+    go(session, seconds)
     session.toggle_pause()
     return session
 
@@ -223,8 +214,7 @@ def seen(session: Session, desk: Inline) -> Magnified:
     return second
 
 
-def test_what_is_seen_is_the_history_and_the_finer_steps_are_a_rerun() -> None:
-    desk = Inline()
+def test_what_is_seen_is_the_history_and_the_finer_steps_are_a_rerun(desk: Inline) -> None:
     session = looking(desk)
     found = seen(session, desk)
     assert found.finer is not None
@@ -251,13 +241,11 @@ def test_what_is_seen_is_the_history_and_the_finer_steps_are_a_rerun() -> None:
     assert [(name, path.count("h0")) for name, path in dots] == [("u", 2 * AROUND + 1), ("ghost", 4 * AROUND + 1)]
 
 
-def test_after_another_time_step_the_finer_steps_are_those_of_the_stretch_that_is_shown() -> None:
-    desk = Inline()
+def test_after_another_time_step_the_finer_steps_are_those_of_the_stretch_that_is_shown(desk: Inline) -> None:
     session = looking(desk, RunSettings(dt=0.01), 2.0)
     session.toggle_pause()
     session.change("dt", 0.0025)
-    while session.simulation.time < 4.0:
-        session.advance(0.1)
+    go(session, 2.0)
     session.toggle_pause()
     session.studies.microscope.go_to(3.0)
     found = seen(session, desk)
@@ -265,8 +253,7 @@ def test_after_another_time_step_the_finer_steps_are_those_of_the_stretch_that_i
     assert found.finer.times[[0, -1]] == pytest.approx(found.steps.times[[0, -1]])
 
 
-def test_another_signal_and_another_instant() -> None:
-    desk = Inline()
+def test_another_signal_and_another_instant(desk: Inline) -> None:
     session = looking(desk, RunSettings(), 3.0)
     jump = seen(session, desk)
     for quantity in ("d", "lambda", "e"):
@@ -297,8 +284,7 @@ def test_another_signal_and_another_instant() -> None:
 
 
 @pytest.mark.parametrize("time", [1.5, 20.0, 23.995])
-def test_any_instant_of_the_run(time: float) -> None:
-    desk = Inline()
+def test_any_instant_of_the_run(desk: Inline, time: float) -> None:
     session = looking(desk, RunSettings(), 24.0)
     assert session.studies.microscope.magnify(session.simulation) is not None
     desk.work("microscope")

@@ -27,11 +27,6 @@ from tests.app.inline import Inline
 from tests.app.session.conftest import go
 
 
-@pytest.fixture
-def desk() -> Inline:
-    return Inline()
-
-
 def running(desk: Inline, seconds: float = 5.0, dt: float = 0.005, **page: Any) -> Session:
     """A session that has run for a while, with "what if" on."""
     session = Session(Settings(RunSettings(dt=dt), PageSettings(what_if=True, **page)), background=desk)
@@ -330,8 +325,7 @@ def searched(desk: Inline, session: Session) -> KnobMatch:
     return [job for job in desk.jobs if job.kind == "knob"][-1].result
 
 
-def test_the_button_sets_the_knob_and_keeps_the_present_law_as_the_ghost() -> None:
-    desk = Inline()
+def test_the_button_sets_the_knob_and_keeps_the_present_law_as_the_ghost(desk: Inline) -> None:
     session = beside_a_ghost(desk, "barrier_qp")
     session.match_distance()
     assert session.studies.knob_search.busy
@@ -351,8 +345,7 @@ def test_the_button_sets_the_knob_and_keeps_the_present_law_as_the_ghost() -> No
     assert session.ghost.settings.law == LawSettings()
 
 
-def test_a_search_beside_a_frozen_ghost_has_its_hardware() -> None:
-    desk = Inline()
+def test_a_search_beside_a_frozen_ghost_has_its_hardware(desk: Inline) -> None:
     session = beside_a_ghost(desk, "frozen")
     session.change("dead", 0.05)
     go(session, 4.0)
@@ -362,8 +355,7 @@ def test_a_search_beside_a_frozen_ghost_has_its_hardware() -> None:
     assert session.ghost is not None and asked["dead"] == session.ghost.settings.hardware.dead_time == 0.0
 
 
-def test_what_cannot_be_matched_is_said_and_changes_nothing() -> None:
-    desk = Inline()
+def test_what_cannot_be_matched_is_said_and_changes_nothing(desk: Inline) -> None:
     session = beside_a_ghost(desk, "null_space_avoidance")
     before = session.settings
     session.match_distance()

@@ -15,13 +15,13 @@ from app.stage.contact_view import FADE, ContactSkin, bodies_of_pair, capsule_me
 from app.web.server import DuetServer
 from controllers.kinematics import Array
 from scenes.lwr.shells import ORANGE
-from scenes.settings import RunSettings, changed
 from scenes.simulation import Simulation
 from tests.app.conftest import Guest, OpenHouse, ask
 from tests.app.page.by_hand import run_on, visit
 from tests.app.page.helpers import press
 from tests.app.stage.conftest import change, drawn, drawn_pose, pause_when, settle, visible
 from tests.browser import PageAt, until
+from tests.scenes.helpers import beyond, given_settings
 
 LOOK = """() => { const all = __viserMutable.nodeRefFromName, seen = {};
     for (const [name, node] of Object.entries(all)) node?.traverse?.((mesh) => {
@@ -51,13 +51,6 @@ def shells(guest: Guest, kind: str) -> list[str]:
 
 def tint(guest: Guest, arm: str) -> float:
     return float(guest.visitor.mirror.nodes[f"/tint/{arm}"]["position"][0])
-
-
-def beyond(points: Array, start: Array, end: Array, radius: float) -> Array:
-    """How far points (k, 3) are outside a capsule [m]."""
-    way = end - start
-    share = np.clip((points - start) @ way / max(float(way @ way), 1e-12), 0.0, 1.0)
-    return np.linalg.norm(points - start - share[:, None] * way, axis=1) - radius
 
 
 @pytest.mark.parametrize("half", [0.0, 0.2])
@@ -135,16 +128,13 @@ def test_the_arm_that_gives_way_is_tinted_and_a_key_switches_all_off(one: Guest)
     ],
 )
 def test_who_is_the_obstacle(changes: dict[str, Any], obstacle: str) -> None:
-    settings = RunSettings()
-    for key, value in changes.items():
-        settings = changed(settings, key, value)
-    simulation = Simulation(settings)
+    simulation = Simulation(given_settings(**changes))
     simulation.step(None)
     found = bodies_of_pair(simulation, simulation.sample().pair)[1]
     assert simulation.room.geometry.geometryObjects[found].name.split(" ")[0] == obstacle
 
 
-def test_the_page_draws_rims_a_line_through_everything_and_a_tint(house: OpenHouse, page_at: PageAt) -> None:
+def test_the_page_draws_rims_a_line_through_everything_and_a_tint_of_all_but_orange(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(700, 560)
     session = visit(page, house(), "rig=table&speed=2")
     until(page, lambda: session.simulation.sample().activation > 0.5, "a near hand")
@@ -163,11 +153,9 @@ def test_the_page_draws_rims_a_line_through_everything_and_a_tint(house: OpenHou
     until(page, as_it_should, "rims, line and tint")
     page.keyboard.press("o")
     until(page, lambda: abs(page.evaluate(LOOK)["/arms/left/base/j1"]) < 0.01, "no tint")
-
-
-def test_an_orange_arm_that_gives_way_stays_orange(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(700, 560)
-    session = visit(page, house(), "rig=table&speed=2&avoid=both&picture=fine")
+    # An orange arm that gives way stays orange.
+    page.keyboard.press("o")
+    ask(session, lambda s: [s.change(key, value) for key, value in (("avoid", "both"), ("picture", "fine"))])
     until(page, lambda: (seen := page.evaluate(PAINT)).get("cover", ("", 0.0))[1] > 0.1 and "body" in seen, "purple covers")
     assert page.evaluate(PAINT)["body"][0] == ORANGE
     # There the colours are those of the vertices, and only what is grey of them takes on the tint.

@@ -1,23 +1,22 @@
 """Every experiment shows its own things and nothing of the one before, to every visitor, in every look, and all of them at first sight."""
 
 from contextlib import suppress
-from types import SimpleNamespace
 from typing import Any, get_args
 
 import numpy as np
 import pytest
 
-from app.page.camera_follow import CameraFollow
 from app.page.picture_size import free_picture
 from app.session.actions import SetSetting
 from app.settings import Settings
-from app.stage.camera_view import Pose, project, view_of
+from app.stage.camera_view import view_of
 from app.stage.person_figure import on_stage
 from app.start import App
 from scenes.ball import PATH
 from scenes.settings import RobotName, RunSettings, specs, values
 from scenes.simulation import Simulation
 from tests.app.conftest import ELBOW, HAND, Guest, OpenHouse, live_sessions
+from tests.app.page.test_camera_follow import Watched
 from tests.app.stage.conftest import BALL_ARROWS, SCENES, change, drawn, settle, visible
 from tests.blocking_client import BlockingClient
 
@@ -139,14 +138,8 @@ def test_the_first_sight_shows_all(scene: str, robot: RobotName, width: float, h
         simulation = Simulation(RunSettings(scene=scene, robot=robot, rig=rig))
         simulation.kinematics.update(simulation.positions)
         picture = free_picture((width, height), width, "desk")
-        camera: Any = SimpleNamespace(fov=1.0, up_direction=np.zeros(3), position=np.zeros(3), look_at=np.zeros(3))
-
-        def aim(pose: Pose, camera: Any = camera) -> None:
-            camera.position, camera.look_at, camera.fov = pose.eye, pose.look_at, pose.fov
-
-        way = np.zeros((0, 3))
-        follow = CameraFollow(camera, aim, lambda s=simulation: view_of(s), lambda way=way: way, lambda p=picture: p)
-        follow.first_view(simulation, 0.0)
+        watched = Watched(picture, lambda s=simulation: view_of(s), lambda: np.zeros((0, 3)))
+        watched.follow.first_view(simulation, 0.0)
         kinematics, points = simulation.kinematics, []
         for arm in simulation.room.arms:
             points += [kinematics.joint_point(j) for j in (arm.shoulder, arm.elbow, arm.wrist)]
@@ -155,6 +148,5 @@ def test_the_first_sight_shows_all(scene: str, robot: RobotName, width: float, h
             points += [points[-1], points[-1] + PATH, simulation.positions[simulation.room.ball]]
         if scene == "imitation":
             points += [on_stage(np.array([0.0, side * 0.5, height])) for side in (-1, 1) for height in (0.4, -0.6)]
-        pose = Pose(camera.position, camera.look_at, camera.fov)
-        for point, (x, y) in zip(points, project(pose, (width, height), np.array(points)), strict=True):
+        for point, (x, y) in zip(points, watched.seen(np.array(points)), strict=True):
             assert picture.open.contains(x, y), (rig, point)

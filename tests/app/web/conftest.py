@@ -1,9 +1,11 @@
 """A server with one of everything on it, and clients that speak viser's protocol."""
 
+import asyncio
 import itertools
 import urllib.error
 import urllib.request
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Coroutine, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import Any
 
@@ -75,6 +77,12 @@ def join(room: Room) -> Iterator[Join]:
     yield make
     for visitor in visitors:
         visitor.close()
+
+
+def in_a_loop(work: Coroutine[Any, Any, Any]) -> Any:
+    """Do something in a thread of its own: where a browser is driven, this one has an event loop that is at work."""
+    with ThreadPoolExecutor(1) as thread:
+        return thread.submit(asyncio.run, work).result()
 
 
 def get(url: str, **headers: str) -> tuple[int, dict[str, str], bytes]:

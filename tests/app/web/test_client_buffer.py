@@ -2,8 +2,8 @@
 
 import asyncio
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
 from hypothesis import given
@@ -13,15 +13,7 @@ from viser.infra._messages import Message
 
 from app.web.sending import ClientBuffer
 from app.web.viser_internals import MessageBuffer
-
-
-def in_a_loop(work: Callable[[asyncio.AbstractEventLoop], Any]) -> Any:
-    async def run() -> Any:
-        return await work(asyncio.get_running_loop())
-
-    # A thread of its own: where a browser is driven, this one has an event loop that is at work.
-    with ThreadPoolExecutor(1) as thread:
-        return thread.submit(asyncio.run, run()).result()
+from tests.app.web.conftest import in_a_loop
 
 
 def made(kind: int, name: str, value: int) -> Message:
@@ -50,13 +42,14 @@ Batch = list[tuple[int, str, int]]
 pushed = st.lists(st.tuples(st.integers(0, 7), st.sampled_from("abc"), st.integers(0, 5)), max_size=30)
 
 
-async def drained(buffer: MessageBuffer, batches: list[Batch], client_id: int = 1) -> list[Message]:
+async def drained(made_in: Callable[..., MessageBuffer], batches: list[Batch]) -> list[Message]:
     """All messages that a browser is sent, each batch pushed in one go."""
     sent: list[Message] = []
+    buffer = made_in(asyncio.get_running_loop())
     buffer.window_duration_sec = 0.0
 
     async def read() -> None:
-        async for window in buffer.window_generator(client_id):
+        async for window in buffer.window_generator(1):
             assert len(window) <= buffer.max_window_size
             sent.extend(window)
 
@@ -80,13 +73,13 @@ async def drained(buffer: MessageBuffer, batches: list[Batch], client_id: int = 
 
 @given(st.lists(pushed, min_size=1, max_size=4))
 def test_a_browser_is_sent_what_viser_would_send(batches: list[Batch]) -> None:
-    ours = in_a_loop(lambda loop: drained(ClientBuffer(loop), batches))
-    assert ours == in_a_loop(lambda loop: drained(MessageBuffer(loop, persistent_messages=False), batches))
+    ours = in_a_loop(drained(ClientBuffer, batches))
+    assert ours == in_a_loop(drained(partial(MessageBuffer, persistent_messages=False), batches))
 
 
 def test_a_frame_wakes_the_sender_once_and_an_idle_one_never() -> None:
-    async def work(loop: asyncio.AbstractEventLoop) -> list[int]:
-        woken: list[int] = []
+    async def work() -> list[int]:
+        loop, woken = asyncio.get_running_loop(), list[int]()
         buffer, calls = ClientBuffer(loop), 0
         call = loop.call_soon_threadsafe
 
@@ -120,5 +113,5 @@ def test_a_frame_wakes_the_sender_once_and_an_idle_one_never() -> None:
         await windows.aclose()
         return woken
 
-    first, second, idle, outside = in_a_loop(work)
+    first, second, idle, outside = in_a_loop(work())
     assert (first, second, idle, outside) == (1, 1, 0, 1)

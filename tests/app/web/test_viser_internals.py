@@ -5,7 +5,6 @@ import importlib.util
 import math
 import sys
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
 from types import ModuleType, SimpleNamespace
@@ -29,7 +28,7 @@ from app.web import viser_internals
 from app.web.sending import STAMP, ClientBuffer, Packed
 from app.web.server import DuetServer
 from app.web.viser_internals import VISER_VERSION, MessageBuffer, ServerView, adapt_viser, serving_with, shared_messages
-from tests.app.web.conftest import Join, Room
+from tests.app.web.conftest import Join, Room, in_a_loop
 from tests.blocking_client import BlockingClient
 
 
@@ -70,9 +69,7 @@ def produced(produce: Callable[..., Any], batches: list[list[viser_messages.Mess
         await work
         return sent
 
-    # A thread of its own: where a browser is driven, this one has an event loop that is at work.
-    with ThreadPoolExecutor(1) as thread:
-        return thread.submit(asyncio.run, run()).result()
+    return in_a_loop(run())
 
 
 def odd_values() -> list[dict[str, Any]]:

@@ -14,9 +14,9 @@ from controllers.errors import BadInputFile, BadSetting
 from scenes.inputs import InputsLog, Recorded
 from scenes.rerun import rerun
 from scenes.run_text import GRID, LONGEST, LONGEST_TEXT, on_grid, run_of_text, run_text
-from scenes.settings import RunSettings, changed
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget, LinkTarget, Target
+from tests.scenes.helpers import given_settings
 
 Push = Callable[[Simulation, int], Target | None]
 
@@ -33,9 +33,7 @@ def by_the_hand(simulation: Simulation, step: int) -> Target | None:
 
 
 def recorded(push: Push = by_the_hand, steps: int = 200, dt: float = 0.005) -> Recorded:
-    settings = RunSettings()
-    for key, value in {"rig": "table", "pairs": "smooth", "wmax": 0.25, "v": 0.3, "dt": dt}.items():
-        settings = changed(settings, key, value)
+    settings = given_settings(rig="table", pairs="smooth", wmax=0.25, v=0.3, dt=dt)
     simulation, log = Simulation(settings, steps), InputsLog()
     for step in range(steps):
         target = on_grid(push(simulation, step))

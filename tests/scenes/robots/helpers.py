@@ -11,8 +11,9 @@ import trimesh
 import yourdfpy
 
 from controllers.kinematics import Array
-from scenes.robots import Capsule, RobotName, robot
+from scenes.robots import RobotName, robot
 from scenes.robots.example_data import EXAMPLES
+from tests.scenes.helpers import beyond
 
 NAMES: tuple[RobotName, ...] = get_args(RobotName)
 OTHERS: tuple[RobotName, ...] = ("panda", "ur5")
@@ -77,14 +78,8 @@ def outside(name: RobotName, points: dict[str, Array], q: Array, slimmer: dict[s
     return float(np.min([away(capsule, data, world, slimmer or {}) for capsule in arm.capsules], axis=0).max())
 
 
-def clearance(capsule: Capsule, points: Array) -> Array:
-    """How far points (k, 3), in the frame of the joint, are outside a capsule; negative inside (k,) [m]."""
-    axis = capsule.end - capsule.start
-    along = np.clip((points - capsule.start) @ axis / (axis @ axis), 0.0, 1.0)
-    return np.linalg.norm(points - capsule.start - along[:, None] * axis, axis=1) - capsule.radius
-
-
 def away(capsule, data: pin.Data, world: Array, slimmer: dict[str, float]) -> Array:
     """How far points (k, 3) of the room are outside a capsule, made slimmer by its name [m]."""
     pose = data.oMi[capsule.joint]
-    return clearance(capsule, (world - pose.translation) @ pose.rotation) + slimmer.get(capsule.name, 0.0)
+    points = (world - pose.translation) @ pose.rotation
+    return beyond(points, capsule.start, capsule.end, capsule.radius) + slimmer.get(capsule.name, 0.0)

@@ -25,7 +25,7 @@ from scenes.robots.urdf_chain import landmarks
 from scenes.room import build_room, room_of
 from scenes.settings import RigName, RunSettings, changed, specs, validate
 from scenes.simulation import Simulation
-from tests.scenes.helpers import RIG_NAMES, column
+from tests.scenes.helpers import RIG_NAMES, beyond, column
 from tests.scenes.robots.helpers import NAMES, OTHERS, link_poses, other_reader, postures
 
 
@@ -142,12 +142,8 @@ def test_an_arm_of_boxes_gets_landmarks_capsules_and_links_to_draw(box_arm: str)
     assert (made.model.nv, made.shoulder, made.elbow, made.hand) == (6, 2, 3, "l6")
     assert [capsule.name for capsule in made.capsules] == ["pedestal", "link 2", "link 3", "link 4", "link 5", "hand"]
     upper = made.capsules[1]
-    for z in (0.0, LENGTHS[1]):
-        for x, y in ((0.05, 0.0), (0.0, -0.05)):
-            along = np.clip((np.array([x, y, z]) - upper.start) @ (upper.end - upper.start), 0.0, None)
-            share = min(along / float(np.sum((upper.end - upper.start) ** 2)), 1.0)
-            nearest = upper.start + share * (upper.end - upper.start)
-            assert np.linalg.norm(np.array([x, y, z]) - nearest) <= upper.radius + 1e-9
+    rims = np.array([(x, y, z) for z in (0.0, LENGTHS[1]) for x, y in ((0.05, 0.0), (0.0, -0.05))])
+    assert beyond(rims, upper.start, upper.end, upper.radius).max() <= 1e-9
     assert len(robot_glbs(box_arm, "silver", coarse=True)) == 7
 
 

@@ -17,7 +17,7 @@ from scenes.robots import RobotName, drawing, robot
 from scenes.robots.drawing import joint_frames, robot_glbs, robot_link_meshes
 from scenes.robots.example_data import EXAMPLES
 from scenes.robots.fitting import GRID, SHORTEST, build_example, enclosing_capsule
-from tests.scenes.helpers import glb_head, own_cache
+from tests.scenes.helpers import beyond, glb_head, own_cache
 from tests.scenes.robots.helpers import NAMES, OTHERS, away, collision_points, link_poses, outside, postures
 
 pytestmark = pytest.mark.slow
@@ -155,8 +155,6 @@ def test_a_capsule_is_found_again(turn: Array, length: float, radius: float, see
     on_axis = np.where(normals[:, 2:] > 0, length, 0.0) * np.array([0.0, 0.0, 1.0])
     points = (radius * normals + on_axis) @ turn.T + np.array([0.1, -0.2, 0.3])
     start, end, found = enclosing_capsule(points)
-    axis = end - start
-    share = np.clip((points - start) @ axis / (axis @ axis), 0.0, 1.0)
-    assert np.linalg.norm(points - start - share[:, None] * axis, axis=1).max() <= found + 1e-9
-    volume = np.pi * found**2 * (np.linalg.norm(axis) + 4 / 3 * found)
+    assert beyond(points, start, end, found).max() <= 1e-9
+    volume = np.pi * found**2 * (np.linalg.norm(end - start) + 4 / 3 * found)
     assert volume < 1.1 * np.pi * radius**2 * (length + 4 / 3 * radius)

@@ -22,16 +22,14 @@ from scenes.rerun import newest_piece, rerun
 from scenes.room import World
 from scenes.settings import HardwareSettings, RunSettings, changed
 from scenes.simulation import Simulation
-from tests.scenes.helpers import SCENES, column, recorded_run, scene_settings
+from tests.scenes.helpers import SCENES, column, recorded_run, scene_settings, with_values
 
 REAL = {"dead": 0.05, "lag": 0.02, "qnoise": 1e-4, "qstep": 2e-4, "fps": 30.0, "dnoise": 5e-4}
 
 
 def real(settings: RunSettings, **changes: Any) -> RunSettings:
     """The settings with a robot that is not ideal."""
-    for key, value in (changes or REAL).items():
-        settings = changed(settings, key, value)
-    return settings
+    return with_values(settings, **(changes or REAL))
 
 
 @pytest.mark.parametrize("scene", SCENES)

@@ -36,6 +36,7 @@ from tests.scenes.helpers import (
     play,
     wander,
     with_law,
+    with_values,
 )
 
 pytestmark = pytest.mark.slow
@@ -117,9 +118,7 @@ def test_joints_stay_finite_and_inside_their_limits(
 ) -> None:
     random = np.random.default_rng(seed)
     chosen = hold_settings(rig, pairs=pairs, dt=dt)
-    for key, value in (("guided", guided), ("task", task), ("wmax", speed), ("k", 20.0), ("g", 40.0), ("v", 1.0)):
-        chosen = changed(chosen, key, value)
-    simulation = Simulation(chosen)
+    simulation = Simulation(with_values(chosen, guided=guided, task=task, wmax=speed, k=20.0, g=40.0, v=1.0))
     model = simulation.room.model
     if anywhere:
         simulation.reset(random.uniform(model.lowerPositionLimit, model.upperPositionLimit))
@@ -139,8 +138,7 @@ def test_joints_stay_finite_and_inside_their_limits(
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
 def test_a_fast_person_meets_the_stops(rig: RigName) -> None:
-    chosen = changed(changed(hold_settings(rig), "wmax", 1.0), "v", 1.0)
-    simulation = Simulation(chosen)
+    simulation = Simulation(with_values(hold_settings(rig), wmax=1.0, v=1.0))
     model, closest = simulation.room.model, np.inf
     random = np.random.default_rng(2)
     for _ in range(25):

@@ -22,6 +22,7 @@ from controllers.kinematics import Array
 from scenes.ball import BALL_RADIUS, PATH, POINT_RADIUS
 from scenes.history import COLUMN
 from scenes.simulation import Simulation
+from tests.controllers.helpers import derivative
 
 UP = (0.0, 0.0, 1.0)
 
@@ -88,13 +89,7 @@ class Seen:
         return np.array([self.place(q, what) for q in self.q])
 
     def jacobian(self, function: Callable[[Array], Array], q: Array) -> Array:
-        columns: list[Array] = []
-        joints = self.simulation.avoiding.joints
-        for j in range(joints.start, joints.stop):
-            step = np.zeros_like(q)
-            step[j] = 1e-6
-            columns.append((function(q + step) - function(q - step)) / 2e-6)
-        return np.array(columns, np.float64).T
+        return derivative(function, q)[:, self.simulation.avoiding.joints]
 
     def gap(self, q: Array) -> Array:
         """Distance of the ball, by its radius and that of the control point (1,)."""
