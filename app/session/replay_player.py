@@ -75,7 +75,7 @@ class Past:
     """
 
     # Of a session, see there.
-    held, studies, ghost_hidden = None, None, False
+    held, studies, ghost_hidden, invitation, guest = None, None, False, "", None
 
     def __init__(
         self,

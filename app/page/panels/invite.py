@@ -9,7 +9,7 @@ from app.i18n.speaking import tr
 from app.page.panels.link_box import link_to
 from app.page.panels.page_panel import PagePanel
 from app.session.actions import Action
-from app.session.frame import Frame
+from app.session.frame import NO_INVITATION, Frame
 from app.session.session import Session
 from app.settings import GUEST
 from app.text.templates import macros
@@ -33,7 +33,7 @@ class InviteBox(PagePanel):
     def __init__(self, client: viser.ClientHandle, session: Session, order: float) -> None:
         gui, self._session = client.gui, session
         self._address = address_known_to(client)
-        self._shown, self.offered = ("", False), True
+        self._shown, self.offered = NO_INVITATION, True
         self._folder = gui.add_folder(tr("Two people, one arm each"), order=order, expand_by_default=False)
         with self._folder:
             self._place = gui.add_html("")
@@ -52,12 +52,12 @@ class InviteBox(PagePanel):
 
     def show(self, frame: Frame) -> None:
         """Show the link, and whether a guest has come by it."""
-        word, here = shown = self._session.invitation, self._session.guest is not None
-        self._folder.visible = bool(word) or (self.offered and frame.live.settings.run.experiment.for_two)
+        shown = frame.invitation
+        self._folder.visible = bool(shown.word) or (self.offered and frame.live.settings.run.experiment.for_two)
         if shown != self._shown:
             self._shown = shown
-            self._invite.visible, self._end.visible = not word, bool(word)
-            self._place.content = self._html(word, here)
+            self._invite.visible, self._end.visible = not shown.word, bool(shown.word)
+            self._place.content = self._html(*shown)
 
     def _html(self, word: str, here: bool) -> Markup:
         if not word:
