@@ -55,7 +55,7 @@ def read_inputs(path: Path) -> Recording:
     try:
         data = read_file(path, MOST_BYTES)
     except OSError as error:
-        raise BadInputFile(f"{path}: cannot be read ({error.strerror}).") from None
+        raise BadInputFile("{name}: cannot be read ({reason}).", name=path, reason=error.strerror) from None
     return inputs_from(data, str(path))
 
 

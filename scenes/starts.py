@@ -40,7 +40,7 @@ def read_start(path: Path, room: Room) -> Array:
     try:
         text = read_file(path, MOST_BYTES).decode("utf-8-sig")
     except OSError as error:
-        raise BadInputFile(f"{path}: cannot be read ({error.strerror}).") from None
+        raise BadInputFile("{name}: cannot be read ({reason}).", name=path, reason=error.strerror) from None
     except UnicodeDecodeError:
         raise BadInputFile(f"{path}: is not a text file; give joint angles in radians.") from None
     names = [column.format("q") for column in room.columns]

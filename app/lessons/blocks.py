@@ -1,6 +1,8 @@
 """The data side of a lesson file: a block of TOML. Every key is read by name and knows its line."""
 
+import math
 import re
+import sys
 import tomllib
 from collections.abc import Callable, Iterable
 from typing import Any, Final, TypeGuard, TypeVar
@@ -185,8 +187,10 @@ class Table:
 
 
 def is_number(value: object) -> TypeGuard[int | float]:
-    """Return whether a value of TOML or JSON is a number that is not nan."""
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and value == value
+    """Return whether a value of TOML or JSON is a number that a float can hold, and not nan."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return abs(value) <= sys.float_info.max or (isinstance(value, float) and math.isinf(value))
 
 
 def quoted_value(value: object) -> str:

@@ -134,7 +134,7 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
         showing=at.beside is not None,
         contrast=contrast(at),
         tries=done.tries if len(done.tries) >= PLOTTED_TRIES or (challenge and challenge.best_of) else (),
-        forecasts=tuple(settings_text(f.changes) for f in challenge.forecasts) if challenge else (),
+        forecasts=tuple(settings_text(f.changes, language) for f in challenge.forecasts) if challenge else (),
         hints=step.hints[: done.hints],
         yours=yours,
         lesson_finished=step is at.lesson.steps[-1] and at.phase is phases[-1] and at.beside is None and is_finished(step, done),

@@ -201,6 +201,7 @@ def outcome_from(arrays: dict[str, np.ndarray], steps: int) -> RunOutcome:
         raise BadInputFile("says nothing of its outcome that can be read") from None
     fine = (
         isinstance(digest, str)
+        and all(isinstance(part, np.ndarray) for part in (hashes, places, packed))
         and 0 < len(columns) <= MOST_COLUMNS
         and all(isinstance(name, str) and 0 < len(name) <= 40 and name.isprintable() for name in columns)
         and hashes.shape == (steps,)

@@ -87,12 +87,14 @@ class MicroscopeButtons(PagePanel):
                 self._press,
                 order=0.6,
             )
-            seek = session.studies.microscope.go_to
-            self._scrubber = Scrubber(gui, session, seek, "instant", 0.005, WRITE, order=0.7)
+            self._scrubber = Scrubber(gui, session, self._seek, "instant", 0.005, WRITE, order=0.7)
 
     def _press(self, place: int) -> None:
         later = (Magnify(), Magnify(steps=-STRIDE), Magnify(steps=STRIDE))
         self._session.post((*map(Magnify, QUANTITIES), *later)[place])
+
+    def _seek(self, time: float) -> None:
+        self._session.studies.microscope.go_to(time)
 
     def take(self, action: Action) -> bool:
         """Do an action if it is about the microscope; return whether it was."""
@@ -135,7 +137,7 @@ class MomentChooser(PagePanel):
     """
 
     def __init__(self, client: viser.ClientHandle, session: Session, view: View) -> None:
-        self._player, self._microscope = session.player, session.studies.microscope
+        self._session = session
         with view.plots_tab:
             box = client.gui.add_text("", "", visible=False, order=-1.0)
             on_entry(box, lambda text: session.post(ShowMoment(text)))
@@ -147,8 +149,8 @@ class MomentChooser(PagePanel):
         if not isinstance(action, ShowMoment):
             return False
         if re.fullmatch(r"\d{1,7}(\.\d{1,6})?", action.text):
-            self._player.review(float(action.text))
-            self._microscope.go_to(float(action.text))
+            self._session.player.review(float(action.text))
+            self._session.studies.microscope.go_to(float(action.text))
         return True
 
     def show(self, frame: Frame) -> None:

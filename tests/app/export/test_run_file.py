@@ -184,6 +184,18 @@ def test_a_wrong_part_is_refused_and_named(data: bytes, parts: dict[str, Any], m
     assert str(caught.value).startswith("mine.npz: ") and "\n" not in str(caught.value)
 
 
+def test_a_part_that_is_no_array_is_refused(data: bytes) -> None:
+    with zipfile.ZipFile(io.BytesIO(data)) as file:
+        parts = {name: file.read(name) for name in file.namelist()}
+    for name in parts.keys() - {"made.npy"}:
+        out = io.BytesIO()
+        with zipfile.ZipFile(out, "w") as file:
+            for other, content in parts.items():
+                file.writestr(other, b"no array" if other == name else content)
+        with pytest.raises(BadInputFile, match=r"^mine\.npz: "):
+            load_run(out.getvalue(), "mine.npz")
+
+
 @pytest.mark.parametrize("made", [None, "{", "[]", '{"numpy": 3}', '{"numpy": "%s"}' % ("x" * 500)])
 def test_what_a_file_says_of_its_making_does_not_keep_it_from_being_read(data: bytes, made: str | None) -> None:
     file = rewritten(data, **({} if made is None else {"made": as_bytes(made)}))

@@ -11,16 +11,14 @@ from app.hosting.record_writer import BEAT
 from app.hosting.visitor import SAVING, SAVING_AT_REST
 from app.lessons.progress import from_json
 from app.session.actions import Pause, SetSetting
-from app.session.session import Session
 from app.settings import Settings
 from app.web.pages import HIDDEN, SHOWN
 from scenes.settings import specs
-from tests.app.conftest import FRAME, ByHand, Made, OpenHouse, lecture_of, live_sessions, visitor_of
+from tests.app.conftest import FRAME, ByHand, Made, lecture_of, visitor_of
 from tests.app.page.helpers import bodies, click
 from tests.app.runtime.processes import until
 from tests.app.stores import find
 from tests.blocking_client import BlockingClient
-from tests.browser import PageAt
 
 
 def frames(attention: Attention, seconds: float, begin: float, state: Any = 0, **kind: bool) -> int:
@@ -182,38 +180,6 @@ def test_a_watcher_out_of_sight_is_sent_nothing_of_the_stage_and_then_the_newest
     say(opened, hidden, SHOWN)
     opened.frame()
     hidden.wait_for(lambda one: pose(one) == pose(other))
-
-
-_HIDE = """hidden => {
-  Object.defineProperty(document, "hidden", { configurable: true, get: () => hidden });
-  document.dispatchEvent(new Event("visibilitychange"));
-}"""
-
-
-def test_the_page_says_that_its_tab_is_out_of_sight(house: OpenHouse, page_at: PageAt) -> None:
-    opened = house(Settings(), sessions=2)
-    page = page_at(1000, 700)
-    page.goto(f"{opened.url}/?lang=en")
-    page.get_by_text("× real time").first.wait_for()
-    session = visitor_of(opened).session
-
-    def goes_on(session: Session) -> bool:
-        steps = session.simulation.steps
-        until(lambda: session.simulation.steps > steps or session.paused)
-        return not session.paused
-
-    assert goes_on(session)
-    page.evaluate(_HIDE, True)
-    until(lambda: session.paused)
-    page.evaluate(_HIDE, False)
-    until(lambda: not session.paused)
-    assert goes_on(session)
-    # A page that connects again in the background is out of sight from the beginning.
-    page.evaluate(_HIDE, True)
-    until(lambda: session.paused)
-    (before,) = live_sessions(opened)
-    opened.server._websock_server.disconnect_all_clients()
-    until(lambda: any(number != before and one is session and one.paused for number, one in live_sessions(opened).items()))
 
 
 def test_a_paused_stage_rests_until_any_browser_does_anything(by_hand: Made, monkeypatch: pytest.MonkeyPatch) -> None:

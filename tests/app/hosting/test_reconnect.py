@@ -28,7 +28,6 @@ from scenes.settings import changed
 from tests.app.conftest import Join, Made, OpenHouse, ask, lecture_of, live_sessions, operator_of, private_of
 from tests.app.page.helpers import buttons, click, notes, page_label
 from tests.blocking_client import BlockingClient
-from tests.browser import PageAt, until, wait_ready
 
 WORD = "0123456789abcdef0123456789abcdef"
 
@@ -271,25 +270,3 @@ def test_a_lecturer_who_drops_out_costs_the_class_no_frame(
         student.wait_for(lambda v: v.received.frames > frames + 5)
     student.wait_for(lambda _: host.controls.operator is None)
     assert not [record for record in caplog.records if record.levelno >= logging.ERROR], caplog.text
-
-
-def test_a_browser_comes_back_by_itself_to_where_it_was(house: OpenHouse, page_at: PageAt) -> None:
-    opened = house()
-    page = page_at(800, 600)
-    page.goto(f"{opened.url}/?n=8")
-    until(page, lambda: len(live_sessions(opened)) == 1, "a session")
-    ((number, session),) = live_sessions(opened).items()
-    ask(session, lambda s: [s.change("dm", 0.21), s.change("ghost", "frozen"), s.toggle_pause()])
-    state = ask(session, lambda s: (s.settings, s.simulation.steps))
-    for turn in range(2):
-        wait_ready(page, "/room")
-        if turn == 1:
-            page.reload()
-        else:
-            (connection,) = opened.server._websock_server._live_connections.values()
-            connection.loop.call_soon_threadsafe(connection.transport.abort)
-        until(page, lambda before=number: len(now := live_sessions(opened)) == 1 and before not in now, "a new connection alone")
-        ((number, again),) = live_sessions(opened).items()
-        assert again is session and ask(session, lambda s: (s.settings, s.simulation.steps)) == state
-        page.wait_for_function("() => [...document.querySelectorAll('input')].some(one => one.value === '210')")
-    assert not opened.context.store._parked

@@ -48,6 +48,7 @@ CASES = [
     ("right = 2", "", "## First", "right is missing"),
     ("right = 2", "right = two", "right = two", "not TOML"),
     ("expects = [[0.0, 0.05], [0.05, 9.0]]", "expects = [0.1]", "expects = [0.1]", "has 2 answers"),
+    ("expects = [[0.0, 0.05], [0.05, 9.0]]", f"expects = [0.1, {10**400}]", "expects = [0.1", "of one kind"),
     ("expects = [[0.0, 0.05], [0.05, 9.0]]", "expects = [[0.2, 0.1], [0.1, 0.2]]", "expects = [[0.2", "low < high"),
     ("plots = [\"distance\"]", "plots = [\"elbow\"]", 'plots = ["elbow"]', "no 'elbow'; choose from distance"),
     ("plots = [\"distance\"]", "plots = [\"distance\", \"error\", \"lambda\", \"rates\"]", 'plots = ["distance",', "at most 3"),
