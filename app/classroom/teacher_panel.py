@@ -178,6 +178,7 @@ class AssistantPanel:
     """What a teacher's tab has while another one leads: a line that says so, a button, and the notes.
 
     Args:
+        control: of the class and the lessons.
         notes: Markdown by lesson id; None for a teacher without a key.
         take_over: called on the network's thread.
     """

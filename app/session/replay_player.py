@@ -72,6 +72,8 @@ class Past:
 
     Attributes:
         reviewed: whether it is a moment of the live run, which stands meanwhile, so that what is known of all of it holds.
+        ghost: the second run beside it, at the same moment; None where there is none.
+        student_law: which file's law is replayed.
     """
 
     # Of a session, see there.
@@ -181,7 +183,7 @@ class ReplayPlayer:
             self.seek(time)
             return
         reach = max(REVIEWED, self._session.simulation.time - time + 2.0)
-        if self._session.halt and (recorded := self.recorded(reach)) is not None:
+        if self.jobs.computes and self._session.halt and (recorded := self.recorded(reach)) is not None:
             self.reviewing, self.mark, self._seek = True, mark, time
             self._stop()
             self.jobs.submit("film", self._show_moment, make_films, recorded, self._session.ghost_recorded(reach), urgent=True)
@@ -203,6 +205,8 @@ class ReplayPlayer:
             self.mark = Mark(time, LazyText(N_("smallest distance")))
 
     def _watch(self, recorded: Recorded, name: str, whole: Recorded | None = None) -> None:
+        if not self.jobs.computes:
+            return
         self.loaded = name
         self._stop()
         # Urgent jobs go first.

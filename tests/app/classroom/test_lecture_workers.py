@@ -163,6 +163,7 @@ def test_students_explore_in_other_processes_and_the_teacher_reaches_them(served
     students[0].set_value("critical distance d_m [mm]", 70.0)
     until(lambda: critical_distance(served.store) == 0.07)
     lost = places[0]
+    assert len(served.workers) == 3
     served.replace(lost)
     sees(teacher, "students here: " + str(3 - places.count(lost)))
     students = [come(name) if place == lost else one for name, place, one in zip(NAMES, places, students, strict=True)]
@@ -266,6 +267,7 @@ def test_a_group_has_one_session_in_another_process_and_outlives_it(served: Serv
     ann.set_value("critical distance d_m [mm]", 70.0)
     until(lambda: critical_distance(served.store) == 0.07)
     name = drawn_name(ann)
+    assert len(served.workers) == 2
     served.replace(worker_of(served, ann))
     pages = together("bo", "ann", "cy")
     bo = pages["bo"]

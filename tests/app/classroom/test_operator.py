@@ -195,11 +195,11 @@ def strokes(visitor: Client) -> set[tuple[str, float]]:
 def test_every_tab_of_a_lecture_has_its_own_look_and_language(house: OpenHouse, join: Join) -> None:
     opened = house(lecture=True)
     host = lecture_of(opened)
-    teacher = join(opened, f"resume={'1' * 32}", language="en")
+    teacher = join(opened, f"resume={'1' * 32}", headers={"Accept-Language": "en"})
     teacher.wait_for(lambda v: v.mirror.grabbable, WAIT)
-    english, german = join(opened, language="en"), join(opened, "lang=de&picture=fast")
+    english, german = join(opened, headers={"Accept-Language": "en"}), join(opened, "lang=de&picture=fast")
     screen = join(opened, "screen=1&profile=projector&theme=dark&lang=de")
-    slovene = join(opened, language="sl, de;q=0.5")
+    slovene = join(opened, headers={"Accept-Language": "sl, de;q=0.5"})
     ask(host.session, lambda _: host.lessons.enter(BOOK.lessons[LESSON].id))
     looks: list[tuple[BlockingClient, Language]] = [(english, "en"), (german, "de"), (screen, "de"), (slovene, "sl")]
     for visitor, language in looks:

@@ -232,7 +232,7 @@ def test_a_file_s_own_law_runs_above_it_and_beside_it(tmp_path: Path) -> None:
 
 
 def test_it_is_graded_as_the_built_in_laws_are() -> None:
-    assert verdict_on(StandIn(LawSettings(law=NAME).made()), "leaves the task alone").name == "leaves the task alone"
+    assert verdict_on(StandIn(LawSettings(law=NAME).made()), "leaves the task alone").passed
 
 
 def test_no_other_file_of_the_product_names_a_law() -> None:
