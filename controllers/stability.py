@@ -54,7 +54,8 @@ class Analysis:
     `slowest_mode` do not, and are always those of the exact inverses.
 
     Attributes:
-        M: (1 + m, 1 + m) [1/s where the units agree], eq. (25), read-only; M_bb is M[1:, 1:].
+        M: (1 + m, 1 + m) [1/s where the units agree], eq. (25), read-only. M_aa is M[:1, :1], M_ab M[:1, 1:]
+            (what the task does to avoidance), M_ba M[1:, :1] and M_bb M[1:, 1:].
         activation: λ.
         gain_a, gain_b: K_a, K_b [1/s].
         joint_task: whether task b is a posture, J_b = I.

@@ -59,7 +59,7 @@ class AngleFilter:
         self._goal = self.values.copy()
 
     def step(self, wanted: Array | None, dt: float) -> Array:
-        """Return the output after dt [s], a fresh array.
+        """Return the output after dt > 0 [s], a fresh array.
 
         Args:
             wanted: the input, shaped like `start` [rad]; None, or anything not finite, means that no person is seen: the output comes

@@ -52,6 +52,7 @@ def fill_joints(
         limits: of q1 … q4 (4,) [rad].
         known: whether there is a sample before; without, the natural branch is preferred.
         before: q1 … q4 of that sample (4,).
+        joints: filled (4,).
     """
     ux = upper[0] * base[0, 0] + upper[1] * base[1, 0] + upper[2] * base[2, 0]
     uy = upper[0] * base[0, 1] + upper[1] * base[1, 1] + upper[2] * base[2, 1]

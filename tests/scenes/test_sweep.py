@@ -22,6 +22,7 @@ from scenes.settings import RunSettings, changed, specs, values
 from scenes.sweep import (
     FIGURES,
     MOST_POINTS,
+    TRADE_OFF_ORDERS,
     TRADE_OFF_VELOCITIES,
     Axis,
     Grid,
@@ -209,6 +210,7 @@ def test_workers_do_not_outlive_a_parent_that_is_killed() -> None:
 
 
 def test_trade_off_maps() -> None:
+    assert len(set(itertools.product(TRADE_OFF_ORDERS, TRADE_OFF_VELOCITIES))) == 25
     chosen, orders = changed(USUAL, "k", 3.0), (2.0, 8.0)
     found = [point for order in orders for point in trade_off(chosen, 8.0, order)]
     assert [(point.order, point.nominal_velocity) for point in found] == list(itertools.product(orders, TRADE_OFF_VELOCITIES))

@@ -122,6 +122,19 @@ def test_smoothness_in_a_table() -> None:
     assert "Ghost" not in text(smoothness_html(Smoothness(smooth, None)))
 
 
+@pytest.mark.parametrize(
+    ("steps", "words"),
+    [
+        ((5.977e-4, 5.145e-4, 4.027e-4, 2.444e-4), "Between: at dt/8, 41 % of the largest step are left; 12 % would be smooth"),
+        ((0.4, 0.2, 0.105, 0.1), "A jump of 0.1 rad/s: it stays, however small the time step."),
+        ((0.0, 0.0, 0.0, 0.0), "Nothing moved that keeps clear."),
+    ],
+)
+def test_what_is_said_of_smoothness(steps: tuple[float, ...], words: str) -> None:
+    study = StepStudy(RunSettings(), 10.0, (0.005, 0.0025, 0.00125, 0.000625), steps)
+    assert words in text(smoothness_html(Smoothness(study, None)))
+
+
 def test_the_tables_have_the_decimal_sign_of_their_reader() -> None:
     set_language("de")
     run, dts = RunSettings(), (0.005, 0.0025, 0.00125, 0.000625)
