@@ -2,7 +2,7 @@
 
 from app.settings import Language
 from tests.app.conftest import OpenHouse, ask
-from tests.app.page.by_hand import visit
+from tests.app.page.by_hand import LATE_UPDATE, visit
 from tests.browser import PageAt, until
 
 _LISTEN = """window.drawn = new Set();
@@ -22,7 +22,7 @@ _SEEN = """() => {
 
 
 def test_boxes_ends_of_sliders_and_axes(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(1000, 700, fresh=True)
+    page = page_at(1000, 700, fresh=True, expect=(LATE_UPDATE,))
     page.add_init_script(_LISTEN)
     session = visit(page, house(), "lang=de&panel=all&v=0.35")
     languages: dict[Language, tuple[str, str]] = {"sl": (",", "."), "en": (".", ","), "de": (",", ".")}
