@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, field, fields, replace
+from functools import cache
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar, cast
 
@@ -275,6 +276,12 @@ def specs(settings_type: type = RunSettings) -> dict[str, Spec]:
     return found
 
 
+@cache
+def _keys(settings_type: type) -> frozenset[str]:
+    """Return the keys of every field of the tree."""
+    return frozenset(specs(settings_type))
+
+
 def values(settings: Any) -> dict[str, Any]:
     """Return key → value of every field of the tree, in order."""
     found: dict[str, Any] = {}
@@ -299,7 +306,7 @@ def changed(settings: T, key: str, value: object) -> T:
     for f in fields(cast(Any, settings)):
         if SPEC not in f.metadata:
             branch = getattr(settings, f.name)
-            if key in specs(type(branch)):
+            if key in _keys(type(branch)):
                 return replace(cast(Any, settings), **{f.name: changed(branch, key, value)})
         elif f.metadata[SPEC].key == key:
             present = getattr(settings, f.name)

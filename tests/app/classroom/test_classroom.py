@@ -14,7 +14,6 @@ from app.classroom.classroom import Classroom
 from app.classroom.classroom_html import mine_html, poll_html
 from app.hosting.teacher_key import is_mistaken, is_teacher
 from app.lessons.bookmark import Phase
-from app.lessons.loading import load_lessons
 from app.lessons.outcomes import reference
 from app.lessons.progress import StepProgress, from_json
 from app.lessons.tally import Ballot, Tally
@@ -24,8 +23,9 @@ from app.theme import PALETTES
 from app.web import address
 from app.web.address import Address, find_address, own_address, qr_svg
 from tests.app.html_reader import HtmlReader
+from tests.app.lessons.helpers import our_book
 
-BOOK = load_lessons()
+BOOK = our_book()
 
 
 def fail() -> NoReturn:

@@ -10,13 +10,13 @@ from app.classroom.teacher_control import Answer
 from app.hosting.record_writer import RecordWriter
 from app.hosting.session_store import SessionStore
 from app.hosting.visitor_record import ClassRecord, VisitorRecord, record_from_bytes, record_to_bytes
-from app.lessons.loading import load_lessons
 from app.lessons.tally import Ballot
 from app.settings import Settings
 from app.start import App
 from tests.app.conftest import Join, OpenHouse, ask, lecture_of
+from tests.app.lessons.helpers import our_book
 
-BOOK = load_lessons()
+BOOK = our_book()
 TEACHER, STUDENT = "a" * 32, "b" * 32
 
 

@@ -11,7 +11,6 @@ import pytest
 from app.bench.headless_client import Mirror
 from app.classroom.teacher_panel import COMMANDS
 from app.lessons.library import notes_of
-from app.lessons.loading import load_lessons
 from app.lessons.session.lesson_actions import Choose, GoOn, GoTo
 from app.page.panels.choice_buttons import MARK
 from app.start import App
@@ -19,11 +18,12 @@ from app.web.pages import HELLO, ROOM_IS_FULL, TAKEN_OVER
 from scenes.settings import values
 from tests.app.classroom.lecture_room import KEY, WAIT, Class, Come, choose, command, drawn_name, sees, tab_of
 from tests.app.conftest import Join, OpenHouse, ask, lecture_of
+from tests.app.lessons.helpers import our_book
 from tests.app.page.helpers import bodies, buttons, click, open_lessons, shown
 from tests.app.web.conftest import ended
 from tests.blocking_client import BlockingClient
 
-BOOK = load_lessons()
+BOOK = our_book()
 NOTES = notes_of(BOOK)
 
 

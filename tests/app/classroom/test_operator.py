@@ -9,7 +9,7 @@ from app.bench.headless_client import CAMERA
 from app.classroom.leader import Leader
 from app.hosting.teacher_key import LONGEST, MOST_ADDRESSES, Guesses
 from app.i18n.catalogue import words_of
-from app.lessons.loading import in_language, load_lessons
+from app.lessons.loading import in_language
 from app.lessons.session.lesson_actions import GoOn
 from app.page.panels.hotkeys import hotkeys
 from app.session.session import Session
@@ -19,6 +19,7 @@ from app.theme import PALETTES
 from app.web.audiences import MOST
 from tests.app.classroom.lecture_room import WAIT, sees
 from tests.app.conftest import Join, OpenHouse, ask, lecture_of, operator_of
+from tests.app.lessons.helpers import our_book
 from tests.app.page.by_hand import WRIST
 from tests.app.page.helpers import Client, bodies, buttons, click, hotkey_uuid, open_lessons, shown
 from tests.app.runtime.processes import until
@@ -183,7 +184,7 @@ def test_the_teacher_enters_while_a_student_with_the_same_address_guesses(house:
             one.join()
 
 
-BOOK = load_lessons()
+BOOK = our_book()
 LESSON = next(i for i, lesson in enumerate(BOOK.lessons) if lesson.number == 1)
 
 

@@ -15,15 +15,16 @@ from app.classroom.presenter import Presenter, Station, stations_of
 from app.classroom.screen_panel import next_station_label
 from app.classroom.teacher_control import Because, TeacherControl
 from app.lessons.bookmark import Phase
-from app.lessons.loading import in_language, load_lessons
+from app.lessons.loading import in_language
 from app.lessons.session.lesson_actions import Choose, GoTo, ShowWhy, StartOrPause
 from app.lessons.session.lesson_session import LessonSession
 from app.plots.curve_chart import COLUMNS
 from app.session.frame import make_frame
 from app.session.session import Session
 from app.settings import LANGUAGES, Settings
+from tests.app.lessons.helpers import our_book
 
-BOOK = load_lessons()
+BOOK = our_book()
 
 FRAME = 0.0625
 """Time of a frame, without an error of rounding [s]."""

@@ -9,7 +9,6 @@ from app.classroom.presenter import ShownWork
 from app.classroom.progress_board import NAMES, STUCK, Cell, ProgressBoard
 from app.lessons.bookmark import Bookmark
 from app.lessons.lesson import Lesson
-from app.lessons.loading import load_lessons
 from app.lessons.open_steps import OpenSteps, open_steps_from_text
 from app.lessons.session.lesson_actions import Choose, Enter, GoBack, GoTo, ResetStep
 from app.lessons.session.lesson_session import LessonSession
@@ -17,8 +16,9 @@ from app.plots.curve_chart import COLUMNS
 from app.session.session import Session
 from app.settings import Settings
 from controllers.errors import BadSetting
+from tests.app.lessons.helpers import our_book
 
-BOOK = load_lessons()
+BOOK = our_book()
 LESSON = BOOK.lessons[0]
 BEGIN = Bookmark(BOOK)
 

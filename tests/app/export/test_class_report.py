@@ -22,16 +22,17 @@ from app.hosting.visitor_record import record_from_bytes, record_to_bytes
 from app.i18n.catalogue import words_of
 from app.lessons.lesson import LessonBook
 from app.lessons.library import Library
-from app.lessons.loading import in_language, load_lessons
+from app.lessons.loading import in_language
 from app.lessons.progress import from_json
 from app.lessons.walkthrough import Walkthrough
 from app.plots.curve_chart import COLUMNS as CURVE
 from app.settings import Language
 from scenes.files import csv_cell
 from tests.app.html_reader import HtmlReader
+from tests.app.lessons.helpers import our_book
 from tests.browser import PageAt, screenshot
 
-BOOK = load_lessons()
+BOOK = our_book()
 NASTY = "<script>alert(1)</script><img src=x onerror=alert(2)>\"'&"
 
 

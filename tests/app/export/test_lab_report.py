@@ -17,7 +17,6 @@ from app.hosting.session_store import SessionStore
 from app.hosting.visitor import open_link
 from app.hosting.visitor_record import VisitorRecord
 from app.lessons.bookmark import Phase
-from app.lessons.loading import load_lessons
 from app.lessons.progress import LONGEST_REASON, MOST_WORDS
 from app.lessons.reference_runs import simulated
 from app.lessons.session.lesson_actions import Choose, Draw, ResetStep, StartOrPause
@@ -30,6 +29,7 @@ from scenes.rerun import rerun
 from tests.app.export.runs import piece
 from tests.app.html_reader import HtmlReader
 from tests.app.inline import Inline
+from tests.app.lessons.helpers import our_book
 from tests.app.stores import find
 from tests.browser import PageAt, screenshot
 from tests.scenes.helpers import given_settings
@@ -108,7 +108,7 @@ def test_it_prints_on_paper(page_at: PageAt, tmp_path: Path) -> None:
     assert 2 <= len(re.findall(rb"/Type /Page\b", printed)) <= 7
 
 
-BOOK = load_lessons()
+BOOK = our_book()
 
 
 @pytest.fixture(scope="module")

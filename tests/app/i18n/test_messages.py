@@ -38,6 +38,7 @@ from scenes.settings import RunSettings, changed
 from tests.app.export.runs import piece
 from tests.app.i18n.conftest import untranslated
 from tests.app.i18n.messages import errors_of, messages, on_the_page
+from tests.app.lessons.helpers import our_book
 from tests.scenes.person.bvh_text import MIXAMO, write_bvh
 
 
@@ -91,7 +92,7 @@ def damaged(part: str) -> bytes:
     return out.getvalue()
 
 
-WALK = Walkthrough(load_lessons())
+WALK = Walkthrough(our_book())
 WRONG: dict[str, Callable[[], object]] = {
     "unknown": lambda: changed(RunSettings(), "🦆", "1"),
     "choice": lambda: changed(Settings(), "theme", "🦆"),

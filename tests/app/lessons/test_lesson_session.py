@@ -12,7 +12,6 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from app.lessons.bookmark import Phase
-from app.lessons.loading import load_lessons
 from app.lessons.progress import Try
 from app.lessons.reference_runs import person_of, simulated
 from app.lessons.session import lesson_actions as do
@@ -31,9 +30,9 @@ from scenes.roles import NoSource
 from scenes.run_text import run_of_text, run_text
 from scenes.settings import changed, specs, values
 from scenes.targets import BallTarget, HandTarget
-from tests.app.lessons.helpers import SMALL, book_of, to_challenge
+from tests.app.lessons.helpers import SMALL, book_of, our_book, to_challenge
 
-BOOK = load_lessons()
+BOOK = our_book()
 
 
 class Student:

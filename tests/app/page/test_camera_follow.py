@@ -10,7 +10,6 @@ import pytest
 
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Step
-from app.lessons.loading import load_lessons
 from app.lessons.outcomes import decisive_moment
 from app.lessons.reference_runs import begin_reference_run, person_of
 from app.page.camera_follow import CameraFollow
@@ -25,6 +24,7 @@ from scenes.rigs import Camera
 from scenes.roles import TargetSource
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
+from tests.app.lessons.helpers import our_book
 
 pytestmark = pytest.mark.slow
 
@@ -38,7 +38,7 @@ SAID = (
     PictureSize(390.0, 390.0, 802.0, 0.0, 384.0, 132.0),
 )
 """What the page of a lesson says of itself at these sizes, with the card as high as it becomes."""
-LESSONS = load_lessons().lessons
+LESSONS = our_book().lessons
 
 
 def pictures(with_lesson: bool) -> Iterator[FreePicture]:

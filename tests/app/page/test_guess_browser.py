@@ -2,15 +2,15 @@
 
 import pytest
 
-from app.lessons.loading import load_lessons
 from app.lessons.outcomes import asks_for_distance, guessed_answer
 from app.lessons.progress import Progress, from_json, to_json
 from tests.app.conftest import OpenHouse, ask
+from tests.app.lessons.helpers import our_book
 from tests.app.page.by_hand import drag
 from tests.browser import PageAt, screenshot, settled_box, until
 from tests.tools.lesson_walker import enter
 
-STEPS = {f"{lesson.number}.{i}": step for lesson in load_lessons().lessons for i, step in enumerate(lesson.steps, 1)}
+STEPS = {f"{lesson.number}.{i}": step for lesson in our_book().lessons for i, step in enumerate(lesson.steps, 1)}
 MARK = "#duet-contact path.guess"
 
 

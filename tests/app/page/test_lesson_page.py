@@ -38,7 +38,7 @@ from tests.app.page.helpers import Client, bodies, buttons, click, page_label, s
 
 pytestmark = pytest.mark.slow
 
-BOOK = load_lessons()
+BOOK = our_book()
 
 
 def test_no_text_of_a_file_reaches_the_page_as_html_of_its_own() -> None:

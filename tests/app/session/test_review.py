@@ -5,7 +5,6 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from app.lessons.bookmark import Phase
-from app.lessons.loading import load_lessons
 from app.lessons.session import lesson_actions as do
 from app.lessons.session.lesson_session import LessonSession
 from app.page.panels.shown_moment import moment_html
@@ -18,8 +17,9 @@ from app.settings import PageSettings, Settings
 from scenes.history import COLUMN
 from scenes.settings import RunSettings
 from tests.app.inline import Inline
+from tests.app.lessons.helpers import our_book
 
-BOOK = load_lessons()
+BOOK = our_book()
 
 
 class Watched:

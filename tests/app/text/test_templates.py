@@ -36,7 +36,7 @@ from app.league.league_table import league_tables
 from app.lessons.bookmark import Phase
 from app.lessons.labels import Contrast
 from app.lessons.lesson import Lesson, Step
-from app.lessons.loading import load_lessons, read_notes
+from app.lessons.loading import read_notes
 from app.lessons.outcomes import AnswerVerdict, Attempt, Judgement
 from app.lessons.progress import Progress, StepProgress, Try, to_json
 from app.lessons.question import Choice
@@ -61,13 +61,14 @@ from scenes.laws import DEFAULT_LAW
 from scenes.league_runs import QUICK, Outcome, events
 from scenes.settings import RunSettings
 from tests.app.html_reader import HtmlReader
+from tests.app.lessons.helpers import our_book
 from tests.test_imports import ROOT
 
 NASTY = "<script>alert(1)</script><img src=x onerror=alert(2)>\"'&{{7*7}}{% raw %}{#"
 PLAIN = NASTY.replace("{", "(").replace("}", ")")
 """The same for the parts of a text with names in braces."""
 
-BOOK = load_lessons()
+BOOK = our_book()
 TEMPLATES = sorted(
     path.relative_to(ROOT / "app").as_posix()
     for kind in ("html", "svg")

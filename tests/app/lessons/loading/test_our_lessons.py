@@ -14,7 +14,7 @@ from app.lessons.bookmark import Bookmark
 from app.lessons.check import at_step, check_lesson, shown_early
 from app.lessons.lesson import HINTS, MOST_NUMBERS, MOST_PLOTS, LessonBook
 from app.lessons.library import notes_of
-from app.lessons.loading import Notes, StepNotes, load_lessons, read_notes
+from app.lessons.loading import Notes, StepNotes, read_notes
 from app.lessons.measures.quantity import QUANTITIES
 from app.lessons.scripts import SCRIPTS
 from app.lessons.walkthrough import Walkthrough
@@ -147,7 +147,7 @@ def test_the_present_step_comes_first_and_nothing_is_left_out() -> None:
     assert 'class="now"' not in macros("page/panels/notes.html").notes(notes, 3, None)
 
 
-BOOK = load_lessons()
+BOOK = our_book()
 ALL = [(i, j) for i, lesson in enumerate(BOOK.lessons) for j in range(len(lesson.steps))]
 
 
