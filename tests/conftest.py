@@ -1,6 +1,5 @@
 """Settings for all tests: one thread for linear algebra (two cores, and repeatable timing), and repeatable examples."""
 
-import gc
 import os
 from collections.abc import Iterator
 from functools import cache
@@ -42,12 +41,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         if isinstance(item, pytest.Function) and SLOW & set(item.fixturenames):
             item.add_marker("slow")
     items.sort(key=lambda item: (not _draws(item.path), "slow" not in item.keywords))
-
-
-def pytest_collection_finish() -> None:
-    """What stays until the end, all imports and tests, is looked through by no further garbage collection."""
-    gc.collect()
-    gc.freeze()
 
 
 class OneBrowser(LoadScopeScheduling):
