@@ -42,6 +42,10 @@ CURTAIN: Final = 0.3
 """Wall time during which no plot over time is there after another theme [s]."""
 
 
+_TICKS: Final = tuple(float(f"{digit}e{power}") for power in range(-3, 7) for digit in (1, 2, 5))
+"""Steps from tick to tick of an upright axis, which the page writes with three decimals: of 0.0025 every other one would be rounded."""
+
+
 class Plots:
     """The panel of plots. A plot is hidden, never removed: viser's page warns of late updates of removed elements.
 
@@ -287,7 +291,7 @@ class Plots:
         }
         return (
             uplot.Axis(**axis, size=round(24 * k), space=round(46 * k)),
-            uplot.Axis(**axis, size=round(46 * k), space=round(28 * k)),
+            uplot.Axis(**axis, size=round(46 * k), space=round(28 * k), incrs=_TICKS),
         )
 
     def _caption(self, name: str, with_ghost: bool) -> Markup:

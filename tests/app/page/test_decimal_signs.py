@@ -22,9 +22,9 @@ _SEEN = """() => {
 
 
 def test_boxes_ends_of_sliders_and_axes(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(1000, 700, fresh=True, expect=(LATE_UPDATE,))
+    page = page_at(1024, 768, fresh=True, expect=(LATE_UPDATE,))
     page.add_init_script(_LISTEN)
-    session = visit(page, house(), "lang=de&panel=all&v=0.35")
+    session = visit(page, house(), "lang=de&panel=all&v=0.35&scene=imitation")
     languages: dict[Language, tuple[str, str]] = {"sl": (",", "."), "en": (".", ","), "de": (",", ".")}
     for language, (sign, other) in languages.items():
         ask(session, lambda s, language=language: s.change("lang", language))
@@ -37,6 +37,10 @@ def test_boxes_ends_of_sliders_and_axes(house: OpenHouse, page_at: PageAt) -> No
         page.evaluate("drawn.clear()")
         until(page, lambda sign=sign: f"0{sign}2" in page.evaluate("[...drawn]"), "the language's sign at an axis")
         assert not [text for text in page.evaluate("[...drawn]") if text.startswith(f"0{other}")]
+    # No tick is rounded: an axis has three decimals, and so have the steps from tick to tick.
+    ask(session, lambda s: s.reset())
+    until(page, lambda: "0,005" in page.evaluate("[...drawn]"), "an error of little")
+    assert "0,003" not in page.evaluate("[...drawn]")
     (number,) = [i for i, seen in enumerate(page.evaluate(_SEEN)) if seen == "0,35"]
     box = page.locator(".mantine-NumberInput-input").nth(number)
     for typed, velocity in (("0,25", 0.25), ("0.2", 0.2)):
