@@ -1,11 +1,10 @@
 """One knob a law, so that laws can be compared where they keep the same distance; and the value of it that keeps a given one."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Final
 
-from scenes.headless import Summary, run
 from scenes.inputs import Recorded
 from scenes.laws import LAWS, Knob
 from scenes.rerun import Stopped, never, rerun
@@ -47,20 +46,6 @@ MOST_RERUNS: Final = 24
 
 _FIRST_LOOK: Final = 7
 """Of these, values spread over the whole range of the knob."""
-
-
-@dataclass(frozen=True)
-class KnobPoint:
-    """A run at one value of a knob, and what came out."""
-
-    value: float
-    summary: Summary
-
-
-def knob_points(knob: LawKnob, settings: RunSettings, seconds: float) -> Iterator[KnobPoint]:
-    """Yield a run of the scene's own person at every point of a knob."""
-    for value in knob.setting.points:
-        yield KnobPoint(value, run(knob.at(settings, value), seconds).summary)
 
 
 @dataclass(frozen=True)

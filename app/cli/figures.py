@@ -6,6 +6,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from app.cli.sweep import computing
 from app.runtime.terminal import ending_at_once
 from controllers.errors import BadSetting
 from scenes.files import written
@@ -23,13 +24,15 @@ class Figures:
     """Seed of every random person."""
     quick: bool = False
     """Shorter runs and fewer points."""
+    workers: int = 0
+    """Processes; 0 takes one a core."""
 
 
 def draw_figures(command: Figures) -> int:
     """Draw, save and report; return the exit code.
 
     Raises:
-        BadSetting: no such figure, a bad seed, or a folder that cannot be written to.
+        BadSetting: no such figure, a bad seed or number of workers, or a folder that cannot be written to.
     """
     with ending_at_once():
         import matplotlib
@@ -51,8 +54,8 @@ def draw_figures(command: Figures) -> int:
     bar = tqdm(total=len(entries), unit="figure", disable=None, leave=False)
     # The second bar counts the simulated steps of one figure.
     steps = tqdm(unit="step", unit_scale=True, disable=None, leave=False, position=1, mininterval=0.2)
-    with bar, steps:
-        plan = Plan(seed, command.quick, steps.update)
+    with bar, steps, computing(command.workers, None) as compute:
+        plan = Plan(seed, command.quick, steps.update, compute)
         for entry in entries:
             bar.set_description(entry.name)
             steps.reset()

@@ -9,8 +9,9 @@ from typing import Any, TextIO, TypeVar
 from matplotlib.figure import Figure
 
 from app.figures.figure_style import DPI
+from scenes.children import ComputeMany, computed
 from scenes.files import written
-from scenes.headless import Run, TargetSource, run
+from scenes.headless import Run, Summary, TargetSource, run
 from scenes.settings import LawSettings, RunSettings, values
 
 T = TypeVar("T")
@@ -23,11 +24,18 @@ class Plan:
         seed: of every person who plays a part.
         quick: shorter runs and fewer points, for a first look and for tests.
         on_progress: called with the number of steps made since the last call.
+        compute: makes the runs of which there are many; in this process, if nothing else is given.
     """
 
-    def __init__(self, seed: int = 1, quick: bool = False, on_progress: Callable[[int], object] | None = None) -> None:
+    def __init__(
+        self,
+        seed: int = 1,
+        quick: bool = False,
+        on_progress: Callable[[int], object] | None = None,
+        compute: ComputeMany[Any] = computed,
+    ) -> None:
         self.seed, self.quick = seed, quick
-        self._on_progress = on_progress
+        self._on_progress, self._compute = on_progress, compute
         self._kept: dict[tuple[RunSettings, float], Run] = {}
 
     def either(self, full: T, quick: T) -> T:
@@ -42,12 +50,36 @@ class Plan:
         """Simulate, and let go of it afterwards."""
         return run(settings, seconds, person, on_progress=self._on_progress)
 
+    def each(self, function: Callable[..., T], calls: Sequence[tuple[Any, ...]]) -> list[T]:
+        """Return the results of many calls, in their order.
+
+        Args:
+            function: at a module's top level.
+            calls: the arguments of each; the first two are the settings and the length of a run [s].
+        """
+        results: dict[int, T] = {}
+        for index, result in self._compute(function, calls):
+            results[index] = result
+            settings, seconds, *_ = calls[index]
+            if self._on_progress:
+                self._on_progress(round(seconds / settings.dt))
+        return [results[index] for index in range(len(calls))]
+
+    def summaries(self, settings: Sequence[RunSettings], seconds: float) -> list[Summary]:
+        """Simulate many times with the settings' own person, and return what the runs came to."""
+        return self.each(summary_of, [(each, seconds) for each in settings])
+
     def shared(self, settings: RunSettings, seconds: float) -> Run:
         """Simulate with the settings' own person, or return the run of an earlier figure; only to be read."""
         key = replace(settings), seconds
         if key not in self._kept:
             self._kept[key] = self.run(settings, seconds)
         return self._kept[key]
+
+
+def summary_of(settings: RunSettings, seconds: float) -> Summary:
+    """Return what a run with the settings' own person comes to."""
+    return run(settings, seconds).summary
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from app.figures.figure_style import COLOURS, DASHES, MARKERS, SERIES, sheet
 from app.figures.laws_compared import JUMPS, growth
 from controllers.kinematics import Array
 from scenes.headless import Summary
-from scenes.law_knobs import KnobPoint, LawKnob, knob_points, knobs
+from scenes.law_knobs import LawKnob, knobs
 from scenes.laws import LAWS
 from scenes.settings import RunSettings, specs
 
@@ -79,7 +79,7 @@ def draw(plan: Plan) -> Drawn:
     length, dt = plan.either(30.0, 10.0), 0.01
     base = plan.settings(dt=dt)
     d_m = base.law.critical_distance
-    curves = [_curve(plan, knob, base, length) for knob in knobs()]
+    curves = _curves(plan, base, length)
     figure = sheet(7.2, 6.4)
     whole, near = figure.subplots(2, 1, height_ratios=(1.0, 1.15))
     for curve in curves:
@@ -97,22 +97,23 @@ def draw(plan: Plan) -> Drawn:
     return Drawn(figure, columns, [row for curve in curves for row in curve.rows], settings, _found(curves, prices, base))
 
 
-def _curve(plan: Plan, knob: LawKnob, base: RunSettings, length: float) -> KnobCurve:
-    if plan.quick:
-        knob = replace(knob, setting=knob.setting._replace(points=knob.setting.points[1::3]))
-    runs: list[list[KnobPoint]] = []
-    rows: list[list[object]] = []
-    for seed in range(plan.seed, plan.seed + plan.either(SEEDS, 2)):
-        runs.append(list(knob_points(knob, replace(base, seed=seed), length)))
-        rows += [
-            [knob.law, int(knob.setting.feed_forward), knob.setting.key, point.value, seed, s.d_min, s.e2_max, s.ddq_max]
-            for point in runs[-1]
-            for s in (point.summary,)
-        ]
-    d_min, e2 = (
-        np.array([[getattr(point.summary, name) for point in points] for points in runs]) for name in ("d_min", "e2_max")
-    )
-    return KnobCurve(knob, np.array(knob.setting.points), d_min, e2, rows)
+def _curves(plan: Plan, base: RunSettings, length: float) -> list[KnobCurve]:
+    every = plan.either(slice(None), slice(1, None, 3))
+    persons = range(plan.seed, plan.seed + plan.either(SEEDS, 2))
+    points = [(knob, seed, value) for knob in knobs() for seed in persons for value in knob.setting.points[every]]
+    summaries = plan.summaries([knob.at(replace(base, seed=seed), value) for knob, seed, value in points], length)
+    runs = list(zip(points, summaries, strict=True))
+    return [_curve(knob, [(seed, value, s) for (of, seed, value), s in runs if of == knob]) for knob in knobs()]
+
+
+def _curve(knob: LawKnob, runs: list[tuple[int, float, Summary]]) -> KnobCurve:
+    persons = len({seed for seed, _, _ in runs})
+    d_min, e2 = (np.array([getattr(s, name) for _, _, s in runs]).reshape(persons, -1) for name in ("d_min", "e2_max"))
+    name, setting = knob.law, knob.setting
+    rows: list[list[object]] = [
+        [name, int(setting.feed_forward), setting.key, value, seed, s.d_min, s.e2_max, s.ddq_max] for seed, value, s in runs
+    ]
+    return KnobCurve(knob, np.array([value for _, value, _ in runs[: d_min.shape[1]]]), d_min, e2, rows)
 
 
 def _draw_curve(whole: Axes, near: Axes, curve: KnobCurve) -> None:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from itertools import islice
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -12,9 +13,10 @@ from app.figures.figure_style import COLOURS, DASHES, MARKERS, SERIES, sheet
 from controllers.laws.situation import AUTHORITY
 from controllers.laws.task_space import free_part
 from controllers.tasks import TASK_DIMENSION
-from scenes.headless import Run, Summary
+from scenes.headless import Run, Summary, run
 from scenes.history import COLUMN
 from scenes.laws import LAWS
+from scenes.settings import RunSettings
 
 TOLERANCE: Final = 2e-4
 """What counts as still on the threshold [m]: a law that rests on d_m itself overshoots by some of dt."""
@@ -110,20 +112,26 @@ def variants() -> dict[str, dict[str, Any]]:
     return found
 
 
+def _run_with_jump(settings: RunSettings, seconds: float) -> tuple[Summary, Jump]:
+    made = run(settings, seconds)
+    return made.summary, largest_jump(made)
+
+
 def draw(plan: Plan) -> Drawn:
     """d_min, e² and the largest q̈ over dt, law by law."""
     steps = plan.either((0.02, 0.01, 0.005, 0.0025), (0.02, 0.01))
     length = plan.either(46.0, 12.0)
     base = plan.settings(rig="table")
+    laws = variants()
+    settings = [plan.settings(law, rig="table", dt=dt) for law in laws.values() for dt in steps]
+    made = iter(plan.each(_run_with_jump, [(each, length) for each in settings]))
     runs: dict[str, list[Summary]] = {}
     jumps: list[str] = []
-    for label, law in variants().items():
-        *coarser, finest = steps
-        runs[label] = [plan.run(plan.settings(law, rig="table", dt=dt), length).summary for dt in coarser]
-        run = plan.run(plan.settings(law, rig="table", dt=finest), length)
-        runs[label].append(run.summary)
+    for label, law in laws.items():
+        found = list(islice(made, len(steps)))
+        runs[label] = [summary for summary, _ in found]
         if growth(runs[label], steps) > JUMPS:
-            jumps.append(cause(label.replace("$", ""), largest_jump(run), LAWS[law["law"]].in_null_space))
+            jumps.append(cause(label.replace("$", ""), found[-1][1], LAWS[law["law"]].in_null_space))
     figure = sheet(6.0, 10.4)
     layout: list[Any] = [["d", "d zoom", "table"], ["e", "e zoom", "table"], ["a", "a", "table"]]
     panels = figure.subplot_mosaic(layout, width_ratios=(1.0, 1.0, 1.75))

@@ -1,5 +1,6 @@
 """How near the arms come when the person gets faster: the threshold at w = v."""
 
+from itertools import islice
 from typing import Final
 
 import numpy as np
@@ -7,9 +8,10 @@ import numpy as np
 from app.figures.drawn_figure import Drawn, Plan, csv_head
 from app.figures.fig5_hold import approach
 from app.figures.figure_style import COLOURS, DASHES, sheet
-from scenes.headless import Run
+from scenes.headless import Summary, run
 from scenes.roles import Paced
 from scenes.room import build_room
+from scenes.settings import RunSettings
 from scenes.two_arms import Autopilot
 
 SCRIPT: Final = 46.0
@@ -22,21 +24,29 @@ LOOKS: Final = {
 """Whether the law knows w → marker, colour, dash and label."""
 
 
+def _at_pace(settings: RunSettings, seconds: float, pace: float) -> tuple[float, Summary]:
+    """Return w, and what a run comes to, with the person of the settings at another pace."""
+    person = Autopilot(build_room(settings.rig), settings.guided, settings.seed)
+    made = run(settings, seconds, Paced(person, pace))
+    return approach(made), made.summary
+
+
 def draw(plan: Plan) -> Drawn:
     paces = plan.either((0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.5, 1.6, 1.7, 1.8, 2.0, 2.3, 2.7, 3.2, 3.8), (1.0, 3.8))
     base = plan.settings(rig="table", hand_speed=1.0)
     v, critical = base.law.nominal_velocity, base.law.critical_distance
-    results: dict[bool, list[tuple[float, Run]]] = {}
+    calls = [
+        (plan.settings({"feed_forward": feed_forward}, rig="table", hand_speed=1.0), plan.either(SCRIPT, 20.0) / pace, pace)
+        for feed_forward in LOOKS
+        for pace in paces
+    ]
+    made = iter(plan.each(_at_pace, calls))
+    results = {feed_forward: list(islice(made, len(paces))) for feed_forward in LOOKS}
     figure = sheet(3.1)
     axes = figure.subplots()
     for feed_forward, (marker, colour, dash, label) in LOOKS.items():
-        settings = plan.settings({"feed_forward": feed_forward}, rig="table", hand_speed=1.0)
-        runs = results[feed_forward] = []
-        for pace in paces:
-            person = Autopilot(build_room(settings.rig), settings.guided, settings.seed)
-            run = plan.run(settings, plan.either(SCRIPT, 20.0) / pace, Paced(person, pace))
-            runs.append((approach(run), run))
-        xs, ys = [v / w for w, _ in runs], [run.summary.d_min for _, run in runs]
+        runs = results[feed_forward]
+        xs, ys = [v / w for w, _ in runs], [summary.d_min for _, summary in runs]
         axes.plot(xs, ys, marker=marker, color=colour, linestyle=dash, markersize=5, markeredgecolor="white", label=label)
     axes.axhline(critical, color=COLOURS.critical, linestyle=DASHES[4], linewidth=1.3)
     axes.axvline(1.0, color=COLOURS.approach, linestyle=DASHES[2], linewidth=1.3)
@@ -49,8 +59,8 @@ def draw(plan: Plan) -> Drawn:
     axes.text(axes.get_xlim()[1], critical - 0.004, "$d_m$", color=COLOURS.critical, ha="right", va="top", fontsize=12)
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.12))
     paper, fed = results[False], results[True]
-    kept = [run.summary.d_min for w, run in paper if w <= v]
-    lost = [(w, run.summary.d_min) for w, run in paper if run.summary.d_min < critical]
+    kept = [summary.d_min for w, summary in paper if w <= v]
+    lost = [(w, summary.d_min) for w, summary in paper if summary.d_min < critical]
     found = [
         f"Smallest distance of the {len(kept)} runs with w ≤ v: {1000 * min(kept):.1f} mm, d_m = {1000 * critical:.0f} mm."
         if kept
@@ -60,13 +70,13 @@ def draw(plan: Plan) -> Drawn:
         "ends above d_m, since d* > d_m leaves a margin."
         if lost
         else "",
-        f"With the approach added to v (ours) no run comes nearer than {1000 * min(run.summary.d_min for _, run in fed):.1f} mm, "
+        f"With the approach added to v (ours) no run comes nearer than {1000 * min(summary.d_min for _, summary in fed):.1f} mm, "
         f"up to w = {max(w for w, _ in fed):.2f} m/s.",
     ]
     rows = [
-        [int(feed), pace, w, v / w, run.summary.d_min, run.summary.share_below]
+        [int(feed), pace, w, v / w, summary.d_min, summary.share_below]
         for feed, runs in results.items()
-        for pace, (w, run) in zip(paces, runs, strict=True)
+        for pace, (w, summary) in zip(paces, runs, strict=True)
     ]
     assert np.isfinite([row[4] for row in rows]).all()
     columns = ["w_added", "pace", "w_max", "v_over_w", "d_min", "share_below"]

@@ -10,8 +10,9 @@ from app.session.knob_search import KnobSearch
 from app.session.microscope import Microscope
 from app.session.studies import Studies
 from app.settings import Settings
+from scenes import headless
 from scenes.inputs import InputsLog, Recorded
-from scenes.law_knobs import LawKnob, knob_points, knobs
+from scenes.law_knobs import LawKnob, knobs
 from scenes.laws import DEFAULT_LAW
 from scenes.rerun import Stopped
 from scenes.settings import RunSettings
@@ -85,7 +86,8 @@ def knob_curve(settings: RunSettings, knob: LawKnob, stopped: Callable[[], bool]
     Raises:
         Stopped: as soon as `stopped()` is true, after the run at work.
     """
-    found = (point.summary for point in _while_wanted(knob_points(knob, settings, SECONDS), stopped))
+    runs = (headless.run(knob.at(settings, value), SECONDS).summary for value in knob.setting.points)
+    found = _while_wanted(runs, stopped)
     return tuple(sorted(SafetyPoint(summary.d_min, summary.e2_max) for summary in found))
 
 

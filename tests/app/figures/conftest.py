@@ -42,7 +42,7 @@ def read(text: str) -> Table:
 @pytest.fixture(scope="session")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("figures")
-    assert draw_figures(Figures(out=out, quick=True)) == 0
+    assert draw_figures(Figures(out=out, quick=True, workers=1)) == 0
     return out
 
 

@@ -280,7 +280,13 @@ def test_same_drawing_each_time(tmp_path: Path) -> None:
         assert path.read_bytes() == (tmp_path / "b" / path.name).read_bytes(), path.name
 
 
-def test_a_folder_and_a_seed_that_cannot_be(tmp_path: Path) -> None:
+def test_several_processes_find_the_same_numbers(folder: Path, tmp_path: Path) -> None:
+    assert draw_figures(Figures(only="threshold", out=tmp_path, quick=True, workers=2)) == 0
+    name = f"{entry('threshold').stem}.csv"
+    assert (tmp_path / name).read_bytes() == (folder / name).read_bytes()
+
+
+def test_a_folder_a_seed_and_a_number_of_workers_that_cannot_be(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(BadSetting, match="another folder"):
         draw_figures(Figures(only="2", out=tmp_path / "file" / "inside"))
@@ -290,3 +296,5 @@ def test_a_folder_and_a_seed_that_cannot_be(tmp_path: Path) -> None:
     for seed in (-1, 10_000):
         with pytest.raises(BadSetting, match="seed"):
             draw_figures(Figures(only="2", out=tmp_path, seed=seed))
+    with pytest.raises(BadSetting, match="workers = -1"):
+        draw_figures(Figures(only="2", out=tmp_path, workers=-1))
