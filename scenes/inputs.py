@@ -289,7 +289,8 @@ class InputsLog:
 
 def law_of_file(simulation: Simulation) -> LawOfFile | None:
     """Return the law that a simulation has from a file; None if it is that of the settings."""
-    return simulation.law if isinstance(simulation.law, LawOfFile) else None
+    law = simulation.custom_law
+    return law if law is not None and isinstance(law, LawOfFile) else None
 
 
 def merged_stretches(stretches: list[Stretch]) -> tuple[Stretch, ...]:

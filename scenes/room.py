@@ -2,7 +2,7 @@
 stands now."""
 
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from typing import Final
 
 import coal
@@ -71,8 +71,11 @@ class Room:
 
     def task(self, settings: RunSettings) -> HandTask:
         """Return what a hand keeps: without six joints its place alone, whatever the settings ask for."""
-        turns = all(arm.joints.stop - arm.joints.start >= TASK_DIMENSION["pose"] for arm in self.arms)
-        return settings.task if turns else "position"
+        return settings.task if self._hands_turn else "position"
+
+    @cached_property
+    def _hands_turn(self) -> bool:
+        return all(arm.joints.stop - arm.joints.start >= TASK_DIMENSION["pose"] for arm in self.arms)
 
     def bases(self) -> tuple[pin.SE3, ...]:
         """Return the pose of each arm's base."""

@@ -65,7 +65,7 @@ class Simulation:
         self.near: Proximity | None = None
         """What the newest step decided by; None where that is not known, or other settings are in force."""
         self.law: Law = settings.law.made()
-        self._custom_law: Law | None = None
+        self.custom_law: Law | None = None
         self._hardware: HardwareSettings | None = None
         self.answers: tuple[float | Array, ...] = ()
         """What the law answered in the newest step: λ, and q̇ of each group of joints that avoids, which may be a view [rad/s]."""
@@ -112,7 +112,7 @@ class Simulation:
         """Change the settings from the next step on. The arms stay where they are, unless they are put into another room."""
         before = self.settings
         self.settings, self.near = settings, None
-        if self._custom_law is None:
+        if self.custom_law is None:
             self.law = settings.law.made()
         self.world.bounds.gain = settings.limit_gain
         room = room_of(settings)
@@ -145,7 +145,7 @@ class Simulation:
 
     def use(self, law: Law | None) -> None:
         """Run a custom law instead of that of the settings; None for theirs again."""
-        self._custom_law = law
+        self.custom_law = law
         self.law = self.settings.law.made() if law is None else law
 
     @property
@@ -195,7 +195,7 @@ class Simulation:
         Raises:
             Unanswered: the law has not answered yet. No step was made and nothing has changed, so the same step can be made later.
         """
-        if self._custom_law is None:
+        if self.custom_law is None:
             self._advance(target)
             return
         velocities, memories = self.velocities.copy(), [task.memory() for task in self.roles.tasks]
