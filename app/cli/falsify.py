@@ -64,7 +64,7 @@ def falsify(command: Falsify) -> int:
     if min(command.starts, command.skip, command.workers) < 0:
         raise BadSetting("falsify needs starts and skip from 0, and workers from 1, or 0 for one a core.")
     if command.out is not None and not os.path.isdir(command.out.parent):
-        raise BadSetting(f"out = {command.out}: there is no folder {command.out.parent}; make it first.")
+        raise BadSetting(f"out = {command.out}: there is no folder {command.out.absolute().parent}; make it first.")
     begin, workers = time(), command.workers or cores()
     most = command.starts or max(1, round(FASTEST * command.seconds)) * workers
     calls = ((settings, settings.seed, command.skip + place, begin + command.seconds) for place in range(most))

@@ -67,7 +67,7 @@ def simulate(command: RunCommand) -> int:
     check_length(settings, command.seconds)
     source = _target_source(command, settings)
     if command.csv is not None and not os.path.isdir(command.csv.parent):
-        raise BadSetting(f"csv = {command.csv}: there is no folder {command.csv.parent}; make it first.")
+        raise BadSetting(f"csv = {command.csv}: there is no folder {command.csv.absolute().parent}; make it first.")
     steps = round(command.seconds / settings.dt)
     with contextlib.ExitStack() as stack:
         law = None if command.law_file is None else stack.enter_context(CustomLaw(command.law_file, waits=True))

@@ -355,7 +355,7 @@
   };
   new ResizeObserver(redraw).observe($("duet-plots"));
   redraw();
-  if (film.mark && !film.play) seek(film.mark.time);
+  if (film.mark) seek(film.mark.time);
   tick();
 
   // --- the scene, as soon as viser has put it up
@@ -367,7 +367,6 @@
       show();
       duet.ready = true;
       dispatchEvent(new Event("duet-built"));
-      if (film.play) play(true);
     } else requestAnimationFrame(there);
   };
   const state = {

@@ -158,7 +158,6 @@ def packed_film(filmed: Filmed, panels: tuple[Panel, ...], mark: float | None = 
         "rate": RATE,
         "frames": len(filmed.times),
         "bodies": filmed.bodies,
-        "play": False,
         "mark": None if mark is None else {"time": mark, "name": f"{tr('smallest distance')}, {decimal(f'{mark:.1f}')} s"},
         "words": {"play": tr("Play"), "pause": tr("Pause"), "of": tr("{time} of {end} s"), "point": decimal(".")},
         "tracks": tracks,

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from app.export.csv_table import changes
 from app.export.recorded_curves import NOT_OVER_TIME, OF_OTHER_RUNS, Curves, Panel, Stroke
-from app.figures.figure_style import COLOURS, DPI, FAINT, INK, STYLE, sheet
+from app.figures.figure_style import COLOURS, DASHES, DPI, FAINT, INK, STYLE, sheet
 from app.i18n.speaking import tr
 from app.lessons.runs import page_value
 from app.plots.law_charts import FAR, ORDERS, all_laws, distances
@@ -203,7 +203,8 @@ def _laws(axes: Axes, replay: Replay, xs: np.ndarray, law: LawSettings) -> None:
         own = name == law.law
         ys = [each.line_rate(d, now.pull, now.approach, now.square) for d in xs.tolist()]
         colour, label = colours[i % len(colours)], tr(LAWS[name].short)
-        axes.plot(xs, ys, color=colour, linewidth=2.4 if own else 1.1, label=label, zorder=3.0 if own else 2.0)
+        width, dash = 2.4 if own else 1.1, DASHES[i // len(colours)]
+        axes.plot(xs, ys, color=colour, linestyle=dash, linewidth=width, label=label, zorder=3.0 if own else 2.0)
     largest = min(max(abs(now.pull), law.nominal_velocity, abs(now.approach), 0.08) * 1.3, LONGEST)
     axes.set_ylim(-largest, largest)
     axes.plot([now.distance], [now.rate], marker="o", markersize=6.0, color=INK, linestyle="none", label=tr("now"), zorder=4.0)

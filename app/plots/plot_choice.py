@@ -59,13 +59,13 @@ _ALONE: Final = {"error": "hand", "distance": "elbow"}
 
 
 def cells(run: RunSettings, details: str, only: tuple[str, ...] = ()) -> tuple[str, ...]:
-    """Return the names of what is shown, that which a projector shows alone first; `only`: instead of the first two."""
+    """Return the names of what is shown, that which a projector shows alone first; `only`: instead of the first two, if one is possible."""
     first: tuple[str, ...] = first_plots(run)
     shown = first
     if only:
         shown = tuple(_ALONE.get(name, name) for name in only) if first[0] == "hand" else only
         possible = (*PLACES, *possible_details(run))
-        shown = tuple(name for name in shown if name in possible)
+        shown = tuple(name for name in shown if name in possible) or first
         details = "none" if details in shown else details
     if details == "none" or details not in possible_details(run):
         return shown

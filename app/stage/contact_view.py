@@ -15,7 +15,7 @@ from app.settings import PageSettings
 from app.stage.arms import ArmView
 from app.stage.poses import fresh
 from app.stage.stage_part import StagePart
-from app.theme import PALETTES, Rgb, blend, scale
+from app.theme import PALETTES, Rgb, blend, rgb, scale
 from app.web.pages import PageAssets
 from scenes.room import Room
 from scenes.simulation import Simulation
@@ -46,7 +46,7 @@ class ClosestLine(StagePart):
         self._on, self._palette, self._scale = page.contact, PALETTES[page.theme], scale(page.profile)
         self._label.font_screen_scale = 1.15 * self._scale
         for end in self._ends:
-            end.color = (40, 44, 50) if page.theme == "light" else (235, 240, 245)
+            end.color = rgb(self._palette.ink)
 
     def show(self, frame: Frame) -> None:
         """Draw the pair that is closest now."""

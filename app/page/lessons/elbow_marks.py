@@ -11,9 +11,9 @@ from app.lessons.lesson import Step
 from app.lessons.measures.quantity import measure, shown_parameter
 from app.lessons.session.lesson_session import LessonSession
 from app.session.frame import Frame
-from app.settings import PageSettings, Theme
+from app.settings import PageSettings
 from app.stage.poses import fresh
-from app.theme import PALETTES, Rgb, rgb, scale
+from app.theme import PALETTES, rgb, scale
 from scenes.simulation import Simulation
 
 RADIUS: Final = 0.03
@@ -21,9 +21,6 @@ RADIUS: Final = 0.03
 
 USUAL_REACH: Final = 0.015
 """How near the elbow has to come where no challenge says it [m]."""
-
-UNTOUCHED: Final[dict[Theme, Rgb]] = {"light": (40, 44, 50), "dark": (235, 240, 245)}
-"""The arm is orange, so that its marks are not."""
 
 PERIOD: Final = 0.2
 """Wall time between two looks at the run [s]."""
@@ -76,7 +73,8 @@ class Marks:
 
     def _paint(self, index: int, touched: bool) -> None:
         theme, (ball, label) = self._page().theme, self._nodes[index]
-        ball.color = rgb(PALETTES[theme].velocity) if touched else UNTOUCHED[theme]
+        # The arm is orange, so that its marks are not.
+        ball.color = rgb(PALETTES[theme].velocity if touched else PALETTES[theme].ink)
         angle = shown_parameter("angle", self._run.walk.step.marks[index])
         label.text = f"✓ {angle}" if touched else angle
 

@@ -55,7 +55,7 @@ def test_an_interrupted_search_says_what_it_has_and_how_to_go_on(capsys: pytest.
         (["--seconds", "nan"], "seconds = nan is out of range"),
         (["--workers", "-1"], "workers from 1, or 0 for one a core"),
         (["--starts", "-1"], "starts and skip from 0"),
-        (["--out", "nowhere/at/all.npz"], "there is no folder nowhere/at; make it first"),
+        (["--out", "nowhere/at/all.npz"], "/nowhere/at; make it first"),
     ],
 )
 def test_nonsense_is_refused_before_anything_runs(options: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:

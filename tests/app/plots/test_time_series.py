@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from app.custom_law.custom_law import CustomLaw
 from app.plots.bins import AT_HIGH, HIGH, LAST, LOW, POINTS, WINDOW, Bins, bin_numbers, polyline
-from app.plots.plot_choice import CHARTS, cells, layout_html, possible_details
+from app.plots.plot_choice import CHARTS, cells, first_plots, layout_html, possible_details
 from app.plots.time_plots import colour_of, time_plot_of
 from app.plots.time_series import COLUMNS, NAMES, RollingSeries, drawable
 from app.theme import PALETTES
@@ -22,6 +22,11 @@ from scenes.settings import RobotName, RunSettings
 from scenes.simulation import Simulation
 from scenes.two_arms import Autopilot
 from tests.app.plots.helpers import DETAILS, SCENES, ShownPanel, played
+
+
+def test_where_no_plot_that_is_asked_for_is_possible_the_first_two_are_shown() -> None:
+    alone = RunSettings(scene="solo")
+    assert cells(alone, "none", ("pairs",)) == first_plots(alone) and cells(alone, "none", ("pairs", "rates")) == ("rates",)
 
 
 @pytest.mark.parametrize("scene", SCENES)
