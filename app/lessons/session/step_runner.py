@@ -114,6 +114,7 @@ class StepRunner:
         self._session, self._notes = session, notes
         self.further = FurtherRuns()
         self.seen: dict[tuple[str, str], Recorded] = {}
+        self._warm = False
 
     def begin(self, walk: Walkthrough, own_settings: bool = False) -> None:
         """Begin the present run, from its start and with its target source. `own_settings`: with the visitor's, not the step's."""
@@ -143,6 +144,10 @@ class StepRunner:
         session.looks_up_at = 0.0 if walk.yours else walk.setup.seconds
         session.halt.go_on()
         session.halt.set("lesson", walk.locked or not walk.yours)
+        if not self._warm:
+            # The decisive moment of the first run should not wait for a process that begins.
+            session.studies.questions.prepare(session.settings)
+            self._warm = True
 
     def apply(self, settings: Settings) -> None:
         """Apply settings one by one, in whatever order they are possible; a notice says the last refusal, if some are not."""

@@ -193,3 +193,13 @@ def test_single_steps_are_shown_about_the_moment() -> None:
     assert frame.shown.mark is not None and frame.shown.mark.time == pytest.approx(first + watched.session.settings.run.dt)
     said = moment_html(frame, (0.0, 5.0))
     assert "--duet-mark-align:end" in said and "--duet-mark-align:start" in moment_html(frame, (2.0, 20.0))
+
+
+def test_the_first_lesson_has_the_process_begun_that_makes_its_films() -> None:
+    watched = Watched()
+    watched.lessons.enter(0, 0)
+    assert watched.session.studies.questions._jobs.kinds == ("warm",), "before Run is pressed"
+    watched.pool.work("warm")
+    watched.frame()
+    watched.lessons.enter(1, 0)
+    assert watched.session.studies.questions._jobs.kinds == (), "once"
