@@ -163,7 +163,7 @@ class Loss(NamedTuple):
     """What a run lost below d_m in one go [m].
 
     Attributes:
-        lost: with all of `BLAMED` kept; the smaller one of those at dt and at dt / `FINER`, if that at dt is more than `BROKEN`.
+        lost: with all of `BLAMED` kept; if that is more than `BROKEN`, what is `lasting` of it.
         strict: what was lost while one pair was the closest, too.
         nearest: smallest d_law − d_m ≥ 0 while `BLAMED` are kept; ∞ if there is none.
         missing: one of `BLAMED` → what was lost while none of the others was missing.
@@ -188,6 +188,12 @@ class Found:
     def badness(self) -> tuple[float, float]:
         """What a worse run has more of: what it loses, else how near it comes."""
         return self.loss.lost, -self.loss.nearest
+
+
+def lasting(lost: float, finer: float) -> float:
+    """Return what is left for any time step of losses at dt and at dt / `FINER` [m]: what shrinks in proportion to dt is the step's own."""
+    limit = (FINER * finer - lost) / (FINER - 1)
+    return max(min(lost, finer, limit), 0.0)
 
 
 def check(settings: RunSettings) -> None:
@@ -253,7 +259,7 @@ class _Search:
         attack, loss = self._worst.attack, self._worst.loss
         if loss.lost > BROKEN:
             finer = replace(attack.settings, dt=attack.settings.dt / FINER)
-            loss = loss._replace(lost=min(loss.lost, _loss(finer, attack.table(FINER)).lost))
+            loss = loss._replace(lost=lasting(loss.lost, _loss(finer, attack.table(FINER)).lost))
         return Found(attack, loss, self._missing, self._runs)
 
     def _goodness(self, variables: Array) -> float:

@@ -43,9 +43,9 @@ class Imitation(Scenario):
         room = world.room
         imitated = ImitatedPerson(world)
         followers = {side: JointFollower(world, room.arm(side), ImitatedArm(imitated, i)) for i, side in enumerate(SIDES)}
-        own, other = room.arm(settings.guided), room.other(settings.guided)
-        task, held = followers[SIDES[room.arms.index(other)]], followers[settings.guided]
-        return Roles((followers["left"], followers["right"]), own, other, task, held, (task, held))
+        # No arm is the person's own; the right one stands where that of another experiment does.
+        task, held = followers["left"], followers["right"]
+        return Roles((task, held), room.arm("right"), room.arm("left"), task, held, (task, held))
 
     def source(self, world: World, settings: RunSettings) -> TargetSource:
         return PersonTarget(Clip(settings.clip, settings.seed))

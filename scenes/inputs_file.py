@@ -116,7 +116,21 @@ def read_person(path: Path, settings: RunSettings) -> TargetSource:
             scene=scene,
             here=settings.scene,
         )
+    kinds = np.concatenate([PARTS[stretch.targets.codes].ravel() for stretch in recorded.stretches])
+    if ((kinds == LINK) | (kinds > JOINTS)).any() and _joint_counts(recorded.settings) != _joint_counts(settings):
+        raise BadInputFile(
+            "{name}: pulls at joints of other arms than these; add --robot {robot} --guided {guided}.",
+            name=path,
+            robot=recorded.settings.robot,
+            guided=recorded.settings.guided,
+        )
     return RecordedPerson(recorded)
+
+
+def _joint_counts(settings: RunSettings) -> list[int]:
+    """Return how many joints each arm has, the guided one first."""
+    arms = room_of(settings).arms
+    return [arm.joints.stop - arm.joints.start for arm in sorted(arms, key=lambda arm: arm.name != settings.guided)]
 
 
 def _content(path: Path) -> bytes:
@@ -197,9 +211,7 @@ def _recorded(arrays: dict[str, np.ndarray]) -> Recorded:
     _check(lengths.ndim == 1 and lengths.dtype.kind == "u", "has no lengths")
     _check(1 <= len(lengths) <= MOST_STRETCHES and (lengths > 0).all(), "has an impossible number of stretches")
     settings = _settings(about, len(lengths))
-    arms = room_of(settings[0]).arms
-    links = [arm.joints.stop - arm.joints.start for arm in sorted(arms, key=lambda arm: arm.name != settings[0].guided)]
-    targets = _targets(arrays, int(lengths.astype(np.uint64).sum()), links)
+    targets = _targets(arrays, int(lengths.astype(np.uint64).sum()), _joint_counts(settings[0]))
     snapshot = _snapshot(about, arrays, settings[0])
     stretches: list[Stretch] = []
     first = 0
@@ -260,7 +272,7 @@ def _settings(about: dict[str, Any], stretches: int) -> list[RunSettings]:
 
 
 def _targets(arrays: dict[str, np.ndarray], count: int, links: list[int]) -> PackedTargets:
-    """Return the checked targets. `count`: of different ones; `links`: of every arm, that of the guided one first."""
+    """Return the checked targets. `count`: of different ones; `links`: see `_joint_counts`."""
     codes, counts, numbers = arrays["codes"], arrays["counts"], arrays["numbers"]
     _check((codes.dtype, counts.dtype, numbers.dtype) == (np.uint8, np.uint32, np.float64), "has targets of the wrong type")
     _check(codes.shape == counts.shape == (count,) and numbers.ndim == 1, "has targets of the wrong number")
@@ -296,6 +308,7 @@ def _targets(arrays: dict[str, np.ndarray], count: int, links: list[int]) -> Pac
                 checked((codes == code) & which, 1, lambda rows, known=known: np.isin(rows, known).all(), fault)
             checked(codes == code, 6, lambda rows: (np.abs(rows) <= REACH).all(), near, begin=1)
         elif code == ANGLES or code > JOINTS:
+            _check(code == ANGLES or code - JOINTS == links[0], "moves joints that the arm does not have")
             turns = LazyText("has an angle beyond two turns")
             checked(codes == code, WIDTHS[code], lambda rows: (np.abs(rows) <= WIDEST).all(), turns)
     return targets

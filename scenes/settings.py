@@ -209,7 +209,7 @@ class RunSettings:
         "", 1.0, 10.0, 0.5, words="task gain:",
     )  # fmt: skip
     hand_speed: float = ARMS_PACE.number(
-        0.25, "wmax", "w_max", "A person's speed limit: nothing on your arm moves faster.",
+        0.25, "wmax", "w_max", "A person's speed limit: nothing on your arm moves faster, unless it keeps clear itself.",
         "m/s", 0.05, 1.0, 0.01, "m/s", words="speed limit",
     )  # fmt: skip
     dt: float = ARMS_TIME.number(

@@ -116,10 +116,12 @@ class Simulation:
             self.law = settings.law.made()
         self.world.bounds.gain = settings.limit_gain
         room = room_of(settings)
-        if room is not self.room or (settings.scene, settings.start) != (before.scene, before.start):
+        reads = [key for key in ("guided", "path") if key in settings.experiment.reads]
+        start = start_of(settings, room)
+        if room is not self.room or settings.scene != before.scene or start is not start_of(before, room):
             self._enter(room)
             self.reset()
-        elif (settings.guided, settings.path) != (before.guided, before.path):
+        elif any(getattr(settings, key) != getattr(before, key) for key in reads):
             self._assign()
             self._begin()
         elif (settings.avoid, settings.one_row) != (before.avoid, before.one_row):

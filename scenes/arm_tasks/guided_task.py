@@ -24,11 +24,12 @@ class GuidedTask(ArmTask):
         posture = world.room.start[arm.joints]
         self._guide = Guide(world.kinematics, arm, robot, world.bounds.part(arm.joints), posture)
         self._kinematics, self._arm = world.kinematics, arm
+        self._jacobian: Array | None = None
 
     @property
     def task_jacobian(self) -> Array:
-        """J (3, n) of the hand's position."""
-        return self._kinematics.hand_jacobian(self._arm, 3)
+        """J (3, n) of the hand's position in the last `nominal`."""
+        return self._kinematics.hand_jacobian(self._arm, 3) if self._jacobian is None else self._jacobian
 
     def begin(self) -> None:
         """Come to rest."""
@@ -37,6 +38,9 @@ class GuidedTask(ArmTask):
     def nominal(self, target: Target | None, settings: RunSettings, time: float) -> Array:
         """Return q̇ (n,) of the person's hand on the arm [rad/s]; the array is reused."""
         del time
+        # The camera's last frame is looked at afterwards, with the arms where they were then.
+        held = settings.hardware.frame_rate > 0.0
+        self._jacobian = self._kinematics.hand_jacobian(self._arm, 3) if held else None
         target = target.first if isinstance(target, PairTarget) else target
         wish = target if isinstance(target, (HandTarget, JointTarget, LinkTarget)) else None
         return self._guide.follow(wish, self._positions, settings.dt, settings.hand_speed)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 
 from controllers.errors import BadSetting
-from scenes.counterexample import BROKEN, FINER, SECONDS, Attack, attack_of, check, replayed, searched
+from scenes.counterexample import BROKEN, FINER, SECONDS, Attack, attack_of, check, lasting, replayed, searched
 from scenes.history import COLUMN
 from scenes.promise import Condition, broken_by, fallen, missing
 from scenes.rerun import Stopped, rerun
@@ -56,6 +56,15 @@ def test_a_fall_counts_from_the_critical_distance_on_and_in_one_go() -> None:
     assert fallen(margins, ~every) == 0.0
     # What begins below d_m is no fall.
     assert fallen(margins[2:5], every[:3]) == 0.0
+
+
+def test_a_loss_that_shrinks_with_the_time_step_is_none() -> None:
+    assert lasting(1.457e-3, 0.358e-3) < BROKEN and lasting(1.107e-3, 0.274e-3) < BROKEN
+    assert (
+        lasting(0.060, 0.059) == pytest.approx(0.0587, abs=1e-4)
+        and lasting(0.050, 0.060) == 0.050
+        and lasting(0.2e-3, 0.0) == 0.0
+    )
 
 
 def test_a_smooth_distance_loses_nothing() -> None:

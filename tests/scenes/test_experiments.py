@@ -16,7 +16,7 @@ from scenes.rerun import Stopped, rerun
 from scenes.settings import RunSettings, values
 from scenes.simulation import Simulation
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget
-from tests.scenes.helpers import RIG_NAMES, SCENES, column, given_settings, play, recorded_run
+from tests.scenes.helpers import RIG_NAMES, SCENES, column, given_settings, play, recorded_run, scene_settings
 
 ROBOTS = get_args(options.RobotName)
 
@@ -106,6 +106,18 @@ def test_followers_copy_their_models() -> None:
     assert np.abs(simulation.positions - still).max() > 0.05
     coupled = experiment("imitation", law=options.LawSettings(coupled=True, pairs="single"), clip="clap")
     assert run(coupled, 15.0).summary.d_min >= 0.15 - 1e-4
+
+
+@pytest.mark.parametrize(
+    ("scene", "key", "value"),
+    [("hold", "path", "circle"), ("ball", "guided", "left"), ("imitation", "guided", "left"), ("solo", "start", "between")],
+)
+def test_what_an_experiment_does_not_read_changes_no_run(scene: str, key: str, value: str) -> None:
+    """Neither from its start on nor in the middle of it."""
+    table = recorded_run(scene_settings(scene), 1.0, 1.0)[0].history.table()
+    touched, recorded = recorded_run(scene_settings(scene), 1.0, 1.0, {0.5: {key: value}})
+    assert touched.history.table().tobytes() == table.tobytes() and recorded.steps == len(table)
+    assert recorded_run(scene_settings(scene, **{key: value}), 1.0, 1.0)[0].history.table().tobytes() == table.tobytes()
 
 
 @pytest.mark.parametrize("clip", get_args(options.ClipName))

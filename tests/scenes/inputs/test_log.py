@@ -18,11 +18,11 @@ from scenes import inputs_file
 from scenes.headless import run
 from scenes.inputs import CHAPTER, InputsLog, Recorded, RecordedPerson
 from scenes.inputs_file import read_person, read_recorded, recorded_bytes, recorded_from
-from scenes.packing import PackedTargets, encoded
+from scenes.packing import JOINTS, PackedTargets, encoded
 from scenes.rerun import rerun
 from scenes.settings import RunSettings, changed
 from scenes.simulation import Simulation
-from scenes.targets import HandTarget, LinkTarget, Target
+from scenes.targets import HandTarget, JointTarget, LinkTarget, Target
 from tests.scenes.helpers import SCENES, logged_run, scene_settings
 from tests.scenes.inputs.helpers import TARGETS, arrays, everything, same, sample_file, targets
 
@@ -158,6 +158,26 @@ def test_inputs_of_either_kind_are_a_person(tmp_path: Path) -> None:
     assert isinstance(hand, HandTarget) and hand.position.tolist() == [0.4, 0.0, 1.0]
     with pytest.raises(BadInputFile, match=r"in the scene ball, not hold; add --scene ball\."):
         read_person(tmp_path / "a.npz", RunSettings())
+
+
+@pytest.mark.parametrize("target", [JointTarget(np.zeros(7)), LinkTarget(7, np.zeros(3), np.array([0.4, 0.0, 1.0]))])
+def test_joints_of_other_arms_are_pulled_in_no_run(tmp_path: Path, target: Target) -> None:
+    base, _ = sample_file()
+    code, numbers = encoded(target)
+    packed = PackedTargets(np.array([code], np.uint8), np.array([9], np.uint32), np.frombuffer(numbers))
+    data = recorded_bytes(Recorded(base.snapshot, (base.stretches[0]._replace(targets=packed),)))
+    (tmp_path / "a.npz").write_bytes(data)
+    assert same(read_person(tmp_path / "a.npz", RunSettings()).target(0.0), target)
+    with pytest.raises(BadInputFile, match="joints of other arms than these; add --robot lwr --guided right"):
+        read_person(tmp_path / "a.npz", RunSettings(robot="ur5"))
+
+
+def test_a_target_for_more_joints_than_there_are_is_refused() -> None:
+    base, _ = sample_file()
+    packed = PackedTargets(np.array([JOINTS + 5], np.uint8), np.array([9], np.uint32), np.zeros(5))
+    data = recorded_bytes(Recorded(base.snapshot, (base.stretches[0]._replace(targets=packed),)))
+    with pytest.raises(BadInputFile, match="moves joints that the arm does not have"):
+        recorded_from(data, "a.npz")
 
 
 SAMPLE, DATA = sample_file()

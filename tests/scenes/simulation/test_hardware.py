@@ -10,7 +10,7 @@ import pytest
 
 from controllers.budget import distance_rate
 from controllers.errors import BadInputFile
-from controllers.kinematics import Array
+from controllers.kinematics import Array, Kinematics
 from controllers.laws.situation import Situation, Unanswered
 from scenes import random_runs
 from scenes.hardware import measured_positions
@@ -63,6 +63,22 @@ def test_a_lag_alone_goes_on_after_a_slider_and_in_what_is_made_again() -> None:
     touched, _ = recorded_run(settings, 4.0, 1.0, {3.0: {"beta": 90.0}})
     left_alone, _ = recorded_run(settings, 4.0, 1.0)
     assert touched.history.table().tobytes() == left_alone.history.table().tobytes()
+
+
+def test_a_slow_camera_leaves_both_hands_what_their_task_asks() -> None:
+    """d and J_d are those of the last frame, the hands' Jacobians are not."""
+    settings = with_values(scene_settings("hold"), avoid="both", law="null_space_avoidance", fps=5.0, d0=0.6, wmax=0.5)
+    simulation = Simulation(settings, 10)
+    person, arms = simulation.source(), {arm.joints.start: arm for arm in simulation.room.arms}
+    kinematics, moved = Kinematics(simulation.room.model, simulation.room.arms), 0.0
+    for _ in range(600):
+        kinematics.update(simulation.positions)
+        simulation.step(person.target(simulation.time))
+        for group in simulation._groups:
+            J, added = kinematics.hand_jacobian(arms[group.joints.start], 3), group.velocities - group.nominal
+            assert np.abs(J @ added).max() < 1e-8
+            moved = max(moved, float(np.abs(added).max()))
+    assert moved > 0.05, "the arms do avoid"
 
 
 @pytest.mark.parametrize("key", REAL)
