@@ -118,7 +118,7 @@ class Simulation:
         room = room_of(settings)
         reads = [key for key in ("guided", "path") if key in settings.experiment.reads]
         start = start_of(settings, room)
-        if room is not self.room or settings.scene != before.scene or start is not start_of(before, room):
+        if room is not self.room or settings.experiment is not before.experiment or start is not start_of(before, room):
             self._enter(room)
             self.reset()
         elif any(getattr(settings, key) != getattr(before, key) for key in reads):
