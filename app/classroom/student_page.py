@@ -18,7 +18,7 @@ from app.i18n.speaking import N_, tr
 from app.lessons.progress import LONGEST_REASON
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.tally import Ballot, QuestionId
-from app.page.lessons.drawing_board import DrawingBoard
+from app.page.lessons.drawing_board import IN_LESSONS, DrawingBoard
 from app.page.lessons.lesson_html import choice_label
 from app.page.lessons.lesson_panel import ORDER, LessonPanel
 from app.page.picture_size import PHONE, canvas_size
@@ -110,7 +110,7 @@ class Answers:
             for i in range(len(KEYS)):
                 button = gui.add_button(f"{i + 1}", visible=False, color="gray", order=ORDER["choices"] + 1.0 + i)
                 self._buttons.append(on_press(button, partial(self._control.answers.put, Answer(self._student, i))))
-            self._board = DrawingBoard(gui, self._control.answers.put, partial(self._control.draw, self._student))
+            self._board = DrawingBoard(gui, self._control.answers.put, partial(self._control.draw, self._student), IN_LESSONS)
 
     def _offer_reason(self, poll: Poll | None, mine: Ballot) -> None:
         """Offer the line for a reason from the vote until the reveal. As for who works alone, no two questions share one."""

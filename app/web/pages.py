@@ -121,7 +121,8 @@ def _connection() -> PageAssets:
         "reasons": {"full": ROOM_IS_FULL, "elsewhere": ELSEWHERE, "tooMany": OPEN_TOO_OFTEN, "takenOver": TAKEN_OVER},
         "texts": {"lost": LOST, "silent": SILENT, "refused": KEPT_OUT, "tooMany": CROWDED, "takenOver": OPEN_TWICE},
     }
-    return PageAssets((STATIC / "entries.js", STATIC / "connection.js"), (STATIC / "connection.css",), {"connection": constants})
+    scripts = STATIC / "same_html.js", STATIC / "entries.js", STATIC / "connection.js"
+    return PageAssets(scripts, (STATIC / "connection.css",), {"connection": constants})
 
 
 def page_query(request_path: str) -> dict[str, str]:

@@ -25,11 +25,12 @@ Place = tuple[str, str]
 """Names of a lesson and a step."""
 
 
-def board_html(place: Place, drawing: Drawing, drawn: Curve) -> Markup:
-    """Return the board, with what was drawn before."""
+def board_html(place: Place, drawing: Drawing, drawn: Curve, sent: int = 0) -> Markup:
+    """Return the board, with what was drawn before. `sent`: times before; what is drawn on the page meanwhile gives way to a new board."""
     heights = [None if v is None else round(drawing.y.fraction(v), 3) for v in drawn]
     return macros("page/lessons/drawing_board.html").board(
         svg=board_svg(drawing, drawn),
+        sent=sent,
         what=axes_text(drawing),
         at="/".join(place),
         curve=json.dumps(heights),
@@ -69,6 +70,7 @@ class DrawingBoard:
         self._draw = draw
         self._shown: tuple[Place, Drawing] | None = None
         self._known: Curve = ()
+        self._sent = 0
         self._board = gui.add_html("", order=order[0], visible=False)
         self._box = gui.add_text(tr("drawing"), "", order=order[1], visible=False)
         on_entry(self._box, lambda text: post(TakeDrawing(self, text)))
@@ -91,6 +93,7 @@ class DrawingBoard:
         # A board that is being drawn on is left alone: it shows already what came from it.
         if drawing is not None and (shown != self._shown or drawn != self._known):
             self._known = drawn
-            self._board.content = board_html(place, drawing, drawn)
+            self._sent += 1
+            self._board.content = board_html(place, drawing, drawn, self._sent)
         self._shown = shown
         self._board.visible = self._box.visible = drawing is not None

@@ -1,6 +1,7 @@
 """A curve drawn in the lesson's panel, in a real browser: by mouse, finger and keys, alone and in a class."""
 
 import json
+import re
 
 from playwright.sync_api import Page
 
@@ -105,6 +106,14 @@ def test_a_class_draws_a_cloud(house: OpenHouse, page_at: PageAt) -> None:
         page.locator(".duet-draw").wait_for()
     by_mouse(ann, (0.0, 0.9), (1.0, 0.3))
     by_mouse(bo, (0.0, 0.7), (1.0, 0.1))
+    for page in (ann, bo):
+        # The line for a reason appears beside the board, which keeps what is on it.
+        page.get_by_label("Because …").wait_for()
+        assert page.locator(".duet-draw .pencil").get_attribute("d")
+        places = [
+            found.bounding_box() for found in (page.locator(".duet-draw"), page.get_by_role("button", name=re.compile("^1 ")))
+        ]
+        assert places[0] and places[1] and places[0]["y"] < places[1]["y"], "the board stands before the answers"
     cloud = teacher.locator(".duet-poll")
     cloud.get_by_text("2 drawn").wait_for()
     cloud.get_by_text("2 answered · 0 not yet").wait_for()
