@@ -41,6 +41,7 @@ class Poll:
         round: from 1.
         staged: indices of the answers with which the run is compared: the one chosen in the plenary, or all of a tie.
         unseen: whether it stands on a projector before the reveal: without answers, with empty axes.
+        runs: whether a run answers it.
     """
 
     question: QuestionId
@@ -58,6 +59,7 @@ class Poll:
     round: int = 1
     staged: tuple[int, ...] = ()
     unseen: bool = False
+    runs: bool = True
 
 
 _Texts = tuple[tuple[str, ...], tuple[str, ...], tuple[AnswerVerdict | None, ...]]
@@ -195,6 +197,7 @@ class Classroom:
             counts.switches,
             len(self.ballots.rounds_of(question)),
             _staged(walk, counts.newest, revealed),
+            runs=bool(step.measurements),
         )
 
     def _texts_of(self, lesson: Lesson, step: Step, asked: Question, outcome: StepOutcome | None) -> _Texts:

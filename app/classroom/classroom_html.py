@@ -59,7 +59,7 @@ def voters_html(voters: VoterCount) -> Markup:
 def _tie(poll: Poll) -> str:
     """Return what is said to a tie, after the reveal with the answer that the run is compared with."""
     text = tie_text(poll.tally)
-    if not text or not poll.revealed or not poll.staged:
+    if not text or not poll.revealed or not poll.staged or not poll.runs:
         return text
     staged, *others = poll.staged
     if others:

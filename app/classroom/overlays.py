@@ -125,7 +125,7 @@ def screen_html(
     if view is None or panels:
         return made.screen(f"scene {kinds}", "")
     texts = dict(view.texts)
-    counts = poll is not None and poll.open and (poll.tally.answered > 0 or left is not None)
+    counts = poll is not None and poll.open and (poll.tally.handed_in > 0 or left is not None)
     caption = made.caption(view, texts.get(CAPTIONS[station]) or texts["goal"], record_html(record))
     return made.screen(f"scene {kinds}", caption + _meter(poll, left) if counts else caption)
 

@@ -136,7 +136,8 @@ class Presenter:
         if place != self._place:
             before, self._place, self.work = self._place, place, None
             self.show(self._station_at(place, before))
-            if place.step != before.step:
+            if place.step != before.step or (before.revealed and not revealed):
+                # Another question, or this one once more.
                 self.quotes = ()
             if place.step != before.step or revealed != before.revealed:
                 # Another question, or this one is answered, or asked again.

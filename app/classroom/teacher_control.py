@@ -233,7 +233,7 @@ class TeacherControl:
                 presenter.show(Station.QUESTION)
             case Station.QUESTION if poll is not None and poll.revealed:
                 presenter.show(Station.ANSWERS)
-            case Station.QUESTION if poll is not None and poll.tally.answered:
+            case Station.QUESTION if poll is not None and poll.tally.handed_in:
                 self._reveal()
             case Station.QUESTION | Station.ANSWERS if walk.step.concept:
                 lessons.act(GoOn())
@@ -289,7 +289,7 @@ class TeacherControl:
 
     def _reveal(self) -> None:
         poll, lessons = self.poll(), self.lessons
-        if poll is None or poll.revealed or not poll.tally.answered:
+        if poll is None or poll.revealed or not poll.tally.handed_in:
             return
         self.classroom.ballots.reveal(poll.question)
         favourite = poll.tally.favourite

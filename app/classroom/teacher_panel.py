@@ -161,9 +161,9 @@ class TeacherPanel:
         self._pages.visible = voters.pageless > 0
         self._pages.label = tr("Count votes without a page") if pages_only else tr("Leave out votes without a page")
         self._reveal.visible = poll is not None and not poll.revealed
-        self._reveal.disabled = poll is None or not poll.tally.answered
+        self._reveal.disabled = poll is None or not poll.tally.handed_in
         # Two rounds with a talk between them: the first one need not be revealed.
-        self._again.visible = poll is not None and (not poll.open or poll.tally.answered > 0)
+        self._again.visible = poll is not None and (not poll.open or poll.tally.handed_in > 0)
         self._pause.label = tr("Let everybody go on") if classroom.paused else tr("Pause everybody")
 
     def close(self) -> None:

@@ -53,7 +53,7 @@ def _rows(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[_Row]:
                 for number, tally in enumerate(asked[question].rounds, 1):
                     counts = {f"answer_{i + 1}": count for i, count in enumerate(tally.counts)}
                     more = {"right_answer": right + 1, "right": tally.counts[right]}
-                    cells = {"kind": "question", "round": number, "students": tally.answered, "drawn": len(tally.curves)}
+                    cells = {"kind": "question", "round": number, "students": tally.handed_in, "drawn": len(tally.curves)}
                     yield about | cells | counts | more, [_answer(one, question, number) for one in summary.hand_ins]
             if step.challenge is not None and _tried(question, summary, done):
                 marks: list[object] = [int(steps[question].passed) if question in steps else "" for steps in done]

@@ -1,5 +1,6 @@
 """The answers of a class as bars, curves and words; a question that was asked again has two bars an answer, the first round's pale."""
 
+from collections import Counter
 from collections.abc import Sequence
 
 from markupsafe import Markup
@@ -36,13 +37,18 @@ def tie_text(tally: Tally) -> str:
 
 
 def switches_text(switches: Sequence[Switch], right: int | None) -> str:
-    """Return how many have changed their answer, and from and to the right one once that is known; "" if none answered twice."""
+    """Return how many have changed their answer, to which, and from and to the right one once it is known; "" if none answered twice."""
     both = sum(one.students for one in switches)
     moved = [one for one in switches if one.before != one.after]
     if not both:
         return ""
     changed = sum(one.students for one in moved)
     text = tr("Answered both times: {both}, another answer the second time: {changed}.", both=both, changed=changed)
+    to = Counter[int]()
+    for one in moved:
+        to[one.after] += one.students
+    for number, count in sorted(to.items()):
+        text += " " + tr("To answer {number}: {count}.", number=number + 1, count=count)
     if right is None or not moved:
         return text
     gained = sum(one.students for one in moved if one.after == right)

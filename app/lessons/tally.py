@@ -1,7 +1,7 @@
 """How a class has answered a question, without names: the counts of a round, and who changed the answer from one round to another."""
 
 from collections import Counter
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from app.plots.curve_chart import Curve
@@ -23,15 +23,20 @@ class Tally(NamedTuple):
 
     Attributes:
         counts: of every choice.
-        waiting: how many of the present students have handed in nothing.
-        answered: how many have handed in an answer or a curve.
+        waiting: how many of the present students have chosen nothing.
+        handed_in: how many have handed in an answer or a curve.
         curves: that were drawn, without names.
     """
 
     counts: tuple[int, ...]
     waiting: int
-    answered: int
+    handed_in: int
     curves: tuple[Curve, ...] = ()
+
+    @property
+    def answered(self) -> int:
+        """How many have chosen an answer."""
+        return sum(self.counts)
 
     @property
     def favourites(self) -> tuple[int, ...]:
@@ -46,8 +51,7 @@ class Tally(NamedTuple):
 
     def share(self, choice: int) -> int | None:
         """Return the share of a choice among the answers [%]; None without an answer."""
-        answers = sum(self.counts)
-        return round(100.0 * self.counts[choice] / answers) if answers else None
+        return round(100.0 * self.counts[choice] / self.answered) if self.answered else None
 
 
 class Switch(NamedTuple):
@@ -58,20 +62,14 @@ class Switch(NamedTuple):
     students: int
 
 
-def tally_of(ballots: Mapping[str, Ballot], choices: int, here: Collection[str] = ()) -> Tally:
-    """Return the counts of one round.
-
-    Args:
-        ballots: by student.
-        choices: how many there are.
-        here: the students who are present.
-    """
+def tally_of(ballots: Mapping[str, Ballot], choices: int) -> Tally:
+    """Return the counts of one round, with none who waits. `ballots`: by student; `choices`: how many there are."""
     counts = [0] * choices
     for choice, *_ in ballots.values():
         if choice is not None and choice < choices:
             counts[choice] += 1
     curves = tuple(ballot.curve for ballot in ballots.values() if ballot.curve)
-    return Tally(tuple(counts), len(set(here) - set(ballots)), len(ballots), curves)
+    return Tally(tuple(counts), 0, len(ballots), curves)
 
 
 def switches_between(before: Mapping[str, Ballot], after: Mapping[str, Ballot]) -> tuple[Switch, ...]:

@@ -53,6 +53,8 @@ class LessonSession:
         self._own = session.settings
         self._run_id = self._measured = self._reported_run = -1
         self._taken: float | None = None
+        self._stood = ("", 0)
+        """Lesson and step where the visitor was last, of those that are open."""
         self._errors = ThrottledLog(log)
         self._runner = StepRunner(session, self.notes)
         self._waiting: lesson_actions.GoOn | lesson_actions.Check | None = None
@@ -382,10 +384,11 @@ class LessonSession:
 
     def _left_pace(self) -> bool:
         """Go back to an open step, before another one is seen, answered or run; return whether that was necessary."""
-        walk, pace = self.walk, self.pace
-        if pace is None or pace.allows(walk.lesson.id, walk.step_index):
+        walk, pace, here = self.walk, self.pace, (self.walk.lesson.id, self.walk.step_index)
+        if pace is None or pace.allows(*here):
+            self._stood = here
             return False
-        walk.go(pace.lesson, pace.nearest(walk.lesson.id, walk.step_index))
+        walk.go(*(self._stood if pace.allows(*self._stood) else (pace.lesson, pace.nearest(*here))))
         self.notes.append(("Your teacher has not opened this step", pace.words))
         return True
 

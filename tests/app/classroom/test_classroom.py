@@ -2,6 +2,7 @@
 
 import re
 import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
 from typing import NoReturn
 
 import pytest
@@ -115,7 +116,8 @@ def test_both_rounds_stand_side_by_side_and_a_tie_is_said() -> None:
     HtmlReader(str(shown).replace("/>", "></path>"))
     assert shown.count(">Round 1<") == shown.count(">Round 2<") == 4 and "width:25%" in shown and "width:50%" in shown
     assert "A tie: answers 1 and 2, votes for each: 2." in shown
-    assert "Answered both times: 3, another answer the second time: 2." in shown and "From wrong" not in shown
+    assert "Answered both times: 3, another answer the second time: 2. To answer 1: 1. To answer 2: 1." in shown
+    assert "From wrong" not in shown
     assert "pale: round 1 (1) · strong: round 2 (2)" in shown
     assert shown.count('class="first"') == 2, "the curve of the first round, and its median"
     mine = mine_html(poll, Ballot(), Ballot(1))
@@ -125,6 +127,7 @@ def test_both_rounds_stand_side_by_side_and_a_tie_is_said() -> None:
     walk.next()
     shown = poll_html(classroom.poll(walk) or fail())
     assert "The run is compared with each of them." in shown and "From wrong to right: 1; from right to wrong: 1." in shown
+    assert "The run" not in poll_html(replace(classroom.poll(walk) or fail(), runs=False)), "of a question without one"
 
 
 def test_what_is_handed_in_is_what_was_done_on_the_stage_and_in_an_own_session() -> None:
@@ -202,7 +205,7 @@ HALF = (0.5,) * COLUMNS
 FULL = (1.0,) * COLUMNS
 
 
-def test_a_curve_counts_like_an_answer_and_is_shown_without_its_name() -> None:
+def test_a_curve_is_counted_beside_the_answers_and_shown_without_its_name() -> None:
     classroom, walk = Classroom(8), Walkthrough(BOOK)
     walk.go("lambda", 1)
     question = (walk.lesson.id, walk.step.id)
@@ -216,7 +219,7 @@ def test_a_curve_counts_like_an_answer_and_is_shown_without_its_name() -> None:
     assert not classroom.draw(walk, "cy", ("lambda", "tail"), HALF), "drawn for another step"
     assert not classroom.draw(walk, "cy", question, (2.0,) * COLUMNS), "beyond the axis"
     poll = classroom.poll(walk)
-    assert poll is not None and poll.tally == Tally((1, 0, 0, 0), 1, 2, (HALF, FULL)) and poll.truth == ()
+    assert poll is not None and poll.tally == Tally((1, 0, 0, 0), 2, 2, (HALF, FULL)) and poll.truth == ()
     assert (
         classroom.draw(walk, "ann", question, ()) and classroom.ballots.counts(question, 4, classroom.here).newest.waiting == 2
     ), "taken back"

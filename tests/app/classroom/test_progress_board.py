@@ -100,6 +100,8 @@ def test_a_step_that_is_not_open_is_refused_however_it_is_asked_for() -> None:
         assert where() == (LESSON.id, 1) and lessons.notes.pop()[0].startswith("Your teacher"), asked
     lessons.act(GoTo(None, 2))
     assert where() == (LESSON.id, 2) and not lessons.notes
+    lessons.act(GoTo(None, 0))
+    assert where() == (LESSON.id, 2) and lessons.notes.pop(), "who is in an open step stays there"
     lessons.pace = OpenSteps(LESSON.id, 1, 1, 1)
     assert where() == (LESSON.id, 1)
     lessons.act(Choose(0))
