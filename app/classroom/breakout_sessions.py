@@ -47,8 +47,8 @@ class BreakoutWorkers:
         return tuple(self._entered)
 
     def load(self, plenary: ServerLoad) -> ServerLoad:
-        """Return the load of all processes; that of the plenary has room for nothing else."""
-        return combined([plenary._replace(places=1), *(present.load for present in self._present.values())])
+        """Return the load of all processes. `plenary`: of the one that has it."""
+        return combined([plenary, *(present.load for present in self._present.values())])
 
     def send(self, student: str, begin: VisitorRecord) -> None:
         """Send a student's next connection to a session in another process; see `Exploring`."""

@@ -116,7 +116,9 @@ class LectureHost:
         set_language(self.controls.language)
         due = self._attention.due(now, False, self.session.paused, self._stirred())
         workload = self._context.workload
-        self.classroom.load, self.classroom.places.most = self._breakouts.load(workload.report), workload.places
+        self.classroom.places.most = workload.places
+        # The stage is a session beside those of the students.
+        self.classroom.load = self._breakouts.load(workload.report)._replace(places=workload.places + 1)
         frame = make_frame(self.session, self.lessons.decide, now, elapsed, workload.budget)
         workload.drew(self.session.stepping)
         if self.classroom.paused and not self.classroom.free and not self.session.paused:

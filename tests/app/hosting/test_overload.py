@@ -244,7 +244,7 @@ def test_a_teacher_sees_frames_sessions_and_load(house: OpenHouse, arrive: Arriv
 def test_the_teacher_of_a_lecture_sees_them_too(house: OpenHouse, join: Join) -> None:
     opened = house(sessions=6, lecture=True, key="12345678")
     student, teacher = join(opened, "lang=en"), join(opened, "lang=en&key=12345678")
-    teacher.wait_for(lambda v: "sessions at work: 1 of 6" in shown(v))
+    teacher.wait_for(lambda v: "sessions at work: 1 of 7" in shown(v))
     assert "sessions at work" not in shown(student) and lecture_of(opened).classroom.places.most == 6
     opened.context.workload.places = 3
     until(lambda: lecture_of(opened).classroom.places.most == 3)
