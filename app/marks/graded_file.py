@@ -168,7 +168,9 @@ def _take_marks(row: GradedFile, text: bytes, marks: LawMarks, weights: Mapping[
     whole: list[str] = []
     untouched, gated = marks.as_template, not all(marks.passed.get(gate) for gate in GATES)
     if untouched:
-        whole.append(tr("In every situation of the tests this law answers as the template of `lwr-duet new-law`, so it has no points."))
+        whole.append(
+            tr("In every situation of the tests this law answers as the template of `lwr-duet new-law`, so it has no points.")
+        )
     elif gated and any(marks.passed.values()):
         gates = " & ".join(tr(gate) for gate in GATES)
         whole.append(tr("The other tests count only for a law that passes these: {gates}.", gates=gates))
