@@ -308,6 +308,21 @@ def test_nothing_to_grade(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     assert capsys.readouterr().err.count("lwr-duet: ") == 5
 
 
+def test_a_place_that_cannot_be_written_is_named_before_the_first_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.cli.grade._graded", lambda *given: pytest.fail("a file was graded"))
+    law = tmp_path / "a.py"
+    law.touch()
+    for option in ("csv", "moodle", "canvas", "gradescope"):
+        for place in (tmp_path, *(Path("/proc/x"),) * (sys.platform == "linux")):
+            assert main(["grade", str(tmp_path), f"--{option}", str(place)]) == 2
+            assert f"{option} = {place}: cannot be written" in capsys.readouterr().err
+    assert main(["grade", str(tmp_path), "--csv", str(tmp_path / "marks.csv"), "--feedback", str(law)]) == 2
+    assert f"{law} is a file; give a folder" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == [law]
+
+
 def test_a_damaged_archive_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     given = tmp_path / "class.zip"
     for method, place, damage in (
