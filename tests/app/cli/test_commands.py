@@ -138,6 +138,7 @@ ERRORS = {
     "run --seconds 6000": "seconds = 6000|above 0 and up to 5000 (or a larger dt).",
     "hunt --seconds 0": "seconds = 0|above 0 and up to 600.",
     "run --inputs {}/hand.csv --csv {}/hand.csv": "hand.csv: the run reads this file|give another name",
+    "run --law-file {}/none.py --csv {}/hand.csv": "none.py",
     "falsify --out my_law.py": "out = my_law.py|ends in .npz",
     "sweep --over n=2:3 --n 4 --out {}/new": "n is swept|leave out --over",
     "sweep --over n=2:3 --out {}/hand.csv": "hand.csv is a file; give a folder",
