@@ -4,6 +4,7 @@ import errno
 import os
 import secrets
 import stat
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -46,10 +47,7 @@ def replacing(path: Path) -> Iterator[Path]:
         OSError: it cannot be written.
     """
     if path.exists():
-        if path.is_dir():
-            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-        if not os.access(path, os.W_OK):
-            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+        _check_replaceable(path)
         if not path.is_file():
             # Held open: a pipe that no other process reads is refused here, and would block below.
             with open(os.open(path, os.O_WRONLY | _WITHOUT_WAITING), "wb", 0):
@@ -64,6 +62,13 @@ def replacing(path: Path) -> Iterator[Path]:
     except BaseException:
         draft.unlink(missing_ok=True)
         raise
+
+
+def _check_replaceable(path: Path) -> None:
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+    if not os.access(path, os.W_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
 
 
 def readable(text: str) -> str:
@@ -114,4 +119,17 @@ def writable(path: Path, option: str) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise BadSetting(f"{option} = {path}: cannot be written ({error.strerror or error}).") from None
+        # A folder was to be made.
+        why = f"{error.filename} is a file; give a folder" if isinstance(error, FileExistsError) else error.strerror or error
+        raise BadSetting(f"{option} = {path}: cannot be written ({why}).") from None
+
+
+def check_writable(path: Path, option: str) -> None:
+    """Raise the `BadSetting` of an option if its file cannot be written: better before long work than after it."""
+    with writable(path, option):
+        if path.exists():
+            _check_replaceable(path)
+        # A device or a pipe needs no draft, and must not be opened twice.
+        if not path.exists() or path.is_file():
+            with tempfile.TemporaryFile(dir=Path(os.path.realpath(path)).parent):
+                pass

@@ -16,7 +16,7 @@ from scenes.recording import pair_label
 from scenes.robots.robot_files import GivenAtStart, take_over
 from scenes.roles import TargetSource
 from scenes.room import World
-from scenes.settings import RunSettings
+from scenes.settings import RunSettings, specs
 from scenes.simulation import Simulation
 
 FELT: Final = 0.01
@@ -81,7 +81,8 @@ def check_length(settings: RunSettings, seconds: float) -> None:
     """Raise `BadSetting` if a run of so much simulated time [s] cannot be made."""
     longest = MOST_STEPS * settings.dt
     if not 0.0 < seconds <= longest:
-        raise BadSetting(f"seconds = {seconds:g} is out of range; give a number up to {longest:g} (or a larger dt).")
+        larger_dt = " (or a larger dt)" if longest < seconds <= MOST_STEPS * specs()["dt"].high else ""
+        raise BadSetting(f"seconds = {seconds:g} is out of range; give a number above 0 and up to {longest:g}{larger_dt}.")
 
 
 def run(

@@ -60,9 +60,11 @@ def falsify(command: Falsify) -> int:
     settings: RunSettings = settings_of_options(command.settings, RunSettings())
     check(settings)
     if not 0.0 < command.seconds <= LONGEST:
-        raise BadSetting(f"seconds = {command.seconds:g} is out of range; give a number up to {LONGEST:g}.")
+        raise BadSetting(f"seconds = {command.seconds:g} is out of range; give a number above 0 and up to {LONGEST:g}.")
     if min(command.starts, command.skip, command.workers) < 0:
         raise BadSetting("falsify needs starts and skip from 0, and workers from 1, or 0 for one a core.")
+    if command.out is not None and command.out.suffix != ".npz":
+        raise BadSetting(f"out = {command.out}: a run file ends in .npz; give a name like worst.npz.")
     if command.out is not None and not os.path.isdir(command.out.parent):
         raise BadSetting(f"out = {command.out}: there is no folder {command.out.absolute().parent}; make it first.")
     begin, workers = time(), command.workers or cores()

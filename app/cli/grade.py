@@ -20,7 +20,7 @@ from app.cli.sweep import cores
 from app.runtime.terminal import ending_at_once
 from app.settings import LANGUAGES
 from controllers.errors import BadSetting
-from scenes.files import csv_cell, replacing, writable, written
+from scenes.files import check_writable, csv_cell, replacing, writable, written
 
 if TYPE_CHECKING:
     from app.custom_law.fence import FenceLimits
@@ -134,16 +134,22 @@ def grade(command: Grade) -> int:
         from app.marks.graded_file import weights_of
     if command.jobs < 0 or not 1.0 <= command.seconds <= 3600.0:
         raise BadSetting("grade needs jobs from 1, or 0 for half of the cores, and seconds from 1 to 3600.")
-    for option in ("csv", "moodle", "canvas", "gradescope"):
+    for option in ("csv", *mark_tables.WRITERS):
         path: Path | None = getattr(command, option)
-        if path is not None and not os.path.isdir(path.absolute().parent):
-            raise BadSetting(f"{option} = {path}: there is no folder {path.absolute().parent}; make it first.")
+        if path is not None:
+            if not os.path.isdir(path.absolute().parent):
+                raise BadSetting(f"{option} = {path}: there is no folder {path.absolute().parent}; make it first.")
+            check_writable(path, option)
     weights = weights_of(command.points)
     limits = FenceLimits(seconds=command.seconds)
     with unpacked(command.folder) as folder:
         paths = handed_in(folder)
         if not paths:
             raise BadSetting(f"{command.folder}: holds no law (*.py) and no lab report (*.html).")
+        if command.feedback is not None:
+            with writable(command.feedback, "feedback"):
+                command.feedback.mkdir(parents=True, exist_ok=True)
+            check_writable(command.feedback / "feedback.html", "feedback")
         with written(command.csv, "csv") as new:
             rows = _graded(replace(command, folder=folder), paths, limits, weights)
             mark_tables.write_marks(new, rows)

@@ -50,7 +50,7 @@ def hunt(command: Hunt) -> int:
     if command.runs < 1 or command.seed < 0 or command.workers < 0:
         raise BadSetting("hunt needs at least 1 run, a seed from 0, and workers from 1, or 0 for one a core.")
     if not 0.0 < command.seconds <= 600.0:
-        raise BadSetting(f"seconds = {command.seconds:g} is out of range; give a number up to 600.")
+        raise BadSetting(f"seconds = {command.seconds:g} is out of range; give a number above 0 and up to 600.")
     if not os.path.isdir(command.out):
         raise BadSetting(f"out = {command.out}: there is no such folder; make it first.")
     calls = [(command.seed, index, command.seconds) for index in range(command.runs)]

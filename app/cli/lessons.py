@@ -40,8 +40,10 @@ def lessons(command: Lessons) -> int:
     """List or check; return the exit code.
 
     Raises:
-        BadSetting: there is no such lesson, or the JSON file cannot be written.
+        BadSetting: there is no such lesson, or the JSON file cannot be written, or nothing is checked.
     """
+    if command.out is not None and not command.check:
+        raise BadSetting("--out saves what the check finds; add --check, or leave out --out.")
     # These take a second to load.
     with ending_at_once():
         from app.lessons.check import check_lesson, table_text
@@ -51,10 +53,9 @@ def lessons(command: Lessons) -> int:
     problems = tuple(dict.fromkeys(problem for language in LANGUAGES for problem in in_language(book, language).problems))
     for problem in problems:
         print(f"fault: {problem}")
-    for name in command.only:
-        if not any(name in (lesson.id, str(lesson.number)) for lesson in book.lessons):
-            book.index(name)
-    chosen = tuple(le for le in book.lessons if not command.only or {le.id, str(le.number)} & {*command.only})
+    chosen = book.lessons
+    if command.only and book.lessons:
+        chosen = tuple(book.lessons[i] for i in sorted({*map(book.index, command.only)}))
     if not command.check:
         for lesson in chosen:
             print(f"{lesson.number:2d}  {lesson.id:24s} {len(lesson.steps)} steps, {lesson.minutes} min  {lesson.title}")
@@ -165,9 +166,9 @@ def handout(command: Handout) -> int:
     book = _book(command.folder, command.playlist, command.lang)
     for problem in book.problems:
         print(f"fault: {problem}", file=sys.stderr)
-    chosen = [lesson for lesson in book.lessons if command.lesson in ("", lesson.id, str(lesson.number))]
-    if not chosen:
-        book.index(command.lesson)
+    if not book.lessons:
+        return 1
+    chosen = [book.lessons[book.index(command.lesson)]] if command.lesson else book.lessons
     set_language(command.lang)
     notes = notes_of(book) if command.teacher else {}
     with writable(command.out, "out"):

@@ -68,6 +68,10 @@ def simulate(command: RunCommand) -> int:
     source = _target_source(command, settings)
     if command.csv is not None and not os.path.isdir(command.csv.parent):
         raise BadSetting(f"csv = {command.csv}: there is no folder {command.csv.absolute().parent}; make it first.")
+    read = (command.inputs, command.bvh, command.video, command.pose_model, command.law_file, start_file)
+    there = [path for path in read if path is not None and os.path.exists(path)]
+    if command.csv is not None and os.path.exists(command.csv) and any(os.path.samefile(command.csv, path) for path in there):
+        raise BadSetting(f"csv = {command.csv}: the run reads this file; give another name.")
     steps = round(command.seconds / settings.dt)
     with contextlib.ExitStack() as stack:
         law = None if command.law_file is None else stack.enter_context(CustomLaw(command.law_file, waits=True))

@@ -16,7 +16,7 @@ from tqdm import tqdm
 from app.cli.options import Flat, RunOptions, settings_of_options
 from app.runtime.terminal import INTERRUPTED, ending_at_once
 from controllers.errors import BadSetting
-from scenes.settings import RunSettings
+from scenes.settings import RunSettings, values
 
 if TYPE_CHECKING:
     from scenes.children import ComputeMany
@@ -60,6 +60,9 @@ def sweep(command: Sweep) -> int:
     settings: RunSettings = settings_of_options(command.settings, RunSettings())
     place = computing(command.workers, command.scheduler)
     grid = read_grid(settings, command.over, command.seconds)
+    given = {key for key, value in values(settings).items() if value != values(RunSettings())[key]}
+    if both := given & {axis.key for axis in grid.axes}:
+        raise BadSetting(f"{', '.join(sorted(both))} is swept, and has one value beside that; leave out --over or the value.")
     files = SweepFiles(command.out, grid, command.format)
     try:
         missing = files.missing()

@@ -49,6 +49,7 @@ class TrialResult:
         reason: which one, and by how much it holds or fails; a `Message`.
         curve: of the run that failed; None where the test has no run, or is passed.
         line: of the file where it failed, counted from 1; None where no line is to blame.
+        as_template: whether all answers so far are those of the template's law.
     """
 
     name: str
@@ -56,6 +57,7 @@ class TrialResult:
     reason: str
     curve: TrialCurve | None = None
     line: int | None = None
+    as_template: bool = False
 
 
 def worst_values(values: Array, least: bool = False) -> list[float | None]:
@@ -157,7 +159,9 @@ def play(simulation: Simulation, law: Candidate, targets: Iterable[Target | None
                     )
                 )
     except TrialStopped as stopped:
-        stopped.curve = distance_curve(simulation.history.table())
+        table = simulation.history.table()
+        if len(table) > 1 and np.isfinite(table[:, COLUMN["d"]]).any():
+            stopped.curve = distance_curve(table)
         raise
     return simulation.history.table()
 

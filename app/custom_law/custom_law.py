@@ -5,7 +5,7 @@ import hashlib
 import math
 from pathlib import Path
 from time import monotonic
-from typing import ClassVar, Final
+from typing import ClassVar, Final, Self
 
 import numpy as np
 
@@ -101,7 +101,7 @@ class CustomLaw(LawOfFile):
         """Whether the present process has given velocities."""
         self._missed = 0
 
-    def __enter__(self) -> "CustomLaw":
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *raised: object) -> None:

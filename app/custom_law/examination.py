@@ -2,10 +2,14 @@
 
 import os
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 from typing import NamedTuple
 
+import numpy as np
+
+from app.custom_law import template
 from app.custom_law.arena import TrialResult
 from app.custom_law.custom_law import CustomLaw, read_law
 from app.custom_law.law_limits import LawLimits, without_core
@@ -49,7 +53,7 @@ def examine(
             if law.problem is not None:
                 law.problem = None
                 law.restart()
-            yield verdict_on(law, name)
+            yield replace(verdict_on(law, name), as_template=law.as_template)
 
 
 def examine_one(path: Path, text: bytes, name: str, stopped: Callable[[], bool]) -> TrialResult:
@@ -58,11 +62,16 @@ def examine_one(path: Path, text: bytes, name: str, stopped: Callable[[], bool])
 
 
 class _Examined(CustomLaw):
-    """A law that waits to be loaded, and stops on request. It times the calls, since a file can change the clock of its process."""
+    """A law that waits to be loaded, and stops on request. It times the calls, since a file can change the clock of its process.
+
+    Attributes:
+        as_template: whether all its answers are those of the template's law.
+    """
 
     def __init__(self, path: Path, limits: LawLimits, text: bytes | None, stopped: Callable[[], bool]) -> None:
         super().__init__(path, limits, waits=True, text=text)
         self._stopped = stopped
+        self.as_template = True
         self._seconds = float("nan")
 
     def __call__(self, situation: Situation) -> Array:
@@ -72,6 +81,8 @@ class _Examined(CustomLaw):
         velocities = super().__call__(situation)
         # Its process may wait for a core while this one still works, which then counts twice.
         self._seconds = max(perf_counter() - self._without_core - begin, super().seconds)
+        # Of a law that fails the velocities are 0.
+        self.as_template &= np.allclose(velocities, template.law(situation), rtol=1e-6, atol=1e-9)
         return velocities
 
     @property

@@ -27,6 +27,7 @@ class LawMarks:
         curves: of the runs that failed, by the test's name; written by the file's process, like everything here.
         ended: why the tests were not all made; "" if they were.
         isolation: "full", "network" or "none"; "" if nothing was run.
+        as_template: whether all its answers are those of the template's law.
     """
 
     passed: dict[str, bool] = field(default_factory=dict)
@@ -34,6 +35,7 @@ class LawMarks:
     curves: dict[str, TrialCurve] = field(default_factory=dict)
     ended: str = ""
     isolation: str = ""
+    as_template: bool = False
 
 
 def marked(
@@ -62,6 +64,7 @@ def _take(marks: LawMarks, said: dict[str, Any]) -> None:
     if "isolation" in said:
         marks.isolation = str(said["isolation"])
     elif said["name"] in TRIALS:
+        marks.as_template = said["as_template"] is True
         marks.passed[said["name"]] = said["passed"] is True
         if said["passed"] is not True:
             marks.reasons[said["name"]] = str(said["reason"])

@@ -1,6 +1,7 @@
 """The run of a notebook: an app inside the kernel, and what the kernel may ask of it."""
 
 import hashlib
+import math
 import secrets
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
@@ -16,6 +17,7 @@ from numpy.typing import ArrayLike
 from app.classroom.lecture import LectureHost
 from app.hosting.serve_options import ServeOptions
 from app.hosting.teacher_key import is_teacher
+from app.lessons.bookmark import Bookmark
 from app.recording.outcome import history_columns
 from app.session.actions import Action
 from app.session.session import Session
@@ -24,6 +26,7 @@ from app.start import start_app
 from controllers.errors import BadSetting, DuetError
 from controllers.kinematics import Array
 from controllers.laws.situation import Situation
+from scenes.headless import check_length
 from scenes.history import unit_of
 from scenes.law_answers import LawOfFile
 from scenes.laws import DEFAULT_LAW
@@ -71,6 +74,16 @@ def _long_names(settings: Any) -> Iterator[tuple[str, str]]:
             yield f.name, f.metadata[SPEC].key
         else:
             yield from _long_names(getattr(settings, f.name))
+
+
+def _number(value: Any, name: str = "seconds") -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError, OverflowError):
+        number = math.nan
+    if not math.isfinite(number):
+        raise BadSetting(f"{name} = {value!r} is no finite number.")
+    return number
 
 
 class GivenVelocities(LawOfFile):
@@ -141,11 +154,16 @@ class NotebookRun:
 
         Args:
             seconds: how much of the run [s]; None for all that is kept, the last 16 000 steps.
+
+        Raises:
+            BadSetting: the time is not above 0.
         """
+        if seconds is not None and (seconds := _number(seconds)) <= 0.0:
+            raise BadSetting(f"seconds = {seconds:g} is out of range; give a number above 0, or None for all that is kept.")
 
         def read(session: Session) -> tuple[tuple[str, ...], Array]:
             simulation = session.simulation
-            newest = None if seconds is None else max(round(seconds / simulation.settings.dt), 0)
+            newest = None if seconds is None else max(round(seconds / simulation.settings.dt), 1)
             return history_columns(simulation), simulation.history.table(newest)
 
         names, table = self._ask(read)
@@ -155,9 +173,12 @@ class NotebookRun:
         """Return a setting in force by its key in a link or its long name: `run["dm"]` is `run["critical_distance"]` [m].
 
         Raises:
-            KeyError: there is no such setting.
+            BadSetting: there is no such setting.
         """
-        return values(self.settings)[key_of(name)]
+        known = values(self.settings)
+        if key_of(name) not in known:
+            raise BadSetting(f"There is no setting {name!r}; choose from {', '.join(known)}.")
+        return known[key_of(name)]
 
     def table(self, seconds: float | None = None) -> "pandas.DataFrame":
         """Return the newest steps as a table of pandas', with the unit in the head of each column: "t [s]", "d [m]", …; see `history`.
@@ -188,10 +209,8 @@ class NotebookRun:
         Raises:
             BadSetting: it is not there.
         """
-        found = [one for one in self._lessons.book.lessons if lesson in (one.number, one.id)]
-        if not found or not 1 <= step <= len(found[0].steps):
-            raise BadSetting(f"There is no step {step} of lesson {lesson}.")
-        return found[0].id
+        book = self._lessons.book
+        return Bookmark(book).at(book.index(lesson), round(_number(step, "step")) - 1).lesson.id
 
     def take_law(self, text: str) -> None:
         """Run this law, the text of a file, from the beginning of the run, beside the paper's as the ghost."""
@@ -245,10 +264,10 @@ class NotebookRun:
         """Simulate so much of the run [s] as fast as the machine can, while the page shows it; a pause or a reset on the page ends it.
 
         Raises:
-            BadSetting: the time is not above 0.
+            BadSetting: the time is not above 0, or longer than `lwr-duet run` makes.
         """
-        if not seconds > 0.0:
-            raise BadSetting(f"seconds = {seconds} is out of range; valid: above 0")
+        seconds = _number(seconds)
+        check_length(self.settings.run, seconds)
 
         def hurry(session: Session) -> tuple[float, float]:
             begin = session.simulation.time

@@ -51,12 +51,12 @@ class LeagueFiles:
     """The outcomes of the league in a folder.
 
     Args:
-        folder: made if it is not there.
+        folder: made by `recording` if it is not there.
         schedule: see there.
         entrants: see there; outcomes of others that are in the folder stay there.
 
     Raises:
-        BadSetting: the folder cannot be made, or it holds another league.
+        BadSetting: it holds another league.
         BadInputFile: what it holds cannot be read.
     """
 
@@ -64,8 +64,6 @@ class LeagueFiles:
         self.folder, self.schedule, self.entrants = folder, schedule, entrants
         self._part = folder / PART
         self._head = {"edition": EDITION, "schedule": msgspec.to_builtins(_without_word(schedule)), "versions": environment()}
-        with writable(folder, "out"):
-            folder.mkdir(parents=True, exist_ok=True)
         self._known = {one.key: one for one in self._read()} if self._part.exists() else {}
 
     @property
@@ -81,7 +79,13 @@ class LeagueFiles:
 
     @contextmanager
     def recording(self) -> Iterator[Callable[[Entrant, Event, Outcome], None]]:
-        """Yield a function that writes an outcome to disk at once."""
+        """Yield a function that writes an outcome to disk at once.
+
+        Raises:
+            BadSetting: the folder cannot be made, or not be written to.
+        """
+        with writable(self.folder, "out"):
+            self.folder.mkdir(parents=True, exist_ok=True)
         # Written again: after a power failure the last line may be incomplete.
         with written(self._part, "out") as new:
             new.write_bytes(b"".join(_line(one) for one in (self._head, *self._known.values())))

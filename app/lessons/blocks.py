@@ -199,8 +199,8 @@ def quoted_value(value: object) -> str:
     return text if len(text) <= 60 else text[:57] + "…"
 
 
-def read_block(block: DataBlock) -> Table:
-    """Return a block's table.
+def read_block(block: DataBlock, name: str = "block") -> Table:
+    """Return a block's table. `name`: what a fault calls it.
 
     Raises:
         Fault: it is not TOML.
@@ -209,10 +209,10 @@ def read_block(block: DataBlock) -> Table:
     try:
         data = tomllib.loads(text + "\n")
     except RecursionError:
-        raise Fault(block.line, "the block is nested too deeply; write it more simply.") from None
+        raise Fault(block.line, f"the {name} is nested too deeply; write it more simply.") from None
     except ValueError as error:
         found = _AT.search(str(error))
         line = block.line + (int(found[1]) - 1 if found and found[1] else max(len(block.lines) - 1, 0))
         what = _AT.sub("", str(error)).strip()
-        raise Fault(line, f"the block is not TOML here: {what}.") from None
+        raise Fault(line, f"the {name} is not TOML here: {what}.") from None
     return Table(data, list(enumerate(block.lines, block.line)), block.line)

@@ -237,13 +237,15 @@ LAST: Final = "_last"
 
 @dataclass(frozen=True)
 class LessonProblem:
-    """What is wrong with a file, and where."""
+    """What is wrong with a file, and where. `line`: from 1; 0 for a whole folder."""
 
     file: str
     line: int
     message: str
 
     def __str__(self) -> str:
+        if self.line == 0:
+            return f"{self.file}: {self.message}"
         return LazyText("{name}, line {line}: {what}", name=self.file, line=self.line, what=self.message)
 
 
@@ -264,17 +266,17 @@ class LessonBook:
         """Return where a student begins: at the first lesson that is no test."""
         return next((i for i, lesson in enumerate(self.lessons) if not lesson.asked), 0)
 
-    def index(self, id: str) -> int:
-        """Return where a lesson stands.
+    def index(self, name: object) -> int:
+        """Return where a lesson stands. `name`: its id, or its number.
 
         Raises:
-            BadSetting: there is none of that name.
+            BadSetting: there is none.
         """
         for i, lesson in enumerate(self.lessons):
-            if lesson.id == id:
+            if name in (lesson.id, lesson.number, str(lesson.number)):
                 return i
-        names = ", ".join(lesson.id for lesson in self.lessons) or LazyText("none: the folder holds no lesson")
-        raise BadSetting("There is no lesson {id}; choose from {names}.", id=repr(id[:40]), names=names)
+        names = ", ".join(f"{lesson.number} {lesson.id}" for lesson in self.lessons) or "none"
+        raise BadSetting("There is no lesson {id}; choose from {names}.", id=repr(name)[:42], names=names)
 
 
 NO_LESSONS: Final = LessonBook((), ())

@@ -10,13 +10,13 @@ from dataclasses import replace
 from functools import cache
 from itertools import islice
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from app.lessons import FOLDER
-from app.lessons.blocks import read_block
+from app.lessons.blocks import quoted_value, read_block
 from app.lessons.lesson import LAST, NO_LESSONS, Lesson, LessonBook, LessonProblem, Step
 from app.lessons.loading import in_language, load_lessons, problems_of, read_text
-from app.lessons.markdown import DataBlock, Fault
+from app.lessons.markdown import DataBlock, Fault, FaultLog
 from app.lessons.reference_runs import forget
 from app.runtime.throttled_log import ThrottledLog
 from app.settings import TRANSLATIONS, Language
@@ -35,6 +35,8 @@ MOST_FILES: Final = 2000
 
 MOST_NAMES: Final = 200
 """In a playlist."""
+
+_LIKE: Final = 'like lessons = ["drift", "lambda#tail", "mine/01-nearer.md"]'
 
 _ours = cache(load_lessons)
 
@@ -56,22 +58,20 @@ def notes_of(book: LessonBook) -> dict[str, str]:
     return notes
 
 
-def _names_in(text: str) -> list[str]:
-    """Return what a playlist names.
+def _entries_in(text: str, log: FaultLog) -> list[Any]:
+    """Return what a playlist names, whatever its entries are; note keys that it does not have.
 
     Raises:
         Fault: it is no playlist.
     """
-    table = read_block(DataBlock(1, text.splitlines()))
-    names = table.any("lessons", [])
-    if not isinstance(names, list) or not names or not all(isinstance(name, str) for name in names):
-        raise table.fault(
-            "lessons", 'a playlist needs a list of names, like lessons = ["drift", "lambda#tail", "mine/01-nearer.md"].'
-        )
-    if len(names) > MOST_NAMES:
-        raise table.fault("lessons", f"lessons names {len(names)}; at most {MOST_NAMES} are shown.")
-    table.close()
-    return names
+    table = read_block(DataBlock(1, text.splitlines()), "playlist")
+    entries = table.any("lessons", [])
+    if not isinstance(entries, list) or not entries:
+        raise table.fault("lessons", f"a playlist needs a list of names, {_LIKE}.")
+    if len(entries) > MOST_NAMES:
+        raise table.fault("lessons", f"lessons names {len(entries)}; at most {MOST_NAMES} are shown.")
+    log.take(table.close, None)
+    return entries
 
 
 def _asked(lesson: Lesson, last: bool) -> Lesson:
@@ -131,7 +131,7 @@ class Library:
     def __init__(self, folder: Path | None = None, playlist: Path | None = None, with_notes: bool = False) -> None:
         self._folder, self._playlist, self._with_notes = folder, playlist, with_notes
         self._good: dict[tuple[Path, Language], LessonBook] = {}
-        self._names: list[str] = []
+        self._entries: list[Any] = []
         self._ended = threading.Event()
         self._thread: threading.Thread | None = None
         self._read()
@@ -164,29 +164,32 @@ class Library:
         self, path: Path, known: dict[str, Lesson], problems: list[LessonProblem], language: Language
     ) -> Iterator[Lesson]:
         """Return the lessons that a playlist names; add what is wrong with it to the problems."""
-        text, chosen = "", list[tuple[Lesson, Step | None]]()
+        text, log, chosen = "", FaultLog(), list[tuple[Lesson, Step | None]]()
         try:
             text = read_text(path)
-            self._names = _names_in(text)
+            self._entries = _entries_in(text, log)
         except Fault as fault:
             problems += problems_of(path, fault)
-        for name in self._names:
+        problems += (LessonProblem(path.name, fault.line, fault.message) for fault in log.found)
+        for number, name in enumerate(self._entries, 1):
             try:
                 chosen.append(self._entry(path, name, known, problems, language))
             except Fault as fault:
-                line = next((i for i, line in enumerate(text.splitlines(), 1) if f'"{name}"' in line), 1)
-                problems.append(LessonProblem(path.name, line, fault.message))
+                lines = [i for i, line in enumerate(text.splitlines(), 1) if f'"{name}"' in line or f"'{name}'" in line]
+                problems.append(LessonProblem(path.name, lines[0] if lines else 1, f"entry {number}: {fault.message}"))
         return _numbered(chosen)
 
     def _entry(
-        self, path: Path, name: str, known: dict[str, Lesson], problems: list[LessonProblem], language: Language
+        self, path: Path, name: object, known: dict[str, Lesson], problems: list[LessonProblem], language: Language
     ) -> tuple[Lesson, Step | None]:
         """Return the lesson that a name of a playlist means, and the step of it; None for all of its steps.
 
         Raises:
             Fault: there is none.
         """
-        which, _, part = name.partition("#")
+        if not isinstance(name, str) or not name:
+            raise Fault(1, f"{quoted_value(name)} is no name of a lesson; write it {_LIKE}.")
+        which, mark, part = name.partition("#")
         lesson = known.get(which)
         if which.endswith(".md"):
             file = (path.parent / which).absolute()
@@ -196,7 +199,7 @@ class Library:
         if lesson is None:
             remedy = f"name a file beside the playlist, like mine/01-nearer.md, or choose from {', '.join(known)}."
             raise Fault(1, f"there is no lesson {which!r}; {remedy}")
-        if not part:
+        if not mark:
             return lesson, None
         for number, step in enumerate(lesson.steps, 1):
             if part in (step.id, str(number)):

@@ -82,7 +82,7 @@ def load_lessons(folder: Path = FOLDER, language: Language = "en", before: Lesso
     try:
         files = sorted(path for path in folder.iterdir() if path.suffix == ".md" and path.name[0].isdigit())
     except OSError as error:
-        return LessonBook((), (LessonProblem(str(folder), 1, f"the folder cannot be read ({error.strerror})."),))
+        return LessonBook((), (LessonProblem(str(folder), 0, f"the folder cannot be read ({error.strerror})."),))
     lessons: list[Lesson] = []
     problems: list[LessonProblem] = []
     for path in files:
@@ -96,7 +96,7 @@ def load_lessons(folder: Path = FOLDER, language: Language = "en", before: Lesso
         lessons = [_translated(folder, lesson, language, problems) for lesson in lessons]
     if not lessons and not problems:
         problems.append(
-            LessonProblem(str(folder), 1, "holds no lesson; a lesson is a file like 01-redundancy.md, see README.md there.")
+            LessonProblem(str(folder), 0, "holds no lesson; a lesson is a file like 01-redundancy.md, see README.md there.")
         )
     in_order = tuple(sorted(lessons, key=lambda lesson: lesson.number))
     return LessonBook(in_order, tuple(problems), cache(lambda other: load_lessons(folder, other, before)))

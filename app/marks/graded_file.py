@@ -10,7 +10,6 @@ from functools import cache
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from app.custom_law import template
 from app.custom_law.arena import TrialCurve
 from app.custom_law.custom_law import LARGEST
 from app.custom_law.fence import FenceLimits
@@ -167,9 +166,11 @@ def _take_marks(row: GradedFile, text: bytes, marks: LawMarks, weights: Mapping[
     for name, reason in marks.reasons.items():
         same[reason].append(name)
     whole: list[str] = []
-    untouched, gated = is_template(text), not all(marks.passed.get(gate) for gate in GATES)
+    untouched, gated = marks.as_template, not all(marks.passed.get(gate) for gate in GATES)
     if untouched:
-        whole.append(tr("This is the template as `lwr-duet new-law` writes it: nothing in it was changed, so it has no points."))
+        whole.append(
+            tr("In every situation of the tests this law answers as the template of `lwr-duet new-law`, so it has no points.")
+        )
     elif gated and any(marks.passed.values()):
         gates = " & ".join(tr(gate) for gate in GATES)
         whole.append(tr("The other tests count only for a law that passes these: {gates}.", gates=gates))
@@ -196,32 +197,6 @@ def returned_line(text: bytes) -> tuple[str, ...]:
     if not lines:
         return ()
     return (tr("Your law gives its result on line {line}{quoted}.", line=max(lines), quoted=tr(quoted(text, max(lines)))),)
-
-
-def is_template(text: bytes) -> bool:
-    """Return whether a file computes what the template does: comments, blank lines and docstrings are not looked at."""
-    try:
-        return bool(text) and _without_words(text) == _template()
-    except RecursionError:
-        # Deeper than the template.
-        return False
-
-
-@cache
-def _template() -> str:
-    return _without_words(Path(template.__file__).read_bytes())
-
-
-def _without_words(text: bytes) -> str:
-    statements = [node for node in _parsed(text) if not _is_text(node)]
-    for node in statements:
-        if isinstance(node, ast.FunctionDef):
-            node.body = [one for one in node.body if not _is_text(one)]
-    return "".join(map(ast.dump, statements))
-
-
-def _is_text(node: ast.stmt) -> bool:
-    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
 
 
 def _parsed(text: bytes) -> list[ast.stmt]:

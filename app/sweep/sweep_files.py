@@ -34,12 +34,12 @@ class SweepFiles:
     """The table of a sweep in a folder, `sweep.csv` or `sweep.parquet`, and until it is complete the rows so far, `sweep.part.csv`.
 
     Args:
-        folder: made if it is not there.
+        folder: made by `recording` if it is not there.
         grid: its points are the rows.
         form: of the complete table.
 
     Raises:
-        BadSetting: the folder cannot be made, it holds another sweep, or Parquet is asked for and pyarrow is not installed.
+        BadSetting: it holds another sweep, or Parquet is asked for and pyarrow is not installed.
         BadInputFile: a table that is there cannot be read.
     """
 
@@ -49,8 +49,6 @@ class SweepFiles:
         self.folder, self.grid, self.form = folder, grid, form
         self.table = folder / f"sweep.{form}"
         self.part = folder / "sweep.part.csv"
-        with writable(folder, "out"):
-            folder.mkdir(parents=True, exist_ok=True)
         self._points = grid.points()
         self.rows: dict[int, SweepFigures] = {}
         """Index of a point → its figures."""
@@ -63,7 +61,13 @@ class SweepFiles:
 
     @contextmanager
     def recording(self) -> Iterator[Callable[[int, SweepFigures], None]]:
-        """Yield a function that writes a point's row to disk at once."""
+        """Yield a function that writes a point's row to disk at once.
+
+        Raises:
+            BadSetting: the folder cannot be made, or not be written to.
+        """
+        with writable(self.folder, "out"):
+            self.folder.mkdir(parents=True, exist_ok=True)
         # Rewritten: after a power failure the last row may be incomplete.
         self._write_csv(self.part)
         with writable(self.part, "out"):

@@ -131,10 +131,18 @@ ERRORS = {
     "run --lever 1.2": "lever = '1.2'|0 to 1",
     "run --curve falling": "curve = 'falling'|0.15:1",
     "run --seed 1.5": "seed = '1.5'|whole number",
-    "run --seconds 0": "seconds = 0|5000",
-    "run --seconds nan": "seconds = nan|5000",
-    "run --seconds -3": "seconds = -3|5000",
-    "run --seconds inf": "seconds = inf|5000",
+    "run --seconds 0": "seconds = 0|above 0 and up to 5000.",
+    "run --seconds nan": "seconds = nan|5000.",
+    "run --seconds -3": "seconds = -3|5000.",
+    "run --seconds inf": "seconds = inf|5000.",
+    "run --seconds 6000": "seconds = 6000|above 0 and up to 5000 (or a larger dt).",
+    "hunt --seconds 0": "seconds = 0|above 0 and up to 600.",
+    "run --inputs {}/hand.csv --csv {}/hand.csv": "hand.csv: the run reads this file|give another name",
+    "run --law-file {}/none.py --csv {}/hand.csv": "none.py",
+    "falsify --out my_law.py": "out = my_law.py|ends in .npz",
+    "sweep --over n=2:3 --n 4 --out {}/new": "n is swept|leave out --over",
+    "sweep --over n=2:3 --out {}/hand.csv": "hand.csv is a file; give a folder",
+    "league --out {}/hand.csv": "hand.csv is a file; give a folder",
     "run --inputs /no/such/file.csv": "/no/such/file.csv|cannot be read",
     "run --csv /no/such/folder/out.csv": "/no/such/folder|make it first",
     "run --csv {}": "cannot be written",
@@ -157,7 +165,7 @@ ERRORS = {
         f"serve --edit-law {option}": f"--edit-law is not possible with {option.partition(' https')[0]}|Leave out"
         for option in ("--host 0.0.0.0", "--lecture", "--allow-origin https://b.org", "--embed-origin https://b.org")
     },
-    "lessons --only nonsense": "redundancy",
+    "lessons --only nonsense": "1 redundancy",
     "bench --steps 0": "--steps must be at least 1",
     **dict.fromkeys(
         (f"run --start {LONG}", f"run --csv {LONG}/a.csv", f"serve --lessons {LONG}", f"serve --playlist {LONG}"), LONG
@@ -169,7 +177,15 @@ ERRORS = {
 
 @pytest.mark.parametrize("arguments", ERRORS)
 def test_one_line_says_what_is_wrong(capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: str) -> None:
-    for name, content in ("short", b"t,x,y\n0,0,0\n"), ("zero", b"t,x,y,z\n0,0.3,zero,1\n"), ("noise", bytes(range(256))):
+    for name, content in (
+        ("short", b"t,x,y\n0,0,0\n"),
+        ("zero", b"t,x,y,z\n0,0.3,zero,1\n"),
+        ("noise", bytes(range(256))),
+        (
+            "hand",
+            b"t,x,y,z\n0,0.3,0.1,1\n",
+        ),
+    ):
         (tmp_path / f"{name}.csv").write_bytes(content)
     line = refused(capsys, *arguments.replace("{}", str(tmp_path)).split())
     assert all(part in line for part in ERRORS[arguments].split("|")), line

@@ -51,7 +51,7 @@ def test_an_interrupted_search_says_what_it_has_and_how_to_go_on(capsys: pytest.
     [
         (["--scene", "solo"], "Nothing is in the way in the scene solo"),
         (["--lag", "0.1"], "The promise is made for an ideal robot"),
-        (["--seconds", "0"], "seconds = 0 is out of range; give a number up to 86400."),
+        (["--seconds", "0"], "seconds = 0 is out of range; give a number above 0 and up to 86400."),
         (["--seconds", "nan"], "seconds = nan is out of range"),
         (["--workers", "-1"], "workers from 1, or 0 for one a core"),
         (["--starts", "-1"], "starts and skip from 0"),

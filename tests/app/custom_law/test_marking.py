@@ -115,7 +115,8 @@ def test_every_file_costs_one_row(tmp_path: Path, capfd: pytest.CaptureFixture[s
     (folder / zero).parent.mkdir()
     write(folder / zero, "def law(s):\n    # It stands still.\n    return 0.0 * s.nominal")
     text = Path(app.__file__).with_name("custom_law").joinpath("template.py").read_text(encoding="utf-8")
-    (folder / template).write_text(text.replace("my_law", "doe") + "\n# Doe\n", encoding="utf-8")
+    renamed = text.replace("    c = ", "    print(lam)\n    rate = ").replace("J_d * c", "J_d * rate")
+    (folder / template).write_text(renamed, encoding="utf-8")
 
     table, pages = tmp_path / "marks.csv", tmp_path / "pages"
     files = {name: tmp_path / name for name in ("moodle", "canvas", "gradescope")}
@@ -134,10 +135,10 @@ def test_every_file_costs_one_row(tmp_path: Path, capfd: pytest.CaptureFixture[s
     assert [by_name[zero][key] for key in ("points", "maximum", "student", "id")] == ["0", "11", "Ann Lee", "12"]
     assert "on line 3, in “return 0.0 * s.nominal”" in by_name[zero]["feedback"]
     assert all(TRY[name][0] in by_name[zero]["feedback"] for name in GATES) and "Lesson 6 shows it." in by_name[zero]["feedback"]
-    assert by_name[template]["points"] == "0" and "nothing in it was changed" in by_name[template]["reason"]
+    assert by_name[template]["points"] == "0" and "answers as the template" in by_name[template]["reason"]
     page = (pages / "Ann Lee-12.html").read_text(encoding="utf-8")
     assert page.count("<svg xmlns") == 3 and "0 of 11 points" in page and "<script" not in page
-    assert "nothing in it was changed" in (pages / "doe-7.html").read_text(encoding="utf-8")
+    assert "answers as the template" in (pages / "doe-7.html").read_text(encoding="utf-8")
     assert "Participant 12,Ann Lee,0,11,," in files["moodle"].read_text(encoding="utf-8")
     canvas = files["canvas"].read_text(encoding="utf-8").splitlines()
     assert canvas[:2] == ["Student,ID,Section,Duet", "Points Possible,,,11"] and "doe,7,,0" in canvas
@@ -257,7 +258,7 @@ def test_a_curve_that_a_file_has_made_up_is_left_out() -> None:
     )
     for change in ({}, *wrong):
         marks = LawMarks()
-        said = {"name": "smooth", "passed": False, "reason": "no", "curve": good | change}
+        said = {"name": "smooth", "passed": False, "reason": "no", "as_template": False, "curve": good | change}
         with suppress(ValueError):
             _take(marks, said)
         assert marks.reasons == {"smooth": "no"} and ("smooth" in marks.curves) is (change == {})
@@ -305,6 +306,21 @@ def test_nothing_to_grade(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     (tmp_path / "a.py").touch()
     assert main(["grade", str(tmp_path), "--csv", str(tmp_path / "no" / "a.csv")]) == 2
     assert capsys.readouterr().err.count("lwr-duet: ") == 5
+
+
+def test_a_place_that_cannot_be_written_is_named_before_the_first_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("app.cli.grade._graded", lambda *given: pytest.fail("a file was graded"))
+    law = tmp_path / "a.py"
+    law.touch()
+    for option in ("csv", "moodle", "canvas", "gradescope"):
+        for place in (tmp_path, *(Path("/proc/x"),) * (sys.platform == "linux")):
+            assert main(["grade", str(tmp_path), f"--{option}", str(place)]) == 2
+            assert f"{option} = {place}: cannot be written" in capsys.readouterr().err
+    assert main(["grade", str(tmp_path), "--csv", str(tmp_path / "marks.csv"), "--feedback", str(law)]) == 2
+    assert f"{law} is a file; give a folder" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == [law]
 
 
 def test_a_damaged_archive_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -190,6 +190,10 @@ def test_laws_that_fail_and_files_that_cannot_be_loaded(tmp_path: Path) -> None:
     for verdict in verdicts:
         if not verdict.passed:
             assert verdict.reason.startswith("my_law.py, line 13: ValueError: overlap")
+            assert verdict.curve is None, "of one sample"
+    text = "calls = []\ndef law(s):\n    calls.append(1)\n    return s.nominal / (len(calls) < 3)\n"
+    kept, empty = examine(write(tmp_path / "my_law.py", text), only=(KEEPS, ALONE))
+    assert kept.curve is not None and empty.curve is None, "of d = ∞"
     verdicts = list(examine(write(tmp_path / "my_law.py", "def law(s)\n")))
     assert failed(verdicts) == set(TRIALS)
     assert {verdict.reason for verdict in verdicts} == {"my_law.py, line 1: SyntaxError: expected ':', in “def law(s)”"}

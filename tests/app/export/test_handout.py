@@ -137,4 +137,15 @@ def test_one_lesson_and_one_that_is_not_there(tmp_path: Path, capsys: pytest.Cap
     assert main(["handout", "--lesson", "6", "--lang", "sl", "--out", str(tmp_path / "new")]) == 0
     assert [path.name for path in (tmp_path / "new").iterdir()] == ["lesson-06-hold-sl.html"]
     assert main(["handout", "--lesson", "99", "--out", str(tmp_path)]) == 2
-    assert "There is no lesson '99'; choose from beliefs, redundancy, drift" in capsys.readouterr().err
+    assert "There is no lesson '99'; choose from 0 beliefs, 1 redundancy, 2 drift" in capsys.readouterr().err
+
+
+def test_without_a_lesson_the_fault_alone_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder, playlist = tmp_path / "nope", tmp_path / "bad.toml"
+    playlist.write_text("lessons = [", encoding="utf-8")
+    assert main(["handout", "--folder", str(folder), "--lesson", "3"]) == 1
+    assert capsys.readouterr().err == f"fault: {folder}: the folder cannot be read (No such file or directory).\n"
+    assert main(["handout", "--playlist", str(playlist)]) == 1
+    assert capsys.readouterr().err.startswith("fault: bad.toml, line 1: ")
+    assert main(["lessons", "--folder", str(folder), "--only", "3"]) == 1
+    assert "There is no lesson" not in capsys.readouterr().err

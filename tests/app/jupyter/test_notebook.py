@@ -1,8 +1,10 @@
 """`duet.show()` in a real kernel: what its document says, the numbers, the page in the cell, and the end."""
 
+import math
 import re
 import socket
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -198,8 +200,21 @@ def test_a_cell_begins_a_new_run_after_the_end_of_the_one_before_and_what_is_not
     first.close()
     second = duet.show(dm=0.1)
     assert second is not first and second["dm"] == 0.1
-    for lesson, step in ((99, 1), (1, 99)):
-        with pytest.raises(BadSetting, match=f"no step {step} of lesson {lesson}"):
+    for lesson, step, said in (
+        (99, 1, "no lesson 99; choose from 0 beliefs, 1 "),
+        (1, 99, "no step 99 in redundancy; give 1 to "),
+    ):
+        with pytest.raises(BadSetting, match=said):
             duet.show(lesson=lesson, step=step, dm=0.2)
+    wrong: tuple[Any, ...] = ("x", math.nan, math.inf, None)
+    for ask, said in (
+        (lambda: second["foo"], "no setting 'foo'; choose from scene,"),
+        *((partial(second.history, seconds), "above 0, or None") for seconds in (-1.0, 0.0)),
+        *((partial(second.advance, seconds), "above 0 and up to 5000") for seconds in (-1.0, 1e12)),
+        *((partial(duet.show, lesson=1, step=step), f"step = {step!r} is no finite number") for step in wrong),
+        *((partial(method, seconds), "no finite number") for method in (second.history, second.advance) for seconds in wrong[:3]),
+    ):
+        with pytest.raises(BadSetting, match=said):
+            ask()
     assert second["dm"] == 0.1
     assert duet.show(dm=0.2) is second and second["dm"] == 0.2

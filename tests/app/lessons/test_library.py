@@ -121,12 +121,24 @@ def test_all_faults_of_a_playlist_are_named_with_their_lines(tmp_path: Path) -> 
     assert "choose from beliefs, redundancy" in said[0][2] and "choose from push" in said[1][2] and "'colour'" in said[3][2]
     for text, message in (
         ("lessons = 3", "needs a list of names"),
-        ("[", "not TOML"),
+        ("[", "the playlist is not TOML"),
         ('lessons = ["hold"]\nx = 1', "no key 'x'"),
     ):
         write(playlist, text)
         (problem,) = Library(None, playlist).book.problems
         assert message in problem.message
+    write(playlist, 'lessons = ["hold", "nope", "lambda#", "../x.md",\n3, ""]\nx = 1')
+    book = Library(None, playlist).book
+    assert ids(book) == ["hold"]
+    key, *entries = [problem.message for problem in book.problems]
+    assert "no key 'x'" in key
+    for number, said, message in zip(
+        range(2, 7),
+        entries,
+        ("lesson 'nope'", "has no step ''", "lesson '../x.md'", "3 is no name", "'' is no name"),
+        strict=True,
+    ):
+        assert said.startswith(f"entry {number}: ") and message in said
 
 
 def again(library: Library) -> bool:

@@ -205,8 +205,10 @@ def test_the_list_names_the_lessons_and_what_was_left_out(tmp_path: Path, capsys
 
 
 def test_bad_commands_are_named(tmp_path: Path) -> None:
-    with pytest.raises(BadSetting, match="choose from beliefs, redundancy"):
+    with pytest.raises(BadSetting, match="choose from 0 beliefs, 1 redundancy"):
         lessons(Lessons(only=("x",)))
+    with pytest.raises(BadSetting, match="add --check"):
+        lessons(Lessons(out=tmp_path / "x.json"))
     with pytest.raises(BadSetting, match="there is no folder"):
         lessons(Lessons(check=True, only=("lambda",), out=tmp_path / "none" / "x.json"))
 
