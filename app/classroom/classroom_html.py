@@ -13,7 +13,7 @@ from app.lessons.curve_drawing import drawing_svg, judge_drawing, median_curve
 from app.lessons.tally import Ballot
 from app.page.panels.server_load import load_pills
 from app.plots.curve_chart import Curve
-from app.text.templates import element, macros
+from app.text.templates import element, macros, tr_html
 from app.web.address import Address, qr_svg
 
 FOLLOWING: Final = N_("You follow the teacher: everybody sees this stage.")
@@ -112,7 +112,7 @@ def banner_html(kind: str, text: str) -> Markup:
 def join_html(address: Address) -> Markup:
     """Return the address for the teacher."""
     if address.private:
-        hint = tr("Only this computer can open it. Start with --host 0.0.0.0 to let the class in.")
+        hint = tr_html("Only this computer can open it. Start with <code>--host 0.0.0.0</code> to let the class in.")
     else:
         hint = tr(
             "Students type it, or point a camera at the code. {link} is for a projector, without a clicker; it is not counted.",

@@ -28,8 +28,8 @@ FAR: Final = 0.6
 DISTANCES: Final = tuple((d / 10.0, "" if d % 2 else f"{d / 10.0:g}") for d in range(7))
 """Its ticks, every other one with a number."""
 
-ORDERS: Final = (1.0, 2.0, 10.0)
-"""Of the paper's Fig. 2."""
+ORDERS: Final = {1.0: 0.54, 2.0: 0.32, 10.0: 0.1}
+"""Of the paper's Fig. 2 → the activation at which the curve has its name: so far apart that no name is beside another one."""
 
 FRAME: Final = ChartAxes((0.0, FAR), (0.0, 1.05), DISTANCES, ((0.0, "0"), (0.5, "0.5"), (1.0, "1")))
 
@@ -58,9 +58,7 @@ def curve_html(simulation: Simulation, ghost: Simulation | None, sample: Sample,
     for order in ORDERS:
         ys = np.array([activation(d, law.critical_distance, order) for d in xs.tolist()])
         chart.line(xs, ys, "faint", 1.2)
-    # Each name where its curve is two thirds of the way down, or, for a steep one, at its foot: there they are far from each other.
-    for order in ORDERS:
-        level = 0.34 if order < 5.0 else 0.1
+    for order, level in ORDERS.items():
         chart.mark(law.critical_distance * level ** (-1.0 / order), level, "name faint", f"n = {order:g}")
     if ghost is not None:
         ghost_xs = distances(ghost.settings.law)

@@ -12,7 +12,7 @@ from app.session.actions import Action
 from app.session.frame import NO_INVITATION, Frame
 from app.session.session import Session
 from app.settings import GUEST
-from app.text.templates import macros
+from app.text.templates import macros, tr_html
 from app.web.address import address_known_to, qr_svg
 from app.web.control_events import on_press
 
@@ -66,7 +66,7 @@ class InviteBox(PagePanel):
         if here:
             text = tr("The second person is here, and holds the other arm.")
         elif self._address.private:
-            text = tr("Only this computer can open the link. Start with --host 0.0.0.0 to let others in.")
+            text = tr_html("Only this computer can open the link. Start with <code>--host 0.0.0.0</code> to let others in.")
         else:
             text = tr("Send the link, or have the code read by a camera. The first who comes holds the other arm.")
         return macros("page/panels/invite.html").place(link, text, qr_svg(link, tr("QR code of the link")))

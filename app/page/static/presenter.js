@@ -39,19 +39,29 @@ addEventListener("DOMContentLoaded", () => {
   };
 
   // The question has 40 px on a screen of 1920 × 1080 or less, more on a larger one. Where a long text would not fit, all else is drawn
-  // smaller first.
+  // smaller first, and then the strip of the plot gives way, before letters can no longer be read from afar.
   const ALONE = 0.85;
+  const SMALLEST = 0.45;
+  const BESIDE_STRIP = 0.6;
+  let strip = false;
   const fit = () => {
     const whole = Math.max(1, Math.min(innerWidth / 1920, innerHeight / 1080));
     const fits = () => {
       const main = screen.querySelector(".slide main");
       return !main || (main.scrollHeight <= main.clientHeight + 1 && main.scrollWidth <= main.clientWidth + 1);
     };
-    for (let share = 1; share >= 0.45; share -= 0.05) {
-      screen.style.setProperty("--fit", (whole * share).toFixed(3));
-      screen.style.setProperty("--fit-question", (whole * Math.min(1, share / ALONE)).toFixed(3));
-      if (fits()) return;
-    }
+    const shrink = (least) => {
+      for (let share = 1; share > least - 0.01; share -= 0.05) {
+        screen.style.setProperty("--fit", (whole * share).toFixed(3));
+        screen.style.setProperty("--fit-question", (whole * Math.min(1, share / ALONE)).toFixed(3));
+        if (fits()) return true;
+      }
+      return false;
+    };
+    document.documentElement.classList.toggle("duet-strip", strip);
+    if (strip && shrink(BESIDE_STRIP)) return;
+    document.documentElement.classList.remove("duet-strip");
+    shrink(SMALLEST);
   };
 
   // On the teacher's page a small projector shows what the large ones show, black and frozen too; it is no projector that counts.
@@ -83,7 +93,7 @@ addEventListener("DOMContentLoaded", () => {
     const fresh = source?.firstElementChild?.cloneNode(true);
     const bare = Boolean(fresh) && !fresh.classList.contains("panels");
     document.documentElement.classList.toggle("duet-bare", bare);
-    document.documentElement.classList.toggle("duet-strip", bare && fresh.matches(".at-run, .at-outcome, .at-try"));
+    strip = bare && fresh.matches(".at-run, .at-outcome, .at-try");
     const title = fresh?.querySelector("header, .caption b")?.textContent ?? "";
     if (!fresh) screen.replaceChildren();
     // Another step is another picture: nothing of the one before grows into it.

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from app.classroom.ballots import Ballots
 from app.classroom.breakout_places import HOLD, BreakoutPlaces, group_size
 from app.classroom.classroom import Classroom
-from app.classroom.classroom_html import mine_html, poll_html
+from app.classroom.classroom_html import join_html, mine_html, poll_html
 from app.hosting.teacher_key import is_mistaken, is_teacher
 from app.lessons.bookmark import Phase
 from app.lessons.outcomes import reference
@@ -322,6 +322,8 @@ def test_the_address_is_one_that_students_can_open(monkeypatch: pytest.MonkeyPat
     assert find_address("http://127.0.0.1:81", "127.0.0.1", 81) == Address("http://127.0.0.1:81/", True)
     assert find_address("", "192.168.1.20", 81) == Address("http://192.168.1.20:81/", False)
     assert find_address("http://[::1]:81", "::1", 81) == Address("http://localhost:81/", True)
+    # The option to type is of one piece.
+    assert "<code>--host 0.0.0.0</code>" in join_html(Address("http://127.0.0.1:81/", True))
     assert find_address("javascript:alert(1)", "127.0.0.1", 81).url == "http://127.0.0.1:81/"
     assert find_address("http://[", "127.0.0.1", 81).url == "http://127.0.0.1:81/"
     assert find_address("http://10.0.0.5:8080", "0.0.0.0", 8080).short == "10.0.0.5:8080/"

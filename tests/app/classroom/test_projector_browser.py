@@ -134,6 +134,16 @@ def test_a_projector_shows_what_the_clicker_asks_for(house: OpenHouse, page_at: 
     over.locator(".at-outcome li.right").wait_for()
     until(screen, lambda: strip(screen) == [1, 1] and apart(screen, "main") and fits(screen), "one plot below the outcome")
     assert screen.evaluate("getComputedStyle(document.querySelector('#duet-screen li.right span'), '::after').content") == '" ✓"'
+    # The moment that the class looks at has its name in the strip, not over the slide.
+    root = "getComputedStyle(document.documentElement).getPropertyValue('--duet-moment-words')"
+    until(screen, lambda: screen.evaluate(root), "the moment")
+    assert screen.evaluate("getComputedStyle(document.body, '::after').content") == "none"
+    # Of more than there is room for, letters become smaller only down to a limit; then the strip gives way.
+    sent = "document.querySelector('.duet-screen main')"
+    screen.evaluate(f"{sent}.append({sent}.querySelector('.duet-poll').cloneNode(true))")
+    until(screen, lambda: over.locator(".duet-poll").count() == 2 and fits(screen) and strip(screen) == [0, 0], "no strip")
+    screen.evaluate(f"{sent}.lastElementChild.remove()")
+    until(screen, lambda: strip(screen) == [1, 1] and fits(screen), "the strip again")
     screen.keyboard.press("PageUp")
     over.locator(".at-run").wait_for()
 

@@ -51,6 +51,7 @@ def test_a_guest_holds_the_silver_arm_and_nothing_else(house: OpenHouse, arrive:
     click(host.visitor, INVITE)
     word = word_on(host.visitor)
     assert session.invitation == word
+    see(host.visitor, "Start with <code>--host 0.0.0.0</code>")
     yours, other = (HAND_LINK.format(arm.name) for arm in (session.arm, session.simulation.avoiding))
     with ExitStack() as opened:
         guest = enter(opened, url, word, 2, "&lang=de&theme=dark")

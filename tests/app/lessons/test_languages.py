@@ -16,12 +16,14 @@ from app.lessons.bookmark import Phase, phases_of
 from app.lessons.evidence import Evidence
 from app.lessons.labels import label_of, sentence
 from app.lessons.lesson import Lesson, Step
+from app.lessons.loading import in_language
 from app.lessons.outcomes import Attempt, judge, judged, reference
 from app.lessons.progress import StepProgress
 from app.lessons.reference_runs import simulated
 from app.lessons.step_view import StepPosition, StepView, make_view
+from app.lessons.texts import series_table, tabled
 from app.lessons.walkthrough import Walkthrough
-from app.settings import TRANSLATIONS, Language
+from app.settings import LANGUAGES, TRANSLATIONS, Language
 from scenes.settings import LawSettings, RunSettings, values
 from tests.app.i18n.messages import NAMES
 from tests.app.lessons.helpers import our_book, to_challenge
@@ -142,3 +144,17 @@ def test_the_class_reads_the_poll_in_its_own_language() -> None:
             assert not [phrase for phrase in phrases(text) if ENGLISH.search(phrase)]
     assert any("law = Smooth priority (paper)" in line for line in polls["en"].outcome)
     assert any("Gesetz = Glatter Vorrang (Artikel)" in line for line in polls["de"].outcome)
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_a_table_is_no_wider_than_its_panel(language: Language) -> None:
+    steps = [step for lesson in in_language(our_book(), language).lessons for step in lesson.steps]
+    tables = [(step, ids) for step in steps for text in (step.observe, step.explain) if (ids := tabled(text))]
+    for step, ids in tables:
+        shown = [m for m in step.measurements if m.id in ids]
+        lines = series_table(shown, [()] * len(shown), step.setup, language).strip().split("\n")
+        rows = [re.split(r"(?<!\\)\|", line)[1:-1] for line in lines]
+        # Words are not divided: about 40 letters have room.
+        widths = [max(len(word) for word in " ".join(column).split()) for column in zip(*rows, strict=True)]
+        assert sum(widths) <= 38, (step.title, widths)
+    assert len(tables) > 2

@@ -19,6 +19,12 @@ MOUSE = 0.03
 """How exactly a mouse chooses a moment [share of the axis]."""
 
 
+IN_FREE_SPACE = """() => { const name = getComputedStyle(document.body, '::after'), low = innerHeight - parseFloat(name.bottom);
+  const [card, plots] = ['#duet-contact', '[data-duet-holds~=plots]'].map(e => document.querySelector(e).getBoundingClientRect());
+  return +name.zIndex < 3 && low - parseFloat(name.height) >= card.bottom && low <= plots.top && low > plots.top - 40; }"""
+"""Whether the name of the moment lies below the contact card and above the plots, and panels and slides cover it, not it them."""
+
+
 def player_of(session: Session) -> ReplayPlayer:
     return session.player
 
@@ -57,6 +63,7 @@ def test_after_a_run_the_page_stands_at_its_moment(house: OpenHouse, page_at: Pa
     )
     until(page, lambda: "smallest d − dₘ, 3.1 s" in pseudo(page, "body", "::after", "content"), "its name over the scene")
     assert "smallest d − dₘ, 3.1 s" in pseudo(page, ".u-over", "::before", "content")
+    until(page, lambda: page.evaluate(IN_FREE_SPACE), "the name between the contact card and the plots")
     # The hand of the picture is where it was then, not where it is now.
     wrist = "/arms/right/base/j1/j2/j3/j4/j5/j6/j7"
     before = np.array(world_position(page, wrist))

@@ -62,6 +62,8 @@ def test_the_dot_is_on_the_curve_of_fig_2(d_m: float, order: float, name: str, d
     near = np.interp(1000.0 * x + np.array([-4.0, 0.0, 4.0]), line[:, 0], line[:, 1])
     assert near.min() - 12.0 <= 1000.0 * y <= near.max() + 12.0
     assert len(paths(html, "faint")) == 3 and text(html).count("n = ") == 3
+    # A line of text is a fifth of the lowest chart: no name is beside another one, however near the curves are.
+    assert np.diff([y for _, y in marks(html, "name faint")]).min() > 0.2
     assert len(paths(curve_html(shown, shown, sample, 150), "ghost")) == 1
 
 
