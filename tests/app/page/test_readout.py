@@ -112,6 +112,20 @@ def test_a_law_that_gets_less_than_it_asks_for_says_so() -> None:
     assert shares(budget_terms(*seen("scene=hold&law=barrier_qp"))) == "−w −u +c"
 
 
+@pytest.mark.parametrize("activation", [0.0, 1.0])
+def test_symbol_and_number_of_a_switch_belong_together(activation: float) -> None:
+    def reached(simulation: Simulation) -> bool:
+        sample = simulation.sample()
+        return sample.activation == activation and sample.pull > 0.05
+
+    simulation = moved(settings("scene=ball&law=strict_switched&v=0.2&dm=0.3").run, reached)
+    sample = simulation.sample()
+    terms = {term.kind: term for term in budget_terms(simulation, sample, contact(simulation, sample))}
+    assert shares(list(terms.values())) == "−w −(1−λ)u +λv" and LAW_TEXTS["strict_switched"].share.endswith("λ")
+    assert terms["u"].value == pytest.approx(-(1.0 - activation) * sample.pull)
+    assert terms["v"].value == pytest.approx(activation * 0.2)
+
+
 @pytest.mark.parametrize(
     ("query", "words"),
     [
