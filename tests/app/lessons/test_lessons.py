@@ -213,6 +213,15 @@ def test_a_series_is_a_table_in_the_order_of_what_differs() -> None:
     assert "with n = 2" in outcome.lines(step, "en")[0] and "with n = 2" not in outcome.lines(step, "en", ["bias"])[0]
 
 
+def test_a_number_for_a_dead_time_that_the_run_has_not_stands_in_the_text_alone() -> None:
+    for id in ("swing", "camera"):
+        step = step_of("robot", id)
+        (number,) = (m for m in step.measurements if m.name == "dead_time_number")
+        outcome = reference(step, step.setup)
+        assert "a T" not in " ".join(outcome.lines(step, "en"))
+        assert number.text(outcome.known(step)[number.id][1]) in fill(step, step.explain, outcome, "en")
+
+
 def test_runs_that_differ_in_more_than_a_number_are_named() -> None:
     step = our_book().lessons[4].steps[1]
     text = fill(step, "{table:step}", None, "en")
