@@ -151,7 +151,7 @@ def error_step(run: RunSettings) -> str:
         return tr("{e} shrinks by {share} % a step", e=e, share=decimal(f"{100.0 * k:.{0 if k >= 0.1 else 1}f}"))
     if k < 2.0:
         return tr("{e} changes its sign at every step, and shrinks", e=e)
-    return tr("K dt ≥ 2: {e} grows at every step", e=e)
+    return tr("{e} grows until the joints are at their top speed", e=e)
 
 
 def _in(symbol: str, text: str) -> str:

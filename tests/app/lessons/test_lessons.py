@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from app.lessons.check import Walk, check_lesson, table_text
+from app.lessons.labels import contrast_of
 from app.lessons.lesson import Lesson, Measurement, Step
 from app.lessons.measures.quantity import Value
 from app.lessons.outcomes import reference
@@ -220,6 +221,14 @@ def test_a_number_for_a_dead_time_that_the_run_has_not_stands_in_the_text_alone(
         outcome = reference(step, step.setup)
         assert "a T" not in " ".join(outcome.lines(step, "en"))
         assert number.text(outcome.known(step)[number.id][1]) in fill(step, step.explain, outcome, "en")
+
+
+def test_the_elbow_is_asked_to_swing_for_the_wrist_moves_and_the_angle_in_the_plot_is_another() -> None:
+    step = our_book().lessons[0].steps[0]
+    answer = step.question.choices[0] if step.question else None
+    assert answer is not None and answer.why is not None
+    made = contrast_of(step.setup, answer.why, answer, "en")
+    assert made.headline == "Here it is the same: the elbow is asked to swing by 46° to either side"
 
 
 def test_runs_that_differ_in_more_than_a_number_are_named() -> None:

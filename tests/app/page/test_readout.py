@@ -132,7 +132,7 @@ def test_symbol_and_number_of_a_switch_belong_together(activation: float) -> Non
         ("k=0", "nothing brings e back"),
         ("k=2", "shrinks by 1.0 % a step"),
         ("k=20&kx=10&dt=0.005", "changes its sign"),
-        ("k=20&kx=10&dt=0.02", "grows at every step"),
+        ("k=20&kx=10&dt=0.02", "grows until the joints are at their top speed"),
     ],
 )
 def test_the_arm_alone_says_what_k_dt_does(query: str, words: str) -> None:
