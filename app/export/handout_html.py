@@ -84,7 +84,7 @@ class PaperStep:
         """Return what was measured; without an outcome the names alone."""
         if self.outcome is not None:
             return self.outcome.lines(self.step, self.lesson.language)
-        return tuple(label_of(m, self.lesson.language) for m in self.step.measurements)
+        return tuple(label_of(m, self.lesson.language) for m in self.step.measurements if not m.text_only)
 
     @property
     def pictures(self) -> list[tuple[Markup, str]]:

@@ -40,7 +40,7 @@ def no_doubles(table: Table, key: str, ids: list[str]) -> None:
 
 
 def read_measurement(table: Table, setup: Setup) -> Measurement:
-    """Return a measurement that a table describes by `name`, `id`, its parameters, `unit`, `digits` and `compare`."""
+    """Return a measurement that a table describes by `name`, `id`, its parameters, `unit`, `digits`, `compare` and `text_only`."""
     name = table.choice("name", sorted(QUANTITIES))
     found = QUANTITIES[name]
     id = read_identity(table, "id", name)
@@ -49,6 +49,7 @@ def read_measurement(table: Table, setup: Setup) -> Measurement:
     compare = [_compared(entry, setup) for entry in table.tables("compare")]
     if len(compare) > MOST_COMPARED:
         raise table.fault("compare", f"compare names {len(compare)} further runs; take at most {MOST_COMPARED}.")
+    text_only = table.flag("text_only")
     given = {key: table.any(key) for key in found.parameters if table.has(key)}
     read = partial(read_parameters, f"measurement {name}", found.function)
     for key, value in given.items():
@@ -57,7 +58,7 @@ def read_measurement(table: Table, setup: Setup) -> Measurement:
     if name == "setting" and given["key"] not in specs():
         raise table.fault("key", f"There is no setting {quoted_value(given['key'])}; choose from {', '.join(specs())}.")
     table.close()
-    return Measurement(id, name, parameters, unit, digits, tuple(compare))
+    return Measurement(id, name, parameters, unit, digits, tuple(compare), text_only)
 
 
 def _compared(table: Table, setup: Setup) -> Compared:

@@ -60,7 +60,7 @@ def compared_text(compared: Compared, language: Language = "en") -> str:
 
 
 _SCRIPTS: Final = {
-    "elbow_to": N_("the elbow swings by {angle} to either side"),
+    "elbow_to": N_("the elbow is asked to swing by {angle} to either side"),
     "hand_to": N_("the hand is led to another place"),
     "push": N_("you push at {speed}"),
 }

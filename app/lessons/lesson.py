@@ -49,6 +49,7 @@ class Measurement:
         unit: in which it is shown.
         digits: after the point.
         compare: further runs in which the same is measured.
+        text_only: whether only a text names it, and it does not stand among what was measured.
     """
 
     id: str
@@ -57,6 +58,7 @@ class Measurement:
     unit: str
     digits: int
     compare: tuple[Compared, ...] = ()
+    text_only: bool = False
 
     def text(self, value: Value) -> str:
         """Return a value as it is read, with two significant digits and its unit."""

@@ -82,6 +82,8 @@ class StepOutcome:
         """
         lines, words = list[str](), words_of(language)
         for m, found in zip(step.measurements, self.values, strict=True):
+            if m.text_only:
+                continue
             parts = [f"{label_of(m, language)}: {words(m.text(found[0]))}"]
             for compared, value in zip(m.compare, found[1:], strict=True):
                 if value is not None and m.id not in tabled:

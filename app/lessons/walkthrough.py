@@ -332,9 +332,15 @@ class Walkthrough:
         evidence = Evidence(simulation, newest=LIVE_ROWS)
         return tuple((m, measure(evidence, m.name, m.parameters)) for m in self.step.numbers)
 
-    def watch(self, simulation: Simulation) -> None:
-        """Take note of the run, once a frame: settings that change in the middle of it spoil it for a challenge."""
+    def watch(self, simulation: Simulation) -> bool:
+        """Take note of the run, once a frame: settings that change in the middle of it spoil it for a challenge. Returns whether it is the
+        run that the newest attempt asked for; the attempt is gone then."""
         self._watch.see(simulation)
+        last = self.done.last
+        asked = simulation.steps > 0 and last is not None and bool(last.note) and not last.judgements
+        if asked:
+            self.done.last = None
+        return asked
 
     def finished(self, simulation: Simulation) -> bool:
         """Return whether the run is as long as the step asks for."""

@@ -26,6 +26,9 @@ DIED_OUT: Final = 5e-3
 AT_REST: Final = 1e-3
 """An error that changes more slowly than this stays where it is [m/s or rad/s]."""
 
+STILL: Final = 0.5 * NO_ERROR**2
+"""V of no error; a rate of V below this counts as 0, too [m² or rad², or these a second]."""
+
 
 def stability_html(analysis: Analysis, error_norm: float, error_rate: float, V: float, V_rate: float, W: float | None) -> Markup:
     """Return two sentences and the numbers behind them.
@@ -44,7 +47,7 @@ def stability_html(analysis: Analysis, error_norm: float, error_rate: float, V: 
         ranks=ranks_text(analysis),
         coupling=_coupling_text(analysis),
         survival=_fixed(analysis.survival, 3),
-        lyapunov=f"{_fixed(V, 5)}, {_fixed(V_rate, 5, sign=True)}{_trend(V_rate)}",
+        lyapunov=f"{_small(V)}, {_small(V_rate, sign=True)}{_trend(V_rate)}",
         barrier="" if W is None else _barrier_text(W),
     )
 
@@ -113,7 +116,7 @@ def _barrier_text(W: float) -> str:
 
 
 def _trend(rate: float) -> str:
-    if not math.isfinite(rate) or abs(rate) < 5e-6:
+    if not math.isfinite(rate) or abs(rate) < STILL:
         return ""
     return f": {tr('falls') if rate < 0.0 else tr('rises')}"
 
@@ -126,6 +129,14 @@ def _fixed(value: float, digits: int, sign: bool = False) -> str:
     if not text.strip("+-0."):
         text = text.lstrip("+-")
     return decimal(text.replace("-", "−"))
+
+
+def _small(value: float, sign: bool = False) -> str:
+    """Return a number with five digits, or, where these would hide it, with two significant ones and a power of ten."""
+    if not STILL <= abs(value) < 1e-3:
+        return _fixed(value, 5, sign)
+    number, _, exponent = f"{value:.1e}".partition("e")
+    return f"{_fixed(float(number), 1, sign)}·10⁻{'⁰¹²³⁴⁵⁶⁷⁸⁹'[-int(exponent)]}"
 
 
 SPAN: Final = 0.3

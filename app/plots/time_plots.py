@@ -36,6 +36,8 @@ _STYLES: Final = ((), (7.0, 4.0), (2.0, 3.0))
 
 _GHOST: Final = (5.0, 4.0)
 _WHAT_IF: Final = (9.0, 3.0, 2.0, 3.0)
+_GHOST_JOINT: Final = (8.0, 2.5, 2.0, 2.5)
+"""Of a ghost's joints: the other dashes are those of the joints."""
 
 _RUNS: Final = {"ghost": N_("ghost"), "what_if": N_("what if")}
 """Run beside the visitor's own → its name in a legend."""
@@ -141,7 +143,7 @@ def _with_ghost(column: str, colour: str) -> tuple[PlotLine, ...]:
 def _joints(title: str, unit: str, stem: str, count: int, span: tuple[float, float] | None, scale: float) -> TimePlot:
     numbers = range(1, JOINTS + 1)
     own = (PlotLine(f"{stem}{i}", f"j{i}", 1.6, _STYLES[(i - 1) // 3], name=str(i) if i <= count else "") for i in numbers)
-    ghost = (PlotLine(f"{stem}{i}", f"j{i}", 1.0, (1.5, 3.0), "ghost") for i in numbers)
+    ghost = (PlotLine(f"{stem}{i}", f"j{i}", 1.0, _GHOST_JOINT, "ghost") for i in numbers)
     return TimePlot(title, unit, (*own, *ghost), span, scale, False)
 
 

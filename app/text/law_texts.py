@@ -66,7 +66,7 @@ LAW_TEXTS: Final[dict[str, LawTexts]] = {
     ),
     "strict_switched": LawTexts(
         (r"\dot q = J_d^{{\#}}\,{v} + \left(I - J_d^{{\#}} J_d\right)\dot q_n \quad ({d} \leq {dm})",
-         r"\dot q = \dot q_n \quad ({d} > {dm})"), "(11), switched", "priority",
+         r"\dot q = \dot q_n \quad ({d} > {dm})"), "(11), switched", "priority λ",
         # On its jump, nearer to the lower end.
         lambda law, line: law.critical_distance + 0.65e-6,
         "above d<sub>m</sub> the task alone", acting="avoidance first",

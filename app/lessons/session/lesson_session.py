@@ -345,7 +345,8 @@ class LessonSession:
             session.halt.set("lesson")
         session.ghost_hidden = walk.rival_hidden
         simulation = session.simulation
-        walk.watch(simulation)
+        if walk.watch(simulation):
+            self.version += 1
         if self._taken is None and session.held is not None:
             self._taken = simulation.time
         if self._runner.advance_law_tests(walk):

@@ -71,7 +71,7 @@ def budget_terms(simulation: Simulation, sample: Sample, now: Contact) -> list[T
         return [*terms, Term("v", "J<sub>d</sub>q̇", tr("your law"), wanted - sum(term.value for term in terms))]
     u = _in("u", "u") if second is None else f"({_in('u', 'u')}<sub>1</sub>+{_in('u', 'u')}<sub>2</sub>)"
     budget = law.entry.budget
-    share = LAW_TEXTS[law.law].share if budget == "share" else ""
+    share = {"share": LAW_TEXTS[law.law].share, "switch": "λ"}.get(budget, "")
     if budget != "avoidance":
         left = 1.0 - sample.activation if budget in ("share", "switch") else 1.0
         terms.append(Term("u", (f"(1−{_in('lam', share)})" if share else "") + u, tr("task"), -left * pull))
@@ -151,7 +151,7 @@ def error_step(run: RunSettings) -> str:
         return tr("{e} shrinks by {share} % a step", e=e, share=decimal(f"{100.0 * k:.{0 if k >= 0.1 else 1}f}"))
     if k < 2.0:
         return tr("{e} changes its sign at every step, and shrinks", e=e)
-    return tr("K dt ≥ 2: {e} grows at every step", e=e)
+    return tr("{e} grows until the joints are at their top speed", e=e)
 
 
 def _in(symbol: str, text: str) -> str:

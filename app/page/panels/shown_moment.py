@@ -6,6 +6,7 @@ from typing import Final
 from markupsafe import Markup
 
 from app.i18n.speaking import decimal, tr
+from app.plots.bins import BIN
 from app.session.frame import Frame
 from app.text.templates import element
 
@@ -32,7 +33,9 @@ def moment_html(frame: Frame, span: tuple[float, float] | None) -> Markup:
         return f"{100.0 * min(max((time - begin) / (end - begin), 0.0), 1.0):.2f}%"
 
     words = f"{decimal(f'{at:.2f}')} s"
-    rules = [f"--duet-moment:{place(at)}", "--duet-moment-line:''"]
+    # The plots may end a bin before the newest moment; one that is farther outside has no line there.
+    inside = begin - BIN <= at <= end + BIN
+    rules = [f"--duet-moment:{place(at)}", "--duet-moment-line:''"] if inside else []
     if (mark := shown.mark) is not None and begin <= mark.time <= end:
         name = f"{tr(mark.name)}, {decimal(f'{mark.time:.1f}')} s"
         words = name if abs(at - mark.time) < NEAR else words

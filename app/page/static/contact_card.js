@@ -127,6 +127,7 @@ addEventListener("DOMContentLoaded", () => {
       const mm = Number(seen.now) / 1000;
       number.className = "e";
       say(mm.toFixed(mm < 10 ? 1 : 0).replace(".", words.point), number);
+      drawChart(Number(mm.toFixed(1)) > 0);
       say(words.off, unit);
       trend.className = "trend";
       say(words.title, trend);

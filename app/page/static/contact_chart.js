@@ -175,7 +175,8 @@
     };
   };
 
-  // Of an arm that stands alone: its error now and after each of the next steps, every time (1 − K dt) of the one before.
+  // Of an arm that stands alone: its error now and after each of the next steps, every time (1 − K dt) of the one before. Returns a
+  // function that draws the bars, if there is an error to be seen.
   duet.errorChart = (root, words, narrow) => {
     const g = narrow ? NARROW : WIDE;
     root.replaceChildren();
@@ -188,12 +189,18 @@
     const largest = Math.max(1, growth ** (count - 1));
     const place = (i) => 16 + ((g.width - 32) * i) / (count - 1);
     duet.svg(root, "line", { class: "axis", x1: 8, x2: g.width - 8, y1: middle, y2: middle });
-    for (let i = 0; i < count; i++) {
-      const end = middle - (room * words.step ** i) / largest;
-      duet.svg(root, "line", { class: "e stem", "data-symbol": "e", x1: place(i), x2: place(i), y1: middle, y2: end });
-      duet.svg(root, "circle", { class: "e tip", "data-symbol": "e", cx: place(i), cy: end, r: i === 0 ? 6 : 4 });
-    }
+    const bars = Array.from({ length: count }, (_, i) => [
+      duet.svg(root, "line", { class: "e stem", "data-symbol": "e", x1: place(i), x2: place(i), y1: middle }),
+      duet.svg(root, "circle", { class: "e tip", "data-symbol": "e", cx: place(i), r: i === 0 ? 6 : 4 }),
+    ]);
     duet.svg(root, "text", { class: "tick", x: g.width - 8, y: g.axis + 20, "text-anchor": "end" }).textContent = words.axis;
-    return () => {};
+    // Of no error there are no bars.
+    return (there) => {
+      bars.forEach(([stem, tip], i) => {
+        const end = there ? middle - (room * words.step ** i) / largest : middle;
+        set(stem, { y2: end });
+        set(tip, { cy: end });
+      });
+    };
   };
 })();

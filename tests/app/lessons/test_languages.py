@@ -118,6 +118,19 @@ def test_what_was_said_to_an_attempt_changes_its_language_after_a_reload(languag
         assert phrases(said) and not phrases(tr(said)) & phrases(said)
 
 
+def test_the_name_of_a_setting_and_a_place_of_the_ball_stand_in_the_nominative() -> None:
+    said: dict[Language, tuple[str, str]] = {
+        "de": ("im Lauf „Gesetz = ", "im Lauf „der Ball "),
+        "sl": ("kjer je zakon = ", "kjer je žoga "),
+    }
+    for language, (law, ball) in said.items():
+        lines = list[str]()
+        for lesson, number in (("strict-priority", 0), ("limits", 1)):
+            step = our_book(language).lessons[our_book(language).index(lesson)].steps[number]
+            lines += reference(step, step.setup).lines(step, language)
+        assert law in " ".join(lines) and ball in " ".join(lines)
+
+
 def test_the_report_says_what_the_tests_of_a_law_found_in_its_language() -> None:
     lesson = our_book("de").lessons[our_book("de").index("limits")]
     step = next(place for place, one in enumerate(lesson.steps) if one.id == "own_law")

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from app.lessons.check import Walk, check_lesson, table_text
+from app.lessons.labels import contrast_of
 from app.lessons.lesson import Lesson, Measurement, Step
 from app.lessons.measures.quantity import Value
 from app.lessons.outcomes import reference
@@ -211,6 +212,23 @@ def test_a_series_is_a_table_in_the_order_of_what_differs() -> None:
     assert all(step.measurements[i].text(outcome.values[i][2]) in text[4] for i in (0, 1))
     assert lesson_html(fill(step, step.observe, outcome, "en")).count("<td") == 12
     assert "with n = 2" in outcome.lines(step, "en")[0] and "with n = 2" not in outcome.lines(step, "en", ["bias"])[0]
+
+
+def test_a_number_for_a_dead_time_that_the_run_has_not_stands_in_the_text_alone() -> None:
+    for id in ("swing", "camera"):
+        step = step_of("robot", id)
+        (number,) = (m for m in step.measurements if m.name == "dead_time_number")
+        outcome = reference(step, step.setup)
+        assert "a T" not in " ".join(outcome.lines(step, "en"))
+        assert number.text(outcome.known(step)[number.id][1]) in fill(step, step.explain, outcome, "en")
+
+
+def test_the_elbow_is_asked_to_swing_for_the_wrist_moves_and_the_angle_in_the_plot_is_another() -> None:
+    step = our_book().lessons[0].steps[0]
+    answer = step.question.choices[0] if step.question else None
+    assert answer is not None and answer.why is not None
+    made = contrast_of(step.setup, answer.why, answer, "en")
+    assert made.headline == "Here it is the same: the elbow is asked to swing by 46° to either side"
 
 
 def test_runs_that_differ_in_more_than_a_number_are_named() -> None:

@@ -56,6 +56,10 @@ TEXTS = """() => {
 }"""
 """Which texts lie over each other (lines may touch), or leave the card."""
 
+HIGHEST = """() => Math.max(...[...document.querySelectorAll("#duet-contact .e.stem")].map(
+    (stem) => Math.abs(stem.getAttribute("y2") - stem.getAttribute("y1"))))"""
+"""How high the bars of an error are [px]."""
+
 Drawing = tuple[str, str, str]
 """Words, note and numbers as the page gets them."""
 
@@ -269,6 +273,12 @@ def test_a_number_has_the_decimal_sign_of_the_language(house: OpenHouse, page_at
         for query in ("scene=solo&path=circle&k=1", "scene=ball&dead=0.05"):
             assert not point.search(drawing(query, language)[1]), query
         assert '"point":","' in drawing("scene=solo", language)[0] and '"point":"."' in drawing("scene=hold", "en")[0]
+    # An error that is said to be 0,0 mm has no bars.
+    words, note, _ = drawing("scene=solo&path=circle", "sl")
+    for micrometres, number, high in (("40", "0,0", False), ("60", "0,1", True), ("0", "0,0", False)):
+        draw(page, (words, note, micrometres))
+        assert page.locator("#duet-contact .gap b").inner_text() == number
+        assert page.evaluate(HIGHEST) > 20.0 if high else page.evaluate(HIGHEST) == 0.0
 
 
 LAW = ("#duet-contact .curve", "#duet-contact text.lam", "#duet-contact text.rest", "#duet-contact .term", "#duet-contact .trend")

@@ -112,13 +112,27 @@ def test_a_law_that_gets_less_than_it_asks_for_says_so() -> None:
     assert shares(budget_terms(*seen("scene=hold&law=barrier_qp"))) == "−w −u +c"
 
 
+@pytest.mark.parametrize("activation", [0.0, 1.0])
+def test_symbol_and_number_of_a_switch_belong_together(activation: float) -> None:
+    def reached(simulation: Simulation) -> bool:
+        sample = simulation.sample()
+        return sample.activation == activation and sample.pull > 0.05
+
+    simulation = moved(settings("scene=ball&law=strict_switched&v=0.2&dm=0.3").run, reached)
+    sample = simulation.sample()
+    terms = {term.kind: term for term in budget_terms(simulation, sample, contact(simulation, sample))}
+    assert shares(list(terms.values())) == "−w −(1−λ)u +λv" and LAW_TEXTS["strict_switched"].share.endswith("λ")
+    assert terms["u"].value == pytest.approx(-(1.0 - activation) * sample.pull)
+    assert terms["v"].value == pytest.approx(activation * 0.2)
+
+
 @pytest.mark.parametrize(
     ("query", "words"),
     [
         ("k=0", "nothing brings e back"),
         ("k=2", "shrinks by 1.0 % a step"),
         ("k=20&kx=10&dt=0.005", "changes its sign"),
-        ("k=20&kx=10&dt=0.02", "grows at every step"),
+        ("k=20&kx=10&dt=0.02", "grows until the joints are at their top speed"),
     ],
 )
 def test_the_arm_alone_says_what_k_dt_does(query: str, words: str) -> None:

@@ -250,12 +250,21 @@ def test_every_number_of_section_three_stands_in_the_panel() -> None:
 
 
 @pytest.mark.parametrize(
-    ("rate", "says"), [(0.01, "+0.01000: rises"), (1e-9, "0.00000"), (-1e-9, "0.00000"), (-0.01, "−0.01000: falls")]
+    ("rate", "says"),
+    [
+        (0.01, "+0.01000: rises"),
+        (1.26e-6, "+1.3·10⁻⁶: rises"),
+        (-2e-7, "−2.0·10⁻⁷: falls"),
+        (1e-9, "0.00000"),
+        (-1e-9, "0.00000"),
+        (-0.00051, "−5.1·10⁻⁴: falls"),
+        (-0.01, "−0.01000: falls"),
+    ],
 )
 def test_the_rate_of_v_in_words_without_a_sign_of_a_rounded_zero(rate: float, says: str) -> None:
     """A number that trembles around zero must not make the panel flicker."""
     text = HtmlReader(stability_html(at(BETWEEN), 0.1, 0.0, 0.01, rate, rate)).text
-    assert says in text and "−0.00000" not in text and "+0.00000" not in text
+    assert f"0.01000, {says}" in text and "−0.00000" not in text and "+0.00000" not in text
     assert ("rises" in text, "falls" in text) == ("rises" in says, "falls" in says)
 
 

@@ -94,6 +94,9 @@ def test_bins_of_every_arm(robot: RobotName) -> None:
     assert np.array_equal(newest[:count], sample.positions[own]) and np.array_equal(newest[7 : 7 + count], sample.velocities[own])
     assert np.isnan(newest[count:7]).all()
     assert len(time_plot_of("joints", simulation).legend()) == len(time_plot_of("rates", simulation).legend()) == count
+    for name in ("joints", "rates"):
+        *joints, ghost = time_plot_of(name, simulation).legend(("ghost",))
+        assert ghost == ("", "mix", "ghost") and "mix" not in {dash for _, dash, _ in joints}
     desired = [line[-1] for line in buffer.newest([COLUMNS[f"qd{i + 1}"] for i in range(4)])[1:]]
     assert desired == sample.desired[own][:4].tolist()
 

@@ -157,6 +157,20 @@ def test_nothing_is_looked_back_at_before_the_first_step() -> None:
     assert not frame.replayed and not watched.player.reviewing and moment_html(frame, None) == ""
 
 
+def test_a_moment_outside_of_the_plots_has_its_words_and_no_line() -> None:
+    watched = Watched()
+    watched.run(1.0)
+    watched.session.handle(Pause())
+    watched.player.review(0.5)
+    frame = watched.frame()
+    for span in ((0.7, 1.0), (0.0, 0.3)):
+        said = moment_html(frame, span)
+        assert "--duet-moment-words" in said and "--duet-moment:" not in said and "--duet-moment-line" not in said
+    for span, place in (((0.0, 1.0), "50.00%"), ((0.0, 0.49), "100.00%")):
+        said = moment_html(frame, span)
+        assert f"--duet-moment:{place}" in said and "--duet-moment-line" in said
+
+
 def test_the_axis_of_a_long_replay_stands_still_for_a_while() -> None:
     watched = Watched(Settings(RunSettings(scene="imitation", dt=0.01)))
     watched.run(34.0)

@@ -218,6 +218,12 @@ def test_a_run_counts_as_one_attempt_and_none_before_it_or_before_its_end(walk: 
     walk.watch(simulation)
     early = walk.attempt(simulation)
     assert early is not None and early.note == "Press Run first." and not early.passed and walk.done.attempts == 0
+    walk.watch(simulation)
+    assert walk.view().done.last == early
+    simulation.step(None)
+    assert walk.watch(simulation) and walk.view().done.last is None, "the run that was asked for"
+    simulation.reset()
+    assert not walk.watch(simulation)
     for steps, over in ((50, False), (50, True), (0, True), (0, True)):
         for _ in range(steps):
             simulation.step(None)
