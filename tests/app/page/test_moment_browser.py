@@ -1,8 +1,10 @@
 """The decisive moment on the real page: scene, plots and words stand there after a run, and a drag over a plot shows another moment."""
 
+from contextlib import suppress
+
 import numpy as np
 import pytest
-from playwright.sync_api import Page
+from playwright.sync_api import Page, TimeoutError
 
 from app.lessons.bookmark import Phase
 from app.lessons.session.lesson_actions import Choose, StartOrPause
@@ -70,10 +72,19 @@ def test_after_a_run_the_page_stands_at_its_moment(house: OpenHouse, page_at: Pa
     screenshot(page, "decisive-moment")
     # A hint does not cover what comes of the button once that is pressed.
     button = page.get_by_role("button", name="Back", exact=True)
-    button.hover()
-    page.locator(".mantine-Tooltip-tooltip").wait_for(state="visible")
+    hint = page.locator(".mantine-Tooltip-tooltip")
+
+    def hinted() -> bool:
+        # The lesson may still move to its outcome, and the button away from the mouse.
+        page.mouse.move(5, 5)
+        button.hover()
+        with suppress(TimeoutError):
+            hint.wait_for(state="visible", timeout=2000)
+        return hint.is_visible()
+
+    until(page, hinted, "the hint")
     button.dispatch_event("pointerdown")
-    page.locator(".mantine-Tooltip-tooltip").wait_for(state="hidden")
+    hint.wait_for(state="hidden")
     drag_over_plot(page, (0.8, 0.3))
     until(page, lambda: abs((shown_time(session) or 0.0) - 0.3 * end) < MOUSE * end, "another moment")
     until(page, lambda: float(np.linalg.norm(np.array(world_position(page, wrist)) - before)) > 0.02, "the scene of then")
