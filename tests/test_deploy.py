@@ -57,6 +57,12 @@ def test_what_the_recipe_copies_is_there_and_is_all_that_the_package_needs() -> 
     assert f"useradd --uid {user} " in RECIPE
 
 
+def test_the_base_is_one_image_that_no_tag_can_replace() -> None:
+    (base,) = re.findall(r"^ARG PYTHON=(\S+)$", RECIPE, flags=re.MULTILINE)
+    assert re.fullmatch(r"3\.\d+\.\d+-slim-\w+@sha256:[0-9a-f]{64}", base)
+    assert set(re.findall(r"^FROM (\S+)", RECIPE, flags=re.MULTILINE)) == {"docker.io/library/python:${PYTHON}"}
+
+
 def test_what_the_container_installs_is_the_lock_with_its_hashes() -> None:
     assert "--require-hashes -r app/deploy/requirements.hashed" in RECIPE
     entries = (ROOT / "app" / "deploy" / "requirements.hashed").read_text(encoding="utf-8").replace("\\\n", " ").splitlines()
