@@ -1,7 +1,7 @@
 // The connection to the server. viser's client opens its websocket from a worker; this script stands between the page and it, and
 // - hands the page's own query to the websocket, so that every tab brings its own link along,
 // - shows when the connection is lost, when the server is silent for 3 s, and when it does not know the page's address,
-// - retries while the tab is not in front (a projector beside the window that one types in), which viser itself does not,
+// - comes back as soon as the server answers, also while the tab is not in front (a projector beside the window that one types in),
 // - reloads the page when it meets another server than before, and when the server sends it elsewhere,
 // - says when the tab goes out of sight and comes back, so that the server rests meanwhile,
 // - says hello at once, because a tab in the background draws no scene, and viser waits for one.
@@ -18,6 +18,8 @@
   const query = given.toString().length > longestQuery ? "" : given.toString();
 
   let retryTimer = 0;
+  // When the websocket that may still open was asked for [ms].
+  let tried = null;
   let leaving = false;
   let shown = "";
   // The server that has this tab; behind a proxy with several, the page may come from another one.
@@ -70,7 +72,22 @@
 
   const health = (query) => fetch(`healthz${query}`, { cache: "no-store" }).then((answer) => answer.json());
 
-  const onClosed = (worker, reason) => {
+  // A browser lets a page of which many websockets have failed wait for the next one, longer than viser waits before it gives that up:
+  // after a minute none would open any more. So none is opened before the server answers, and each has its time.
+  const seek = (retry) => {
+    if (tried !== null && performance.now() - tried < 6000) return;
+    // A browser does not tell its page why a connection was refused.
+    health(`?origin=${encodeURIComponent(location.origin)}`)
+      .then((state) => {
+        if (heard !== null || leaving) return;
+        show(state.admitted === false ? texts.refused : texts.lost);
+        tried = performance.now();
+        retry();
+      })
+      .catch(() => {});
+  };
+
+  const onClosed = (retry, reason) => {
     heard = null;
     if (leaving) return;
     if (reason === reasons.full || reason === reasons.elsewhere) {
@@ -92,15 +109,10 @@
       return;
     }
     if (shown !== texts.refused) show(texts.lost);
-    // A browser does not tell its page why a connection was refused.
-    health(`?origin=${encodeURIComponent(location.origin)}`)
-      .then((state) => {
-        if (heard === null) show(state.admitted === false ? texts.refused : texts.lost);
-      })
-      .catch(() => {});
-    retryTimer ||= setInterval(() => {
-      if (!document.hasFocus()) worker.postMessage({ type: "retry" });
-    }, 3000);
+    tried = null;
+    if (retryTimer) return;
+    retryTimer = setInterval(() => seek(retry), 900 + 300 * Math.random());
+    seek(retry);
   };
 
   const onConnected = () => {
@@ -119,12 +131,11 @@
   const Native = window.Worker;
   window.Worker = class extends Native {
     postMessage(message, ...rest) {
-      // Being turned away counts as connected for a moment, so viser would try again at once, and again.
-      if (leaving && message && message.type === "retry") return;
+      if (message && message.type === "retry") return;
       if (message && message.type === "set_server" && typeof message.server === "string") {
         this.addEventListener("message", ({ data }) => {
           if (leaving || !data) return;
-          if (data.type === "closed") onClosed(this, data.closeReason);
+          if (data.type === "closed") onClosed(() => super.postMessage({ type: "retry" }), data.closeReason);
           else onMessage();
           if (data.type === "connected") {
             super.postMessage({ type: "send", message: { type: messages.hello } });

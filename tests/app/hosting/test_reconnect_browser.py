@@ -29,6 +29,36 @@ def test_a_browser_comes_back_by_itself_to_where_it_was(house: OpenHouse, page_a
     assert not opened.context.store._parked
 
 
+_TRIES = """
+window.tries = 0;
+const Native = window.Worker;
+window.Worker = class extends Native {
+  postMessage(message, ...rest) {
+    if (message.type === "retry") tries += 1;
+    super.postMessage(message, ...rest);
+  }
+};
+"""
+
+
+def test_no_websocket_is_opened_before_the_server_answers(house: OpenHouse, page_at: PageAt) -> None:
+    # A browser that has seen many of them fail would open none for minutes.
+    opened, asked = house(), list[str]()
+    page = page_at(800, 600, fresh=True, expect=["healthz"])
+    page.add_init_script(_TRIES)
+    page.goto(opened.url)
+    wait_ready(page, "/room")
+    (before,) = live_sessions(opened)
+    health = "**/healthz?origin=*"
+    page.route(health, lambda route: (asked.append(route.request.url), route.abort()))
+    opened.server._websock_server.disconnect_all_clients()
+    until(page, lambda: len(asked) > 3, "questions whether the server is there")
+    assert page.evaluate("tries") == 0 and before not in live_sessions(opened)
+    page.unroute(health)
+    until(page, lambda: len(now := live_sessions(opened)) == 1 and before not in now, "a new connection")
+    assert page.evaluate("tries") == 1
+
+
 _HIDE = """hidden => {
   Object.defineProperty(document, "hidden", { configurable: true, get: () => hidden });
   document.dispatchEvent(new Event("visibilitychange"));
