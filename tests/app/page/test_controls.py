@@ -232,6 +232,12 @@ def test_a_text_that_is_no_curve_is_forgotten_once_another_curve_is_set_or_drawn
     assert not says_something() and control.box.value == "0.1:1,0.3:0"
     control._take("no curve")
     assert says_something()
-    control._draw(("law", "curve"), control._drawn)
+    drawn = control._drawn
+    control._draw(("law", "curve"), drawn)
     session.change("curve", control._known)
+    assert not says_something()
+    # An empty board changes no law, and says so.
+    control._draw(("law", "curve"), ())
+    assert says_something() and "The last curve goes on" in control._note.content
+    control._draw(("law", "curve"), drawn)
     assert not says_something()
