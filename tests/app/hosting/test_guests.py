@@ -96,9 +96,11 @@ def test_a_guest_holds_the_silver_arm_and_nothing_else(house: OpenHouse, arrive:
         # In another experiment there is nothing for a guest.
         host.ask(lambda s: s.change("scene", "ball"))
         see(again, "Here only your host holds something")
+        see(host.visitor, "In the experiment “Hold” they hold the other arm again")
         again.wait_for(lambda v: not v.mirror.grabbable)
         host.ask(lambda s: s.change("scene", "hold"))
         again.wait_for(lambda v: other in v.mirror.grabbable)
+        see(host.visitor, "The second person is here, and holds the other arm")
 
         # The host leaves and comes back, to the same session.
         host.visitor.close()
