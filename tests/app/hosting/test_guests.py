@@ -59,7 +59,9 @@ def test_a_guest_holds_the_silver_arm_and_nothing_else(house: OpenHouse, arrive:
         guest.wait_for(lambda v: other in v.mirror.grabbable)
         see(host.visitor, "The second person is here")
         assert not any(name.startswith(yours.partition("/base")[0]) for name in guest.mirror.grabbable)
-        describe = next(u for u, command in guest.mirror.commands.items() if command["label"] == "Was zu sehen ist, in einem Satz")
+        describe = next(
+            u for u, command in guest.mirror.commands.items() if command["label"] == "Was zu sehen ist, in einem Satz"
+        )
         guest.send({"type": "CommandTriggerMessage", "uuid": describe})
         guest.wait_for(lambda v: any("Arm: Hand" in note for note in notes(v)))
         assert not notes(host.visitor)
