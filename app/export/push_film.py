@@ -76,6 +76,6 @@ def _frame(replay: Replay, step: int, size: tuple[int, int]) -> Image.Image:
     draw = ImageDraw.Draw(picture)
     draw.line([(float(x), float(y)) for x, y in ends], fill=colour, width=max(2, size[1] // 80))
     font = ImageFont.truetype(font_manager.findfont("DejaVu Sans"), max(9, size[1] // 15))
-    words = f"d = {1000.0 * distance:.1f} mm    dₘ = {1000.0 * critical:.0f} mm    {replay.time:.1f} s"
+    words = f"d = {1000.0 * distance:.1f} mm".replace("-", "−") + f"    dₘ = {1000.0 * critical:.0f} mm    {replay.time:.1f} s"
     draw.text((size[1] // 30, size[1] // 40), decimal(words), fill=_INK.alarm_ink if distance < critical else _INK.ink, font=font)
     return picture

@@ -15,10 +15,11 @@ from app.i18n.reader_language import look_of, mark_html
 from app.i18n.speaking import N_, set_language, spoken, tr
 from app.page.handles.gizmos import Gizmos
 from app.page.panels.hotkeys import hotkeys
+from app.page.panels.scene_words import SceneWords
 from app.page.panels.title_bar import titlebar
 from app.page.view import View
 from app.runtime.throttled_log import ThrottledLog
-from app.session.actions import Action, FirstView, Nudge, SwingElbow
+from app.session.actions import Action, Describe, FirstView, Nudge, SwingElbow
 from app.session.frame import Frame, Shown, freeze
 from app.session.second_hand import SecondHand
 from app.session.session import Session
@@ -69,8 +70,9 @@ class Guest:
             hand = self._hand = SecondHand(session, self._take)
             hands_off = lambda: self._host is None or self._host.lessons.hands_off  # noqa: E731
             self._gizmos = Gizmos(client, hand, lambda: self._view.stage.guests, hands_off)
+            self._words = SceneWords(client, session, self._view)
             for hotkey in hotkeys():
-                if isinstance(hotkey.action, (Nudge, SwingElbow, FirstView)):
+                if isinstance(hotkey.action, (Nudge, SwingElbow, FirstView, Describe)):
                     hotkey.add_to(client.gui, hand.post)
             self._view.welcome(client)
         session.wake()
@@ -84,7 +86,7 @@ class Guest:
         """Do what concerns the guest's own arm and view; anything else is left out."""
         if isinstance(action, FirstView):
             self._view.look(self.client)
-        else:
+        elif not self._words.take(action):
             self._gizmos.take(action)
 
     def follow(self, host: Visitor | None) -> None:
@@ -145,6 +147,7 @@ class Guest:
             with self.client.atomic():
                 self._view.show(frame)
                 self._gizmos.show(frame)
+                self._words.show(frame)
             self.client.flush()
         except Exception as error:
             self._errors.exception("a frame of a guest's page failed", error, self.client.client_id)

@@ -2,6 +2,7 @@
 
 import json
 import math
+from bisect import insort
 from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import fmean, median
@@ -18,7 +19,7 @@ from app.lessons.runs import Setup
 from app.plots.curve_chart import COLUMNS, Curve, CurveAxis, Line, curve_chart
 from app.settings import Language
 from controllers.activation import activation
-from controllers.curve import curve_text
+from controllers.curve import curve_text, curve_through
 from controllers.errors import NumberText
 from controllers.kinematics import Array
 
@@ -180,20 +181,19 @@ def checked_curve(drawing: Drawing, values: object) -> Curve | None:
 
 
 def law_curve(drawing: Drawing, drawn: Curve) -> str:
-    """Return a drawn λ(d) as the text of the law that obeys it: the fewest columns from which its straight lines come back."""
+    """Return a drawn λ(d) as the text of the law that obeys it: of so many columns that its curve is within `UNSEEN` of all."""
     points = [(d, lam) for d, lam in zip(drawing.columns, drawn, strict=True) if lam is not None]
     if len(points) == 1:
         points.append((drawing.x.high, points[0][1]))
-    return curve_text(tuple(_corners(points)))
-
-
-def _corners(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    (first, low), (last, high) = points[0], points[-1]
-    away = [abs(y - low - (x - first) / (last - first) * (high - low)) for x, y in points[1:-1]]
-    if not away or max(away) <= UNSEEN:
-        return [points[0], points[-1]]
-    corner = away.index(max(away)) + 1
-    return _corners(points[: corner + 1])[:-1] + _corners(points[corner:])
+    kept = [points[0], points[-1]]
+    while True:
+        text = curve_text(tuple(kept))
+        curve = curve_through(text)
+        # Straight lines between the points would need fewer; the law's curve is level at both ends and at every turn.
+        worst = max(points, key=lambda point: abs(point[1] - curve.height(point[0])))
+        if abs(worst[1] - curve.height(worst[0])) <= UNSEEN:
+            return text
+        insort(kept, worst)
 
 
 def true_curve(drawing: Drawing, evidence: Evidence) -> Curve:

@@ -14,6 +14,7 @@ from app.lessons.measures.quantity import Value, shown_parameter
 from app.lessons.runs import Setup, page_value
 from app.settings import Language, Settings
 from controllers.errors import NumberText
+from scenes.laws import LEVER_LAW
 from scenes.settings import specs, values
 
 
@@ -52,7 +53,11 @@ def _runs(m: Measurement, setup: Setup, language: Language) -> tuple[str, list[t
     tilts = [ball.tilt for ball in balls if ball is not None]
     if not keys and len(tilts) == len(balls) == len(set(tilts)):
         return words(N_("angle")), [(tilt, words(shown_parameter("angle", tilt))) for tilt in tilts]
-    names = [words(N_("this run")), *(compared_text(compared, language) for compared in m.compare)]
+    if keys == {"law"} and setup.run.law.law == LEVER_LAW:
+        # As in the legends of the plots.
+        names = [words(N_("you")), *(page_value("law", other.run.law.law, language) for other in others)]
+    else:
+        names = [words(N_("this run")), *(compared_text(compared, language) for compared in m.compare)]
     return words(N_("run")), [(float(i), name) for i, name in enumerate(names)]
 
 

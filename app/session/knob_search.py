@@ -82,8 +82,8 @@ class KnobSearch:
         spec = specs(LawSettings).get(match.key)
         parts = {
             "law": LazyText(LAWS[match.law].label),
-            "wanted": f"{1000.0 * match.wanted:.0f}",
-            "reached": f"{1000.0 * match.reached:.0f}",
+            "wanted": f"{1000.0 * match.wanted:.0f}".replace("-", "−"),
+            "reached": f"{1000.0 * match.reached:.0f}".replace("-", "−"),
         }
         if asked is None or asked != self._settings():
             self.message = LazyText("The settings have changed meanwhile; ask again.")

@@ -77,7 +77,7 @@ class Past:
     """
 
     # Of a session, see there.
-    held, studies, ghost_hidden, invitation, guest = None, None, False, "", None
+    held, studies, ghost_hidden, invitation, guest, coming = None, None, False, "", None, ""
 
     def __init__(
         self,
@@ -149,6 +149,11 @@ class ReplayPlayer:
         self._ghost: Replay | None = None
         self._run: RunSettings | None = None
         self._seek: float | None = None
+
+    @property
+    def coming(self) -> str:
+        """Name of the run that is being loaded to be replayed; "" for none."""
+        return self.loaded if self.replay is None else ""
 
     def recorded(self, seconds: float) -> Recorded | None:
         """Return the newest piece [s] of the run that is shown, live or replayed; None if there is none."""
@@ -249,6 +254,11 @@ class ReplayPlayer:
             # The run goes on from where it is, or from its beginning.
             self.leave()
             return False
+        if self.coming and isinstance(action, Pause | SingleStep | Reset):
+            # The live run would go on in the place of what is being loaded.
+            if isinstance(action, Reset):
+                self.leave()
+            return True
         if replay is None:
             return False
         match action:

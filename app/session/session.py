@@ -344,6 +344,11 @@ class Session:
             studies.safety_curves.forget()
 
     @property
+    def coming(self) -> str:
+        """Name of the run that is being loaded to be replayed; "" for none."""
+        return self.player.coming
+
+    @property
     def paused(self) -> bool:
         """Whether the run stands still, for whatever reason."""
         return bool(self.halt)

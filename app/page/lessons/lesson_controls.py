@@ -75,6 +75,9 @@ class LessonControls:
     def take(self, action: Action) -> bool:
         """Do an action that is about the lessons, or that has a meaning of its own while one is open; return whether it was done."""
         match action:
+            case lesson_actions.StartOrPause() if self._session.coming:
+                # Else the lesson's own run begins in the place of what is being loaded.
+                pass
             case lesson_actions.LessonAction():
                 self._run.act(action)
             case AskToLeave(asks):

@@ -126,7 +126,7 @@ def what_if_html(answer: WhatIf) -> Markup:
     )
     d_m = answer.settings.law.critical_distance
     rows: tuple[tuple[str, Callable[..., str]], ...] = (
-        (tr_html('least <b class="d">d</b>'), lambda s: f"{1000.0 * s.d_min:.0f} mm"),
+        (tr_html('least <b class="d">d</b>'), lambda s: f"{1000.0 * s.d_min:.0f} mm".replace("-", "−")),
         (tr_html('below <b class="dm">d<sub>m</sub></b>'), lambda s: f"{100.0 * s.share_below:.0f} %"),
         (tr_html('largest <b class="e">|e|</b>'), lambda s: error(s.e2_max)),
         (tr("largest step of q̇"), lambda s: decimal(f"{s.dq_step_max:.3f} rad/s")),

@@ -66,8 +66,12 @@ class CurveControl:
         self._board.show(_HERE, self._drawing, self._drawn)
         if visible and not self._trouble and _one_form(self.box.value) != law.curve:
             self.box.value = law.curve
-        self._note.visible = visible and bool(self._trouble)
-        self._note.content = element("div", tr(self._trouble), class_="duet duet-tip", role="alert") if self._trouble else ""
+        last = "" if self._drawn or not visible else tr("The last curve goes on until you draw another one.")
+        words = tr(self._trouble) if self._trouble else last
+        self._note.visible = visible and bool(words)
+        self._note.content = (
+            element("div", words, class_="duet duet-tip", role="alert" if self._trouble else "status") if words else ""
+        )
 
 
 def _one_form(text: str) -> str:

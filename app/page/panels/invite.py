@@ -33,7 +33,7 @@ class InviteBox(PagePanel):
     def __init__(self, client: viser.ClientHandle, session: Session, order: float) -> None:
         gui, self._session = client.gui, session
         self._address = address_known_to(client)
-        self._shown, self.offered = NO_INVITATION, True
+        self._shown, self.offered = (NO_INVITATION, True), True
         self._folder = gui.add_folder(tr("Two people, one arm each"), order=order, expand_by_default=False)
         with self._folder:
             self._place = gui.add_html("")
@@ -52,18 +52,20 @@ class InviteBox(PagePanel):
 
     def show(self, frame: Frame) -> None:
         """Show the link, and whether a guest has come by it."""
-        shown = frame.invitation
-        self._folder.visible = bool(shown.word) or (self.offered and frame.live.settings.run.experiment.for_two)
-        if shown != self._shown:
-            self._shown = shown
-            self._invite.visible, self._end.visible = not shown.word, bool(shown.word)
-            self._place.content = self._html(*shown)
+        invitation, for_two = frame.invitation, frame.live.settings.run.experiment.for_two
+        self._folder.visible = bool(invitation.word) or (self.offered and for_two)
+        if (invitation, for_two) != self._shown:
+            self._shown = invitation, for_two
+            self._invite.visible, self._end.visible = not invitation.word, bool(invitation.word)
+            self._place.content = self._html(*invitation, for_two)
 
-    def _html(self, word: str, here: bool) -> Markup:
+    def _html(self, word: str, here: bool, for_two: bool) -> Markup:
         if not word:
             return Markup()
         link = link_to(self._address.url.rstrip("/"), {GUEST: word})
-        if here:
+        if here and not for_two:
+            text = tr("The second person is here. In the experiment “Hold” they hold the other arm again.")
+        elif here:
             text = tr("The second person is here, and holds the other arm.")
         elif self._address.private:
             text = tr_html("Only this computer can open the link. Start with <code>--host 0.0.0.0</code> to let others in.")

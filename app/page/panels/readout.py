@@ -63,7 +63,9 @@ class Readout:
 
 
 def replay_html(shown: Shown) -> Markup:
-    """Return a pill with the moment that is replayed; nothing while live."""
+    """Return a pill with the moment that is replayed, or the run that is being loaded; nothing while live."""
+    if shown.coming:
+        return pills_html([("past", tr("{file} is being loaded", file=shown.coming))])
     if shown.replay_time is None:
         return Markup()
     text = N_("then: {time} s") if shown.reviewed else N_("the past: {time} s")

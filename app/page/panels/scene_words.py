@@ -27,17 +27,22 @@ class SceneWords(PagePanel):
         self._client, self._lessons = client, view.lessons
         self._asked = False
         self._note: viser.NotificationHandle | None = None
+        self._scene = ""
 
     def take(self, action: Action) -> bool:
         self._asked |= isinstance(action, Describe)
         return isinstance(action, Describe)
 
     def show(self, frame: Frame) -> None:
+        scene = frame.settings.run.scene
+        if self._note is not None and (self._asked or scene != self._scene):
+            # It tells of another moment, or of another experiment.
+            self._note.remove()
+            self._note = None
+        self._scene = scene
         if not self._asked:
             return
         self._asked = False
-        if self._note is not None:
-            self._note.remove()
         asking = self._lessons.open and not self._lessons.walk.law_shown
         self._note = self._client.add_notification(
             tr("In the picture"), scene_sentence(frame, asking), color="gray", auto_close_seconds=SHOWN

@@ -154,7 +154,7 @@ addEventListener("DOMContentLoaded", () => {
       if (words.terms[i][0] === "lost") value.parentElement.hidden = s.terms[i] === 0;
     });
     const lam = fixed(1000 * s.lam);
-    const both = { d: `${s.d} mm`, dm: `${words.dm} mm`, lam, v: fixed(words.v) };
+    const both = { d: `${s.d} mm`.replace("-", "−"), dm: `${words.dm} mm`, lam, v: fixed(words.v) };
     // Of two arms that give way, each has a u of its own.
     duet.symbols = words.two ? both : { ...both, u: fixed(s.u), w: fixed(s.w) };
     duet.bodies = words.bodies;

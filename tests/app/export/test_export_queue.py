@@ -16,6 +16,7 @@ from app.export.python_snippet import is_fresh
 from app.export.scene_film import film_scene
 from app.lessons.loading import load_lessons
 from app.lessons.progress import StepProgress
+from app.page.panels.readout import replay_html
 from app.recording.run_file import saved_bytes, saved_from, verify
 from app.session import replay_player
 from app.session.actions import ChangeSpeed, Pause, Reset, SingleStep, Toggle
@@ -225,6 +226,19 @@ def test_leaving_drops_what_is_being_made(desk: Desk) -> None:
     desk.queue.ask("csv", 1.0)
     desk.queue.close()
     assert not desk.background.waiting() and not desk.queue.busy
+
+
+def test_a_run_that_is_being_loaded_is_waited_for(desk: Desk) -> None:
+    player, recorded = desk.queue.player, piece("ball", 1.0)[0]
+    player.watch_file(recorded, "a push from a link")
+    assert "a push from a link is being loaded" in replay_html(desk.session)
+    for action in (Pause(), SingleStep()):
+        assert player.take(action) and desk.session.paused
+    desk.work()
+    assert player.replay is not None and player.past is not None and "is being loaded" not in replay_html(player.past)
+    # Back to live, as in a replay.
+    player.watch_file(recorded, "theirs.duet.npz")
+    assert player.take(Reset()) and not desk.background.waiting() and not desk.session.paused and not player.coming
 
 
 def test_a_file_is_compared_and_replayed_and_a_bad_one_changes_nothing(desk: Desk) -> None:

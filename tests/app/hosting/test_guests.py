@@ -12,7 +12,7 @@ from scenes.settings import RunSettings
 from scenes.targets import LinkTarget
 from tests.app.conftest import Arrive, OpenHouse
 from tests.app.hosting.test_workers import come, wait_for_second_worker, worker_of
-from tests.app.page.helpers import click, hotkey_uuid, shown
+from tests.app.page.helpers import click, hotkey_uuid, notes, shown
 from tests.app.served import Serve, kept
 from tests.blocking_client import BlockingClient
 
@@ -59,6 +59,12 @@ def test_a_guest_holds_the_silver_arm_and_nothing_else(house: OpenHouse, arrive:
         guest.wait_for(lambda v: other in v.mirror.grabbable)
         see(host.visitor, "The second person is here")
         assert not any(name.startswith(yours.partition("/base")[0]) for name in guest.mirror.grabbable)
+        describe = next(
+            u for u, command in guest.mirror.commands.items() if command["label"] == "Was zu sehen ist, in einem Satz"
+        )
+        guest.send({"type": "CommandTriggerMessage", "uuid": describe})
+        guest.wait_for(lambda v: any("Arm: Hand" in note for note in notes(v)))
+        assert not notes(host.visitor)
         before = host.ask(lambda s: s.simulation.place.copy())  # pyright: ignore[reportOptionalMemberAccess]
         hand = host.ask(lambda s: s.simulation.kinematics.hand_pose(s.simulation.avoiding).translation.copy())
         guest.pull(other, "start", hand.tolist(), hand.tolist())
@@ -96,9 +102,11 @@ def test_a_guest_holds_the_silver_arm_and_nothing_else(house: OpenHouse, arrive:
         # In another experiment there is nothing for a guest.
         host.ask(lambda s: s.change("scene", "ball"))
         see(again, "Here only your host holds something")
+        see(host.visitor, "In the experiment “Hold” they hold the other arm again")
         again.wait_for(lambda v: not v.mirror.grabbable)
         host.ask(lambda s: s.change("scene", "hold"))
         again.wait_for(lambda v: other in v.mirror.grabbable)
+        see(host.visitor, "The second person is here, and holds the other arm")
 
         # The host leaves and comes back, to the same session.
         host.visitor.close()

@@ -5,18 +5,21 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from app.lessons.bookmark import Phase
 from app.lessons.curve_drawing import (
+    UNSEEN,
     Drawing,
+    activation_axes,
     checked_curve,
     curve_from_text,
     drawing_svg,
     first_met,
     flat_line,
     judge_drawing,
+    law_curve,
     mean_distance,
     median_curve,
 )
@@ -25,6 +28,7 @@ from app.lessons.progress import from_json, to_json
 from app.lessons.reference_runs import simulated
 from app.lessons.walkthrough import Walkthrough
 from app.plots.curve_chart import COLUMNS, Curve, CurveAxis, path_of
+from controllers.curve import curve_through
 from tests.app.lessons.helpers import our_book
 
 AXIS = CurveAxis("d", "mm", 1000.0, "d", 0.1, 0.5)
@@ -61,6 +65,15 @@ def test_a_height_that_is_none_spoils_the_whole(bad: object) -> None:
     assert curve_from_text(DRAWING, json.dumps([0.5] * (COLUMNS - 1) + [bad])) is None
     assert curve_from_text(DRAWING, json.dumps([0.5] * (COLUMNS + 1))) is None
     assert curve_from_text(DRAWING, json.dumps([0.5] * COLUMNS) + " " * 3000) is None
+
+
+@given(GAPPED.filter(lambda heights: any(h is not None for h in heights)))
+@example([i / (COLUMNS - 1) for i in range(COLUMNS)])
+def test_the_law_runs_the_curve_that_is_drawn(drawn: list[float | None]) -> None:
+    axes = activation_axes(0.15, (0.0, 0.4))
+    runs = curve_through(law_curve(axes, tuple(drawn)))
+    for d, lam in zip(axes.columns, drawn, strict=True):
+        assert lam is None or runs.height(d) == pytest.approx(lam, abs=UNSEEN)
 
 
 @given(VALUES, VALUES)

@@ -235,5 +235,8 @@ def test_runs_that_differ_in_more_than_a_number_are_named() -> None:
     step = our_book().lessons[4].steps[1]
     text = fill(step, "{table:step}", None, "en")
     assert "| this run |" in text and "| dt = 10 ms |" in text and "| law = Strict priority, switched at dₘ |" in text
+    # Beside the lever by the names that stand in the plots.
+    text = fill(our_book().lessons[3].steps[0], "{table:lost,error,step}", None, "en")
+    assert "| you |" in text and "| Smooth priority (paper) |" in text
     tilted = our_book().lessons[9].steps[1]
     assert "| 1° |" in fill(tilted, "{table:textbook}", None, "en")

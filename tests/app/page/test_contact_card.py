@@ -273,6 +273,9 @@ def test_a_number_has_the_decimal_sign_of_the_language(house: OpenHouse, page_at
         for query in ("scene=solo&path=circle&k=1", "scene=ball&dead=0.05"):
             assert not point.search(drawing(query, language)[1]), query
         assert '"point":","' in drawing("scene=solo", language)[0] and '"point":"."' in drawing("scene=hold", "en")[0]
+    # In the equation d has the sign of minus.
+    draw(page, drawing("scene=hold", "sl", changed={"d": -33.0}))
+    assert page.evaluate("duet.symbols.d") == "−33 mm"
     # An error that is said to be 0,0 mm has no bars.
     words, note, _ = drawing("scene=solo&path=circle", "sl")
     for micrometres, number, high in (("40", "0,0", False), ("60", "0,1", True), ("0", "0,0", False)):

@@ -192,10 +192,11 @@ def test_what_if_in_a_table(scene: str) -> None:
         simulation.step(None)
     table = simulation.history.table()
     before = summarise(simulation, table)
+    before = replace(before, d_min=-0.0334)
     summary = replace(before, d_min=0.1234, share_below=0.25, e2_max=0.01, dq_step_max=0.5)
     answer = WhatIf(table[:, 0], table[:, 1], table[:, 3], simulation.settings, summary, before)
     html = text(what_if_html(answer))
-    assert f"{1000.0 * before.d_min:.0f} mm 123 mm" in html and "25 %" in html and "0.500 rad/s" in html
+    assert "−33 mm 123 mm" in html and "25 %" in html and "0.500 rad/s" in html
     assert ("5.7°" in html) == (scene == "master_slave") and ("100 mm" in html) == (scene == "hold")
 
 
@@ -232,6 +233,12 @@ def test_a_text_that_is_no_curve_is_forgotten_once_another_curve_is_set_or_drawn
     assert not says_something() and control.box.value == "0.1:1,0.3:0"
     control._take("no curve")
     assert says_something()
-    control._draw(("law", "curve"), control._drawn)
+    drawn = control._drawn
+    control._draw(("law", "curve"), drawn)
     session.change("curve", control._known)
+    assert not says_something()
+    # An empty board changes no law, and says so.
+    control._draw(("law", "curve"), ())
+    assert says_something() and "The last curve goes on" in control._note.content
+    control._draw(("law", "curve"), drawn)
     assert not says_something()

@@ -15,11 +15,12 @@ from app.lessons.bookmark import Phase
 from app.lessons.loading import load_lessons
 from app.lessons.progress import Try
 from app.lessons.reference_runs import simulated
-from app.lessons.session.lesson_actions import GoTo, ListLessons
+from app.lessons.session.lesson_actions import GoTo, ListLessons, StartOrPause
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.walkthrough import Walkthrough
 from app.page.lessons.answer_boxes import read_number
 from app.page.lessons.lab_report_box import LabReportBox
+from app.page.lessons.lesson_controls import LessonControls
 from app.page.lessons.lesson_html import attempt_html, blocks_html
 from app.page.lessons.lesson_panel import ORDER, LessonPanel
 from app.page.lessons.search_plot import search_plot
@@ -290,3 +291,10 @@ def test_a_number_that_is_compared_with_three_others_is_a_small_table() -> None:
     cells = re.findall(r"<td>(.*?)</td>", made)
     assert cells[:2] == ["Smallest d:", "14 mm"] and cells[-2:] == ["with law = &lt;b&gt;:", "41 mm"] and len(cells) == 8
     assert "<p>Largest e: 3 mm; with n = 1: 9 mm.</p>" in made
+
+
+def test_the_run_of_a_lesson_waits_for_a_run_that_is_being_loaded() -> None:
+    controls = MagicMock()
+    for coming, begins in (("a push from a link", False), ("", True)):
+        controls._session.coming = coming
+        assert LessonControls.take(controls, StartOrPause()) and controls._run.act.called == begins

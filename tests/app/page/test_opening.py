@@ -51,6 +51,10 @@ def test_viser_s_own_page_is_never_seen(
     assert note in said and box["x"] >= 0.0 and box["x"] + box["width"] <= width and box["height"] < 30.0
     wait_ready(page, "/room")
     assert any("rgb(34, 38, 44)" in one for one in page.evaluate("backgroundsSeen")) == ("dark" in query)
+    card = page.locator("#duet-contact").bounding_box()
+    assert card is not None and (box["y"] >= card["y"] + card["height"] or box["y"] + box["height"] <= card["y"]), (
+        "beside the card"
+    )
     page.wait_for_function("seenSoFar.has('our page')")
     assert set(page.evaluate("[...seenSoFar]")) == {f"Duet {loading}", "our page"}
     screenshot(page, f"opened-{width}")

@@ -1,11 +1,13 @@
 """The sentence that describes the picture says what the run says."""
 
 import re
+from unittest.mock import MagicMock
 from urllib.parse import parse_qsl
 
 import pytest
 
-from app.page.panels.scene_words import scene_sentence
+from app.page.panels.scene_words import SceneWords, scene_sentence
+from app.session.actions import Describe
 from app.session.frame import freeze
 from app.session.session import Session
 from app.settings import Settings, from_query
@@ -31,3 +33,16 @@ def test_a_sentence(query: str, who: str) -> None:
     )
     assert sorted(hands) == (["silver"] if "ball" in query else ["orange", "silver"])
     assert scene_sentence(frame, asking=True) == said.partition("; λ")[0] + "."
+
+
+def test_the_note_goes_with_its_experiment() -> None:
+    session, client = Session(Settings()), MagicMock()
+    words = SceneWords(client, session, MagicMock())
+    words.take(Describe())
+    note = client.add_notification.return_value
+    for change, gone in (("dm", 0.2), False), (("scene", "ball"), True):
+        words.show(freeze(session, 0.0))
+        session.change(*change)
+        words.show(freeze(session, 0.0))
+        assert note.remove.called == gone
+    client.add_notification.assert_called_once()

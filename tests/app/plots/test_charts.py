@@ -17,6 +17,7 @@ from app.lessons.measures.quantity import measure
 from app.plots.chart import Chart, ChartAxes
 from app.plots.lap_charts import laps_html
 from app.plots.law_charts import FAR, FRAME, all_laws, curve_html, distances, laws_html
+from app.plots.microscope_chart import ticks_of
 from app.plots.pair_strips import pairs_html
 from app.plots.stability_text import condition_text, error_text, ranks_text, section_html, stability_html
 from app.plots.time_series import COLUMNS, RollingSeries
@@ -129,6 +130,10 @@ def test_numbers_beside_the_charts_have_the_decimal_sign_of_the_language() -> No
     set_language("de")
     words = text(laws_html(simulation, None, now, 150)) + text(section_html(simulation, sample, now))
     assert len(re.findall(r"\d,\d", words)) > 8 and not re.findall(r"\d\.\d", words)
+
+
+def test_a_number_on_the_axis_of_the_microscope_has_the_sign_of_minus() -> None:
+    assert [text for _, text in ticks_of(-0.03, 0.01)] == ["−0.03", "−0.02", "−0.01", "0.00", "0.01"]
 
 
 def test_the_axis_of_speeds_does_not_breathe() -> None:

@@ -359,8 +359,13 @@ def test_what_cannot_be_matched_is_said_and_changes_nothing(desk: Inline) -> Non
     session = beside_a_ghost(desk, "null_space_avoidance")
     before = session.settings
     session.match_distance()
-    assert searched(desk, session).value is None
+    found = searched(desk, session)
+    assert found.value is None
     assert session.settings == before and "No value of d_0 helps" in session.studies.knob_search.message
+    search = session.studies.knob_search
+    search._asked = session.settings
+    search._found(replace(found, wanted=-0.0334))
+    assert "as near as −33 mm" in search.message
     session.change("ghost", "off")
     session.match_distance()
     assert not session.studies.knob_search.busy and "choose another law as the ghost" in session.studies.knob_search.message
