@@ -56,7 +56,8 @@ def blocks_html(view: StepView, live: tuple[tuple[str, str], ...], computing: bo
         "choices": made.choices(view.choices) if view.choices and asking and not operated else _NOTHING,
         "live": made.live(live),
         "verdict": _verdict_html(view, computing),
-        "after": lesson_html(texts.get("observe", "") if observing else "", folder),
+        # The numbers in it are of the question's run.
+        "after": lesson_html(texts.get("observe", "") if observing and not view.showing else "", folder),
         "attempt": attempt_html(view),
         "learned": learned_html(view),
         "hints": made.hints(view.hints) if view.hints else _NOTHING,
