@@ -115,7 +115,9 @@ def attempt_html(view: StepView) -> Markup:
         # The note says already why these have nothing to tell.
         if not attempt.note or j.passed or j.value is not None
     ]
-    card = duel_html(view) + made.attempt(attempt, view.done.attempts, judgements, view.stale)
+    # A duel counts its pushes, not what else was tried.
+    attempts = 0 if challenge is not None and challenge.best_of else view.done.attempts
+    card = duel_html(view) + made.attempt(attempt, attempts, judgements, view.stale)
     if challenge is None or not challenge.search:
         return card
     return card + search_plot(challenge, view.tries, view.lesson.language) if view.tries else card
