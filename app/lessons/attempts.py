@@ -69,6 +69,8 @@ def attempted(
     note, seconds = "", NumberText(f"{challenge.setup.seconds:g} s")
     if challenge.criteria and mixed:
         note = N_("The settings changed during the run. Reset, then run again, so that all of it is under the same settings.")
+        if challenge.best_of:
+            note = N_("The settings changed during this push, so it does not count. Press Next push.")
     elif challenge.criteria and not yours and not finished:
         note = N_("The run is not over yet. Let it go on to {seconds}, then try again.")
     return replace(attempt, passed=False, note=LazyText(note, seconds=seconds)) if note else attempt

@@ -55,7 +55,7 @@ class StepOutcome:
     Attributes:
         values: of the step's measurements, each followed by its comparisons.
         complete: whether the run was long enough.
-        reference: whether it is the reference run's, because the student's run did not get that far.
+        reference: whether it is the reference run's, because the student's run did not get that far or had other settings.
         unlike: settings of the run, by key, that are not as the question says.
         curve: what a drawing is compared with; () where none is asked for.
     """
@@ -90,10 +90,12 @@ class StepOutcome:
                     differs = compared_text(compared, language)
                     parts.append(words(N_("with {settings}: {value}"), settings=differs, value=m.text(value)))
             lines.append("; ".join(parts) + ".")
-        if self.reference:
+        if self.reference and not self.unlike:
             lines.append(words(N_("Your run did not get that far, so this is the reference run.")))
         if self.unlike:
             text = N_("This run had {settings}, other than the question is about. Reset and run to see what was asked.")
+            if self.reference:
+                text = N_("Your run had {settings}, other than the question is about, so this is the reference run.")
             lines.append(words(text, settings=settings_text(self.unlike, language)))
         return tuple(lines)
 

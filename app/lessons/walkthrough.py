@@ -5,6 +5,7 @@ The page shows `view`, calls what the student does (`choose`, `next`, `back`, `r
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from math import inf
 from typing import Final
 
@@ -354,6 +355,9 @@ class Walkthrough:
         if outcome.complete and self.showing:
             self.done.why = outcome
         elif outcome.complete and self.phase is Phase.DO:
+            if outcome.unlike and self.step.question is not None:
+                # The replies explain the numbers that were asked for, not those of other settings.
+                outcome = replace(reference(self.step, setup), unlike=outcome.unlike)
             self.done.outcome = outcome
             if not self.yours:
                 self.next()

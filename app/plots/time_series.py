@@ -60,7 +60,7 @@ def resting(settings: RunSettings, pull: float, approach: float, second_pull: fl
     if not law.entry.rests:
         return math.nan
     if second_pull is not None:
-        # 2 λ v = (1 − λ)(u_L + u_R) is the rest of one arm that is pulled by their mean.
+        # 2 λ v = (1 − λ)(u_1 + u_2) is the rest of one arm that is pulled by their mean.
         return resting_distance(d_m, n, v, (pull + second_pull) / 2.0)
     if law.knows_w:
         v += approach

@@ -79,7 +79,7 @@ def test_laws_and_roles_that_change_while_it_runs_leave_the_arms_where_they_are(
 @pytest.mark.parametrize("v", [0.02, 0.05])
 @pytest.mark.parametrize("scene", ["master_slave", "imitation"])
 def test_two_avoiding_arms_keep_the_threshold_for_any_v(scene: str, v: float) -> None:
-    """ḋ = 2 λ v − (1 − λ)(u_L + u_R): both together hold d_m however small v is, where one alone would lose w − v."""
+    """ḋ = 2 λ v − (1 − λ)(u_1 + u_2): both together hold d_m however small v is, where one alone would lose w − v."""
     both = experiment(scene, law=options.LawSettings(nominal_velocity=v), seed=2)
     assert run(both, 30.0).summary.d_min >= 0.15 - 1e-3
     assert run(replace(both, avoid="free"), 30.0).summary.d_min < 0.15 - 0.01

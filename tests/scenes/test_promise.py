@@ -229,7 +229,7 @@ def test_a_faster_obstacle_wins_by_exactly_the_difference(rig: RigName, u: float
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize(("v", "pulls"), [(0.05, (0.2, 0.3)), (0.3, (0.2, 0.2)), (0.3, (0.4, -0.1))])
 def test_both_arms(rig: RigName, v: float, pulls: tuple[float, float]) -> None:
-    """If both arms avoid, d never passes d_m for any v > 0, and each step's rate is 2 λ v − (1 − λ)(u_L + u_R)."""
+    """If both arms avoid, d never passes d_m for any v > 0, and each step's rate is 2 λ v − (1 − λ)(u_1 + u_2)."""
     n, dt = 10.0, 0.001
     path = contact_at(rig, 0.17, n, v).run(500, dt, pulls[0], both=pulls[1])
     assert path.min() >= DM

@@ -63,8 +63,10 @@ def pull_now(evidence: Evidence) -> Value:
 
 @quantity("d* now", "m", "mm", 0, live=True, obstacle=True)
 def rest_now(evidence: Evidence) -> Value:
-    """Return d* = d_m [(u + v)/(u + w)]^(1/n) for u and w of the newest step [m]."""
+    """Return d* = d_m [(u + v)/(u + w)]^(1/n) for u and w of the newest step [m]; None under a law without this rest."""
     law = evidence.settings.law
+    if not law.entry.rests:
+        return None
     u, w = float(evidence.column("u")[-1]), float(evidence.column("w_law")[-1])
     return budget.resting_distance(law.critical_distance, law.order, law.nominal_velocity, u, w)
 

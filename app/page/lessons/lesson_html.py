@@ -56,7 +56,8 @@ def blocks_html(view: StepView, live: tuple[tuple[str, str], ...], computing: bo
         "choices": made.choices(view.choices) if view.choices and asking and not operated else _NOTHING,
         "live": made.live(live),
         "verdict": _verdict_html(view, computing),
-        "after": lesson_html(texts.get("observe", "") if observing else "", folder),
+        # The numbers in it are of the question's run.
+        "after": lesson_html(texts.get("observe", "") if observing and not view.showing else "", folder),
         "attempt": attempt_html(view),
         "learned": learned_html(view),
         "hints": made.hints(view.hints) if view.hints else _NOTHING,
@@ -114,7 +115,9 @@ def attempt_html(view: StepView) -> Markup:
         # The note says already why these have nothing to tell.
         if not attempt.note or j.passed or j.value is not None
     ]
-    card = duel_html(view) + made.attempt(attempt, view.done.attempts, judgements, view.stale)
+    # A duel counts its pushes, not what else was tried.
+    attempts = 0 if challenge is not None and challenge.best_of else view.done.attempts
+    card = duel_html(view) + made.attempt(attempt, attempts, judgements, view.stale)
     if challenge is None or not challenge.search:
         return card
     return card + search_plot(challenge, view.tries, view.lesson.language) if view.tries else card

@@ -92,7 +92,7 @@ def budget_terms(simulation: Simulation, sample: Sample, now: Contact) -> list[T
 def _lost(simulation: Simulation, now: Contact, wanted: float) -> list[Term]:
     lost = now.change - wanted
     seen = simulation.history.count > 0 and abs(lost) >= MISSED
-    return [Term("lost", "", tr("not achieved"), lost if seen else 0.0)]
+    return [Term("lost", tr("a part of a sum\x04lost"), tr("not achieved"), lost if seen else 0.0)]
 
 
 def allowed_rate(run: RunSettings, distance: float) -> float:

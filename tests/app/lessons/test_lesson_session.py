@@ -300,8 +300,8 @@ fails = ["near"]
     assert run.walk.done.passed
 
 
-def push(one: Student, fast: float) -> None:
-    """Take the hand and push it at the other one for a second, and count that."""
+def push(one: Student, fast: float, then: float | None = None) -> None:
+    """Take the hand and push it at the other one for a second, and count that. `then`: top speed from the middle on, if another."""
     session, run = one.session, one.run
     session.change("wmax", fast)
     run.act(do.RunAgain())
@@ -311,6 +311,8 @@ def push(one: Student, fast: float) -> None:
         place[0] -= 0.05 * fast
         session.hold(HandTarget(place.copy(), turn))
         one.frame()
+        if then is not None and session.simulation.time > 0.5:
+            session.change("wmax", then)
     run.act(do.Check())
 
 
@@ -359,6 +361,11 @@ def test_of_five_pushes_the_nearest_is_kept_and_is_in_its_link_to_the_last_bit()
     one.to_challenge()
     push(one, 0.1)
     assert len(run.walk.done.tries) == 1 and run.walk.nearest is not nearest
+    # A push under two settings does not count, and a duel counts no attempts beside its pushes.
+    push(one, 0.1, 0.2)
+    said = attempt_html(run.walk.view())
+    assert len(run.walk.done.tries) == 1 and "Push 1 of 5" in said and "Press Next push." in said
+    assert run.walk.done.attempts == 2 and "Attempt" not in said and "Reset, then" not in said
     # By another law, or with a smaller v, nothing counts.
     session.change("v", 0.1)
     push(one, 0.25)

@@ -13,14 +13,16 @@ from app.lessons.labels import contrast_of
 from app.lessons.lesson import Lesson, Measurement, Step
 from app.lessons.measures.quantity import Value
 from app.lessons.outcomes import reference
-from app.lessons.reference_runs import measured
+from app.lessons.reference_runs import measured, simulated
 from app.lessons.runs import Setup
 from app.lessons.step_view import fill
 from app.lessons.texts import placeholder_problems
-from app.settings import Language
+from app.plots.time_series import DRIVEN
+from app.settings import LANGUAGES, Language
 from app.text.lesson_text import lesson_html
 from controllers import budget
 from controllers.activation import activation
+from controllers.kinematics import Kinematics
 from tests.app.lessons.helpers import our_book
 
 pytestmark = pytest.mark.slow
@@ -160,6 +162,33 @@ def test_lesson_8_the_bound_on_v_is_little_above_the_smallest_that_will_do() -> 
     assert bound is not None and high <= bound < 1.15 * high
     both, one, slow = values("imitation", "both", "margin")
     assert both > 0.0 and slow > 0.0 and one < -0.01
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_symbols_and_joints_are_named_as_on_the_page_and_explained(language: Language) -> None:
+    """u₁ and u₂ as on the card, joints as in the plot, q_d and ρ in words."""
+    book = our_book(language)
+    steps = {(lesson.id, step.id): step for lesson in book.lessons for step in lesson.steps}
+    learned = "".join(lesson.learned for lesson in book.lessons)
+    assert not re.search(r"u_[LR]", learned + "".join(step.explain for step in steps.values()))
+    for place in (("master-slave", "needed"), ("imitation", "both")):
+        assert "(u_1 + u_2)" in steps[place].explain and "$u_1$" in steps[place].explain
+    copy = steps["master-slave", "copy"]
+    assert re.search(rf"\b1 \w+ {DRIVEN}\b", copy.do) and "$q_d$" in copy.explain
+    assert r"$\rho$" in steps["stability", "elbow_or_hand"].explain
+
+
+def test_the_hands_of_lesson_8_are_some_fifteen_times_faster_than_the_retreat() -> None:
+    step = step_of("imitation", "both")
+    assert step.question is not None and "fifteen times faster" in step.question.text
+    simulation = simulated(step.setup.with_changes((("law", "unprotected"),)))
+    table, kinematics = simulation.history.table(), Kinematics(simulation.room.model, simulation.room.arms)
+    places = []
+    for q in simulation.history.positions(table):
+        kinematics.update(np.ascontiguousarray(q))
+        places.append(kinematics.hand_pose(simulation.guided).translation.copy())
+    fastest = np.linalg.norm(np.diff(places, axis=0), axis=1).max() / simulation.settings.dt
+    assert fastest / simulation.settings.law.nominal_velocity == pytest.approx(15.0, abs=1.0)
 
 
 def test_lesson_10_what_helps_and_what_does_not() -> None:

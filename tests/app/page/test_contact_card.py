@@ -52,9 +52,13 @@ TEXTS = """() => {
       if (Math.min(a.right, b.right) - Math.max(a.left, b.left) > 0.5 && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > lines)
         faults.push(`${a.text} over ${b.text}`);
   });
+  const note = card.querySelector(".note");
+  if (getComputedStyle(note).overflow !== "visible" && note.scrollHeight > note.clientHeight + 1) faults.push(`${note.textContent} is cut`);
+  for (const term of card.querySelectorAll(".term:not([hidden])"))
+    if (![...term.querySelectorAll("b:not(.value),small")].some(seen)) faults.push(`${term.textContent} has no name`);
   return faults;
 }"""
-"""Which texts lie over each other (lines may touch), or leave the card."""
+"""Which texts lie over each other (lines may touch), leave the card or are cut, and which numbers have no name."""
 
 HIGHEST = """() => Math.max(...[...document.querySelectorAll("#duet-contact .e.stem")].map(
     (stem) => Math.abs(stem.getAttribute("y2") - stem.getAttribute("y1"))))"""
@@ -76,7 +80,7 @@ def drawing(query: str, language: Language, seconds: float = 1.0, changed: dict[
     terms = budget_terms(simulation, sample, frame.contact)
     note = contact_note(simulation, sample, frame.contact, terms)
     numbers = contact_numbers(frame, frame.contact, terms, 0)
-    names = ("d", "law", "rest", "ghost", "lam", "u", "w", "allowed", "way")
+    names = ("d", "law", "rest", "ghost", "lam", "u", "w", "allowed", "way", *(term.kind for term in terms))
     for name, number in (changed or {}).items():
         if name == "note":
             note = "alarm", "d ≥ d<sub>m</sub> may fail: w &gt; v, no lever (s = 0.42), between two pairs"
@@ -94,6 +98,7 @@ def states(language: Language) -> list[Drawing]:
     made += [at(163, 608, None, ghost=40), at(120, 1000, None, way=-1), at(-35, 1000, None), at(8, 1000, 250, ghost=-20)]
     made += [at(900, 0, 359), at(35, 600, 38, "scene=hold&dm=0.03&n=2"), at(300, 990, 310, "scene=hold&dm=0.3&n=20")]
     made += [at(170, 480, 160, note=1.0, way=-1), at(170, 480, 160, "scene=hold&ff=1", way=1)]
+    made += [at(170, 480, 160, query, lost=-123, way=-1) for query in ("scene=hold", "scene=imitation&avoid=both")]
     made += [drawing(f"scene={scene}", language) for scene in ("ball", "master_slave", "imitation", "solo")]
     made += [drawing(f"scene=solo&path=circle&{k}", language) for k in ("k=0", "k=20&kx=10&dt=0.005", "k=20&kx=10&dt=0.02")]
     made += [drawing("scene=master_slave&law=barrier_qp&dm=0.2&v=0.2", language)]

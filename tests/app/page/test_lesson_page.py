@@ -147,6 +147,15 @@ def test_a_number_is_read_as_a_person_types_it(text: object, number: float | Non
     assert read_number(text) == number
 
 
+def test_the_run_that_shows_why_stands_beside_no_numbers_of_the_questions_run() -> None:
+    walk = Walkthrough(BOOK)
+    walk.go("smooth")
+    walk.choose(1)
+    walk.observe(simulated(walk.setup))
+    assert "The hand rests" in blocks_html(walk.view(), (), False, True)["after"]
+    assert walk.show_why() and not blocks_html(walk.view(), (), False, True)["after"]
+
+
 @pytest.mark.parametrize("ghost", ["off", "frozen", "own"])
 def test_the_panel_goes_on_after_a_skipped_lever_whatever_ghost_is_chosen(ghost: str) -> None:
     session = Session(Settings())

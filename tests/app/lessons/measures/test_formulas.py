@@ -68,6 +68,13 @@ def test_bad_parameters_are_named(name: str, given: dict[str, Any], message: str
         read_parameters(f"measurement {name}", QUANTITIES[name].function, QUANTITIES[name].parameters, given)
 
 
+def test_there_is_no_rest_to_be_told_under_a_law_that_has_none_in_closed_form() -> None:
+    """Smooth priority has one; the switch, which stays in the same place, has not."""
+    for law, told in (("smooth_priority", True), ("strict_switched", False), ("unprotected", False)):
+        run = RUNS["tail"].with_changes((("law", law),))
+        assert (measure(Evidence(simulated(replace(run, seconds=0.1))), "rest_now") is not None) is told
+
+
 def test_values_are_read_with_unit_and_true_signs() -> None:
     assert shown_value(-0.0123, "distance_margin", "mm", 1) == "−12.3 mm"
     assert shown_value(-0.00001, "distance_margin", "mm", 1) == "0.0 mm"

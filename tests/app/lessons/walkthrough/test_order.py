@@ -9,8 +9,10 @@ from app.custom_law.trials import WHY, verdict_on
 from app.lessons.attempts import StandIn, attempt_of
 from app.lessons.bookmark import Phase
 from app.lessons.labels import Contrast
-from app.lessons.lesson import LessonBook
+from app.lessons.lesson import LessonBook, Start
+from app.lessons.outcomes import reference
 from app.lessons.reference_runs import begin_reference_run, person_of, simulated
+from app.lessons.room_places import RoomPlace, start_positions
 from app.lessons.walkthrough import Walkthrough
 from app.settings import PageSettings, Settings
 from controllers.errors import BadSetting
@@ -54,18 +56,32 @@ def test_the_verdict_has_the_choice_the_outcome_and_the_reason(walk: Walkthrough
         assert text in verdict.reply and text in verdict.lines[0] and "n = 4" in verdict.lines[0]
 
 
-def test_the_outcome_is_that_of_this_run(walk: Walkthrough) -> None:
+def test_a_run_with_other_settings_answers_no_question(walk: Walkthrough) -> None:
     assert "mm" in dict(walk.view().texts)["predict"]
     walk.choose(0)
     settings = walk.settings().run
     simulation = Simulation(changed(settings, "n", 1.0))
-    begin_reference_run(simulation, walk.setup)
+    # The ball is at another place than in the question's run.
+    simulation.reset(start_positions(simulation.room, Start(RoomPlace("goal", (0.0, 0.0, 1.0), 0.1))))
+    for _ in range(100):
+        simulation.step(None)
+    outcome, asked = walk.observe(simulation), reference(walk.step, walk.step.setup)
+    assert outcome == walk.done.outcome == replace(asked, unlike=(("n", 1.0),))
+    assert asked.values[0][0] != pytest.approx(float(simulation.history.table()[:, 1].min()))
+    verdict = walk.view().verdict
+    assert verdict is not None and walk.step.measurements[0].text(asked.values[0][0]) in verdict.reply
+    (line,) = [line for line in verdict.lines if "reference run" in line]
+    assert "n = 1" in line and "did not get that far" not in line
+    # A step without a question is about any settings.
+    walk.go("small", 1)
+    simulation = Simulation(changed(walk.settings().run, "n", 1.0))
     for _ in range(100):
         simulation.step(None)
     outcome = walk.observe(simulation)
-    assert outcome.values[0][0] == pytest.approx(float(simulation.history.table()[:, 1].min()))
-    assert outcome.unlike == (("n", 1.0),)
-    assert any("n = 1" in line and "Reset" in line for line in walk.view().outcome)
+    assert outcome.values[0][0] == pytest.approx(float(simulation.history.table()[:, 1].min())) and not outcome.reference
+    walk.next()
+    (line,) = [line for line in walk.view().outcome if "n = 1" in line]
+    assert "Reset" in line
 
 
 def test_an_unfinished_run_decides_nothing(walk: Walkthrough) -> None:
