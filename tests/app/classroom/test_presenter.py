@@ -197,6 +197,9 @@ def test_before_the_reveal_the_screen_says_only_how_many(stage: Stage) -> None:
     asked = screen(stage, poll, Station.QUESTION, 45)
     assert "17 of 30 answered" in asked and ">0:45<" in asked and "14" not in asked and "82" not in asked
     assert asked.count("<li") == len(poll.choices) == 4 and asked.count("width:0%") == 4
+    drawn = replace(poll, tally=Tally((1, 0, 0, 0), 0, 3, ((0.5,),) * 3))
+    asked = screen(stage, drawn, Station.QUESTION, 45)
+    assert "3 of 3 answered (1 chose, 3 drew)" in asked and "width:100%" in asked
     over = screen(stage, poll, Station.QUESTION, 0)
     assert "Time is up." in over and "until the reveal" in over
     told = screen(stage, replace(poll, open=False, revealed=True), Station.ANSWERS, 45)

@@ -116,7 +116,7 @@ def test_a_class_draws_a_cloud(house: OpenHouse, page_at: PageAt) -> None:
         assert places[0] and places[1] and places[0]["y"] < places[1]["y"], "the board stands before the answers"
     cloud = teacher.locator(".duet-poll")
     cloud.get_by_text("2 drawn").wait_for()
-    cloud.get_by_text("0 answered · 2 not yet").wait_for()
+    cloud.get_by_text("2 answered (0 chose, 2 drew) · 0 not yet").wait_for()
     assert cloud.locator("path[stroke-opacity='0.3']").count() == 2 and ann.locator(".duet-poll").count() == 0
     teacher.get_by_role("button", name="Reveal to everybody").click()
     for page in (ann, bo):
