@@ -58,7 +58,8 @@ def lessons(command: Lessons) -> int:
         chosen = tuple(book.lessons[i] for i in sorted({*map(book.index, command.only)}))
     if not command.check:
         for lesson in chosen:
-            print(f"{lesson.number:2d}  {lesson.id:24s} {len(lesson.steps)} steps, {lesson.minutes} min  {lesson.title}")
+            steps = f"{len(lesson.steps)} step{'s' if len(lesson.steps) > 1 else ''}"
+            print(f"{lesson.number:2d}  {lesson.id:24s} {steps}, {lesson.minutes} min  {lesson.title}")
         return _last_line(len({problem.file for problem in problems}), len(problems), 0)
     if command.out is not None and not os.path.isdir(command.out.absolute().parent):
         raise BadSetting(f"out = {command.out}: there is no folder {command.out.absolute().parent}; make it first.")
