@@ -5,9 +5,11 @@ import re
 from dataclasses import replace
 from functools import partial
 from time import monotonic
+from unittest.mock import MagicMock, Mock
 
 import pytest
 
+from app.classroom import board_panel
 from app.classroom.ballots import Tally
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.classroom_html import poll_html, tied_html
@@ -184,6 +186,23 @@ def test_the_timer_runs_down_forces_nothing_and_ends_with_the_question(stage: St
     # Nothing can be answered any more.
     stage.act("timer 60")
     assert presenter.left is None
+
+
+def test_why_steps_do_not_open_stands_beside_those_that_are_open(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+    notes: list[str] = []
+    monkeypatch.setattr(board_panel, "PERIOD", 0.0)
+    monkeypatch.setattr(board_panel, "macros", lambda _: Mock(note=notes.append))
+    panel, stage.classroom.free = board_panel.BoardPanel(MagicMock(), stage.control), True
+    for text in ("7", "2", "abc", ""):
+        stage.control.post("pace", text)
+        stage.frame()
+        panel.show()
+    no, only, every = (
+        "Steps are written 2 or 2-3; this lesson has 1 to 3. Nothing opens all.",
+        "Lesson 1: step 2 only.",
+        "Every step is open.",
+    )
+    assert notes == [f"{no} {every}", only, f"{no} {only}", every] and not stage.lessons.notes
 
 
 def screen(stage: Stage, poll: Poll | None, station: Station, left: int | None = None) -> str:
