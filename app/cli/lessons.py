@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shlex
 import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -126,7 +127,8 @@ def new_lesson(command: NewLesson) -> int:
         path.parent.mkdir(parents=True, exist_ok=True)
     with written(path, "the lesson") as new:
         new.write_text(text, encoding="utf-8", newline="\n")
-    print(f"{path}\nlwr-duet lessons --check --folder {path.parent}\nlwr-duet serve --lessons {path.parent}")
+    folder = shlex.quote(str(path.parent))
+    print(f"{path}\nlwr-duet lessons --check --folder {folder}\nlwr-duet serve --lessons {folder}")
     return 0
 
 

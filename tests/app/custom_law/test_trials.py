@@ -2,6 +2,7 @@
 
 import math
 import re
+import shlex
 import textwrap
 from collections.abc import Callable
 from functools import cache
@@ -224,12 +225,17 @@ def test_a_slow_law_is_named_and_does_not_hold_the_others_up() -> None:
     assert "a call takes 60 ms" in verdicts[0].reason
 
 
-def test_nothing_is_overwritten(tmp_path: Path) -> None:
+def test_nothing_is_overwritten_and_names_are_quoted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = write(tmp_path / "my_law.py", "mine")
     for there, says in ((path, "is there already"), (tmp_path, "is there already"), (tmp_path / "no" / "my_law.py", "cannot be")):
         with pytest.raises(BadSetting, match=says):
             new_law(NewLaw(there))
     assert path.read_text(encoding="utf-8") == "mine"
+    path = tmp_path / "Ana's law_$1.py"
+    assert new_law(NewLaw(path)) == 0
+    said = capsys.readouterr().out
+    assert shlex.split(said.split("Next: ")[1])[:3] == ["lwr-duet", "law-test", f"{path},"]
+    assert shlex.split(path.read_text(encoding="utf-8").splitlines()[3])[3] == path.name
 
 
 NAMES = tuple(TRIALS)

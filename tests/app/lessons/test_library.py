@@ -224,9 +224,9 @@ def test_the_files_are_looked_after_though_reading_them_failed_once(tmp_path: Pa
 
 
 def test_a_new_lesson_passes_its_check_and_faults_end_with_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "mine" / "01-nearer.md"
+    path = tmp_path / "my own" / "01-nearer.md"
     assert main(["new-lesson", str(path)]) == 0
-    assert f"--folder {path.parent}" in capsys.readouterr().out
+    assert f"--folder '{path.parent}'" in capsys.readouterr().out
     assert main(["lessons", "--check", "--folder", str(path.parent)]) == 0
     assert "0 not as declared" in capsys.readouterr().out
     for bad, message in ((path, "a file already"), (path.with_name("nearer.md"), "is like 01-nearer.md")):
