@@ -32,7 +32,7 @@ def curve_points(text: str) -> tuple[tuple[float, float], ...]:
         )
     for d, lam in points:
         if not (abs(d) <= FARTHEST and 0.0 <= lam <= 1.0):
-            raise BadSetting("{d:g}:{lam:g} is out of range; d goes from −2 to 2 m and λ from 0 to 1.", d=d, lam=lam)
+            raise BadSetting("{point} is out of range; d goes from −2 to 2 m and λ from 0 to 1.", point=f"{d:g}:{lam:g}")
     for (d, _), (following, _) in pairwise(points):
         if following - d < 1e-4:
             raise BadSetting(

@@ -162,8 +162,7 @@ class Ballots:
                 counts = Counts(counts.newest, tally_of(rounds[0], choices), switches_between(rounds[0], rounds[-1]))
             self._counts[question, choices] = counts
         known = self._counts[question, choices]
-        chosen = {student for student, ballot in self._ballots.get(question, {}).items() if ballot.choice is not None}
-        waiting = len(set(here) - chosen - self._left_out)
+        waiting = len(set(here) - self._ballots.get(question, {}).keys() - self._left_out)
         return known._replace(newest=known.newest._replace(waiting=waiting))
 
     def reveal(self, question: QuestionId) -> None:

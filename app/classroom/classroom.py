@@ -197,7 +197,7 @@ class Classroom:
             counts.switches,
             len(self.ballots.rounds_of(question)),
             _staged(walk, counts.newest, revealed),
-            runs=bool(step.measurements),
+            runs=not step.concept and bool(step.measurements),
         )
 
     def _texts_of(self, lesson: Lesson, step: Step, asked: Question, outcome: StepOutcome | None) -> _Texts:

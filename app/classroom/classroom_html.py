@@ -7,7 +7,7 @@ from markupsafe import Markup
 from app.classroom.ballots import VoterCount
 from app.classroom.breakout_places import group_size
 from app.classroom.classroom import Classroom, Poll
-from app.export.tally_html import cloud_html, switches_text, tie_text
+from app.export.tally_html import cloud_html, drawn_too, switches_text, tie_text
 from app.i18n.speaking import N_, spoken, tr
 from app.lessons.curve_drawing import drawing_svg, judge_drawing, median_curve
 from app.lessons.tally import Ballot
@@ -37,7 +37,7 @@ def poll_html(poll: Poll, live: bool = False) -> Markup:
         live: whether it is the teacher's, before the reveal.
     """
     tally = poll.tally
-    count = tr("{count} answered", count=tally.answered)
+    count = tr("{count} answered", count=tally.handed_in) + drawn_too(tally)
     if live:
         count += " · " + tr("{count} not yet", count=tally.waiting)
     rounds = ([] if poll.first is None else [(1, poll.first)]) + [(poll.round, tally)]

@@ -11,6 +11,7 @@ from markupsafe import Markup
 from app.classroom.classroom import Poll
 from app.classroom.classroom_html import overlay_html, poll_html
 from app.classroom.presenter import Presenter, ShownWork, Station, clock_text
+from app.export.tally_html import drawn_too
 from app.i18n.speaking import tr
 from app.lessons.bookmark import Bookmark
 from app.lessons.curve_drawing import drawing_svg
@@ -171,6 +172,7 @@ def _meter(poll: Poll | None, left: int | None) -> Markup:
     """Return how many have answered, and the timer; "" where there is nothing to count."""
     if poll is None or not (poll.open or poll.revealed) or poll.outcome:
         return Markup()
-    here = poll.tally.answered + poll.tally.waiting
+    here = poll.tally.handed_in + poll.tally.waiting
     left = left if poll.open else None
-    return macros("classroom/screen.html").meter(poll.tally, here, left, None if left is None else clock_text(left))
+    clock = None if left is None else clock_text(left)
+    return macros("classroom/screen.html").meter(poll.tally, here, drawn_too(poll.tally), left, clock)

@@ -75,13 +75,14 @@ class TeacherControl:
         classroom, session, lessons: the class, and the plenary's.
         answers: the students' answers; they are done before the teacher's actions, and are not lost with the teacher's tab.
         presenter: what the projectors show.
+        refused: why the steps that the teacher has typed last are none of the lesson's; "" where they are.
     """
 
     def __init__(self, classroom: Classroom, session: Session, lessons: LessonSession, decided: Callable[[], None]) -> None:
         self.classroom, self.session, self.lessons, self._decided = classroom, session, lessons, decided
         self.answers = ActionQueue(self._take_answer)
         self.presenter = Presenter()
-        self._replayed = ""
+        self._replayed = self.refused = ""
         session.takers["class"] = self._take
 
     @property
@@ -272,9 +273,9 @@ class TeacherControl:
     def _open_steps(self, text: str) -> None:
         """Open the steps that the teacher has typed; a text that says none changes nothing, and is answered."""
         try:
-            self.classroom.pace = open_steps_from_text(text, self.lessons.walk.lesson)
+            self.classroom.pace, self.refused = open_steps_from_text(text, self.lessons.walk.lesson), ""
         except BadSetting as error:
-            self.lessons.notes.append(("This is not possible here", str(error)))
+            self.refused = str(error)
 
     def _start_timer(self, seconds: int) -> None:
         """Give the class time to answer the question, which everybody sees then."""

@@ -2,6 +2,7 @@
 
 import lzma
 import os
+import shlex
 import sys
 import tempfile
 import threading
@@ -59,7 +60,8 @@ def new_law(command: NewLaw) -> int:
             new.write_text(first_text(path), encoding="utf-8", newline="\n")
     except OSError as error:
         raise BadSetting(f"{path}: cannot be written ({error.strerror}); give a name in a folder that exists.") from None
-    print(f"{path} holds the paper's law. Next: lwr-duet law-test {path}, lwr-duet serve --law-file {path}")
+    file = shlex.quote(str(path))
+    print(f"{path} holds the paper's law. Next: lwr-duet law-test {file}, lwr-duet serve --law-file {file}")
     return 0
 
 

@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shlex
 import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -58,7 +59,8 @@ def lessons(command: Lessons) -> int:
         chosen = tuple(book.lessons[i] for i in sorted({*map(book.index, command.only)}))
     if not command.check:
         for lesson in chosen:
-            print(f"{lesson.number:2d}  {lesson.id:24s} {len(lesson.steps)} steps, {lesson.minutes} min  {lesson.title}")
+            steps = f"{len(lesson.steps)} step{'s' if len(lesson.steps) > 1 else ''}"
+            print(f"{lesson.number:2d}  {lesson.id:24s} {steps}, {lesson.minutes} min  {lesson.title}")
         return _last_line(len({problem.file for problem in problems}), len(problems), 0)
     if command.out is not None and not os.path.isdir(command.out.absolute().parent):
         raise BadSetting(f"out = {command.out}: there is no folder {command.out.absolute().parent}; make it first.")
@@ -125,7 +127,8 @@ def new_lesson(command: NewLesson) -> int:
         path.parent.mkdir(parents=True, exist_ok=True)
     with written(path, "the lesson") as new:
         new.write_text(text, encoding="utf-8", newline="\n")
-    print(f"{path}\nlwr-duet lessons --check --folder {path.parent}\nlwr-duet serve --lessons {path.parent}")
+    folder = shlex.quote(str(path.parent))
+    print(f"{path}\nlwr-duet lessons --check --folder {folder}\nlwr-duet serve --lessons {folder}")
     return 0
 
 

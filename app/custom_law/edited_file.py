@@ -1,6 +1,7 @@
 """A law's file as it is edited on the page: read, and written whole where no other editor has changed it meanwhile."""
 
 import hashlib
+import shlex
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -37,7 +38,7 @@ class ChangedMeanwhile(Exception):
 def first_text(path: Path) -> str:
     """Return what a new file holds: the paper's law."""
     template = Path(__file__).with_name("template.py").read_text(encoding="utf-8")
-    return template.replace("my_law.py", readable(path.name))
+    return template.replace("my_law.py", shlex.quote(readable(path.name)))
 
 
 def read_version(path: Path) -> Version:

@@ -13,10 +13,9 @@ import numpy as np
 from app.custom_law import arena
 from app.custom_law.arena import Candidate, TrialCurve, TrialResult
 from app.i18n.speaking import N_
-from controllers.errors import LazyText
+from controllers.errors import LazyText, NumberText
 from scenes.experiments import BALL, HOLD, SOLO
 from scenes.history import COLUMN
-from scenes.recording import pair_label
 
 SLACK: Final = 0.002
 """What a time step of 5 ms may cost a law that switches [m]."""
@@ -70,7 +69,8 @@ def keeps_its_distance(law: Candidate) -> TrialOutcome:
     table = arena.play(simulation, law, (source.target(i * arena.DT) for i in range(round(APPROACH / arena.DT))))
     d = table[:, COLUMN["d"]]
     i = int(d.argmin())
-    pair = pair_label(simulation.detector.pair_names[int(table[i, COLUMN["pair"]])])
+    one, other = map(_body, simulation.detector.pair_names[int(table[i, COLUMN["pair"]])])
+    pair = LazyText("{one} / {other}", one=one, other=other)
     parts = {"limit": _mm(arena.CRITICAL_DISTANCE), "d": _mm(d[i]), "time": float(table[i, COLUMN["t"]]), "pair": pair}
     missing = arena.CRITICAL_DISTANCE - float(d[i])
     held = N_("d ≥ {limit} holds: the smallest d is {d}, at t = {time:.2f} s between {pair}.")
@@ -149,7 +149,7 @@ def is_bounded(law: Candidate) -> TrialOutcome:
         speed = float(np.abs(velocities).max())
         if speed > worst:
             worst = speed
-            where = f"|J_d| = {float(np.linalg.norm(situation.row)):g} m/rad, d = {_mm(situation.distance)}"
+            where = NumberText(f"|J_d| = {float(np.linalg.norm(situation.row)):g} m/rad, d = {_mm(situation.distance)}")
     parts = {"limit": arena.TOP_SPEED, "worst": worst, "by": worst - arena.TOP_SPEED, "where": where}
     held = N_("|q̇| ≤ {limit:g} rad/s near a singular J_d holds: the most is {worst:.3g} rad/s.")
     failed = N_("|q̇| ≤ {limit:g} rad/s near a singular J_d fails by {by:.3g} rad/s: {worst:.3g} rad/s at {where}.")
@@ -222,5 +222,12 @@ def advice(name: str) -> LazyText:
     return LazyText("{what} Lesson {lesson} shows it.", what=LazyText(what), lesson=lesson)
 
 
-def _mm(metres: float) -> str:
-    return f"{metres * 1e3:.1f} mm".replace("-", "−")
+def _body(name: str) -> LazyText:
+    """Return the name of an arm's body, such as "left hand"."""
+    side, _, body = name.partition(" ")
+    template = N_("left {body}") if side == "left" else N_("right {body}")
+    return LazyText(template, body=LazyText(body))
+
+
+def _mm(metres: float) -> NumberText:
+    return NumberText(f"{metres * 1e3:.1f} mm".replace("-", "−"))

@@ -14,7 +14,7 @@ from app.export.gain import gains, whole
 from app.export.handout_html import PaperStep, told
 from app.export.lab_report import Done, lesson_title, rich_html, step_entry
 from app.export.report_html import ReportEntry, locked_page, plain_svg, report_html
-from app.export.tally_html import cloud_html, switches_text, tie_text
+from app.export.tally_html import cloud_html, drawn_too, switches_text, tie_text
 from app.i18n.speaking import set_language, tr
 from app.lessons.bookmark import fitting
 from app.lessons.lesson import Lesson
@@ -75,8 +75,8 @@ def _grid(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[tuple[Le
 
 
 def _overview(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[tuple[Lesson, int, tuple[str, ...]]]:
-    """Yield all steps that were asked about, or have a challenge that was passed, each with how many answered, the shares that were right
-    in the first and the last round, and how many passed the challenge."""
+    """Yield all steps that were asked about, or have a challenge that was passed, each with how many answered and the shares that were
+    right in the first and the last round, and how many passed the challenge."""
     asked = summary.asked_in(lessons)
     for lesson, index in _steps(lessons, {*asked, *summary.passed}):
         step = lesson.steps[index]
@@ -86,7 +86,8 @@ def _overview(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[tupl
         if one is not None and right is not None:
             first, last = one.rounds[0], one.rounds[-1]
             shares = [f"{tally.share(right)} %" if any(tally.counts) else "" for tally in (first, last)]
-            answered = str(last.answered), shares[0], shares[1] if len(one.rounds) > 1 else ""
+            said = [f"{tally.handed_in}{drawn_too(tally)}" for tally in ((first, last) if len(one.rounds) > 1 else (last,))]
+            answered = " → ".join(said), shares[0], shares[1] if len(one.rounds) > 1 else ""
         passed = "" if step.challenge is None else str(summary.passed.get(question, 0))
         yield lesson, index, (*answered, passed)
 
@@ -101,7 +102,8 @@ class _Question(PaperStep):
     def counts(self) -> list[str]:
         """Return how many have answered, a text a round."""
         rounds = enumerate(self.asked.rounds, 1)
-        return [tr("Round {number}: {count} answered", number=number, count=tally.answered) for number, tally in rounds]
+        said = [(tr("Round {number}: {count} answered", number=i, count=tally.handed_in), tally) for i, tally in rounds]
+        return [text + drawn_too(tally) for text, tally in said]
 
     @property
     def rounds(self) -> list[tuple[int, Tally]]:

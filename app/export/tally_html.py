@@ -27,6 +27,11 @@ def cloud_html(drawing: Drawing | None, rounds: Sequence[tuple[int, Tally]], tru
     return macros("export/tally.html").cloud(svg, said)
 
 
+def drawn_too(tally: Tally) -> str:
+    """Return how many have chosen an answer and how many have drawn, to follow how many have done either; "" where nobody has drawn."""
+    return f" ({tr('{chosen} chose, {drawn} drew', chosen=tally.answered, drawn=len(tally.curves))})" if tally.curves else ""
+
+
 def tie_text(tally: Tally) -> str:
     """Return that the most frequent answers are as many; "" where one is ahead."""
     if len(tally.favourites) < 2:

@@ -37,6 +37,20 @@ class Count(int):
         return forms[min({1: 0, 2: 1, 3: 2, 4: 2}.get(number, 3), len(forms) - 1)]
 
 
+class _Number(float):
+    """A number that is written with a decimal sign."""
+
+    sign: str
+
+    def __new__(cls, value: float, sign: str) -> "_Number":
+        made = super().__new__(cls, value)
+        made.sign = sign
+        return made
+
+    def __format__(self, spec: str) -> str:
+        return super().__format__(spec).replace(".", self.sign)
+
+
 @dataclass(frozen=True)
 class Words:
     """The texts of one language.
@@ -70,6 +84,8 @@ class Words:
             return text.format(**parts)
 
     def _part(self, part: object) -> object:
+        if isinstance(part, float):
+            return _Number(part, self(DECIMAL_SIGN))
         return self(part) if isinstance(part, LazyText | NumberText) else Count(part) if type(part) is int else part
 
 

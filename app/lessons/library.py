@@ -92,7 +92,8 @@ def _everything(lessons: Iterable[Lesson]) -> Iterator[Lesson]:
 
 
 def _numbered(chosen: Iterable[tuple[Lesson, Step | None]]) -> Iterator[Lesson]:
-    """Yield lessons from 1. Steps of one lesson that follow one another are one lesson; a test that comes twice is asked twice."""
+    """Yield lessons from 1. Steps of one lesson that follow one another are one lesson, with their share of its minutes; a test
+    that comes twice is asked twice."""
     entries = list(chosen)
     merged: list[tuple[str, Lesson]] = []
     for lesson, step in entries:
@@ -108,7 +109,10 @@ def _numbered(chosen: Iterable[tuple[Lesson, Step | None]]) -> Iterator[Lesson]:
             id = f"{lesson.id}_{len(before) + 1}" if before else lesson.id
             made = replace(lesson, id=id, steps=lesson.steps if step is None else (step,))
         merged.append((lesson.id, made))
-    yield from (replace(lesson, number=number) for number, (_, lesson) in enumerate(merged, 1))
+    whole = {lesson.id: len(lesson.steps) for lesson, _ in entries}
+    for number, (name, lesson) in enumerate(merged, 1):
+        minutes = max(1, round(lesson.minutes * len(lesson.steps) / whole[name]))
+        yield replace(lesson, number=number, minutes=minutes)
 
 
 def _takes(merged: list[tuple[str, Lesson]], lesson: Lesson, step: Step) -> bool:

@@ -48,5 +48,7 @@ def open_steps_from_text(text: str, lesson: Lesson) -> OpenSteps | None:
     count = len(lesson.steps)
     first, last = (int(found[1]), int(found[2] or found[1])) if found else (0, 0)
     if not 1 <= first <= last <= count:
+        if count == 1:
+            raise BadSetting(N_("This lesson has one step: write 1, or nothing."))
         raise BadSetting("Steps are written 2 or 2-3; this lesson has 1 to {count}. Nothing opens all.", count=count)
     return OpenSteps(lesson.id, lesson.number, first - 1, last - 1)

@@ -23,7 +23,7 @@ class Tally(NamedTuple):
 
     Attributes:
         counts: of every choice.
-        waiting: how many of the present students have chosen nothing.
+        waiting: how many of the present students have handed in nothing.
         handed_in: how many have handed in an answer or a curve.
         curves: that were drawn, without names.
     """

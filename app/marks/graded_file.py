@@ -73,6 +73,7 @@ class GradedFile:
     Attributes:
         isolation: see `app.custom_law.marked.LawMarks`.
         records: of a report.
+        full_marks: what is said where nothing failed; "" where something did.
     """
 
     name: str
@@ -85,10 +86,11 @@ class GradedFile:
     remarks: list[Remark] = field(default_factory=list)
     isolation: str = ""
     records: tuple[StepRecord, ...] = ()
+    full_marks: str = ""
 
     @property
     def feedback(self) -> str:
-        """What failed and what to do about it, as one line."""
+        """What failed and what to do about it, or that nothing did, as one line."""
         failed: dict[str, list[str]] = {}
         for one in self.remarks:
             if not one.passed:
@@ -96,6 +98,7 @@ class GradedFile:
         return (
             " ".join(f"{', '.join(filter(None, names))}: {said}".removeprefix(": ") for said, names in failed.items())
             or self.reason
+            or self.full_marks
         )
 
 
@@ -187,6 +190,8 @@ def _take_marks(row: GradedFile, text: bytes, marks: LawMarks, weights: Mapping[
         curve = marks.curves.get(name)
         row.remarks.append(Remark(tr(name), passed, marks.reasons.get(name, ""), points, weights[name], more, curve))
         row.points += points
+    if not untouched and len(marks.passed) == len(TRIALS) and all(marks.passed.values()):
+        row.full_marks = tr("All six tests are passed.")
     row.reason = "; ".join((*(f"{', '.join(map(tr, names))}: {reason}" for reason, names in same.items()), *whole))
 
 
@@ -224,6 +229,8 @@ def _take_records(row: GradedFile, records: tuple[StepRecord, ...]) -> None:
             said = tr("challenge not passed in {attempts} attempts", attempts=r.attempts)
             row.remarks.append(Remark(f"{r.lesson}/{r.step}", False, said))
     row.reason = "; ".join(f"{one.name}: {one.text}" for one in row.remarks)
+    if row.points == row.maximum > 0:
+        row.full_marks = tr("Every prediction is right, and every challenge is passed.")
 
 
 def points_of(records: Sequence[StepRecord]) -> tuple[int, int]:

@@ -26,7 +26,7 @@ _DOWN: Final = 134
 """The chart, and the place of its area [px]."""
 
 _LETTER: Final = 6.7
-"""Width of a letter of the legend, about [px]."""
+"""Width of a letter of the legend, about [px]; m and w count twice."""
 
 
 @dataclass(frozen=True)
@@ -160,6 +160,6 @@ def _legend(lines: tuple[Line, ...]) -> Iterator[tuple[_Text, Line, str]]:
     for line in reversed(lines):
         if line.name:
             text = _Text(line.name, right, 14, "end")
-            right -= _LETTER * len(line.name) + 26.0
+            right -= _LETTER * (len(line.name) + sum(letter in "MWmw" for letter in line.name)) + 26.0
             yield text, line, f"M{right:.0f} 10h20"
             right -= 10.0

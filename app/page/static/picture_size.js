@@ -1,4 +1,5 @@
-// Says how large the 3-D picture is, how high the plots cover it, and to where the card does, as soon as any of them changes.
+// Says how large the 3-D picture is, how high the plots cover it, and to where the card does, as soon as any of them changes; and marks
+// the page while its plots are slim.
 addEventListener("DOMContentLoaded", () => {
   const LOOK_MS = 250;
   // Plots that change their colours are off the page for a moment, and nothing should move for that: lower plots are said once they last.
@@ -6,6 +7,8 @@ addEventListener("DOMContentLoaded", () => {
   // A card that has less to say for a moment gives no room back, and one line more or less is not worth a message.
   const CARD_LOOKS = 24;
   const CARD_STEP = 12;
+  // Between two panels the plots may have no room for two side by side [px].
+  const SLIM = 300;
   const SHEET = '.mantine-Paper-root[style*="max-height: 60%"]';
   let box = "";
   let plots = null;
@@ -32,6 +35,8 @@ addEventListener("DOMContentLoaded", () => {
     }
     if (!box || !scene?.canvas?.isConnected || document.hidden) return;
     plots = document.querySelector("[data-duet-holds~=plots]") ?? (plots?.isConnected ? plots : null);
+    const width = plots?.getBoundingClientRect().width ?? 0;
+    document.documentElement.classList.toggle("duet-slim", width > 0 && width < SLIM);
     plots ??= document.querySelector("[data-floating-window]");
     // On a phone in a lecture the sheet is higher than on others.
     if (document.documentElement.dataset.duetHolds?.includes("follows")) plots = document.querySelector(SHEET) ?? plots;

@@ -15,6 +15,7 @@ from app.classroom.classroom import Classroom
 from app.classroom.classroom_html import join_html, mine_html, poll_html
 from app.hosting.teacher_key import is_mistaken, is_teacher
 from app.lessons.bookmark import Phase
+from app.lessons.library import Library
 from app.lessons.outcomes import reference
 from app.lessons.progress import StepProgress, from_json
 from app.lessons.tally import Ballot, Tally
@@ -128,6 +129,9 @@ def test_both_rounds_stand_side_by_side_and_a_tie_is_said() -> None:
     shown = poll_html(classroom.poll(walk) or fail())
     assert "The run is compared with each of them." in shown and "From wrong to right: 1; from right to wrong: 1." in shown
     assert "The run" not in poll_html(replace(classroom.poll(walk) or fail(), runs=False)), "of a question without one"
+    walk = Walkthrough(Library().book)
+    walk.go("beliefs", 1)
+    assert walk.step.concept and walk.step.measurements and not (classroom.poll(walk) or fail()).runs
 
 
 def test_what_is_handed_in_is_what_was_done_on_the_stage_and_in_an_own_session() -> None:
@@ -219,12 +223,13 @@ def test_a_curve_is_counted_beside_the_answers_and_shown_without_its_name() -> N
     assert not classroom.draw(walk, "cy", ("lambda", "tail"), HALF), "drawn for another step"
     assert not classroom.draw(walk, "cy", question, (2.0,) * COLUMNS), "beyond the axis"
     poll = classroom.poll(walk)
-    assert poll is not None and poll.tally == Tally((1, 0, 0, 0), 2, 2, (HALF, FULL)) and poll.truth == ()
+    assert poll is not None and poll.tally == Tally((1, 0, 0, 0), 1, 2, (HALF, FULL)) and poll.truth == ()
     assert (
         classroom.draw(walk, "ann", question, ()) and classroom.ballots.counts(question, 4, classroom.here).newest.waiting == 2
     ), "taken back"
     assert classroom.draw(walk, "ann", question, HALF)
     shown = poll_html(classroom.poll(walk) or poll, live=True)
+    assert "2 answered (1 chose, 2 drew) · 1 not yet" in shown
     assert "2 drawn" in shown and "ann" not in shown and shown.count('stroke-opacity="0.3"') == 2 and "median" in shown
     assert "100 %" in shown, "the one who only drew is no answer"
     # A student who goes to explore finds the own curve there.

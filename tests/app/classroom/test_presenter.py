@@ -5,9 +5,11 @@ import re
 from dataclasses import replace
 from functools import partial
 from time import monotonic
+from unittest.mock import MagicMock, Mock
 
 import pytest
 
+from app.classroom import board_panel
 from app.classroom.ballots import Tally
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.classroom_html import poll_html, tied_html
@@ -186,6 +188,23 @@ def test_the_timer_runs_down_forces_nothing_and_ends_with_the_question(stage: St
     assert presenter.left is None
 
 
+def test_why_steps_do_not_open_stands_beside_those_that_are_open(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+    notes: list[str] = []
+    monkeypatch.setattr(board_panel, "PERIOD", 0.0)
+    monkeypatch.setattr(board_panel, "macros", lambda _: Mock(note=notes.append))
+    panel, stage.classroom.free = board_panel.BoardPanel(MagicMock(), stage.control), True
+    for text in ("7", "2", "abc", ""):
+        stage.control.post("pace", text)
+        stage.frame()
+        panel.show()
+    no, only, every = (
+        "Steps are written 2 or 2-3; this lesson has 1 to 3. Nothing opens all.",
+        "Lesson 1: step 2 only.",
+        "Every step is open.",
+    )
+    assert notes == [f"{no} {every}", only, f"{no} {only}", every] and not stage.lessons.notes
+
+
 def screen(stage: Stage, poll: Poll | None, station: Station, left: int | None = None) -> str:
     return screen_html(station, stage.lessons.walk.view(), poll, left, False)
 
@@ -197,6 +216,9 @@ def test_before_the_reveal_the_screen_says_only_how_many(stage: Stage) -> None:
     asked = screen(stage, poll, Station.QUESTION, 45)
     assert "17 of 30 answered" in asked and ">0:45<" in asked and "14" not in asked and "82" not in asked
     assert asked.count("<li") == len(poll.choices) == 4 and asked.count("width:0%") == 4
+    drawn = replace(poll, tally=Tally((1, 0, 0, 0), 0, 3, ((0.5,),) * 3))
+    asked = screen(stage, drawn, Station.QUESTION, 45)
+    assert "3 of 3 answered (1 chose, 3 drew)" in asked and "width:100%" in asked
     over = screen(stage, poll, Station.QUESTION, 0)
     assert "Time is up." in over and "until the reveal" in over
     told = screen(stage, replace(poll, open=False, revealed=True), Station.ANSWERS, 45)

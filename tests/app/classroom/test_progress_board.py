@@ -1,6 +1,7 @@
 """The board of those who work alone, without a page: invented names, steps, who is stuck; the pace; and what is shown of one of them."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -78,6 +79,8 @@ def test_a_pace_is_typed_as_numbers_of_steps(text: str, steps: tuple[int, int] |
 def test_what_is_no_pace_says_what_is_one(text: str) -> None:
     with pytest.raises(BadSetting, match=r"written 2 or 2-3; this lesson has 1 to 3"):
         open_steps_from_text(text, LESSON)
+    with pytest.raises(BadSetting, match=r"This lesson has one step"):
+        open_steps_from_text(text, replace(LESSON, steps=LESSON.steps[:1]))
 
 
 def test_a_step_that_is_not_open_is_refused_however_it_is_asked_for() -> None:

@@ -1,6 +1,8 @@
 """The tests of a student's law, with what each fails and says, and the law on the page: beside, as the law, as the ghost, at rest."""
 
 import math
+import re
+import shlex
 import textwrap
 from collections.abc import Callable
 from functools import cache
@@ -18,6 +20,7 @@ from app.custom_law.examination import NO_FILE, Dropped, Examination, Examinatio
 from app.custom_law.law_file import LawFile
 from app.custom_law.law_limits import LawProblem
 from app.custom_law.trials import TRIALS, WHY, verdict_on
+from app.i18n.catalogue import words_of
 from app.lessons.bookmark import Phase
 from app.lessons.loading import load_lessons
 from app.lessons.session.lesson_actions import Check, GoBack, GoOn
@@ -25,7 +28,7 @@ from app.lessons.session.lesson_session import LessonSession
 from app.page.lessons.lesson_html import law_html
 from app.runtime.job_pool import BUSY, JobPool
 from app.session.session import Session
-from app.settings import Settings
+from app.settings import Language, Settings
 from controllers.errors import BadInputFile, BadSetting, LazyText
 from controllers.kinematics import Array
 from controllers.laws.situation import Law, Situation
@@ -101,6 +104,14 @@ def test_a_law_of_a_student_fails_what_it_should() -> None:
         assert all(math.isfinite(part) for part in parts_of(verdict).values() if isinstance(part, float))
     assert "a jump stays, however small dt" in next(v.reason for v in verdicts if v.name == SMOOTH)
     assert "fails by 184." in unprotected[KEEPS].reason and "fails by 201." in unprotected[OUT].reason
+    assert unprotected[KEEPS].reason.endswith("between left hand / right hand.")
+
+
+@pytest.mark.parametrize(("language", "bodies"), [("de", "Hand (links) / Hand (rechts)"), ("sl", "roka (levo) / roka (desno)")])
+def test_a_reason_has_names_and_numbers_of_its_language(language: Language, bodies: str) -> None:
+    for verdict in verdicts_of("unprotected").values():
+        said = words_of(language)(verdict.reason)
+        assert not re.search(r"\d\.\d", said) and (verdict.name != KEEPS or bodies in said), said
 
 
 def test_through_another_process(tmp_path: Path) -> None:
@@ -214,12 +225,17 @@ def test_a_slow_law_is_named_and_does_not_hold_the_others_up() -> None:
     assert "a call takes 60 ms" in verdicts[0].reason
 
 
-def test_nothing_is_overwritten(tmp_path: Path) -> None:
+def test_nothing_is_overwritten_and_names_are_quoted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = write(tmp_path / "my_law.py", "mine")
     for there, says in ((path, "is there already"), (tmp_path, "is there already"), (tmp_path / "no" / "my_law.py", "cannot be")):
         with pytest.raises(BadSetting, match=says):
             new_law(NewLaw(there))
     assert path.read_text(encoding="utf-8") == "mine"
+    path = tmp_path / "Ana's law_$1.py"
+    assert new_law(NewLaw(path)) == 0
+    said = capsys.readouterr().out
+    assert shlex.split(said.split("Next: ")[1])[:3] == ["lwr-duet", "law-test", f"{path},"]
+    assert shlex.split(path.read_text(encoding="utf-8").splitlines()[3])[3] == path.name
 
 
 NAMES = tuple(TRIALS)

@@ -71,8 +71,10 @@ def test_the_page_has_every_round_and_the_reports() -> None:
     text = HtmlReader(page).text
     parts = ("Class report", "students who answered: 3", "reports handed in: 1", "Round 1: 3 answered · Round 2: 2 answered")
     more = ("Answered both times: 2, another answer the second time: 2.", "1 drawn", "I see.", "✓ passed", "attempts: 2")
+    more = (*more, "1 answered (1 chose, 1 drew)")
     assert [part for part in (*parts, *more) if part not in text] == []
     assert "bo" not in re.findall(r"\w+", text) and LOCKED in page
+    assert "<td>3 → 2</td>" in page, "each share has the number of answers that it is of"
 
 
 def test_what_was_handed_in_is_graded_from_one_zip_file(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -53,8 +53,8 @@ def refusal(what: Callable[[], object]) -> LazyText:
 def test_a_message_is_its_english_text_and_can_be_said_in_another() -> None:
     said = refusal(lambda: changed(RunSettings(), "dm", "9"))
     assert said == "dm = '9' is out of range; give a number from 0.03 to 0.3 m."
-    assert words_of("de")(said) == "dm = '9' liegt außerhalb des Bereichs; möglich ist eine Zahl von 0.03 bis 0.3 m."
-    assert words_of("sl")(said) == "dm = '9' je zunaj območja; mogoče je število od 0.03 do 0.3 m."
+    assert words_of("de")(said) == "dm = '9' liegt außerhalb des Bereichs; möglich ist eine Zahl von 0,03 bis 0,3 m."
+    assert words_of("sl")(said) == "dm = '9' je zunaj območja; mogoče je število od 0,03 do 0,3 m."
     assert words_of("en")(said) == said
 
 
@@ -192,7 +192,7 @@ class Still(Unprotected):
 
 def test_verdicts_of_the_six_tests_are_said() -> None:
     verdict = verdict_on(Still(), "bounded where J_d is singular")
-    assert words_of("de")(verdict.reason) == "|q̇| ≤ 1.92 rad/s nahe einem singulären J_d gilt: Am meisten sind es 0.1 rad/s."
+    assert words_of("de")(verdict.reason) == "|q̇| ≤ 1,92 rad/s nahe einem singulären J_d gilt: Am meisten sind es 0,1 rad/s."
 
 
 def test_the_page_knows_every_language() -> None:

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 
 import numpy as np
 import pytest
@@ -136,6 +137,9 @@ def test_a_step_goes_on_by_a_curve_alone_which_outlives_a_reload_and_no_run() ->
     assert view.drawing.truth == pytest.approx(truth) and view.drawing.verdict is not None and view.drawing.verdict.right
     svg = drawing_svg(drawing, view.drawing.drawn, view.drawing.truth)
     assert "your curve" in svg and "in the run" in svg
+    svg = drawing_svg(drawing, truth, truth, (truth,))
+    found = re.search(r'<text x="(\d+)"[^>]*>\s*median\s*</text>.*?d="M(\d+) 10h20"', svg, re.DOTALL)
+    assert found is not None and int(found[1]) - 45 >= int(found[2]) + 20 + 4, "median has 45 px in DejaVu Sans"
     walk.reset()
     assert walk.done.drawing == () and walk.draw(()) and walk.done.untouched
     again.go("lambda", 1)

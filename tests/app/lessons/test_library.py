@@ -70,7 +70,7 @@ def test_a_folder_stands_beside_ours_between_the_two_tests(tmp_path: Path) -> No
     assert german.lessons[0].title != german.lessons[-1].title and in_language(book, "de") is german
 
 
-def test_a_playlist_names_lessons_and_steps_of_all_kinds_in_any_order(tmp_path: Path) -> None:
+def test_a_playlist_names_lessons_and_steps_of_all_kinds_in_any_order(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     write(tmp_path / "theirs" / "07-nearer.md", SMALL)
     write(tmp_path / "mine" / "03-quiz.md", "# Quiz\n\nTwo questions.\n\n" + "".join(QUESTION.format(name=name) for name in "ab"))
     names = (
@@ -85,6 +85,11 @@ def test_a_playlist_names_lessons_and_steps_of_all_kinds_in_any_order(tmp_path: 
     steps = [[step.id for step in lesson.steps] for lesson in book.lessons]
     assert steps[1] == ["push", "break"] and steps[5] == ["tail"] and steps[4] == ["second"] and len(steps[2]) > 1
     assert [lesson.asked for lesson in book.lessons] == ["first", *[""] * 6, "last", ""]
+    minutes, whole = {lesson.id: lesson.minutes for lesson in book.lessons}, our_book().lessons[3]
+    assert minutes["lambda"] == whole.minutes and minutes["lambda_2"] == round(whole.minutes / len(whole.steps)), whole.id
+    capsys.readouterr()
+    assert main(["lessons", "--playlist", str(playlist), "--folder", str(tmp_path / "theirs")]) == 0
+    assert f" 1 step, {minutes['lambda_2']} min" in capsys.readouterr().out
 
 
 def test_a_teacher_finds_the_notes_to_what_a_playlist_shows(tmp_path: Path) -> None:
@@ -219,9 +224,9 @@ def test_the_files_are_looked_after_though_reading_them_failed_once(tmp_path: Pa
 
 
 def test_a_new_lesson_passes_its_check_and_faults_end_with_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "mine" / "01-nearer.md"
+    path = tmp_path / "my own" / "01-nearer.md"
     assert main(["new-lesson", str(path)]) == 0
-    assert f"--folder {path.parent}" in capsys.readouterr().out
+    assert f"--folder '{path.parent}'" in capsys.readouterr().out
     assert main(["lessons", "--check", "--folder", str(path.parent)]) == 0
     assert "0 not as declared" in capsys.readouterr().out
     for bad, message in ((path, "a file already"), (path.with_name("nearer.md"), "is like 01-nearer.md")):

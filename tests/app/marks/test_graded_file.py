@@ -8,8 +8,10 @@ import pytest
 
 from app.custom_law.fence import FenceLimits
 from app.custom_law.marked import LawMarks
+from app.custom_law.trials import TRIALS
 from app.export.report_record import StepRecord, records_html
 from app.i18n.catalogue import words_of
+from app.lessons.loading import load_lessons
 from app.marks import graded_file
 from app.marks.graded_file import GradedFile, Student, graded, returned_line, student_of, weights_of
 from app.marks.mark_tables import StudentMarks
@@ -50,6 +52,19 @@ def test_why_a_file_has_no_points_is_said_in_the_language(
         (tmp_path / name).touch()
         row = row_of(tmp_path / name, language)
         assert row.reason == words_of(language)(said) != said
+
+
+def test_full_marks_are_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "law.py").touch()
+    for passed, said in ((TRIALS, "law.py: Alle sechs Prüfungen sind bestanden."), (list(TRIALS)[1:], "law.py: Die anderen")):
+        made = LawMarks(passed=dict.fromkeys(passed, True))
+        monkeypatch.setattr(graded_file, "marked", lambda *given, made=made: made)
+        assert StudentMarks(Student("Jo", ""), (row_of(tmp_path / "law.py", "de"),)).feedback.startswith(said)
+    (hold,) = (lesson for lesson in load_lessons().lessons if lesson.id == "hold")
+    asked = [(step.id, step.question is not None or None, step.challenge is not None or None) for step in hold.steps]
+    records = [StepRecord("hold", id, 1 if right else None, right, passed, 1) for id, right, passed in asked]
+    (tmp_path / "report.html").write_text(records_html(records), encoding="utf-8")
+    assert row_of(tmp_path / "report.html").feedback == "Every prediction is right, and every challenge is passed."
 
 
 def test_a_full_disk_costs_no_points(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

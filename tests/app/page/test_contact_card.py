@@ -44,7 +44,10 @@ TEXTS = """() => {
   const seen = (e) => e.textContent.trim() && e.getClientRects().length && getComputedStyle(e).visibility !== "hidden";
   const parts = card.querySelectorAll(".gap b,.gap span,.trend,svg text,.term>*,.note");
   const texts = [...parts].filter(seen).map(box), outer = card.getBoundingClientRect(), faults = [];
-  texts.push({ text: "the button", ...card.querySelector("button").getBoundingClientRect().toJSON() });
+  for (const button of card.querySelectorAll(":scope > button")) {
+    const { left, top, right, bottom, width } = button.getBoundingClientRect();
+    if (width) texts.push({ text: button.className || "the button", left: left - 2 * !!button.matches(".tone"), top, right, bottom });
+  }
   texts.forEach((a, i) => {
     if (a.left < outer.left || a.right > outer.right || a.top < outer.top - 0.5 || a.bottom > outer.bottom + 0.5)
       faults.push(`${a.text} leaves the card`);

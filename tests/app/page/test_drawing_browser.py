@@ -116,7 +116,7 @@ def test_a_class_draws_a_cloud(house: OpenHouse, page_at: PageAt) -> None:
         assert places[0] and places[1] and places[0]["y"] < places[1]["y"], "the board stands before the answers"
     cloud = teacher.locator(".duet-poll")
     cloud.get_by_text("2 drawn").wait_for()
-    cloud.get_by_text("0 answered · 2 not yet").wait_for()
+    cloud.get_by_text("2 answered (0 chose, 2 drew) · 0 not yet").wait_for()
     assert cloud.locator("path[stroke-opacity='0.3']").count() == 2 and ann.locator(".duet-poll").count() == 0
     teacher.get_by_role("button", name="Reveal to everybody").click()
     for page in (ann, bo):
@@ -130,6 +130,14 @@ def test_a_class_draws_a_cloud(house: OpenHouse, page_at: PageAt) -> None:
         page.locator(".duet-poll").get_by_text("by the formula").first.wait_for()
         screenshot(page, f"drawing-class-{'teacher' if page is teacher else 'student'}")
     ann.locator(".duet-lesson:not(.duet-l-verdict) > .card").get_by_text("Your curve is within 0.").wait_for()
+    # Between two panels there is room for one plot, whose curves have their names on one line each.
+    captions = teacher.locator("[data-duet-holds~=plots] [data-duet-holds~=caption]:visible")
+    for width, shown in ((1000, ["distance", "Fig. 2: "]), (900, ["Fig. 2: "])):
+        teacher.set_viewport_size({"width": width, "height": 700})
+        until(teacher, lambda shown=shown: [text[:8] for text in captions.all_inner_texts()] == shown, f"{shown}", WAIT)
+    high = teacher.evaluate("[...document.querySelectorAll('.duet-chart .name.faint')].map(name => name.offsetHeight)")
+    assert len(high) == 3 and max(high) < 16
+    screenshot(teacher, "drawing-class-slim")
 
 
 def test_the_arm_obeys_a_curve_that_is_drawn_or_typed(house: OpenHouse, page_at: PageAt) -> None:
