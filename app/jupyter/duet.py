@@ -85,18 +85,19 @@ def show(height: int = HEIGHT, lesson: int | str | None = None, step: int = 1, *
     return _running
 
 
-def law(function: Callable[[Any], Any], height: int = HEIGHT) -> NotebookRun:
+def law(function: Callable[[Any], Any] | None, height: int = HEIGHT) -> NotebookRun:
     """Run a function of the notebook as the law, beside the paper's as the ghost, and show the page below this cell; return the run.
 
     Args:
         function: `law(situation)`, which returns joint velocities; `lwr-duet new-law` writes one with every part of a situation. It runs in
-            a process of its own, and takes what it needs of the notebook's modules, numbers and functions with it.
+            a process of its own, and takes what it needs of the notebook's modules, numbers and functions with it. None ends it: the
+            law of the settings drives the arm again.
         height: of the page [px].
 
     Raises:
         BadSetting: it is no function that is written with def.
     """
-    text = law_text(function)
+    text = None if function is None else law_text(function)
     run = show(height)
     run.take_law(text)
     return run

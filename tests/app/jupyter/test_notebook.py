@@ -195,6 +195,26 @@ def ends() -> Iterator[None]:
     duet.close()
 
 
+def resting(situation: Any) -> Any:
+    return 0.0 * situation.nominal
+
+
+def test_the_law_that_drives_the_arm_is_the_one_that_is_named(ends: None) -> None:
+    run = duet.law(resting)
+
+    def named(law: str) -> bool:
+        return run.law.law == run["law"] == law and repr(run).endswith(f"hold, {law}>")
+
+    assert named("my own law")
+    run.change(law="strict_priority", dm=0.1)
+    assert named("strict_priority") and run._session.simulation.custom_law is None
+    duet.law(resting)
+    run.change(dm=0.2)
+    assert named("my own law") and run._session.simulation.custom_law is not None
+    duet.law(None)
+    assert named("strict_priority") and run._session.simulation.custom_law is None
+
+
 def test_a_cell_begins_a_new_run_after_the_end_of_the_one_before_and_what_is_not_possible_changes_nothing(ends: None) -> None:
     first = duet.show()
     first.close()
