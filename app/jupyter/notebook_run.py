@@ -242,17 +242,24 @@ class NotebookRun:
 
         Raises:
             BadSetting: these are no n finite numbers; no step is made.
+            DuetError: the ghost is a law of one's own, and does not answer.
         """
-        given = np.asarray(dq, float)
+        try:
+            given = np.asarray(dq, float)
+        except (TypeError, ValueError, OverflowError):
+            given = np.array(math.nan)
 
-        def make(session: Session) -> None:
+        def make(session: Session) -> bool:
             joints = session.simulation.avoiding.joints
             if given.shape != (joints.stop - joints.start,) or not np.isfinite(given).all():
                 raise BadSetting(f"step needs {joints.stop - joints.start} finite joint velocities [rad/s].")
             self._given.velocities = given
-            session.step_with(self._given)
+            return session.step_with(self._given)
 
-        self._ask(make)
+        until = perf_counter() + PATIENCE
+        while not self._ask(make):
+            if perf_counter() > until:
+                raise DuetError("The ghost's law does not answer; change its file, or choose another ghost.")
         return {name: float(column[-1]) for name, column in self.history(self.settings.run.dt).items()}
 
     def change(self, **settings: object) -> None:
