@@ -17,6 +17,7 @@ from app.jupyter.cell_law import law_text
 from app.jupyter.notebook_run import NotebookRun, all_changed
 from app.settings import ALONE, LANGUAGES, Settings
 from app.web.pages import PageAssets
+from controllers.errors import BadSetting
 
 SCRIPT: Final = Path(__file__).parent / "static" / "inline_page.js"
 
@@ -73,7 +74,14 @@ def show(height: int = HEIGHT, lesson: int | str | None = None, step: int = 1, *
         start = all_changed(Settings(), settings)
         # viser shows a box with its addresses, which are not those of the hub.
         with capture_output(stdout=False, stderr=False):
-            _running = NotebookRun(start)
+            run = NotebookRun(start)
+        try:
+            if lesson is not None:
+                run.find_lesson(lesson, step)
+        except BadSetting:
+            run.close()
+            raise
+        _running = run
     else:
         if lesson is not None:
             _running.find_lesson(lesson, step)

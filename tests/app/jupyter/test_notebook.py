@@ -233,6 +233,9 @@ def test_a_step_waits_for_the_law_of_the_ghost_and_nonsense_makes_none(ends: Non
 
 
 def test_a_cell_begins_a_new_run_after_the_end_of_the_one_before_and_what_is_not_possible_changes_nothing(ends: None) -> None:
+    with pytest.raises(BadSetting, match="no lesson 99"):
+        duet.show(lesson=99)
+    assert duet._running is None
     first = duet.show()
     first.close()
     second = duet.show(dm=0.1)
