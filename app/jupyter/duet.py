@@ -56,6 +56,8 @@ _running: NotebookRun | None = None
 def show(height: int = HEIGHT, lesson: int | str | None = None, step: int = 1, **settings: object) -> NotebookRun:
     """Show the page below this cell and return its run; it is the same in every cell.
 
+    A script calls it below `if __name__ == "__main__":`, for the processes beside the run read the script again.
+
     Args:
         height: of the page [px].
         lesson: number or name of a lesson that is opened.
