@@ -38,6 +38,10 @@ class LazyText(str):
         """Return itself, so that `str(error)` stays translatable."""
         return self
 
+    def __format__(self, spec: str) -> str:
+        """Return a plain text; an f-string of nothing else would otherwise be this object."""
+        return format(super().__str__(), spec)
+
 
 class NumberText(str):
     """A number as a person reads it, with its unit; it gets the decimal sign of the language in which it is shown."""
@@ -67,6 +71,10 @@ class DuetError(Exception):
     def __str__(self) -> str:
         """Return the message; it is a `LazyText`."""
         return str(self.args[0])
+
+    def __format__(self, spec: str) -> str:
+        """Return the message as a plain text."""
+        return format(str(self), spec)
 
 
 class BadSetting(DuetError):

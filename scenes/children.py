@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent import futures
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from ctypes import c_bool
 from itertools import chain, islice
 from multiprocessing import resource_tracker
 from multiprocessing.connection import wait
@@ -92,10 +93,11 @@ def computed(
     Args:
         function: at a module's top level.
         calls: arguments of each call; must be picklable. They are taken when a worker will soon need them.
-        workers: processes; with 1, everything runs in this one.
+        workers: processes; with 1, everything runs in this one. Each reads the file of the program again, which therefore calls this
+            below `if __name__ == "__main__":`.
 
     Raises:
-        DuetError: a worker was ended from outside.
+        DuetError: a worker was ended from outside, or could not begin.
     """
     numbered = enumerate(calls)
     first = list(islice(numbered, 2))
@@ -106,7 +108,8 @@ def computed(
         return
     # Not forked: this process may have threads, and a fork would copy their locks.
     context = multiprocessing.get_context("spawn")
-    pool = futures.ProcessPoolExecutor(workers, context, _begin, (given_at_start(),))
+    begun = context.RawValue(c_bool, False)
+    pool = futures.ProcessPoolExecutor(workers, context, _begin, (given_at_start(), begun))
     others = multiprocessing.active_children()
     under_way: dict[futures.Future[T], int] = {}
 
@@ -129,6 +132,11 @@ def computed(
                 worker.terminate()
         raise
     except BrokenProcessPool:
+        if not begun.value:
+            raise DuetError(
+                'The workers could not begin; in a script, what computes stands below if __name__ == "__main__":, for each of them '
+                "reads the script again."
+            ) from None
         raise DuetError(
             "A worker was ended from outside (out of memory?); give the same command again, with fewer --workers."
         ) from None
@@ -136,7 +144,8 @@ def computed(
         pool.shutdown(cancel_futures=True)
 
 
-def _begin(given: GivenAtStart) -> None:
+def _begin(given: GivenAtStart, begun: Any) -> None:
+    begun.value = True
     # Takes a second, which the parent need not spend.
     from scenes.headless import ready
 

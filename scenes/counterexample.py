@@ -12,7 +12,7 @@ and the simplex of Nelder & Mead (1965) makes the worst of these runs worse: sta
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from time import time
+from time import monotonic
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -211,7 +211,7 @@ def searched(settings: RunSettings, seed: int, index: int, until: float = np.inf
     """Search from one start: always the same one for a seed and an index.
 
     Args:
-        until: when no run is made worse any more [s since 1970].
+        until: when no run is made worse any more, of the clock `time.monotonic` [s].
         stopped: asked before every run.
 
     Raises:
@@ -263,7 +263,7 @@ class _Search:
         return Found(attack, loss, self._missing, self._runs)
 
     def _goodness(self, variables: Array) -> float:
-        if time() > self._until:
+        if monotonic() > self._until:
             raise _OutOfTime
         return -self._badness(variables)
 

@@ -147,6 +147,7 @@ class Outcome:
         runs: one a person; () if no value keeps the distance, or there is no knob.
         step_us: median wall time of a step of both arms [µs]; None if there was no run.
         problem: why there is no run; "" if there are.
+        given_up: how long a file that did not come to its end had [s]; 0 for all others.
     """
 
     value: float | None
@@ -154,6 +155,7 @@ class Outcome:
     runs: tuple[LeagueRun, ...]
     step_us: float | None
     problem: str = ""
+    given_up: float = 0.0
 
 
 Applied = Callable[[RunSettings, float | None], tuple[RunSettings, Law | None]]

@@ -14,6 +14,8 @@ from scenes.settings import RunSettings
 SECONDS: Final = 10.0
 FAIR: Final = 2.0
 """How long a visitor is watched [s], and how long while another one disturbs the server."""
+LONGEST: Final = 3600.0
+"""How long it may be [s]."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,8 @@ def bench(command: Bench) -> int:
         raise BadSetting("--sessions must be at least 1.")
     if command.steps < 1:
         raise BadSetting("--steps must be at least 1.")
+    if not 0.0 <= command.seconds <= LONGEST:
+        raise BadSetting(f"seconds = {command.seconds:g} is out of range; give 0 to {LONGEST:g}.")
     with ending_at_once():
         from app.bench.fairness import measure_fairness
         from app.bench.measurements import measure_capacity, measured_figures, printed, ratio_table, read_figures

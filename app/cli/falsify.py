@@ -6,7 +6,7 @@ import os
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
-from time import time
+from time import monotonic
 from typing import TYPE_CHECKING, Final
 
 from tqdm import tqdm
@@ -67,7 +67,7 @@ def falsify(command: Falsify) -> int:
         raise BadSetting(f"out = {command.out}: a run file ends in .npz; give a name like worst.npz.")
     if command.out is not None and not os.path.isdir(command.out.parent):
         raise BadSetting(f"out = {command.out}: there is no folder {command.out.absolute().parent}; make it first.")
-    begin, workers = time(), command.workers or cores()
+    begin, workers = monotonic(), command.workers or cores()
     most = command.starts or max(1, round(FASTEST * command.seconds)) * workers
     calls = ((settings, settings.seed, command.skip + place, begin + command.seconds) for place in range(most))
     found: dict[int, Found] = {}
@@ -76,7 +76,7 @@ def falsify(command: Falsify) -> int:
         with tqdm(total=round(command.seconds), unit="s", disable=None, leave=False) as bar:
             for index, one in computed(searched, calls, workers):
                 found[index] = one
-                elapsed = time() - begin
+                elapsed = monotonic() - begin
                 bar.set_postfix_str(f"{1000.0 * max(each.loss.lost for each in found.values()):.1f} mm lost")
                 bar.update(min(round(elapsed), bar.total) - bar.n)
                 if elapsed >= command.seconds:
@@ -84,7 +84,7 @@ def falsify(command: Falsify) -> int:
     except KeyboardInterrupt:
         interrupted = True
     if found:
-        _report(settings, found, time() - begin)
+        _report(settings, found, monotonic() - begin)
         if command.out is not None:
             with written(command.out, "out") as new:
                 new.write_bytes(saved_bytes(_worst(found).attack.recorded()))

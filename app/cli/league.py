@@ -61,7 +61,7 @@ def league(command: League) -> int:
     schedule = replace(QUICK if command.quick else FULL, word=command.seed_word.strip())
     files = LeagueFiles(command.out, schedule, everyone)
     try:
-        missing = files.missing()
+        missing = files.missing(command.seconds)
         if missing:
             limits = FenceLimits(seconds=command.seconds)
             calls = [(entrant, schedule, event, limits) for entrant, event in missing]
@@ -90,7 +90,7 @@ def league(command: League) -> int:
                 new.write_text(text, encoding="utf-8", newline="\n")
             print(command.out / name)
     except KeyboardInterrupt:
-        left = len(files.missing())
+        left = len(files.missing(command.seconds))
         print(
             f"{left} scenes are left, the rest is in {command.out / PART}; the same command goes on from there.", file=sys.stderr
         )

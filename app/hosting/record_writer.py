@@ -12,7 +12,7 @@ from math import inf
 from pathlib import Path
 from typing import Final
 
-from app.hosting.store_file import Change, StoreFile, StoreLock, is_passing
+from app.hosting.store_file import Change, StoreFile, StoreLock, is_passing, still_reads
 from app.hosting.store_mending import is_usable, last_aside, mending, set_aside
 from app.hosting.visitor_record import (
     DamagedRecord,
@@ -80,6 +80,8 @@ class RecordWriter:
         self._waiting: dict[str, VisitorRecord] = {}
         self._asked: list[tuple[str, Future[VisitorRecord | None]]] = []
         self._written: dict[str, _Written] = {}
+        # Tabs that may have a record that could not be read: it is not overwritten.
+        self._unread: set[str] = set()
         self._guard, self._wake, self._ended = threading.Lock(), threading.Event(), False
         self._failed_at = self._cleaned_at = self._replaced_at = -inf
         self._errors = ThrottledLog(log)
@@ -150,6 +152,10 @@ class RecordWriter:
 
     def _failed(self, error: Exception) -> None:
         """Set the file aside if its content is at fault; else try again later."""
+        if still_reads(error):
+            # Visitors who come back meanwhile are to find what they left.
+            self._wait(error)
+            return
         found_open = self._file is not None and not self._file.is_replaced()
         self._close_file()
         # A second fault so soon is not the old file's.
@@ -224,6 +230,9 @@ class RecordWriter:
         if before is None:
             # One that was not written lately: the names of its parts are known.
             assert self._file is not None
+            if tab in self._unread and self._file.read(tab) is not None:
+                return
+            self._unread.discard(tab)
             before = _Written(parts=dict.fromkeys(self._file.names(tab)))
         try:
             whole, parts = split_record(record)
@@ -271,10 +280,19 @@ class RecordWriter:
 
     def _found(self, tab: str) -> tuple[float, bytes, dict[str, bytes]] | None:
         """Return what the file has of a tab; if it is damaged, what could be read of it."""
+        self._unread.add(tab)
         try:
-            return None if self._file is None else self._file.read(tab)
+            found = self._opened.read(tab)
         except Exception as error:
             if is_passing(error):
                 raise
             self._failed(error)
-            return None if self._file is None else self._file.read(tab)
+            found = self._opened.read(tab)
+        self._unread.discard(tab)
+        return found
+
+    @property
+    def _opened(self) -> StoreFile:
+        if self._file is None:
+            raise OSError(self.problem)
+        return self._file

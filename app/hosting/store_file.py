@@ -45,6 +45,10 @@ _PASSING: Final = (
 """What SQLite says of a disk or of another process, and not of the content."""
 
 
+_WRITING: Final = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED, sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR_WRITE)
+"""What it says where it cannot write and may read; the last one of a quota."""
+
+
 class StoreRefused(DuetError):
     """The file belongs to another server or another program; the message names the remedy."""
 
@@ -234,6 +238,11 @@ def is_passing(error: BaseException) -> bool:
         code = getattr(error, "sqlite_errorcode", 0)
         return code & 0xFF in _PASSING and code != sqlite3.SQLITE_IOERR_SHORT_READ
     return isinstance(error, OSError | MemoryError | StoreRefused)
+
+
+def still_reads(error: BaseException) -> bool:
+    """Return whether a connection that cannot write, for the disk is full or another process writes, still reads."""
+    return getattr(error, "sqlite_errorcode", 0) in _WRITING
 
 
 def _is_free_or_store(path: Path) -> bool:

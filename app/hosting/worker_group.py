@@ -41,6 +41,9 @@ LATE: Final = 1.0
 MOST_SILENT, MOST_STOPPING = 3, 12
 """A worker is ended at the next look after so many silent ones; one that is to stop saves everything meanwhile."""
 
+MOST_STARTING: Final = 60
+"""A new worker that has not started after so many looks is given up, and the old one goes on; loops may have to be compiled."""
+
 PATIENCE: Final = 10.0
 """How long the workers may take to end [s]."""
 
@@ -236,7 +239,7 @@ class WorkerGroup:
     def _ready(self, worker: WorkerProcess) -> None:
         if self._successor is not None and worker is self._successor[1]:
             # Its connections wait until the one before has saved everything.
-            worker.has_started = True
+            worker.has_started, worker.silent = True, 0
             old = self.workers[self._successor[0]]
             old.ready = False
             old.send(messages.Stop())
@@ -331,6 +334,11 @@ class WorkerGroup:
                 if worker.silent > (MOST_SILENT if worker.ready else MOST_STOPPING):
                     log.error("a worker draws nothing any more, and is ended")
                     worker.process.kill()
+            if self._successor is not None and not late and not (new := self._successor[1]).has_started:
+                new.silent += 1
+                if new.silent > MOST_STARTING:
+                    log.error("a new worker does not come to its start, and is ended")
+                    new.process.kill()
         for index in [index for index, due in self._due.items() if due <= now]:
             del self._due[index]
             self._begin(index)

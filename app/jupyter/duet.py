@@ -17,6 +17,7 @@ from app.jupyter.cell_law import law_text
 from app.jupyter.notebook_run import NotebookRun, all_changed
 from app.settings import ALONE, LANGUAGES, Settings
 from app.web.pages import PageAssets
+from controllers.errors import BadSetting
 
 SCRIPT: Final = Path(__file__).parent / "static" / "inline_page.js"
 
@@ -55,6 +56,8 @@ _running: NotebookRun | None = None
 def show(height: int = HEIGHT, lesson: int | str | None = None, step: int = 1, **settings: object) -> NotebookRun:
     """Show the page below this cell and return its run; it is the same in every cell.
 
+    A script calls it below `if __name__ == "__main__":`, for the processes beside the run read the script again.
+
     Args:
         height: of the page [px].
         lesson: number or name of a lesson that is opened.
@@ -73,7 +76,14 @@ def show(height: int = HEIGHT, lesson: int | str | None = None, step: int = 1, *
         start = all_changed(Settings(), settings)
         # viser shows a box with its addresses, which are not those of the hub.
         with capture_output(stdout=False, stderr=False):
-            _running = NotebookRun(start)
+            run = NotebookRun(start)
+        try:
+            if lesson is not None:
+                run.find_lesson(lesson, step)
+        except BadSetting:
+            run.close()
+            raise
+        _running = run
     else:
         if lesson is not None:
             _running.find_lesson(lesson, step)
@@ -85,18 +95,19 @@ def show(height: int = HEIGHT, lesson: int | str | None = None, step: int = 1, *
     return _running
 
 
-def law(function: Callable[[Any], Any], height: int = HEIGHT) -> NotebookRun:
+def law(function: Callable[[Any], Any] | None, height: int = HEIGHT) -> NotebookRun:
     """Run a function of the notebook as the law, beside the paper's as the ghost, and show the page below this cell; return the run.
 
     Args:
         function: `law(situation)`, which returns joint velocities; `lwr-duet new-law` writes one with every part of a situation. It runs in
-            a process of its own, and takes what it needs of the notebook's modules, numbers and functions with it.
+            a process of its own, and takes what it needs of the notebook's modules, numbers and functions with it. None ends it: the
+            law of the settings drives the arm again.
         height: of the page [px].
 
     Raises:
         BadSetting: it is no function that is written with def.
     """
-    text = law_text(function)
+    text = None if function is None else law_text(function)
     run = show(height)
     run.take_law(text)
     return run

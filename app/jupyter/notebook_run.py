@@ -6,7 +6,7 @@ import secrets
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Final, TypeVar
@@ -86,6 +86,11 @@ def _number(value: Any, name: str = "seconds") -> float:
     return number
 
 
+def _law(session: Session) -> LawSettings:
+    law = session.settings.run.law
+    return law if session.law.of_run is None else replace(law, law="my own law")
+
+
 class GivenVelocities(LawOfFile):
     """A law that gives the joint velocities of a cell, whatever it is asked. `velocities`: (n,) [rad/s]."""
 
@@ -134,7 +139,7 @@ class NotebookRun:
         if self.closed:
             return "<Duet, closed>"
         session = self._session
-        return f"<Duet at {session.simulation.time:.1f} s: {session.settings.run.scene}, {session.settings.run.law.law}>"
+        return f"<Duet at {session.simulation.time:.1f} s: {session.settings.run.scene}, {_law(session).law}>"
 
     @property
     def settings(self) -> Settings:
@@ -143,8 +148,8 @@ class NotebookRun:
 
     @property
     def law(self) -> LawSettings:
-        """The law in force with its parameters (SI units)."""
-        return self.settings.run.law
+        """The law in force with its parameters (SI units); its name is "my own law" while a function of the notebook drives the arm."""
+        return self._ask(_law)
 
     def history(self, seconds: float | None = None) -> dict[str, Array]:
         """Return the newest steps: column → (steps,), oldest first.
@@ -175,7 +180,7 @@ class NotebookRun:
         Raises:
             BadSetting: there is no such setting.
         """
-        known = values(self.settings)
+        known = values(self.settings) | {"law": self.law.law}
         if key_of(name) not in known:
             raise BadSetting(f"There is no setting {name!r}; choose from {', '.join(known)}.")
         return known[key_of(name)]
@@ -212,14 +217,18 @@ class NotebookRun:
         book = self._lessons.book
         return Bookmark(book).at(book.index(lesson), round(_number(step, "step")) - 1).lesson.id
 
-    def take_law(self, text: str) -> None:
-        """Run this law, the text of a file, from the beginning of the run, beside the paper's as the ghost."""
+    def take_law(self, text: str | None) -> None:
+        """Run this law, the text of a file, from the beginning of the run, beside the paper's as the ghost; None: that of the settings."""
+        if text is None:
+            self._ask(lambda session: session.let_custom_law_run(False))
+            return
         path = Path(self._folder.name) / "law.py"
         path.write_text(text, encoding="utf-8")
 
         def begin(session: Session) -> None:
             session.change("ghost", DEFAULT_LAW)
             session.take_law_file(path)
+            session.let_custom_law_run(True)
 
         self._ask(begin)
 
@@ -233,21 +242,30 @@ class NotebookRun:
 
         Raises:
             BadSetting: these are no n finite numbers; no step is made.
+            DuetError: the ghost is a law of one's own, and does not answer.
         """
-        given = np.asarray(dq, float)
+        try:
+            given = np.asarray(dq, float)
+        except (TypeError, ValueError, OverflowError):
+            given = np.array(math.nan)
 
-        def make(session: Session) -> None:
+        def make(session: Session) -> bool:
             joints = session.simulation.avoiding.joints
             if given.shape != (joints.stop - joints.start,) or not np.isfinite(given).all():
                 raise BadSetting(f"step needs {joints.stop - joints.start} finite joint velocities [rad/s].")
             self._given.velocities = given
-            session.step_with(self._given)
+            return session.step_with(self._given)
 
-        self._ask(make)
+        until = perf_counter() + PATIENCE
+        while not self._ask(make):
+            if perf_counter() > until:
+                raise DuetError("The ghost's law does not answer; change its file, or choose another ghost.")
         return {name: float(column[-1]) for name, column in self.history(self.settings.run.dt).items()}
 
     def change(self, **settings: object) -> None:
         """Change settings from the next step on; keys and values as in a link, or by their long names.
+
+        A `law` ends that of `duet.law`, and the run begins again.
 
         Raises:
             BadSetting: one is not possible; nothing is changed.
@@ -255,6 +273,8 @@ class NotebookRun:
 
         def apply(session: Session) -> None:
             all_changed(session.settings, settings)
+            if session.law.of_run is not None and "law" in map(key_of, settings):
+                session.let_custom_law_run(False)
             for name, value in settings.items():
                 session.change(key_of(name), value)
 

@@ -88,7 +88,7 @@ def played(entrant: Entrant, schedule: Schedule, event: Event, limits: FenceLimi
     # Not as an argument, which the file could read: the hidden half follows from it.
     asked = msgspec.json.encode((schedule, event)) + b"\n" + entrant.text
     why = fenced("app.league.entrants", [entrant.name], asked, take, limits)
-    return outcomes[0] if outcomes else Outcome(None, None, (), None, f"{why}")
+    return outcomes[0] if outcomes else Outcome(None, None, (), None, f"{why}", limits.seconds)
 
 
 class _Failed(DuetError):

@@ -72,10 +72,11 @@ class LeagueFiles:
         keys = [(entrant.name, entrant.sha256, event) for entrant in self.entrants for event in events()]
         return [self._known[key] for key in keys if key in self._known]
 
-    def missing(self) -> list[tuple[Entrant, Event]]:
-        """Return what is still to be played."""
+    def missing(self, seconds: float) -> list[tuple[Entrant, Event]]:
+        """Return what is still to be played; what was given up is, where it now has longer. `seconds`: how long a file has [s]."""
         everything = [(entrant, event) for entrant in self.entrants for event in events()]
-        return [(one, event) for one, event in everything if (one.name, one.sha256, event) not in self._known]
+        done = {key for key, one in self._known.items() if not 0.0 < one.outcome.given_up < seconds}
+        return [(one, event) for one, event in everything if (one.name, one.sha256, event) not in done]
 
     @contextmanager
     def recording(self) -> Iterator[Callable[[Entrant, Event, Outcome], None]]:
@@ -121,7 +122,7 @@ class LeagueFiles:
             for one in self.outcomes
         ]
         for one in outcomes:
-            del one["step_us"]
+            del one["step_us"], one["given_up"]
         found = {**self._head, **numbers, "hidden_half": bool(self.schedule.word), "settings": own, "outcomes": outcomes}
         return msgspec.json.format(msgspec.json.encode(found), indent=1) + b"\n"
 

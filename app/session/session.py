@@ -171,13 +171,14 @@ class Session:
             self.studies = self._new_studies()
         self._assign_laws(True)
 
-    def step_with(self, law: Law) -> None:
-        """Pause, and make one step of the run with another law. The law answers at once."""
+    def step_with(self, law: Law) -> bool:
+        """Pause, and make one step of the run with another law, which answers at once; return False, and make none, as long as a law of
+        one's own has not answered for the ghost."""
         if not self.halt:
             self.halt.set("visitor")
         self.simulation.use(law)
         try:
-            self._step_both()
+            return self._step_both()
         finally:
             self.simulation.use(self.law.of_run)
 

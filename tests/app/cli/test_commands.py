@@ -167,6 +167,8 @@ ERRORS = {
     },
     "lessons --only nonsense": "1 redundancy",
     "bench --steps 0": "--steps must be at least 1",
+    "bench --seconds -1": "seconds = -1 is out of range; give 0 to 3600.",
+    "bench --fair --seconds nan": "seconds = nan is out of range",
     **dict.fromkeys(
         (f"run --start {LONG}", f"run --csv {LONG}/a.csv", f"serve --lessons {LONG}", f"serve --playlist {LONG}"), LONG
     ),

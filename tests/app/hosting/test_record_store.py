@@ -1,5 +1,6 @@
 """The file in which visitors' records outlive the server: what comes back from it, its bounds, and what may happen to it."""
 
+import errno
 import logging
 import os
 import random
@@ -290,14 +291,20 @@ def test_a_full_disk_is_said_and_saving_goes_on_when_there_is_room(
         while not condition():
             find(store, {"resume": tab(9)})
 
+    store.save(small(3))
+    wait(lambda: not writer._waiting)
     assert writer._file is not None
-    writer._file.connection.execute("PRAGMA max_page_count = 1")
+    file = writer._file.connection
+    file.execute("PRAGMA max_page_count = 1")
     with caplog.at_level(logging.INFO):
         store.save(record_of(session, 1))
         wait(lambda: store.state.problem)
         assert "full" in store.state.problem
         # Sessions live on: what waits is found.
         assert find(store, {"resume": tab(1)}) is not None
+        # So is what was written before.
+        assert find(store, {"resume": tab(3)}) is not None
+        file.execute("PRAGMA max_page_count = 1000000")
         clock.now += AGAIN + 1.0
         wait(lambda: not store.state.problem)
     assert caplog.text.count("cannot be written") == 1 and "again" in caplog.text
@@ -305,6 +312,31 @@ def test_a_full_disk_is_said_and_saving_goes_on_when_there_is_room(
     store = SessionStore(DAY, file=RecordWriter(path, DAY, 50_000_000, clock=clock))
     assert find(store, {"resume": tab(1)}) is not None
     store.close()
+
+
+def test_what_could_not_be_read_when_its_visitor_came_is_not_overwritten(
+    opened: Open, clock: Clock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(self: StoreFile) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    opened().save(small(1))
+    with monkeypatch.context() as patch:
+        patch.setattr(StoreFile, "_prepare", full)
+        store = opened()
+        for number in (1, 2):
+            assert find(store, {"resume": tab(number)}) is None
+            store.save(small(number, 0.2))
+        assert store.state.problem == "No space left on device"
+    clock.now += AGAIN + 1.0
+    store = opened()
+    found = [find(store, {"resume": tab(number)}) for number in (1, 2)]
+    assert [record and record.settings.run.law.critical_distance for record in found] == [0.11, 0.2]
+    # Once it has been read, it is the visitor's again.
+    store.save(small(1, 0.3))
+    store = opened()
+    again = find(store, {"resume": tab(1)})
+    assert again is not None and again.settings.run.law.critical_distance == 0.3
 
 
 def test_a_place_that_cannot_be_written_is_no_reason_not_to_start(tmp_path: Path, clock: Clock) -> None:

@@ -19,7 +19,7 @@ import pytest
 
 from app.hosting.dispatcher import MOST_OF_ADDRESS, MOST_OF_TAB, tab_of
 from app.hosting.serve_options import ServeOptions
-from app.hosting.worker_group import FEW, LATE, LOOK, MOST_SILENT, MOST_STOPPING, WorkerGroup
+from app.hosting.worker_group import FEW, LATE, LOOK, MOST_SILENT, MOST_STARTING, MOST_STOPPING, WorkerGroup
 from app.hosting.worker_messages import WorkerStart
 from app.runtime.terminal import TERMINATED
 from tests.app.runtime.processes import gone, until
@@ -259,6 +259,22 @@ def test_a_worker_that_hangs_is_replaced_and_one_that_works_is_not() -> None:
         group.look_after(group.next_due)
         hear_until(lambda: group.workers != [old] and group.workers[0].ready)
         assert gone(old.process.pid)
+        # One that hangs before it has started is given up.
+        (worker,) = group.workers
+        group.renew()
+        assert group._successor is not None
+        new = group._successor[1]
+        os.kill(new.process.pid, signal.SIGSTOP)
+        for _ in range(MOST_STARTING):
+            worker.silent = 0
+            group.look_after(group.next_due)
+        assert new.process.poll() is None
+        worker.silent = 0
+        group.look_after(group.next_due)
+        hear_until(lambda: group._successor is None)
+        assert gone(new.process.pid) and group.workers == [worker] and worker.process.poll() is None
+        group.renew()
+        assert group._successor is not None
 
 
 HANGING = """

@@ -69,6 +69,8 @@ def test_a_message_keeps_what_it_is_made_of() -> None:
     assert str(BadSetting("a {b} c")) == "a {b} c" and str(DuetError()) == ""
     assert joined(("a", "", LazyText("off")), ", ") == "a, , off" and words_of("de")(joined([LazyText("off")], " ")) == "aus"
     assert joined((), ", ") == ""
+    # What is put into another text is plain, also where that text is nothing else.
+    assert {type(text) for text in (f"{inner}", f"{inner!s}", f"{inner!s:>90}")} == {str}
 
 
 def test_every_error_on_the_page_is_a_text_or_a_template() -> None:

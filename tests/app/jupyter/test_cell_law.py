@@ -12,10 +12,12 @@ from app.custom_law.law_file import LawFile
 from app.jupyter.cell_law import law_text
 from app.jupyter.notebook_run import GivenVelocities, all_changed, key_of
 from app.recording.run_file import saved_bytes, saved_from
+from app.session.input_source import InputSources
 from app.session.session import Session
 from app.settings import Settings
 from controllers.errors import BadInputFile, BadSetting
 from scenes.rerun import rerun
+from scenes.settings import changed
 from tests.app.custom_law.helpers import PAPER, SITUATION, write
 from tests.app.runtime.processes import until
 
@@ -71,7 +73,7 @@ def test_a_step_of_a_cell_is_part_of_the_run(tmp_path: Path) -> None:
         given = GivenVelocities(np.full(7, 0.1))
         before = session.simulation.time
         for _ in range(5):
-            session.step_with(given)
+            assert session.step_with(given)
         assert session.paused and session.simulation.time == pytest.approx(before + 0.025)
         joints = session.simulation.avoiding.joints
         np.testing.assert_allclose(session.simulation.velocities[joints], 0.1)
@@ -89,3 +91,12 @@ def test_a_step_of_a_cell_is_part_of_the_run(tmp_path: Path) -> None:
         session.toggle_pause()
         until(lambda: session.advance(0.03) < 0 or session.simulation.steps > 20)
         assert session.student_law.problem == "" and session.ghost is not None and session.studies.trade_off is None
+
+
+def test_a_step_waits_for_the_law_of_the_ghost(tmp_path: Path) -> None:
+    file = write(tmp_path / "law.py", PAPER)
+    with closing(Session(changed(Settings(), "ghost", "own"), sources=InputSources(law_file=file))) as session:
+        given = GivenVelocities(np.zeros(7))
+        assert not session.step_with(given) and session.simulation.steps == 0, "its process has not begun"
+        until(lambda: (session.advance(0.03), session.step_with(given))[1])
+        assert session.ghost is not None and session.simulation.steps == session.ghost.steps == 1

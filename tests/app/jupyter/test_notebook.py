@@ -14,8 +14,8 @@ import websockets
 from jupyter_client.manager import start_new_kernel
 from playwright.sync_api import expect
 
-from app.jupyter import duet
-from controllers.errors import BadSetting
+from app.jupyter import duet, notebook_run
+from controllers.errors import BadSetting, DuetError
 from tests.app.jupyter.conftest import TOKEN, JupyterServer, environment
 from tests.app.served import has_arms
 from tests.blocking_client import BlockingClient
@@ -195,7 +195,47 @@ def ends() -> Iterator[None]:
     duet.close()
 
 
+def resting(situation: Any) -> Any:
+    return 0.0 * situation.nominal
+
+
+def test_the_law_that_drives_the_arm_is_the_one_that_is_named(ends: None) -> None:
+    run = duet.law(resting)
+
+    def named(law: str) -> bool:
+        return run.law.law == run["law"] == law and repr(run).endswith(f"hold, {law}>")
+
+    assert named("my own law")
+    run.change(law="strict_priority", dm=0.1)
+    assert named("strict_priority") and run._session.simulation.custom_law is None
+    duet.law(resting)
+    run.change(dm=0.2)
+    assert named("my own law") and run._session.simulation.custom_law is not None
+    duet.law(None)
+    assert named("strict_priority") and run._session.simulation.custom_law is None
+
+
+def test_a_step_waits_for_the_law_of_the_ghost_and_nonsense_makes_none(ends: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    run = duet.show()
+    make, unanswered = run._session.step_with, [None, None]
+    monkeypatch.setattr(run._session, "step_with", lambda law: False if unanswered and not unanswered.pop() else make(law))
+    first = run.step(np.zeros(7))
+    assert not unanswered
+    assert run.step(np.zeros(7))["t"] == pytest.approx(first["t"] + run.settings.run.dt)
+    wrong: tuple[Any, ...] = ("a", None, [[0.0], [0.0, 1.0]], [10**400] * 7)
+    for dq in wrong:
+        with pytest.raises(BadSetting, match="step needs 7 finite joint velocities"):
+            run.step(dq)
+    monkeypatch.setattr(run._session, "step_with", lambda law: False)
+    monkeypatch.setattr(notebook_run, "PATIENCE", 0.1)
+    with pytest.raises(DuetError, match="The ghost's law does not answer"):
+        run.step(np.zeros(7))
+
+
 def test_a_cell_begins_a_new_run_after_the_end_of_the_one_before_and_what_is_not_possible_changes_nothing(ends: None) -> None:
+    with pytest.raises(BadSetting, match="no lesson 99"):
+        duet.show(lesson=99)
+    assert duet._running is None
     first = duet.show()
     first.close()
     second = duet.show(dm=0.1)

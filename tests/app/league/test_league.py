@@ -20,6 +20,7 @@ from app.league.league_files import PART, Played
 from app.league.league_table import COLUMNS, league_rows
 from app.runtime.terminal import INTERRUPTED
 from app.text.documents import FOLDER
+from controllers.errors import LazyText
 from scenes import league_runs as league
 from scenes.experiments import HOLD
 from scenes.laws import DEFAULT_LAW, LAWS, NO_AVOIDANCE
@@ -118,6 +119,25 @@ def test_a_broken_file_costs_its_row_and_a_further_file_only_its_own_runs(
     assert play(other, *word, "--workers", "1") == 0
     assert not any(b"pear" in path.read_bytes() for path in other.iterdir())
     assert "hidden half" in (other / "league.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.usefixtures("one_scene")
+def test_a_file_that_runs_out_of_time_costs_its_rows_and_has_another_try_with_more_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tries: list[float] = []
+
+    def endless(module: str, arguments: Any, text: bytes, take: Any, limits: FenceLimits) -> str:
+        tries.append(limits.seconds)
+        return LazyText("it did not end within {seconds:g} s", seconds=limits.seconds)
+
+    monkeypatch.setattr(entrants, "fenced", endless)
+    write(tmp_path / "endless.py", PAPER)
+    for seconds in ("2", "2", "3"):
+        assert play(tmp_path / "out", str(tmp_path / "endless.py"), "--workers", "1", "--seconds", seconds) == 0
+        assert f"did not end within {tries[-1]:g} s" in (tmp_path / "out" / "league.md").read_text(encoding="utf-8")
+    assert tries == [2.0] * len(list(events())) + [3.0] * len(list(events()))
+    assert "given_up" not in (tmp_path / "out" / "league.json").read_text(encoding="utf-8")
 
 
 def test_every_file_plays_once_under_a_name_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
