@@ -10,6 +10,7 @@ from app.page.view import View
 from app.session.actions import Action, Describe
 from app.session.frame import Frame
 from app.session.session import Session
+from scenes.experiments import Experiment
 from scenes.simulation import Simulation
 
 SHOWN: Final = 20.0
@@ -27,19 +28,19 @@ class SceneWords(PagePanel):
         self._client, self._lessons = client, view.lessons
         self._asked = False
         self._note: viser.NotificationHandle | None = None
-        self._scene = ""
+        self._experiment: Experiment | None = None
 
     def take(self, action: Action) -> bool:
         self._asked |= isinstance(action, Describe)
         return isinstance(action, Describe)
 
     def show(self, frame: Frame) -> None:
-        scene = frame.settings.run.scene
-        if self._note is not None and (self._asked or scene != self._scene):
-            # It tells of another moment, or of another experiment.
+        experiment = frame.settings.run.experiment
+        if self._note is not None and (self._asked or experiment is not self._experiment):
+            # It describes another moment, or another experiment.
             self._note.remove()
             self._note = None
-        self._scene = scene
+        self._experiment = experiment
         if not self._asked:
             return
         self._asked = False
