@@ -82,9 +82,6 @@ class Workload:
             self.report = ServerLoad(frames, self.sessions, max(self.places // self._loops, 1), load)
 
 
-HEADROOM: Final = 0.9
-"""Part of a frame that sessions may fill."""
-
 DRAWING: Final = 36.0
 """What drawing and sending one session's frame costs, in steps of the room that a newcomer sees."""
 
@@ -121,4 +118,4 @@ def places(step: float, loops: int = 1) -> int:
 
 def affordable(session: float) -> int:
     """Return how many sessions fit into one frame loop, at least one. `session`: what each takes of a round [s]."""
-    return max(int(HEADROOM * SLOWEST / max(session, 1e-9)), 1)
+    return max(int(SLOWEST / max(session, 1e-9)), 1)

@@ -12,8 +12,11 @@ BUDGET: Final = 0.02
 TOGETHER: Final = 2
 """As many sessions as this have the whole of it; more share what these have, so that frames stay short for all."""
 
-SLOWEST: Final = 1.0 / 20.0
+SLOWEST: Final = 1.0 / 22.0
 """Steps make a frame no longer than this [s], where drawing leaves so much time; simulated time slows down first."""
+
+LEAST: Final = 0.01
+"""Wall time that the steps of all sessions have in every frame, however long drawing takes [s]."""
 
 LONGEST_GAP: Final = 0.1
 """A pause of the program (a closed laptop, a debugger) is not caught up beyond this [s]."""
@@ -46,7 +49,7 @@ def budget_of(sessions: int, drawing: float = 0.0) -> float:
     Args:
         drawing: wall time of everything else in a frame of them all [s].
     """
-    together = min(max(SLOWEST - drawing, BUDGET), BUDGET * TOGETHER)
+    together = min(max(SLOWEST - drawing, LEAST), BUDGET * TOGETHER)
     return together / max(sessions, TOGETHER)
 
 

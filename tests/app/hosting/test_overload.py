@@ -13,13 +13,13 @@ import pytest
 
 from app.hosting import workload
 from app.hosting.frame_loop import FrameLoop
-from app.hosting.workload import BAND, ENOUGH, HEADROOM, Workload, affordable, places, step_seconds
+from app.hosting.workload import BAND, ENOUGH, Workload, affordable, places, step_seconds
 from app.page.operation import CALM
 from app.page.panels.controls import Controls
 from app.page.panels.server_load import ServerLoad, combined, load_pills
 from app.session import session as session_module
 from app.session.actions import SetSetting
-from app.session.clock import BUDGET, FRAME, SLOWEST
+from app.session.clock import FRAME, LEAST, SLOWEST
 from app.session.session import Session
 from app.settings import Settings
 from controllers.compiled import GAIN
@@ -89,13 +89,13 @@ def test_frames_fall_evenly_and_gently_and_time_slows_down(monkeypatch: pytest.M
         assert max(run) - min(run) < 0.2, "and the same time"
         times.append(run[0] / machine.now)
         # No round is longer than what drawing takes and the share of the steps, which each may overrun by one.
-        allowed = max(SLOWEST, 1.5e-3 * count + BUDGET) + count * STEP + 1e-6
+        allowed = max(SLOWEST, 1.5e-3 * count + LEAST) + count * STEP + 1e-6
         assert max(b - a for a, b in itertools.pairwise(machine.begins[5:])) < allowed
         slowed = [session.pace.slowed for session in machine.sessions]
         assert slowed == [times[-1] < 0.9] * count
         assert (machine.workload.report.load > 95) == (count >= 16)
-    assert rates == sorted(rates, reverse=True) and rates[1] > 18.5 and rates[-1] > 12.0
-    assert times == sorted(times, reverse=True) and times[0] > 0.98 and 0.2 < times[-1] < 0.6
+    assert all(b < 1.03 * a for a, b in itertools.pairwise(rates)) and rates[1] > 20.5 and rates[-1] > 15.0, rates
+    assert times == sorted(times, reverse=True) and times[0] > 0.98 and 0.15 < times[-1] < 0.6
 
 
 def test_after_an_overload_all_is_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -163,7 +163,7 @@ def test_places_by_the_speed_of_a_step() -> None:
     assert places(40e-6) > places(140e-6) > places(1e-3) == 1 == places(10.0), "one gets in on any machine"
     assert 15 <= places(41e-6) <= 30
     assert places(40e-6, 4) == 4 * places(40e-6)
-    assert affordable(SLOWEST) == affordable(1.0) == 1 and affordable(HEADROOM * SLOWEST / 7.5) == 7
+    assert affordable(SLOWEST) == affordable(1.0) == 1 and affordable(SLOWEST / 7.5) == 7
 
 
 def test_the_speed_of_a_step_is_measured(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -224,7 +224,7 @@ def test_one_more_than_the_machine_carries_is_not_let_in(by_hand: Made) -> None:
     for _ in range(200):
         for _ in range(3):
             workload.drew(0.0)
-        workload.note(3 * 0.9 * HEADROOM * SLOWEST / 3, 1.0)
+        workload.note(3 * 0.9 * SLOWEST / 3, 1.0)
     opened.frame()
     assert server.max_clients == 3 == len(private_of(opened).visitors) and not server._has_room()
 
