@@ -21,7 +21,7 @@ WIDTH: Final = 320
 HEIGHT: Final = 196
 _LEFT: Final = 42
 _TOP: Final = 26
-_ACROSS: Final = 270
+_ACROSS: Final = 264
 _DOWN: Final = 134
 """The chart, and the place of its area [px]."""
 
