@@ -79,6 +79,11 @@ def test_what_is_read_after_a_question_begins_a_page_of_its_own() -> None:
     assert '<svg class="picture"' in after and '<svg class="picture"' not in before
 
 
+def test_what_is_seen_in_a_picture_is_printed_with_its_subscripts() -> None:
+    page = handout_html(BOOK.lessons[BOOK.index("strict-priority")])
+    assert "v below d<sub>m</sub>, −u above</figcaption>" in page
+
+
 def test_a_number_that_gives_the_answer_away_becomes_a_blank() -> None:
     hold = BOOK.lessons[BOOK.index("hold")]
     step = next(step for step in hold.steps if step.id == "push")
