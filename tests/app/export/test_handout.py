@@ -15,7 +15,7 @@ from app.lessons.loading import in_language
 from app.lessons.outcomes import reference
 from app.lessons.step_view import fill
 from app.lessons.texts import without_outcome
-from app.settings import Language
+from app.settings import TRANSLATIONS, Language
 from app.text.lesson_text import lesson_html
 from tests.app.html_reader import HtmlReader
 from tests.browser import PageAt
@@ -113,8 +113,11 @@ def test_both_copies_in_other_languages(language: Language) -> None:
 def test_every_copy_prints_on_both_papers_without_a_cut(page_at: PageAt, tmp_path: Path) -> None:
     assert main(["handout", "--out", str(tmp_path)]) == 0
     assert main(["handout", "--out", str(tmp_path), "--teacher"]) == 0
+    # The longest one, in longer languages.
+    for language in TRANSLATIONS:
+        assert main(["handout", "--out", str(tmp_path), "--lesson", "limits", "--lang", language]) == 0
     files = sorted(tmp_path.glob("*.html"))
-    assert len(files) == 2 * len(BOOK.lessons)
+    assert len(files) == 2 * len(BOOK.lessons) + len(TRANSLATIONS)
     page = page_at(fresh=True)
     page.emulate_media(media="print")
     for path in files:
