@@ -82,8 +82,11 @@ def test_every_key_is_in_the_table() -> None:
         assert hotkey.shown in table, hotkey
 
 
-def test_every_file_that_a_recipe_names_exists() -> None:
+def test_every_file_that_a_recipe_or_a_teacher_s_note_names_exists() -> None:
+    lessons = ROOT / "app" / "lessons"
+    of_lessons = "".join(path.read_text(encoding="utf-8") for path in (lessons / "README.md", *lessons.glob("*.notes.md")))
     named = {
         path for path in re.findall(r"`((?:app|scenes|controllers|tests)/[\w/.-]+)`", DOCUMENTS["recipes.md"]) if "<" not in path
-    }
+    } | set(re.findall(r"`([\w/]+\.py)`", of_lessons))
+    assert "app/custom_law/trials.py" in named
     assert len(named) >= 15 and [path for path in sorted(named) if not (ROOT / path).exists()] == []

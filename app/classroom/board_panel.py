@@ -57,10 +57,11 @@ class BoardPanel:
         self._pace.content = macros("page/panels/pills.html").note(" ".join(filter(None, (tr(self._control.refused), said))))
         self._table.content = macros("classroom/board.html").board(rows, len(at.lesson.steps))
         names = _names(rows)
+        if self._student.value not in names:
+            # Whoever is away for a moment stays chosen.
+            names += (self._student.value,)
         if names != tuple(self._student.options):
-            chosen = self._student.value
             self._student.options = names
-            self._student.value = chosen if chosen in names else NO_ONE
 
 
 def _names(rows: Sequence[BoardRow]) -> tuple[str, ...]:

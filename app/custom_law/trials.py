@@ -208,7 +208,7 @@ TRY: Final[dict[str, tuple[str, int]]] = {
     ),
     "smooth": (N_("Replace the `if` at a distance by a λ that changes with d without a jump."), 5),
     "bounded where J_d is singular": (
-        N_("Damp more, with a larger μ² beside J_d @ J_d, or clip q̇ to situation.lower and .upper."),
+        N_("Damp more, with a larger μ² beside `J_d @ J_d`, or clip q̇ to situation.lower and .upper."),
         10,
     ),
     "quick": (N_("Leave imports and loops outside of law(), and compute with whole arrays."), 10),

@@ -19,6 +19,9 @@ from app.text.lesson_text import inline_html, lesson_html
 _BREAK: Final = re.compile(r"(?:\A|(?<=>))\s*\n\s*|\s*\n\s*(?=<|\Z)")
 """A line break beside a tag of HTML or of the template, with the indentation."""
 
+_LOWERED: Final = re.compile(r"`(?P<code>[^`\n]+)`|(?<!\w)(?P<symbol>[^\W\d_])_(?P<index>[A-Za-z0-9]{1,5})(?!\w)")
+"""Code between backticks, which may be in HTML, or a symbol with an index."""
+
 
 class _JoinedLines(Extension):
     """Leaves out these breaks, so that between two tags stands a blank only where one is written on a line."""
@@ -34,8 +37,12 @@ def tr_html(text: str, /, **parts: object) -> Markup:
 
 
 def lowered(text: str) -> Markup:
-    """Return text with its subscripts: d_m → d<sub>m</sub>."""
-    return Markup(re.sub(r"(?<!\w)([^\W\d_])_([A-Za-z0-9]{1,5})(?!\w)", r"\1<sub>\2</sub>", str(escape(text))))
+    """Return text with its subscripts and its code: d_m → d<sub>m</sub>, `d_m` → <code>d_m</code>."""
+    return Markup(_LOWERED.sub(_lowered_html, str(escape(text))))
+
+
+def _lowered_html(found: re.Match[str]) -> str:
+    return f"<code>{found['code']}</code>" if found["code"] else f"{found['symbol']}<sub>{found['index']}</sub>"
 
 
 @cache

@@ -15,6 +15,7 @@ from app.classroom.classroom import Classroom, Poll
 from app.classroom.classroom_html import poll_html, tied_html
 from app.classroom.overlays import screen_html
 from app.classroom.presenter import Presenter, Station, stations_of
+from app.classroom.progress_board import BoardRow
 from app.classroom.screen_panel import next_station_label
 from app.classroom.teacher_control import Because, TeacherControl
 from app.lessons.bookmark import Phase
@@ -203,6 +204,27 @@ def test_why_steps_do_not_open_stands_beside_those_that_are_open(stage: Stage, m
         "Every step is open.",
     )
     assert notes == [f"{no} {every}", only, f"{no} {only}", every] and not stage.lessons.notes
+
+
+def test_a_student_who_is_away_for_a_moment_stays_chosen(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(board_panel, "PERIOD", 0.0)
+    monkeypatch.setattr(board_panel, "macros", MagicMock())
+    gui, stage.classroom.free = MagicMock(), True
+    student = gui.add_dropdown.return_value
+    student.options, student.value = ("–",), "–"
+    panel = board_panel.BoardPanel(gui, stage.control)
+    seen: list[tuple[tuple[str, ...], str]] = []
+    for here, chosen in (("Euler Gauss", "Gauss"), ("Euler", ""), ("Euler Gauss", ""), ("Euler", "Euler"), ("Euler Noether", "")):
+        rows = tuple(BoardRow(name, ()) for name in here.split())
+        monkeypatch.setattr(stage.classroom.board, "rows", Mock(return_value=rows))
+        panel.show()
+        student.value = chosen or student.value
+        seen.append((student.options, student.value))
+    assert seen == [
+        *[(("–", "Euler", "Gauss"), "Gauss")] * 3,
+        (("–", "Euler", "Gauss"), "Euler"),
+        (("–", "Euler", "Noether"), "Euler"),
+    ]
 
 
 def screen(stage: Stage, poll: Poll | None, station: Station, left: int | None = None) -> str:

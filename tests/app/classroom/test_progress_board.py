@@ -125,6 +125,8 @@ def test_what_one_student_has_done_is_shown_without_a_name() -> None:
         and shown.count('class="mine"') == 1
     )
     assert "<figure" not in work_html(ShownWork(place, 1), BOOK)
+    works = (ShownWork(place), ShownWork(place, 1), ShownWork(place, None, (0.5,) * COLUMNS))
+    assert ["Not answered yet." in work_html(work, BOOK) for work in works] == [True, False, False]
     run = work_html(ShownWork(place, run=True), BOOK)
     assert "at-run" in run and step.title in run
     assert "Lesson" not in work_html(ShownWork(("no", "lesson"), run=True), BOOK)

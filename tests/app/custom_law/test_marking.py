@@ -138,7 +138,9 @@ def test_every_file_costs_one_row(tmp_path: Path, capfd: pytest.CaptureFixture[s
     assert by_name[template]["points"] == "0" and "answers as the template" in by_name[template]["reason"]
     page = (pages / "Ann Lee-12.html").read_text(encoding="utf-8")
     assert page.count("<svg xmlns") == 3 and "0 of 11 points" in page and "<script" not in page
-    assert "answers as the template" in (pages / "doe-7.html").read_text(encoding="utf-8")
+    of_template = (pages / "doe-7.html").read_text(encoding="utf-8")
+    assert "answers as the template of <code>lwr-duet new-law</code>" in of_template
+    assert "μ² beside <code>J_d @ J_d</code>" in of_template and "`" not in page + of_template
     assert "Participant 12,Ann Lee,0,11,," in files["moodle"].read_text(encoding="utf-8")
     canvas = files["canvas"].read_text(encoding="utf-8").splitlines()
     assert canvas[:2] == ["Student,ID,Section,Duet", "Points Possible,,,11"] and "doe,7,,0" in canvas

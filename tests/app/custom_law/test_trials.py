@@ -393,3 +393,6 @@ def test_every_test_says_how_it_went_in_words() -> None:
     assert "Challenge passed." in law_html(ExaminationProgress("my_law.py", verdicts), "", False, True)
     assert "my_law.py is gone." in law_html(ExaminationProgress("my_law.py"), "", True, False)
     assert "&lt;no" in law_html(ExaminationProgress("my_law.py", message="<no"), "", False, False)
+    failed = tuple(TrialResult(name, False, "|J_d| = 0") for name in NAMES)
+    said = law_html(ExaminationProgress("my_law.py", failed), "", False, False)
+    assert "<p>|J<sub>d</sub>| = 0" in said and "beside <code>J_d @ J_d</code>" in said

@@ -15,7 +15,7 @@ from app.lessons.loading import in_language
 from app.lessons.outcomes import reference
 from app.lessons.step_view import fill
 from app.lessons.texts import without_outcome
-from app.settings import Language
+from app.settings import TRANSLATIONS, Language
 from app.text.lesson_text import lesson_html
 from tests.app.html_reader import HtmlReader
 from tests.browser import PageAt
@@ -79,6 +79,11 @@ def test_what_is_read_after_a_question_begins_a_page_of_its_own() -> None:
     assert '<svg class="picture"' in after and '<svg class="picture"' not in before
 
 
+def test_what_is_seen_in_a_picture_is_printed_with_its_subscripts() -> None:
+    page = handout_html(BOOK.lessons[BOOK.index("strict-priority")])
+    assert "v below d<sub>m</sub>, −u above</figcaption>" in page
+
+
 def test_a_number_that_gives_the_answer_away_becomes_a_blank() -> None:
     hold = BOOK.lessons[BOOK.index("hold")]
     step = next(step for step in hold.steps if step.id == "push")
@@ -108,8 +113,11 @@ def test_both_copies_in_other_languages(language: Language) -> None:
 def test_every_copy_prints_on_both_papers_without_a_cut(page_at: PageAt, tmp_path: Path) -> None:
     assert main(["handout", "--out", str(tmp_path)]) == 0
     assert main(["handout", "--out", str(tmp_path), "--teacher"]) == 0
+    # The longest one, in longer languages.
+    for language in TRANSLATIONS:
+        assert main(["handout", "--out", str(tmp_path), "--lesson", "limits", "--lang", language]) == 0
     files = sorted(tmp_path.glob("*.html"))
-    assert len(files) == 2 * len(BOOK.lessons)
+    assert len(files) == 2 * len(BOOK.lessons) + len(TRANSLATIONS)
     page = page_at(fresh=True)
     page.emulate_media(media="print")
     for path in files:
@@ -124,6 +132,7 @@ def test_every_copy_prints_on_both_papers_without_a_cut(page_at: PageAt, tmp_pat
             printed = page.pdf(format=paper, prefer_css_page_size=True)
             sheets = len(re.findall(rb"/Type /Page\b", printed))
             assert sheets <= 2 or "-teacher" in path.name, (path.name, paper, sheets)
+            assert sheets >= 2 or page.locator(".afterwards").count() == 0, "what is given out later has a sheet of its own"
             # A student's copy stands in columns on paper alone.
             assert "-teacher" not in path.name or page.evaluate("document.documentElement.scrollHeight") / down <= sheets
             boxes = {

@@ -1,6 +1,7 @@
 """Which lessons a server shows: ours, a folder's, a playlist's, in which order; and what happens when a file changes."""
 
 import os
+import re
 from collections.abc import Callable
 from pathlib import Path
 from threading import Event
@@ -10,6 +11,7 @@ import pytest
 
 from app.cli.main import main
 from app.export.handout_html import handout_html
+from app.lessons import FOLDER
 from app.lessons.lesson import LAST, LessonBook
 from app.lessons.library import Library, notes_of
 from app.lessons.loading import in_language, load_lessons
@@ -221,6 +223,13 @@ def test_the_files_are_looked_after_though_reading_them_failed_once(tmp_path: Pa
     library.watch(read.set)
     assert read.wait(60.0)
     library.close()
+
+
+def test_the_playlist_of_the_readme_shows_the_lesson_that_new_lesson_writes(tmp_path: Path) -> None:
+    assert main(["new-lesson", str(tmp_path / "mine" / "01-nearer.md")]) == 0
+    (text,) = re.findall(r"```toml\n(lessons = .*?)```", (FOLDER / "README.md").read_text(encoding="utf-8"), flags=re.DOTALL)
+    book = Library(None, write(tmp_path / "week-3.toml", text)).book
+    assert not book.problems and [step.id for step in book.lessons[book.index("nearer")].steps] == ["the_stop"]
 
 
 def test_a_new_lesson_passes_its_check_and_faults_end_with_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -320,6 +320,7 @@ def test_only_the_breaks_of_a_template_are_left_out() -> None:
         "this run: {what}", what="<b>"
     )
     assert lowered("d_m < d_0") == "d<sub>m</sub> &lt; d<sub>0</sub>"
+    assert lowered("beside `J_d < 2`, J_d") == "beside <code>J_d &lt; 2</code>, J<sub>d</sub>"
     assert element("i", "<", class_='"') == '<i class="&#34;">&lt;</i>'
 
 
