@@ -58,7 +58,7 @@ class BoardPanel:
         self._table.content = macros("classroom/board.html").board(rows, len(at.lesson.steps))
         names = _names(rows)
         if self._student.value not in names:
-            # Whoever is away for a moment stays chosen.
+            # A student who is away for a moment stays chosen.
             names += (self._student.value,)
         if names != tuple(self._student.options):
             self._student.options = names
