@@ -161,9 +161,7 @@ def recorded_from(data: bytes, name: str) -> Recorded:
         raise BadInputFile("{name}: {reason}.", name=name, reason=damage.args[0]) from None
     except Exception as error:
         # On a damaged archive zipfile and numpy raise nearly every kind there is.
-        raise BadInputFile(
-            "{name}: is not a file of recorded inputs, or is damaged ({reason}).", name=name, reason=_short(error)
-        ) from None
+        raise BadInputFile("{name}: is not a file of recorded inputs, or is damaged.", name=name) from error
 
 
 class _Damage(Exception):
@@ -177,11 +175,6 @@ def _check(fine: object, what: str, /, **parts: object) -> None:
 
 def _too_large(name: str) -> BadInputFile:
     return BadInputFile("{name}: is larger than {size} MB; recorded inputs are not.", name=name, size=LARGEST_FILE // 1_000_000)
-
-
-def _short(error: Exception) -> str:
-    text = str(error).splitlines()[0] if str(error) else type(error).__name__
-    return text if len(text) <= 80 else text[:79] + "…"
 
 
 def _unpacked(data: bytes) -> dict[str, np.ndarray]:
@@ -204,7 +197,7 @@ def _recorded(arrays: dict[str, np.ndarray]) -> Recorded:
     _check(
         isinstance(version, int) and 1 <= version <= VERSION,
         "is of version {version}, and this program reads up to {newest}; use a newer one",
-        version=_short(ValueError(version)),
+        version=f"{version!s:.80}",
         newest=VERSION,
     )
     lengths = arrays["lengths"]

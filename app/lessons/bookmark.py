@@ -49,8 +49,12 @@ class Bookmark(NamedTuple):
             raise BadSetting("There is no lesson {number}; give a number from 1 to {most}.", number=index + 1, most=most)
         steps = self.book.lessons[index].steps
         if not 0 <= step < len(steps):
-            name = self.book.lessons[index].id
-            raise BadSetting("There is no step {step} in {name}; give 1 to {most}.", step=step + 1, name=name, most=len(steps))
+            raise BadSetting(
+                "There is no step {step} in lesson {number}; give 1 to {most}.",
+                step=step + 1,
+                number=self.book.lessons[index].number,
+                most=len(steps),
+            )
         return self._replace(lesson_index=index, step_index=step)
 
     def of(self, lesson: str, step: str) -> "Bookmark":

@@ -85,7 +85,7 @@ class Drawing:
         return tuple(self.x.value((i + 0.5) / COLUMNS) for i in range(COLUMNS))
 
     def text(self, value: float) -> str:
-        """Return a difference along `y` as it is read, rounded up, so that "within" it is true."""
+        """Return a difference along `y` as it is read, rounded up: what is beyond `within` is not read as within it."""
         quantity = AXES[self.y_name]
         power = 10.0**quantity.digits
         return NumberText(
@@ -240,7 +240,7 @@ def judge_drawing(drawing: Drawing, drawn: Curve, truth: Curve, language: Langua
     words, distance = words_of(language), mean_distance(drawn, truth)
     if distance is None:
         return DrawingVerdict(None, words(N_("Too little is drawn to be compared: less than half of the axis.")))
-    text = words(N_("Your curve is within {distance} on average."), distance=drawing.text(distance))
+    text = words(N_("Your curve is off by {distance} on average."), distance=drawing.text(distance))
     return DrawingVerdict(distance <= drawing.within, text)
 
 

@@ -1,5 +1,6 @@
 """What a lesson is, as data: steps, questions, runs, measurements, challenges. `loading` makes it from Markdown files."""
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Final, Literal
@@ -10,7 +11,7 @@ from app.lessons.question import Question
 from app.lessons.room_places import Start
 from app.lessons.runs import Pairs, Setup
 from app.settings import Language
-from controllers.errors import BadSetting, LazyText
+from controllers.errors import BadSetting, LazyText, NumberText
 from scenes.laws import LEVER_LAW
 
 LessonCamera = Literal["room", "hand", "elbow", "between", "top"]
@@ -61,8 +62,11 @@ class Measurement:
     text_only: bool = False
 
     def text(self, value: Value) -> str:
-        """Return a value as it is read, with two significant digits and its unit."""
-        return shown_value(value, self.name, self.unit, significant_digits(value, self.name, self.unit, self.digits))
+        """Return a value as it is read, with two significant digits and its unit; of less than its digits can say, only that."""
+        said = shown_value(value, self.name, self.unit, significant_digits(value, self.name, self.unit, self.digits))
+        if value is None or value <= 0.0 or not self.digits or re.search("[1-9∞]", said.split()[0]):
+            return said
+        return NumberText("< " + shown_value(self.in_si(10.0**-self.digits), self.name, self.unit, self.digits))
 
     @property
     def unit_sign(self) -> str:

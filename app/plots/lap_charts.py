@@ -1,5 +1,7 @@
 """Lap over lap of a circle: the hand's way or that of two joints, and the place where the laps begin and end, magnified."""
 
+import math
+
 import numpy as np
 from markupsafe import Markup
 
@@ -21,6 +23,12 @@ COARSE = 80
 
 NEAR = 0.15
 """… all of them within this time [s]."""
+
+BESIDE = 30
+"""By so much a chart is higher than its axis is wide [CSS px]."""
+
+LETTER = 6.5
+"""Width of a letter of its numbers, about [CSS px]."""
 
 LEAST = {"mm": 0.2, "°": 0.5}
 """The magnified part reaches so far to either side at least, in the unit that is shown."""
@@ -51,9 +59,10 @@ def laps_html(simulation: Simulation, ghost: Simulation | None, joints: bool, he
     whole, near = places[:, most], places[:, open_most]
     edge = np.maximum(0.08 * np.ptp(whole, axis=0), LEAST[unit])
     half = max(1.6 * float(np.abs(gaps[:, open_most]).max(initial=0.0)), LEAST[unit])
-    left = _chart(whole.min(axis=0) - edge, whole.max(axis=0) + edge)
+    size = height - 30
+    left = _chart(whole.min(axis=0) - edge, whole.max(axis=0) + edge, size - BESIDE)
     middle = ends[0, open_most] if len(ends) else near[0]
-    right = _chart(middle - half, middle + half)
+    right = _chart(middle - half, middle + half, size - BESIDE)
     left.line(whole[:, 0], whole[:, 1], "d", 1.6)
     left.mark(whole[0, 0], whole[0, 1], "dot d")
     if ghost is not None and ghost.history.count > 1:
@@ -70,7 +79,6 @@ def laps_html(simulation: Simulation, ghost: Simulation | None, joints: bool, he
     ]
     x, y = (names[axis] for axis in open_most)
     words = tr("At the right the ends of the laps, magnified: {x} and {y} [{unit}].", x=x, y=y, unit=unit)
-    size = height - 30
     return macros("plots/charts.html").laps(left.html(size), right.html(size), size + 20, words, said)
 
 
@@ -118,6 +126,10 @@ def _pieces(times: Array, places: Array) -> list[Array]:
     return [piece for piece, shown in zip(np.split(places, cuts), np.split(near, cuts), strict=True) if shown.any()]
 
 
-def _chart(low: Array, high: Array) -> Chart:
+def _chart(low: Array, high: Array, width: int) -> Chart:
     (x0, y0), (x1, y1) = low.tolist(), high.tolist()
-    return Chart(ChartAxes((x0, x1), (y0, y1), ticks_of(x0, x1), ticks_of(y0, y1)))
+    ticks = ticks_of(x0, x1)
+    room = LETTER * (1 + max(len(text) for _, text in ticks))
+    # Two at least, however long their numbers are.
+    every = math.ceil(room * (x1 - x0) / (width * (ticks[1][0] - ticks[0][0])))
+    return Chart(ChartAxes((x0, x1), (y0, y1), ticks[:: min(every, len(ticks) - 1)], ticks_of(y0, y1)))

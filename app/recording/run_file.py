@@ -164,7 +164,7 @@ def saved_from(data: bytes, name: str) -> SavedRun:
                 )
             parts = {part: arrays[part] for part in (MADE, *outcomes.ARRAYS)}
     except (zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError, KeyError, TypeError, SyntaxError) as error:
-        raise BadInputFile("{name}: is damaged ({reason}).", name=name, reason=str(error)[:80]) from None
+        raise BadInputFile("{name}: is damaged.", name=name) from error
     try:
         outcome = outcomes.outcome_from(parts, recorded.steps)
     except BadInputFile as error:

@@ -8,7 +8,7 @@ import viser
 from markupsafe import Markup
 
 from app.export.export_queue import KINDS, ExportQueue, FileKind
-from app.i18n.speaking import tr
+from app.i18n.speaking import N_, tr
 from app.page import STATIC
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.scrubber import Scrubber
@@ -29,7 +29,7 @@ A replay that plays writes its moment into that box ten times a second, and woul
 knows where the focus is, and a value that is not possible yet (the 1 of 12.5) never reaches the server.
 """
 
-LENGTHS: Final[dict[str, float]] = {"10 s": 10.0, "30 s": 30.0, "1 min": 60.0, "All": KEEP}
+LENGTHS: Final[dict[str, float]] = {"10 s": 10.0, "30 s": 30.0, "1 min": 60.0, N_("All"): KEEP}
 """What is said → how much of the newest part of the run is meant [s]."""
 
 LABELS: Final = ("Run", "CSV", "PNG", "SVG", "HTML", "Python")

@@ -37,13 +37,15 @@ def moment_html(frame: Frame, span: tuple[float, float] | None) -> Markup:
     inside = begin - BIN <= at <= end + BIN
     rules = [f"--duet-moment:{place(at)}", "--duet-moment-line:''"] if inside else []
     if (mark := shown.mark) is not None and begin <= mark.time <= end:
-        name = f"{tr(mark.name)}, {decimal(f'{mark.time:.1f}')} s"
+        when = f"{decimal(f'{mark.time:.1f}')} s"
+        name = f"{tr(mark.name)}, {when}"
         words = name if abs(at - mark.time) < NEAR else words
         # The name stands on the side with more room.
         late, left = mark.time > 0.5 * (begin + end), place(mark.time)
         rules += [
             f"--duet-mark:{left}",
             f"--duet-mark-name:{css_text(name)}",
+            f"--duet-mark-time:{css_text(when)}",
             f"--duet-mark-room:{left if late else f'calc(100% - {left})'}",
             f"--duet-mark-align:{'end' if late else 'start'}",
             f"--duet-mark-shift:{'-100%' if late else '0%'}",

@@ -39,22 +39,46 @@ addEventListener("DOMContentLoaded", () => {
     const elsewhere = svg.getAttribute("aria-label").includes("λ(d^*)");
     const marked = found.filter(({ kind }) => values[kind] !== undefined && !(elsewhere && kind === "lam"));
     const middle = (top + bottom) / 2;
-    const rows = marked.map(({ kind, box }) => {
+    const glyphs = [...svg.querySelectorAll("path,rect")].map((glyph) => glyph.getBBox());
+    const bounds = { left: left - 12, right: left + width + 12, top: top - 40, bottom: bottom + 40 };
+    const placesOf = ({ kind, box }) => {
       const half = duet.textWidth(values[kind], FONT) / 2 + 1;
       const x = (box.left + box.right) / 2;
       const below = { top: bottom + 1, bottom: bottom + 1 + ROW };
       const above = { top: top - 1 - ROW, bottom: top - 1 };
+      // Where another glyph lies in between, the number would be read as that one's.
+      const clear = (row, place) =>
+        !glyphs.some(
+          (glyph) =>
+            glyph.x < Math.max(box.right, place) &&
+            glyph.x + glyph.width > Math.min(box.left, place) &&
+            (row === below ? glyph.y > box.bottom - 1 : glyph.y + glyph.height < box.top + 1),
+        );
       const first = (box.top + box.bottom) / 2 < middle - 6 ? [above, below] : [below, above];
       return first.flatMap((row) =>
-        [0, -0.6, 0.6, -1, 1].map((shift) => ({ left: x + (shift - 1) * half, right: x + (shift + 1) * half, ...row })),
+        [x, x - 0.6 * half, x + 0.6 * half]
+          .filter((place) => clear(row, place))
+          .map((place) => ({ left: place - half, right: place + half, ...row })),
       );
-    });
-    const bounds = { left: left - 12, right: left + width + 12, top: top - 40, bottom: bottom + 40 };
-    const boxes = duet.placeLabels(rows, bounds, []);
-    const texts = marked.map(({ kind }, i) => {
-      if (boxes[i] === null) return null;
-      const place = { x: (boxes[i].left + boxes[i].right) / 2, y: boxes[i].bottom - 3, "text-anchor": "middle" };
-      return { kind, node: duet.svg(svg, "text", { class: `${kind} live`, ...place }) };
+    };
+    const placed = (symbols) => {
+      const numbers = [];
+      for (const symbol of symbols) {
+        // Once is enough: all symbols of a kind have the same number.
+        if (numbers.some(({ kind }) => kind === symbol.kind)) continue;
+        const taken = numbers.map(({ place }) => place);
+        const [place] = duet.placeLabels([placesOf(symbol)], bounds, taken);
+        if (place) numbers.push({ kind: symbol.kind, place });
+      }
+      return numbers;
+    };
+    // The first number may be what leaves the last one no room.
+    const [forward, backward] = [placed(marked), placed([...marked].reverse())];
+    const numbers = backward.length > forward.length ? backward : forward;
+    const used = numbers.map(({ place }) => place);
+    const texts = numbers.map(({ kind, place }) => {
+      const at = { x: (place.left + place.right) / 2, y: place.bottom - 3, "text-anchor": "middle" };
+      return { kind, node: duet.svg(svg, "text", { class: `${kind} live`, ...at }) };
     });
     // Behind the glyphs, and larger, to be met by a pointer.
     const first = svg.firstChild;
@@ -67,7 +91,6 @@ addEventListener("DOMContentLoaded", () => {
         }),
         first,
       );
-    const used = boxes.filter((box) => box !== null);
     const high = used.some((box) => box.bottom < middle) ? ROW + 2 : 0;
     const low = used.some((box) => box.top > middle) ? ROW + 2 : 0;
     const wide = used.some((box) => box.left < left || box.right > left + width) ? 12 : 0;
@@ -79,7 +102,7 @@ addEventListener("DOMContentLoaded", () => {
     });
     const least = Number.parseFloat(svg.style.minWidth);
     if (least) svg.style.minWidth = `${(least * (width + 2 * wide)) / width}px`;
-    return texts.filter((text) => text !== null);
+    return texts;
   };
 
   setInterval(() => {

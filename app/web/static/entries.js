@@ -9,6 +9,8 @@
   let timer = 0;
   // Whether something is typed there, such as a sign, that is no value yet.
   let typed = false;
+  // The last number of a box for numbers: one that is left empty shows it again.
+  let number = "";
   const waiting = () => window.__viserMutable?.messageQueue ?? [];
   const show = () => {
     if (missed) waiting().push(missed);
@@ -41,6 +43,12 @@
     }
     return null;
   };
+  const fillEmpty = (box) => {
+    if (!box.matches?.("input[inputmode]") || box.value || !number || missed) return;
+    // As if it were typed: React keeps what it draws to itself.
+    Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set.call(box, number);
+    box.dispatchEvent(new Event("input", { bubbles: true }));
+  };
   const leave = () => {
     show();
     kept = null;
@@ -48,13 +56,18 @@
   };
   addEventListener("focusin", ({ target }) => {
     leave();
+    number = target.value ?? "";
     if (!target.matches?.("input[type=text],textarea") || target.closest(".duet-law")) return;
     kept = controlOf(target);
     waiting().forEach(keep);
   });
-  addEventListener("focusout", leave);
-  addEventListener("input", () => {
+  addEventListener("focusout", ({ target }) => {
+    fillEmpty(target);
+    leave();
+  });
+  addEventListener("input", ({ target }) => {
     typed = true;
+    number = target.value || number;
     clearTimeout(timer);
   });
 

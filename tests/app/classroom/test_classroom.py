@@ -241,7 +241,7 @@ def test_a_curve_is_counted_beside_the_answers_and_shown_without_its_name() -> N
     walk.next()
     poll = classroom.poll(walk)
     assert poll is not None and poll.truth == reference(walk.step, walk.step.setup).curve and "by the formula" in poll_html(poll)
-    assert "Your curve is within 0.47 on average." in mine_html(poll, Ballot(None, HALF))
+    assert "Your curve is off by 0.47 on average." in mine_html(poll, Ballot(None, HALF))
 
 
 def test_students_without_a_place_of_their_own_are_put_into_groups_that_last() -> None:

@@ -184,7 +184,7 @@ def test_a_curve_that_was_drawn_stands_beside_the_true_one() -> None:
     run.walk.next()
     run.walk.next()
     page = made(steps_of(run))
-    assert "your curve" in page and "by the formula" in page and "Your curve is within 0.76 on average." in page
+    assert "your curve" in page and "by the formula" in page and "Your curve is off by 0.76 on average." in page
 
 
 def test_only_what_was_done_is_in_it(run: LessonSession) -> None:

@@ -28,6 +28,7 @@ from app.jupyter.duet import cell_html
 from app.jupyter.notebook_run import NotebookRun
 from app.lessons.loading import load_lessons
 from app.page.panels.controls import TABS
+from app.page.panels.replay_bar import LENGTHS
 from app.plots.pair_strips import arm_colour, pair_name
 from app.settings import LANGUAGES, TRANSLATIONS, Language, Settings
 from app.start import start_app
@@ -95,6 +96,10 @@ def test_the_list_knows_what_is_said() -> None:
     # A label, a hint, a choice; a literal; one by the name of a constant; a title; one of two; a row of buttons.
     assert {"your arm", "Which experiment.", "Hold pose", "paused", "Predict first", "avoidance first", "more plots"} <= found
     assert not found & (FORMULAS | NAMES)
+
+
+def test_lengths_of_a_replay_are_on_the_list() -> None:
+    assert [length for length in LENGTHS if not length[0].isdigit() and length not in messages()] == []
 
 
 def test_names_of_bodies_and_joints_are_on_the_list() -> None:

@@ -242,7 +242,7 @@ def test_a_cell_begins_a_new_run_after_the_end_of_the_one_before_and_what_is_not
     assert second is not first and second["dm"] == 0.1
     for lesson, step, said in (
         (99, 1, "no lesson 99; choose from 0 beliefs, 1 "),
-        (1, 99, "no step 99 in redundancy; give 1 to "),
+        (1, 99, "no step 99 in lesson 1; give 1 to "),
     ):
         with pytest.raises(BadSetting, match=said):
             duet.show(lesson=lesson, step=step, dm=0.2)

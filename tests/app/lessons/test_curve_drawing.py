@@ -98,7 +98,7 @@ def test_no_flat_line_is_nearer_than_the_one_of_the_check(truth: Curve, level: f
 def test_within_is_said_in_words_and_is_true() -> None:
     truth = (0.2,) * COLUMNS
     near, far = (judge_drawing(DRAWING, (0.2 + by,) * COLUMNS, truth, "en") for by in (0.0111, 0.0201))
-    assert near is not None and near.right and near.text == "Your curve is within 12 mm on average."
+    assert near is not None and near.right and near.text == "Your curve is off by 12 mm on average."
     assert far is not None and far.right is False and "21 mm" in far.text
     little = judge_drawing(DRAWING, (0.2,) * 20 + (None,) * 28, truth, "en")
     assert little is not None and little.right is None and "half of the axis" in little.text

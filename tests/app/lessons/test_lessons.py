@@ -221,6 +221,9 @@ def test_lesson_10_between_two_pairs_the_closest_pair_alone_loses_more_than_100_
         (0.424, 0, "424 mm"),
         (0.0, 1, "0.0 mm"),
         (-0.0546, 1, "−55 mm"),
+        (2e-9, 3, "< 0.001 mm"),
+        (1e-6, 3, "0.0010 mm"),
+        (-2e-9, 3, "0.0000 mm"),
     ],
 )
 def test_two_significant_digits_are_shown_and_no_whole_number_is_rounded(value: float, digits: int, text: str) -> None:

@@ -10,6 +10,7 @@ from playwright.sync_api import Page
 from app.i18n.speaking import set_language
 from app.lessons.bookmark import Phase
 from app.lessons.session.lesson_actions import Choose
+from app.page import STATIC
 from app.page.panels.contact_card import (
     contact_note,
     contact_numbers,
@@ -24,6 +25,8 @@ from app.session.clock import Pace
 from app.session.frame import Frame
 from app.session.session import Session
 from app.settings import Language
+from app.text.formula import formula
+from app.web.pages import PageAssets
 from tests.app.conftest import OpenHouse, ask
 from tests.app.page.by_hand import visit
 from tests.app.page.test_readout import played, settings
@@ -31,6 +34,13 @@ from tests.browser import PageAt, lasting, screenshot, until
 from tests.tools.lesson_walker import enter, shown_step
 
 PAUSED = Pace(True, 1.0, False)
+
+NUMBERS = """() => [...document.querySelectorAll('.duet-eq')].map((one) => [...one.querySelectorAll('.live')].map((number) => {
+  const box = number.getBBox(), kind = number.classList[0], middle = box.x + box.width / 2;
+  const symbols = [...one.querySelectorAll(`path.${kind}`)].map((path) => path.getBBox());
+  const near = symbols.find((symbol) => middle > symbol.x - 0.4 * box.width && middle < symbol.x + symbol.width + 0.4 * box.width);
+  return [number.textContent, !near ? 'elsewhere' : box.y < near.y ? 'over' : 'under'];
+}))"""
 
 TEXTS = """() => {
   const card = document.getElementById("duet-contact"), lines = 2.6 * parseFloat(getComputedStyle(card).fontSize) / 13;
@@ -290,6 +300,26 @@ def test_a_number_has_the_decimal_sign_of_the_language(house: OpenHouse, page_at
         draw(page, (words, note, micrometres))
         assert page.locator("#duet-contact .gap b").inner_text() == number
         assert page.evaluate(HIGHEST) > 20.0 if high else page.evaluate(HIGHEST) == 0.0
+
+
+def test_numbers_of_formulas_stand_by_their_own_symbols(page_at: PageAt) -> None:
+    page = page_at(600, 400)
+    values = {"v": "0.30", "u": "0.00", "d": "235 mm", "lam": "0.50"}
+    files = tuple(STATIC / f"{name}.js" for name in ("label_placement", "live_equations"))
+    script = PageAssets(files, constants={"symbols": values}).script_html()
+    drawn = {
+        # Beside ‖J_d‖ a number of the numerator would be that one's.
+        r"\|\Delta\dot q\| = \frac{v + u}{\|J_d\|}": [("0.30", "over"), ("0.00", "over")],
+        # The second one would stand by d₀.
+        r"\frac{\eta}{d^2}\left(\frac{1}{d} - \frac{1}{d_0}\right)": [("235 mm", "under")],
+        r"\frac{1}{\frac{v}{2}}": [],
+        r"(1 - \lambda)u + \lambda v": [("0.50", "under"), ("0.00", "over"), ("0.30", "under")],
+    }
+    formulas = "".join(f'<div class="duet-eq">{formula(tex, False)}</div>' for tex in drawn)
+    page.set_content(f"{script}{formulas}")
+    page.locator(".live", has_text="0.50").first.wait_for()
+    found = [sorted(tuple(number) for number in numbers) for numbers in page.evaluate(NUMBERS)]
+    assert found == [sorted(numbers) for numbers in drawn.values()]
 
 
 LAW = ("#duet-contact .curve", "#duet-contact text.lam", "#duet-contact text.rest", "#duet-contact .term", "#duet-contact .trend")

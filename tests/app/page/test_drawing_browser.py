@@ -79,10 +79,10 @@ def test_by_mouse_finger_and_keys_and_the_truth_over_it(house: OpenHouse, page_a
     page.locator(".duet-draw").wait_for(state="detached")
     page.get_by_role("button", name="Skip the run").click()
     verdict = page.locator(".duet-l-verdict")
-    verdict.get_by_text("Your curve is within 0.", exact=False).wait_for()
+    verdict.get_by_text("Your curve is off by 0.", exact=False).wait_for()
     assert verdict.get_by_text("by the formula").count() == 1 and verdict.locator("path.lam").count() >= 1
     said = page.locator("#duet-say")
-    until(page, lambda: "Your curve is within" in (said.text_content() or ""), "read out")
+    until(page, lambda: "Your curve is off by" in (said.text_content() or ""), "read out")
     assert "250" not in (said.text_content() or "").split(), "the numbers of the axes are not read out"
     page.locator(".duet-chart").wait_for()
     screenshot(page, "drawing-verdict")
@@ -129,7 +129,7 @@ def test_a_class_draws_a_cloud(house: OpenHouse, page_at: PageAt) -> None:
     for page in (teacher, ann):
         page.locator(".duet-poll").get_by_text("by the formula").first.wait_for()
         screenshot(page, f"drawing-class-{'teacher' if page is teacher else 'student'}")
-    ann.locator(".duet-lesson:not(.duet-l-verdict) > .card").get_by_text("Your curve is within 0.").wait_for()
+    ann.locator(".duet-lesson:not(.duet-l-verdict) > .card").get_by_text("Your curve is off by 0.").wait_for()
     # Between two panels there is room for one plot, whose curves have their names on one line each.
     captions = teacher.locator("[data-duet-holds~=plots] [data-duet-holds~=caption]:visible")
     for width, shown in ((1000, ["distance", "Fig. 2: "]), (900, ["Fig. 2: "])):

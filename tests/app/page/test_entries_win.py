@@ -107,6 +107,12 @@ def test_a_setting_that_the_server_changes_meanwhile(house: OpenHouse, page_at: 
     assert d_m.input_value() == "250"
     ask(session, lambda s: s.change("dm", 0.15))
     until(page, lambda: d_m.input_value() == "150", "a later value of the same control")
+    # A box that is left empty shows what is in force.
+    for emptied, value in ((n, "4"), (d_m, "150")):
+        emptied.fill("")
+        emptied.press("Tab")
+        until(page, lambda emptied=emptied, value=value: emptied.input_value() == value, "the number again")
+    assert session.settings.run.law.order == 4.0 and session.settings.run.law.critical_distance == pytest.approx(0.15)
 
 
 def test_a_joint_of_an_arm_that_moves_and_its_box_with_the_caret(house: OpenHouse, page_at: PageAt, line: SlowLine) -> None:

@@ -3,6 +3,7 @@
 import math
 import re
 from dataclasses import replace
+from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
@@ -305,6 +306,10 @@ def test_the_ends_of_laps_stand_apart_as_far_as_the_circle_fails_to_close(joints
     assert drift is not None
     html = laps_html(simulation, None, joints, 150)
     assert f"lap 1: {drift * (180.0 / math.pi if joints else 1000.0):.2f} {'°' if joints else 'mm'}" in html
+    for numbers in re.findall(r'<div class="xs">(.*?)</div>', html):
+        ticks = re.findall(r'left:([\d.]+)%">(.*?)</i>', numbers)
+        apart = 0.9 * min(float(right) - float(left) for (left, _), (right, _) in pairwise(ticks))
+        assert apart > 6.5 * max(len(text) for _, text in ticks), ticks
     (begin, end) = marks(html, "digit d")
     assert begin == (0.5, 0.5) and math.hypot(end[0] - 0.5, end[1] - 0.5) > 0.2, "magnified"
     assert laps_html(Simulation(RunSettings(scene="solo", path="circle")), None, joints, 150) == ""
