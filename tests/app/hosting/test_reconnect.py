@@ -94,9 +94,11 @@ def test_a_disk_that_cannot_be_written_is_said_once_and_the_session_goes_on(
     visitor = join(opened, f"resume={WORD}")
     visitor.wait_for(lambda _: live_sessions(opened), 60.0)
     (session,) = live_sessions(opened).values()
-    # Every further connection has its own limit: there is room again when the file is tried again.
-    store._file._file.connection.execute("PRAGMA max_page_count = 1")
+    file = store._file._file
+    file.connection.execute("PRAGMA max_page_count = 1")
     visitor.wait_for(lambda v: any("disk" in note for note in notes(v)), 60.0)
+    assert store._file._file is file, "it is still read"
+    file.connection.execute("PRAGMA max_page_count = 1000000")
     steps = session.simulation.steps
     visitor.wait_for(lambda _: not store.state.problem and session.simulation.steps > steps + 100, 60.0)
     assert len([note for note in notes(visitor) if "disk" in note]) == 1
