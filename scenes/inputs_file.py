@@ -159,6 +159,12 @@ def recorded_from(data: bytes, name: str) -> Recorded:
         raise BadInputFile("{name}: {reason}", name=name, reason=str(error)) from None
     except _Damage as damage:
         raise BadInputFile("{name}: {reason}.", name=name, reason=damage.args[0]) from None
+    except KeyError as missing:
+        raise BadInputFile(
+            "{name}: is not a file of recorded inputs, or its part {part} is missing.",
+            name=name,
+            part=f"{missing.args[0]!s:.80}",
+        ) from missing
     except Exception as error:
         # On a damaged archive zipfile and numpy raise nearly every kind there is.
         raise BadInputFile("{name}: is not a file of recorded inputs, or is damaged.", name=name) from error

@@ -254,7 +254,7 @@ BAD: list[tuple[dict[str, Any], str]] = [
     *((edited("positions", 0, position), "impossible posture") for position in (np.nan, 100.0)),
     (edited("velocities", 0, 1e9), "impossible posture"), ({"positions": np.zeros(3)}, "other arms"),
     ({"memory_0_0": np.zeros(99)}, "another experiment"), ({"memory_1_0": np.full(3, np.nan)}, "impossible number"),
-    ({"memory_1_0": None}, "damaged"),
+    ({"memory_1_0": None}, "part memory_1_0 is missing"),
 ]  # fmt: skip
 
 
