@@ -15,7 +15,7 @@ SECONDS: Final = 10.0
 FAIR: Final = 2.0
 """How long a visitor is watched [s], and how long while another one disturbs the server."""
 LONGEST: Final = 3600.0
-"""How long it may be [s]."""
+"""The longest measurement [s]."""
 
 
 @dataclass(frozen=True)

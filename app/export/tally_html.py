@@ -28,7 +28,7 @@ def cloud_html(drawing: Drawing | None, rounds: Sequence[tuple[int, Tally]], tru
 
 
 def drawn_too(tally: Tally) -> str:
-    """Return how many have chosen an answer and how many have drawn, to follow how many have done either; "" where nobody has drawn."""
+    """Return how many have chosen an answer and how many have drawn, to follow how many have done either; "" where there is no drawing."""
     return f" ({tr('{chosen} chose, {drawn} drew', chosen=tally.answered, drawn=len(tally.curves))})" if tally.curves else ""
 
 
