@@ -23,7 +23,7 @@ def setting(evidence: Evidence, key: str) -> Value:
     return float(spec.choices.index(value)) if spec.choices else float(value)
 
 
-@quantity("λ now", "", "", 2, live=True)
+@quantity("λ", "", "", 2, live=True)
 def activation_now(evidence: Evidence) -> Value:
     """Return λ in the newest step."""
     return float(evidence.column("lambda")[-1])
@@ -55,13 +55,13 @@ def activation_formula(evidence: Evidence, ratio: float) -> Value:
     return activation(ratio * law.critical_distance, law.critical_distance, law.order)
 
 
-@quantity("u now", "m/s", "m/s", 2, live=True)
+@quantity("u", "m/s", "m/s", 2, live=True)
 def pull_now(evidence: Evidence) -> Value:
     """Return u in the newest step, how fast the task pulls towards the obstacle [m/s]."""
     return float(evidence.column("u")[-1])
 
 
-@quantity("d* now", "m", "mm", 0, live=True, obstacle=True)
+@quantity("d*", "m", "mm", 0, live=True, obstacle=True)
 def rest_now(evidence: Evidence) -> Value:
     """Return d* = d_m [(u + v)/(u + w)]^(1/n) for u and w of the newest step [m]; None under a law without this rest."""
     law = evidence.settings.law

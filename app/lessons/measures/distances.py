@@ -8,7 +8,7 @@ from controllers import budget
 from controllers.kinematics import Array
 
 
-@quantity("distance now", "m", "mm", 0, live=True, obstacle=True)
+@quantity("distance", "m", "mm", 0, live=True, obstacle=True)
 def distance_now(evidence: Evidence) -> Value:
     """Return d in the newest step [m]."""
     return float(evidence.column("d")[-1])
@@ -67,7 +67,7 @@ def largest_approach(evidence: Evidence, within: float = 10.0) -> Value:
     return float(evidence.column("w")[near].max()) if near.any() else None
 
 
-@quantity("approach of the obstacle now", "m/s", "m/s", 2, live=True, obstacle=True)
+@quantity("approach of the obstacle", "m/s", "m/s", 2, live=True, obstacle=True)
 def approach_now(evidence: Evidence) -> Value:
     """Return w in the newest step [m/s]."""
     return float(evidence.column("w")[-1])
@@ -114,7 +114,7 @@ def joint_errors(evidence: Evidence) -> Array | None:
     return np.linalg.norm(evidence.desired - evidence.positions[:, evidence.arm.joints], axis=1)
 
 
-@quantity("joint error now", "rad", "deg", 1, live=True)
+@quantity("joint error", "rad", "deg", 1, live=True)
 def joint_error_now(evidence: Evidence) -> Value:
     """Return |q_d − q| in the newest step [rad]."""
     errors = joint_errors(evidence)

@@ -27,7 +27,7 @@ def null_dimension(evidence: Evidence) -> Value:
     return float(np.trace(null_space_projector(J)))
 
 
-@quantity("hand error now", "m", "mm", 1, live=True)
+@quantity("hand error", "m", "mm", 1, live=True)
 def hand_error_now(evidence: Evidence) -> Value:
     """Return |e| of the hand in the newest step [m]."""
     errors = hand_errors(evidence)

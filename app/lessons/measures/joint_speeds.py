@@ -7,7 +7,7 @@ from app.lessons.measures.quantity import Row, Value, quantity
 from controllers.kinematics import Array
 
 
-@quantity("|J_d| now", "m/rad", "m/rad", 3, live=True, obstacle=True)
+@quantity("|J_d|", "m/rad", "m/rad", 3, live=True, obstacle=True)
 def lever_now(evidence: Evidence) -> Value:
     """Return |J_d| in the newest step [m/rad]."""
     return float(np.linalg.norm(evidence.lever(evidence.rows - 1)))

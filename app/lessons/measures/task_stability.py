@@ -25,7 +25,7 @@ def _now(evidence: Evidence) -> Analysis:
     return analysed(evidence, evidence.rows - 1)
 
 
-@quantity("smallest eigenvalue of sym M now", "1/s", "1/s", 2, live=True, obstacle=True)
+@quantity("smallest eigenvalue of sym M", "1/s", "1/s", 2, live=True, obstacle=True)
 def eigenvalue_now(evidence: Evidence) -> Value:
     """Return the smallest eigenvalue of (M + Mᵀ)/2 in the newest step [1/s]: the paper's condition asks for more than 0."""
     return _now(evidence).smallest_eigenvalue
