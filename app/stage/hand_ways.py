@@ -50,7 +50,7 @@ class PathLine(StagePart):
         way = frame.simulation.way
         self._line.points = np.stack([way[:-1], way[1:]], axis=1).astype(np.float32)
         for label, point, side in zip(self._labels, way[[0, -1]], (-1.0, 1.0), strict=False):
-            label.position = point + np.array([0.0, 0.03 * side, 0.0])
+            label.position = point + np.array([0.0, 0.07 * side, 0.0])
 
 
 STAY: Final = (60, 0.08)
