@@ -107,30 +107,25 @@ def dead_time_number(evidence: Evidence, time: float, dead: float) -> Value:
     return dead / budget.settling_time(law.critical_distance, law.order, v, u, w)
 
 
-def joint_errors(evidence: Evidence) -> Array | None:
-    """Return |q_d − q| of the arm with the shown task (rows,) [rad]; None if it follows no joints."""
-    if np.isnan(evidence.desired[-1]).any():
-        return None
+def joint_errors(evidence: Evidence) -> Array:
+    """Return |q_d − q| of the arm with the shown task (rows,) [rad]; nan, which does not tell, if it follows no joints."""
     return np.linalg.norm(evidence.desired - evidence.positions[:, evidence.arm.joints], axis=1)
 
 
 @quantity("joint error now", "rad", "deg", 1, live=True)
 def joint_error_now(evidence: Evidence) -> Value:
     """Return |q_d − q| in the newest step [rad]."""
-    errors = joint_errors(evidence)
-    return None if errors is None else float(errors[-1])
+    return float(joint_errors(evidence)[-1])
 
 
 def _farthest_off(evidence: Evidence) -> Row:
-    errors = joint_errors(evidence)
-    return None if errors is None else int(errors.argmax())
+    return int(joint_errors(evidence).argmax())
 
 
 @quantity("largest joint error", "rad", "deg", 1, row=_farthest_off)
 def largest_joint_error(evidence: Evidence) -> Value:
     """Return the largest |q_d − q| of the run [rad]."""
-    errors = joint_errors(evidence)
-    return None if errors is None else float(errors.max())
+    return float(joint_errors(evidence).max())
 
 
 def _first_within(evidence: Evidence, distance: float) -> Row:
@@ -142,17 +137,17 @@ def _first_within(evidence: Evidence, distance: float) -> Row:
 @quantity("joint error when d fell to {distance}", "rad", "deg", 1, obstacle=True, row=_first_within)
 def joint_error_met(evidence: Evidence, distance: float) -> Value:
     """Return |q_d − q| when d first fell to a distance [rad]."""
-    errors, row = joint_errors(evidence), _first_within(evidence, distance)
-    return None if errors is None or row is None else float(errors[row])
+    row = _first_within(evidence, distance)
+    return None if row is None else float(joint_errors(evidence)[row])
 
 
 def _farthest_off_beyond(evidence: Evidence, distance: float) -> Row:
-    errors, beyond = joint_errors(evidence), evidence.column("d") > distance
-    return None if errors is None or not beyond.any() else int(np.where(beyond, errors, -np.inf).argmax())
+    beyond = evidence.column("d") > distance
+    return int(np.where(beyond, joint_errors(evidence), -np.inf).argmax()) if beyond.any() else None
 
 
 @quantity("largest joint error while d was more than {distance}", "rad", "deg", 1, obstacle=True, row=_farthest_off_beyond)
 def joint_error_beyond(evidence: Evidence, distance: float) -> Value:
     """Return the largest |q_d − q| while d was more than a distance [rad]."""
-    errors, row = joint_errors(evidence), _farthest_off_beyond(evidence, distance)
-    return None if errors is None or row is None else float(errors[row])
+    row = _farthest_off_beyond(evidence, distance)
+    return None if row is None else float(joint_errors(evidence)[row])

@@ -11,10 +11,10 @@ from controllers.tasks import TASK_DIMENSION
 from scenes.solo import LAP, circle
 
 
-def hand_errors(evidence: Evidence) -> Array | None:
-    """Return |e| of the hand (rows,) [m]; None if the task is about joints."""
+def hand_errors(evidence: Evidence) -> Array:
+    """Return |e| of the hand (rows,) [m]; nan, which does not tell, if the task is about joints."""
     if evidence.settings.experiment.error_unit != "m²":
-        return None
+        return np.full(evidence.rows, np.nan)
     return np.sqrt(evidence.column("e2"))
 
 
@@ -30,36 +30,31 @@ def null_dimension(evidence: Evidence) -> Value:
 @quantity("hand error now", "m", "mm", 1, live=True)
 def hand_error_now(evidence: Evidence) -> Value:
     """Return |e| of the hand in the newest step [m]."""
-    errors = hand_errors(evidence)
-    return None if errors is None else float(errors[-1])
+    return float(hand_errors(evidence)[-1])
 
 
 def _farthest_off(evidence: Evidence, since: float = 0.0) -> Row:
-    errors = hand_errors(evidence)
-    return None if errors is None else int(np.where(evidence.times >= since - 1e-9, errors, -np.inf).argmax())
+    return int(np.where(evidence.times >= since - 1e-9, hand_errors(evidence), -np.inf).argmax())
 
 
 @quantity("largest hand error", "m", "mm", 2, row=_farthest_off)
 def largest_hand_error(evidence: Evidence, since: float = 0.0) -> Value:
     """Return the largest |e| of the hand from a time on [m]."""
-    errors = hand_errors(evidence)
-    if errors is None or not (counted := evidence.times >= since - 1e-9).any():
-        return None
-    return float(errors[counted].max())
+    counted = evidence.times >= since - 1e-9
+    return float(hand_errors(evidence)[counted].max()) if counted.any() else None
 
 
 @quantity("mean hand error", "m", "mm", 1)
 def mean_hand_error(evidence: Evidence) -> Value:
     """Return the mean |e| of the hand [m]."""
-    errors = hand_errors(evidence)
-    return None if errors is None else float(errors.mean())
+    return float(hand_errors(evidence).mean())
 
 
 @quantity("hand error at {time}", "m", "mm", 1, row=lambda evidence, time: evidence.row_at(time))
 def hand_error_at(evidence: Evidence, time: float) -> Value:
     """Return |e| of the hand at a time [m]."""
-    errors, row = hand_errors(evidence), evidence.row_at(time)
-    return None if errors is None or row is None else float(errors[row])
+    row = evidence.row_at(time)
+    return None if row is None else float(hand_errors(evidence)[row])
 
 
 def _elbow_farthest(evidence: Evidence) -> Row:
@@ -124,15 +119,15 @@ def joint_drift_per_lap(evidence: Evidence) -> Value:
 
 
 def _farthest_off_in_lap(evidence: Evidence) -> Row:
-    lap, errors = _last_lap(evidence), hand_errors(evidence)
-    return None if lap is None or errors is None else lap[0] + int(errors[lap[0] : lap[1] + 1].argmax())
+    lap = _last_lap(evidence)
+    return None if lap is None else lap[0] + int(hand_errors(evidence)[lap[0] : lap[1] + 1].argmax())
 
 
 @quantity("largest hand error of the last lap", "m", "mm", 3, row=_farthest_off_in_lap)
 def lap_error(evidence: Evidence) -> Value:
     """Return the largest |e| of the hand in the last whole lap of the circle [m]."""
-    errors, row = hand_errors(evidence), _farthest_off_in_lap(evidence)
-    return None if errors is None or row is None else float(errors[row])
+    row = _farthest_off_in_lap(evidence)
+    return None if row is None else float(hand_errors(evidence)[row])
 
 
 @quantity("K dt", "", "", 2, live=True, settings=True)
