@@ -5,7 +5,7 @@ from math import inf
 import numpy as np
 
 from app.lessons.evidence import Evidence
-from app.lessons.measures.quantity import Row, Value, quantity
+from app.lessons.measures.quantity import At, Found, Row, Value, at, quantity
 from controllers import budget
 from controllers.activation import activation
 from scenes.settings import LawSettings, specs, values
@@ -36,16 +36,15 @@ def _before_crossing(evidence: Evidence, ratio: float) -> Row:
     return int(crossed[0]) if len(crossed) else None
 
 
-@quantity("λ met at d = {ratio} dₘ", "", "", 3, obstacle=True, row=_before_crossing)
-def activation_met(evidence: Evidence, ratio: float) -> Value:
+@quantity("λ met at d = {ratio} dₘ", "", "", 3, obstacle=True)
+def activation_met(evidence: Evidence, ratio: float) -> Found:
     """Return λ where d first was `ratio` times d_m, straight between two steps."""
     d, lam, k = evidence.column("law_d"), evidence.column("lambda"), _before_crossing(evidence, ratio)
     if k is None:
         return None
-    at = ratio * evidence.settings.law.critical_distance
-    way = float(d[k + 1] - d[k])
-    part = (at - float(d[k])) / way if way else 0.0
-    return float(lam[k]) + part * float(lam[k + 1] - lam[k])
+    met, way = ratio * evidence.settings.law.critical_distance, float(d[k + 1] - d[k])
+    part = (met - float(d[k])) / way if way else 0.0
+    return At(float(lam[k]) + part * float(lam[k + 1] - lam[k]), k)
 
 
 @quantity("(dₘ/d)ⁿ at d = {ratio} dₘ", "", "", 3, settings=True)
@@ -121,17 +120,16 @@ def _fall(evidence: Evidence) -> Row:
     return int(below[np.diff(d)[below].argmin()])
 
 
-@quantity("loss of distance below dₘ", "m/s", "m/s", 3, obstacle=True, row=_fall)
-def loss_rate(evidence: Evidence) -> Value:
+@quantity("loss of distance below dₘ", "m/s", "m/s", 3, obstacle=True)
+def loss_rate(evidence: Evidence) -> Found:
     """Return the fastest fall of d below d_m [m/s]."""
-    row, d = _fall(evidence), evidence.column("law_d")
-    return None if row is None else float(d[row] - d[row + 1]) / evidence.settings.dt
+    return at(-np.diff(evidence.column("law_d")) / evidence.settings.dt, _fall(evidence))
 
 
-@quantity("w − v at that moment", "m/s", "m/s", 3, obstacle=True, row=_fall)
-def loss_formula(evidence: Evidence) -> Value:
+@quantity("w − v at that moment", "m/s", "m/s", 3, obstacle=True)
+def loss_formula(evidence: Evidence) -> Found:
     """Return w − v in the step in which d fell fastest below d_m, where λ = 1 [m/s]."""
     row = _fall(evidence)
     if row is None:
         return None
-    return budget.distance_loss_rate(evidence.settings.law.nominal_velocity, float(evidence.column("w_law")[row]))
+    return At(budget.distance_loss_rate(evidence.settings.law.nominal_velocity, float(evidence.column("w_law")[row])), row)

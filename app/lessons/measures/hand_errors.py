@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 
 from app.lessons.evidence import Evidence
-from app.lessons.measures.quantity import Row, Value, quantity
+from app.lessons.measures.quantity import At, Found, Value, at, quantity
 from app.lessons.room_places import mark_places
 from controllers.kinematics import Array, null_space_projector
 from controllers.tasks import TASK_DIMENSION
@@ -33,15 +33,11 @@ def hand_error_now(evidence: Evidence) -> Value:
     return float(hand_errors(evidence)[-1])
 
 
-def _farthest_off(evidence: Evidence, since: float = 0.0) -> Row:
-    return int(np.where(evidence.times >= since - 1e-9, hand_errors(evidence), -np.inf).argmax())
-
-
-@quantity("largest hand error", "m", "mm", 2, row=_farthest_off)
-def largest_hand_error(evidence: Evidence, since: float = 0.0) -> Value:
+@quantity("largest hand error", "m", "mm", 2)
+def largest_hand_error(evidence: Evidence, since: float = 0.0) -> Found:
     """Return the largest |e| of the hand from a time on [m]."""
-    counted = evidence.times >= since - 1e-9
-    return float(hand_errors(evidence)[counted].max()) if counted.any() else None
+    errors, counted = hand_errors(evidence), evidence.times >= since - 1e-9
+    return at(errors, int(np.where(counted, errors, -np.inf).argmax())) if counted.any() else None
 
 
 @quantity("mean hand error", "m", "mm", 1)
@@ -50,24 +46,18 @@ def mean_hand_error(evidence: Evidence) -> Value:
     return float(hand_errors(evidence).mean())
 
 
-@quantity("hand error at {time}", "m", "mm", 1, row=lambda evidence, time: evidence.row_at(time))
-def hand_error_at(evidence: Evidence, time: float) -> Value:
+@quantity("hand error at {time}", "m", "mm", 1)
+def hand_error_at(evidence: Evidence, time: float) -> Found:
     """Return |e| of the hand at a time [m]."""
-    row = evidence.row_at(time)
-    return None if row is None else float(hand_errors(evidence)[row])
+    return at(hand_errors(evidence), evidence.row_at(time))
 
 
-def _elbow_farthest(evidence: Evidence) -> Row:
-    """Return the row in which the elbow is farthest from where it began."""
+@quantity("way between the elbow's farthest places", "m", "mm", 0)
+def elbow_travel(evidence: Evidence) -> Found:
+    """Return the largest distance between two places where the elbow was [m]; it stands where the elbow is farthest from its first one."""
     places = evidence.along(evidence.elbow)
-    return evidence.sampled_rows()[int(((places - places[0]) ** 2).sum(axis=1).argmax())]
-
-
-@quantity("way between the elbow's farthest places", "m", "mm", 0, row=_elbow_farthest)
-def elbow_travel(evidence: Evidence) -> Value:
-    """Return the largest distance between two places where the elbow was [m]."""
-    places = evidence.along(evidence.elbow)
-    return max(float(np.sqrt(((places - place) ** 2).sum(axis=1).max())) for place in places)
+    farthest = evidence.sampled_rows()[int(((places - places[0]) ** 2).sum(axis=1).argmax())]
+    return At(max(float(np.sqrt(((places - place) ** 2).sum(axis=1).max())) for place in places), farthest)
 
 
 @quantity("largest turn of the hand", "rad", "deg", 0)
@@ -118,16 +108,11 @@ def joint_drift_per_lap(evidence: Evidence) -> Value:
     return float(np.linalg.norm(end - begin))
 
 
-def _farthest_off_in_lap(evidence: Evidence) -> Row:
-    lap = _last_lap(evidence)
-    return None if lap is None else lap[0] + int(hand_errors(evidence)[lap[0] : lap[1] + 1].argmax())
-
-
-@quantity("largest hand error of the last lap", "m", "mm", 3, row=_farthest_off_in_lap)
-def lap_error(evidence: Evidence) -> Value:
+@quantity("largest hand error of the last lap", "m", "mm", 3)
+def lap_error(evidence: Evidence) -> Found:
     """Return the largest |e| of the hand in the last whole lap of the circle [m]."""
-    row = _farthest_off_in_lap(evidence)
-    return None if row is None else float(hand_errors(evidence)[row])
+    lap, errors = _last_lap(evidence), hand_errors(evidence)
+    return None if lap is None else at(errors, lap[0] + int(errors[lap[0] : lap[1] + 1].argmax()))
 
 
 @quantity("K dt", "", "", 2, live=True, settings=True)

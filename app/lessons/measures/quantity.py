@@ -5,16 +5,33 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import wraps
-from typing import Any, Final, Literal, get_args, get_origin, get_type_hints
+from typing import Any, Final, Literal, NamedTuple, get_args, get_origin, get_type_hints
 
 from app.lessons.evidence import Evidence
 from controllers.errors import BadSetting, NumberText
+from controllers.kinematics import Array
 
 Value = float | None
 """None: this run does not tell, or not yet."""
 
 Row = int | None
-"""Of `Evidence.table`; None: this run does not tell, or not at one moment."""
+"""Of `Evidence.table`; None: this run does not tell."""
+
+
+class At(NamedTuple):
+    """A value, and the row of `Evidence.table` in which it stands."""
+
+    value: float
+    row: int
+
+
+def at(values: Array, row: Row) -> At | None:
+    """Return the one of values (rows,) that stands in a row."""
+    return None if row is None else At(float(values[row]), row)
+
+
+Found = At | Value
+"""What a function that measures returns: a value alone is no single moment's, and nan is as good as None."""
 
 UNITS: Final[dict[tuple[str, str], tuple[float, str]]] = {
     ("", ""): (1.0, ""),
@@ -46,8 +63,7 @@ class Quantity:
         shown: the usual unit for reading.
         digits: after the point, in that unit.
         live: whether it looks at the newest step only, so that it can be shown all the time.
-        function: (evidence, **parameters) → value.
-        row: likewise → the row in which it stands; None for what is no single moment's.
+        function: (evidence, **parameters) → what was found.
     """
 
     label: str
@@ -55,8 +71,7 @@ class Quantity:
     shown: str
     digits: int
     live: bool
-    function: Callable[..., Value]
-    row: Callable[..., Row] | None = None
+    function: Callable[..., Found]
 
     @property
     def parameters(self) -> dict[str, inspect.Parameter]:
@@ -80,23 +95,22 @@ def quantity(
     live: bool = False,
     obstacle: bool = False,
     settings: bool = False,
-    row: Callable[..., Row] | None = None,
-) -> Callable[[Callable[..., Value]], Callable[..., Value]]:
+) -> Callable[[Callable[..., Found]], Callable[..., Found]]:
     """Make a function of `Evidence` known as something that can be measured.
 
     Args:
-        label, unit, shown, digits, live, row: see `Quantity`.
+        label, unit, shown, digits, live: see `Quantity`.
         obstacle: whether a run tells it only if there is something to keep clear of.
         settings: whether the settings alone tell it, even before the first step.
     """
 
-    def note(measured: Callable[..., Value]) -> Callable[..., Value]:
+    def note(measured: Callable[..., Found]) -> Callable[..., Found]:
         @wraps(measured)
-        def function(evidence: Evidence, *given: Any, **parameters: Any) -> Value:
+        def function(evidence: Evidence, **parameters: Any) -> Found:
             told = settings or (evidence.has_obstacle if obstacle else evidence.rows > 0)
-            return measured(evidence, *given, **parameters) if told else None
+            return measured(evidence, **parameters) if told else None
 
-        QUANTITIES[function.__name__] = Quantity(label, unit, shown, digits, live, function, row)
+        QUANTITIES[function.__name__] = Quantity(label, unit, shown, digits, live, function)
         return function
 
     return note
@@ -141,16 +155,17 @@ def _read(what: str, kind: Any, value: object) -> Any:
 
 def measure(evidence: Evidence, name: str, parameters: tuple[tuple[str, Any], ...] = ()) -> Value:
     """Return a measurement of a run; None if the run does not tell."""
-    value = QUANTITIES[name].function(evidence, **dict(parameters))
+    found = QUANTITIES[name].function(evidence, **dict(parameters))
+    value = found.value if isinstance(found, At) else found
     return None if value is None or math.isnan(value) else float(value)
 
 
 def moment(evidence: Evidence, name: str, parameters: tuple[tuple[str, Any], ...] = ()) -> float | None:
     """Return when a measurement stands as it does: the time after that step [s]; None if it is no single moment's, or not told."""
-    row = QUANTITIES[name].row
-    if row is None or measure(evidence, name, parameters) is None or (found := row(evidence, **dict(parameters))) is None:
+    found = QUANTITIES[name].function(evidence, **dict(parameters))
+    if not isinstance(found, At) or math.isnan(found.value):
         return None
-    return float(evidence.times[found]) + evidence.settings.dt
+    return float(evidence.times[found.row]) + evidence.settings.dt
 
 
 def shown_value(value: Value, name: str, unit: str, digits: int) -> str:
