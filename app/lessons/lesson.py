@@ -20,6 +20,7 @@ LessonCamera = Literal["room", "hand", "elbow", "between", "top"]
 AT_ONCE: Final = ("curve", "laws", "stability")
 """Plots that say what a law does before anything has run."""
 
+MOST_CHOICES: Final = 6
 MOST_PLOTS: Final = 3
 MOST_NUMBERS: Final = 3
 MOST_CONTROLS: Final = 3
@@ -66,16 +67,12 @@ class Measurement:
         said = shown_value(value, self.name, self.unit, significant_digits(value, self.name, self.unit, self.digits))
         if value is None or value <= 0.0 or not self.digits or re.search("[1-9∞]", said.split()[0]):
             return said
-        return NumberText("< " + shown_value(self.in_si(10.0**-self.digits), self.name, self.unit, self.digits))
+        return NumberText("< " + shown_value(10.0**-self.digits / self.shown_in[0], self.name, self.unit, self.digits))
 
     @property
-    def unit_sign(self) -> str:
-        """The unit in which it is shown, as a person reads it."""
-        return UNITS[QUANTITIES[self.name].unit, self.unit][1]
-
-    def in_si(self, number: float) -> float:
-        """Return a number that was said in the unit in which the measurement is shown, in SI units."""
-        return number / UNITS[QUANTITIES[self.name].unit, self.unit][0]
+    def shown_in(self) -> tuple[float, str]:
+        """The factor from SI to the unit in which it is shown, and that unit as a person reads it."""
+        return UNITS[QUANTITIES[self.name].unit, self.unit]
 
 
 @dataclass(frozen=True)

@@ -213,7 +213,7 @@ class LessonSession:
 
     def _act(self, action: lesson_actions.LessonAction) -> None:
         walk, session = self.walk, self._session
-        if isinstance(action, lesson_actions.GoOn | lesson_actions.Check) and not self._runner.further.ready:
+        if isinstance(action, lesson_actions.GoOn | lesson_actions.Check) and not self._runner.further.done():
             self._waiting = action
             return
         shown_beside = walk.showing and "teacher" not in session.halt
@@ -351,7 +351,7 @@ class LessonSession:
             self._taken = simulation.time
         if self._runner.advance_law_tests(walk):
             self.version += 1
-        if self._waiting is not None and self._runner.further.ready:
+        if self._waiting is not None and self._runner.further.done():
             self.act(self._waiting)
             return
         if walk.run_id == self._measured or simulation.steps == 0 or not walk.finished(simulation) or self._push_goes_on():
@@ -363,7 +363,7 @@ class LessonSession:
             self._measured = walk.run_id
             self._show_moment()
             return
-        if not self._runner.further.ready:
+        if not self._runner.further.done():
             return
         self._measured = walk.run_id
         if walk.phase is not Phase.CHALLENGE or walk.showing:

@@ -57,7 +57,7 @@ class Forecasts:
         for i, box in enumerate(self._boxes):
             box.visible = challenge is not None and i < len(view.forecasts)
             if challenge is not None and box.visible:
-                unit = challenge.forecasts[i].measurement.unit_sign
+                _, unit = challenge.forecasts[i].measurement.shown_in
                 box.label = view.forecasts[i]
                 box.hint = tr("Your number, in {unit}.", unit=unit) if unit else tr("Your number.")
 

@@ -233,7 +233,7 @@ def test_two_significant_digits_are_shown_and_no_whole_number_is_rounded(value: 
 def test_what_counts_ways_or_ranks_stays_a_whole_number() -> None:
     assert Measurement("x", "null_dimension", (), "", 0).text(4.0) == "4"
     angle = Measurement("x", "joint_drift_per_lap", (), "deg", 1)
-    assert angle.unit_sign == "°" and angle.in_si(180.0) == pytest.approx(math.pi) and angle.text(math.pi).endswith("°")
+    assert angle.shown_in == (pytest.approx(180.0 / math.pi), "°") and angle.text(math.pi).endswith("°")
 
 
 def test_a_series_is_a_table_in_the_order_of_what_differs() -> None:
