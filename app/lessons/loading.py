@@ -12,6 +12,7 @@ from typing import Final, NamedTuple
 from app.lessons import FOLDER
 from app.lessons.lesson import NO_LESSONS, Lesson, LessonBook, LessonProblem, Step
 from app.lessons.markdown import Chapter, Fault, FaultLog, Sheet, read_items, read_sheet
+from app.lessons.setups import usual_setup
 from app.lessons.steps import LEFT_DOLLAR, Common, check_head, head_texts, read_lesson, read_step, step_texts
 from app.settings import TRANSLATIONS, Language
 from app.text.lesson_text import left_dollar
@@ -168,7 +169,7 @@ def _read(path: Path, number: int, id: str) -> Lesson:
     sheet, log = read_sheet(read_text(path)), FaultLog()
     common, head = log.take(lambda: read_lesson(sheet, path.parent), None), sheet.head
     # Steps build on the settings of the head.
-    base = common or Common(path.parent, (), "", 0)
+    base = common or Common(usual_setup(path.parent))
     steps: list[Step] = []
     for place, part in enumerate(sheet.steps if common is not None or not head.blocks else (), 1):
         step = log.take(partial(read_step, part, base), None)
