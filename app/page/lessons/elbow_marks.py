@@ -47,7 +47,10 @@ class Marks:
         drawn = None if step is None else (step, id(frame.live.simulation.room), page.theme, page.profile)
         if drawn != self._drawn:
             self._drawn = drawn
-            self._clear()
+            for ball, label in self._nodes:
+                ball.remove()
+                label.remove()
+            self._nodes.clear()
             if step is not None:
                 self._draw(frame.live.simulation)
         if step is None or frame.now < self._next:
@@ -77,12 +80,6 @@ class Marks:
         ball.color = rgb(PALETTES[theme].velocity if touched else PALETTES[theme].ink)
         angle = shown_parameter("angle", self._run.walk.step.marks[index])
         label.text = f"✓ {angle}" if touched else angle
-
-    def _clear(self) -> None:
-        for ball, label in self._nodes:
-            ball.remove()
-            label.remove()
-        self._nodes.clear()
 
 
 def reaches(step: Step) -> tuple[float, ...]:
