@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final, Literal
 
 from app.lessons.curve_drawing import Drawing
-from app.lessons.measures.quantity import QUANTITIES, UNITS, Value, shown_value, significant_digits
+from app.lessons.measures.quantity import UNITS, Value, shown_value, significant_digits
 from app.lessons.question import Question
 from app.lessons.room_places import Start
 from app.lessons.runs import Pairs, Setup
@@ -21,11 +21,7 @@ AT_ONCE: Final = ("curve", "laws", "stability")
 """Plots that say what a law does before anything has run."""
 
 MOST_CHOICES: Final = 6
-MOST_PLOTS: Final = 3
-MOST_NUMBERS: Final = 3
-MOST_CONTROLS: Final = 3
 MOST_FORECASTS: Final = 4
-HINTS: Final = 3
 
 
 @dataclass(frozen=True)
@@ -48,7 +44,7 @@ class Measurement:
         id: by which a text names it.
         name: of the function, see `measures`.
         parameters: of the function.
-        unit: in which it is shown.
+        unit: in which it is shown, see `UNITS`.
         digits: after the point.
         compare: further runs in which the same is measured.
         text_only: whether only a text names it, and it does not stand among what was measured.
@@ -64,15 +60,10 @@ class Measurement:
 
     def text(self, value: Value) -> str:
         """Return a value as it is read, with two significant digits and its unit; of less than its digits can say, only that."""
-        said = shown_value(value, self.name, self.unit, significant_digits(value, self.name, self.unit, self.digits))
+        said = shown_value(value, self.unit, significant_digits(value, self.unit, self.digits))
         if value is None or value <= 0.0 or not self.digits or re.search("[1-9∞]", said.split()[0]):
             return said
-        return NumberText("< " + shown_value(10.0**-self.digits / self.shown_in[0], self.name, self.unit, self.digits))
-
-    @property
-    def shown_in(self) -> tuple[float, str]:
-        """The factor from SI to the unit in which it is shown, and that unit as a person reads it."""
-        return UNITS[QUANTITIES[self.name].unit, self.unit]
+        return NumberText("< " + shown_value(10.0**-self.digits / UNITS[self.unit].factor, self.unit, self.digits))
 
 
 @dataclass(frozen=True)

@@ -10,18 +10,7 @@ from typing import Any, Final, cast, get_args
 from app.lessons.blocks import NEEDED, Table, is_number, quoted_value, read_block
 from app.lessons.challenges import no_doubles, read_challenge, read_identity, read_measurement, read_trials
 from app.lessons.curve_drawing import read_drawing
-from app.lessons.lesson import (
-    HINTS,
-    MOST_CHOICES,
-    MOST_CONTROLS,
-    MOST_NUMBERS,
-    MOST_PLOTS,
-    Challenge,
-    LessonCamera,
-    Measurement,
-    Question,
-    Step,
-)
+from app.lessons.lesson import MOST_CHOICES, Challenge, LessonCamera, Measurement, Question, Step
 from app.lessons.markdown import HEAD_SECTIONS, ITEM, Chapter, Fault, FaultLog, Sheet, read_items
 from app.lessons.measures.quantity import QUANTITIES
 from app.lessons.question import Choice, Expectation
@@ -37,6 +26,10 @@ LEFT_DOLLAR: Final = "a $ belongs to no formula; write $…$ within one paragrap
 WITH_A_RUN: Final = ("challenge", "attempt", "drawing", "why", "plots", "numbers", "marks", "camera")
 """Keys that a question without a run does not have."""
 
+MOST_PLOTS: Final = 3
+MOST_NUMBERS: Final = 3
+MOST_CONTROLS: Final = 3
+HINTS: Final = 3
 MOST_MINUTES: Final = 90
 
 

@@ -8,66 +8,66 @@ from controllers import budget
 from controllers.kinematics import Array
 
 
-@quantity("distance now", "m", "mm", 0, live=True, obstacle=True)
+@quantity("distance now", "mm", 0, live=True, obstacle=True)
 def distance_now(evidence: Evidence) -> Value:
     """Return d in the newest step [m]."""
     return float(evidence.column("d")[-1])
 
 
-@quantity("smallest distance", "m", "mm", 1, obstacle=True)
+@quantity("smallest distance", "mm", 1, obstacle=True)
 def smallest_distance(evidence: Evidence) -> Found:
     """Return the smallest d of the run [m]."""
     d = evidence.column("d")
     return at(d, int(d.argmin()))
 
 
-@quantity("smallest d − dₘ", "m", "mm", 1, obstacle=True)
+@quantity("smallest d − dₘ", "mm", 1, obstacle=True)
 def distance_margin(evidence: Evidence) -> Found:
     """Return the smallest d of the run less d_m [m]; negative if the critical distance was passed."""
     d = evidence.column("d")
     return at(d - evidence.settings.law.critical_distance, int(d.argmin()))
 
 
-@quantity("distance lost of dₘ", "m", "mm", 1, obstacle=True)
+@quantity("distance lost of dₘ", "mm", 1, obstacle=True)
 def distance_lost(evidence: Evidence) -> Found:
     """Return by how much the smallest d of the run fell below d_m [m]; 0 if the critical distance was kept."""
     d = evidence.column("d")
     return at(np.maximum(evidence.settings.law.critical_distance - d, 0.0), int(d.argmin()))
 
 
-@quantity("distance at {time}", "m", "mm", 1, obstacle=True)
+@quantity("distance at {time}", "mm", 1, obstacle=True)
 def distance_at(evidence: Evidence, time: float) -> Found:
     """Return d at a time [m]."""
     return at(evidence.column("d"), evidence.row_at(time))
 
 
-@quantity("way made towards the obstacle", "m", "mm", 1, obstacle=True)
+@quantity("way made towards the obstacle", "mm", 1, obstacle=True)
 def way_made(evidence: Evidence, since: float, until: float) -> Found:
     """Return d(since) − d(until) [m]."""
     begin, d = evidence.row_at(since), evidence.column("d")
     return None if begin is None else at(d[begin] - d, evidence.row_at(until))
 
 
-@quantity("fastest approach of the obstacle", "m/s", "m/s", 2, obstacle=True)
+@quantity("fastest approach of the obstacle", "m/s", 2, obstacle=True)
 def largest_approach(evidence: Evidence, within: float = 10.0) -> Found:
     """Return the largest w while d was less than `within` [m/s]."""
     near, w = evidence.column("d") < within, evidence.column("w")
     return at(w, int(np.where(near, w, -np.inf).argmax())) if near.any() else None
 
 
-@quantity("approach of the obstacle now", "m/s", "m/s", 2, live=True, obstacle=True)
+@quantity("approach of the obstacle now", "m/s", 2, live=True, obstacle=True)
 def approach_now(evidence: Evidence) -> Value:
     """Return w in the newest step [m/s]."""
     return float(evidence.column("w")[-1])
 
 
-@quantity("changes of the closest pair", "", "", 0, obstacle=True)
+@quantity("changes of the closest pair", "", 0, obstacle=True)
 def pair_switches(evidence: Evidence) -> Value:
     """Return how often another pair of bodies became the closest."""
     return float(np.count_nonzero(np.diff(evidence.column("pair"))))
 
 
-@quantity("swing of d, {since} to {until}", "m", "mm", 1, obstacle=True)
+@quantity("swing of d, {since} to {until}", "mm", 1, obstacle=True)
 def distance_swing(evidence: Evidence, since: float, until: float) -> Found:
     """Return the largest less the smallest d between two times [m]."""
     rows = np.flatnonzero((evidence.times >= since - 1e-9) & (evidence.times <= until + 1e-9))
@@ -77,7 +77,7 @@ def distance_swing(evidence: Evidence, since: float, until: float) -> Found:
     return At(float(np.ptp(d)), int(rows[d.argmin()]))
 
 
-@quantity("a T at {time}, T = {dead}", "", "", 2, obstacle=True)
+@quantity("a T at {time}, T = {dead}", "", 2, obstacle=True)
 def dead_time_number(evidence: Evidence, time: float, dead: float) -> Found:
     """Return a T = n (u + w) T / d* with u and w of the step at a time, for a dead time T [s]: a rest is stable below π/2."""
     row = evidence.row_at(time)
@@ -93,13 +93,13 @@ def joint_errors(evidence: Evidence) -> Array:
     return np.linalg.norm(evidence.desired - evidence.positions[:, evidence.arm.joints], axis=1)
 
 
-@quantity("joint error now", "rad", "deg", 1, live=True)
+@quantity("joint error now", "deg", 1, live=True)
 def joint_error_now(evidence: Evidence) -> Value:
     """Return |q_d − q| in the newest step [rad]."""
     return float(joint_errors(evidence)[-1])
 
 
-@quantity("largest joint error", "rad", "deg", 1)
+@quantity("largest joint error", "deg", 1)
 def largest_joint_error(evidence: Evidence) -> Found:
     """Return the largest |q_d − q| of the run [rad]."""
     errors = joint_errors(evidence)
@@ -112,13 +112,13 @@ def _first_within(evidence: Evidence, distance: float) -> Row:
     return int(fallen[0]) + 1 if len(fallen) else None
 
 
-@quantity("joint error when d fell to {distance}", "rad", "deg", 1, obstacle=True)
+@quantity("joint error when d fell to {distance}", "deg", 1, obstacle=True)
 def joint_error_met(evidence: Evidence, distance: float) -> Found:
     """Return |q_d − q| when d first fell to a distance [rad]."""
     return at(joint_errors(evidence), _first_within(evidence, distance))
 
 
-@quantity("largest joint error while d was more than {distance}", "rad", "deg", 1, obstacle=True)
+@quantity("largest joint error while d was more than {distance}", "deg", 1, obstacle=True)
 def joint_error_beyond(evidence: Evidence, distance: float) -> Found:
     """Return the largest |q_d − q| while d was more than a distance [rad]."""
     errors, beyond = joint_errors(evidence), evidence.column("d") > distance

@@ -18,7 +18,7 @@ def hand_errors(evidence: Evidence) -> Array:
     return np.sqrt(evidence.column("e2"))
 
 
-@quantity("ways to move while the hand's task is kept", "", "", 0, live=True)
+@quantity("ways to move while the hand's task is kept", "", 0, live=True)
 def null_dimension(evidence: Evidence) -> Value:
     """Return trace (I − J^# J) of the hand's task now, eq. (6): in how many independent ways the joints can move without it."""
     J = evidence.kinematics_at(evidence.rows - 1).hand_jacobian(evidence.arm, TASK_DIMENSION[evidence.settings.task])
@@ -27,32 +27,32 @@ def null_dimension(evidence: Evidence) -> Value:
     return float(np.trace(null_space_projector(J)))
 
 
-@quantity("hand error now", "m", "mm", 1, live=True)
+@quantity("hand error now", "mm", 1, live=True)
 def hand_error_now(evidence: Evidence) -> Value:
     """Return |e| of the hand in the newest step [m]."""
     return float(hand_errors(evidence)[-1])
 
 
-@quantity("largest hand error", "m", "mm", 2)
+@quantity("largest hand error", "mm", 2)
 def largest_hand_error(evidence: Evidence, since: float = 0.0) -> Found:
     """Return the largest |e| of the hand from a time on [m]."""
     errors, counted = hand_errors(evidence), evidence.times >= since - 1e-9
     return at(errors, int(np.where(counted, errors, -np.inf).argmax())) if counted.any() else None
 
 
-@quantity("mean hand error", "m", "mm", 1)
+@quantity("mean hand error", "mm", 1)
 def mean_hand_error(evidence: Evidence) -> Value:
     """Return the mean |e| of the hand [m]."""
     return float(hand_errors(evidence).mean())
 
 
-@quantity("hand error at {time}", "m", "mm", 1)
+@quantity("hand error at {time}", "mm", 1)
 def hand_error_at(evidence: Evidence, time: float) -> Found:
     """Return |e| of the hand at a time [m]."""
     return at(hand_errors(evidence), evidence.row_at(time))
 
 
-@quantity("way between the elbow's farthest places", "m", "mm", 0)
+@quantity("way between the elbow's farthest places", "mm", 0)
 def elbow_travel(evidence: Evidence) -> Found:
     """Return the largest distance between two places where the elbow was [m]; it stands where the elbow is farthest from its first one."""
     places = evidence.along(evidence.elbow)
@@ -60,7 +60,7 @@ def elbow_travel(evidence: Evidence) -> Found:
     return At(max(float(np.sqrt(((places - place) ** 2).sum(axis=1).max())) for place in places), farthest)
 
 
-@quantity("largest turn of the hand", "rad", "deg", 0)
+@quantity("largest turn of the hand", "deg", 0)
 def hand_turned(evidence: Evidence) -> Value:
     """Return the largest angle by which the hand was turned from how it was at the start [rad]."""
     if not evidence.whole:
@@ -70,7 +70,7 @@ def hand_turned(evidence: Evidence) -> Value:
     return max(float(np.linalg.norm(pin.log3(first.T @ pose.rotation))) for pose in poses)
 
 
-@quantity("elbow's smallest distance from the mark at {angle}", "m", "mm", 0)
+@quantity("elbow's smallest distance from the mark at {angle}", "mm", 0)
 def mark_miss(evidence: Evidence, angle: float) -> Value:
     """Return how near the elbow came to the mark at an angle about the line from shoulder to wrist [m]."""
     (mark,) = mark_places(evidence.room, (angle,))
@@ -87,7 +87,7 @@ def _last_lap(evidence: Evidence) -> tuple[int, int] | None:
     return None if laps < 1 or begin is None or end is None else (begin, end)
 
 
-@quantity("drift of the tip in a lap", "m", "mm", 3)
+@quantity("drift of the tip in a lap", "mm", 3)
 def drift_per_lap(evidence: Evidence) -> Value:
     """Return |e(end) − e(begin)| of the last whole lap of the circle [m]: by how much the tip's curve fails to close."""
     lap = _last_lap(evidence)
@@ -98,7 +98,7 @@ def drift_per_lap(evidence: Evidence) -> Value:
     return float(np.linalg.norm(end - begin))
 
 
-@quantity("drift of the joints in a lap", "rad", "deg", 2)
+@quantity("drift of the joints in a lap", "deg", 2)
 def joint_drift_per_lap(evidence: Evidence) -> Value:
     """Return |q(end) − q(begin)| of the last whole lap of the circle [rad]: whether a closed curve of the tip is one of the joints."""
     lap = _last_lap(evidence)
@@ -108,14 +108,14 @@ def joint_drift_per_lap(evidence: Evidence) -> Value:
     return float(np.linalg.norm(end - begin))
 
 
-@quantity("largest hand error of the last lap", "m", "mm", 3)
+@quantity("largest hand error of the last lap", "mm", 3)
 def lap_error(evidence: Evidence) -> Found:
     """Return the largest |e| of the hand in the last whole lap of the circle [m]."""
     lap, errors = _last_lap(evidence), hand_errors(evidence)
     return None if lap is None else at(errors, lap[0] + int(errors[lap[0] : lap[1] + 1].argmax()))
 
 
-@quantity("K dt", "", "", 2, live=True, settings=True)
+@quantity("K dt", "", 2, live=True, settings=True)
 def gain_step(evidence: Evidence) -> Value:
     """Return K dt, the share of the error that a step takes back: above 2 the correction overshoots by more than the error."""
     run = evidence.settings

@@ -7,7 +7,7 @@ from app.lessons.measures.quantity import At, Found, Row, Value, at, quantity
 from controllers.kinematics import Array
 
 
-@quantity("|J_d| now", "m/rad", "m/rad", 3, live=True, obstacle=True)
+@quantity("|J_d| now", "m/rad", 3, live=True, obstacle=True)
 def lever_now(evidence: Evidence) -> Value:
     """Return |J_d| in the newest step [m/rad]."""
     return float(np.linalg.norm(evidence.lever(evidence.rows - 1)))
@@ -18,14 +18,14 @@ def _levers(evidence: Evidence) -> Array:
     return np.linalg.norm(evidence.along(evidence.lever), axis=1)
 
 
-@quantity("smallest |J_d|", "m/rad", "m/rad", 3, obstacle=True)
+@quantity("smallest |J_d|", "m/rad", 3, obstacle=True)
 def smallest_lever(evidence: Evidence) -> Found:
     """Return the smallest |J_d| of the run [m/rad]."""
     levers = _levers(evidence)
     return At(float(levers.min()), evidence.sampled_rows()[int(levers.argmin())])
 
 
-@quantity("speed that the textbook's law asks for", "rad/s", "rad/s", 1, obstacle=True)
+@quantity("speed that the textbook's law asks for", "rad/s", 1, obstacle=True)
 def textbook_speed(evidence: Evidence) -> Found:
     """Return the largest λ v / |J_d| of the run, |q̇| by eq. (32) with the undamped J_d^# and a task at rest [rad/s]."""
     levers, rows = _levers(evidence), evidence.sampled_rows()
@@ -35,21 +35,21 @@ def textbook_speed(evidence: Evidence) -> Found:
     return At(float(speeds[largest]), rows[largest]) if np.isfinite(speeds[largest]) else None
 
 
-@quantity("largest joint speed reached", "rad/s", "rad/s", 2)
+@quantity("largest joint speed reached", "rad/s", 2)
 def reached_speed(evidence: Evidence) -> Found:
     """Return the largest speed of one joint [rad/s]."""
     speeds = np.abs(evidence.velocities).max(axis=1)
     return at(speeds, int(speeds.argmax()))
 
 
-@quantity("largest share of a joint's top speed", "", "%", 0)
+@quantity("largest share of a joint's top speed", "%", 0)
 def speed_share(evidence: Evidence) -> Found:
     """Return the largest |q̇| of a joint over its limit."""
     shares = (np.abs(evidence.velocities) / evidence.speed_limits).max(axis=1)
     return at(shares, int(shares.argmax()))
 
 
-@quantity("time without authority", "s", "s", 2)
+@quantity("time without authority", "s", 2)
 def time_without_authority(evidence: Evidence) -> Value:
     """Return how long the arm could not do what the law asked for [s]."""
     return float(np.count_nonzero(evidence.column("authority"))) * evidence.settings.dt
@@ -59,7 +59,7 @@ SWINGS = 4
 """Steps in a row that go to and fro before that counts as chatter."""
 
 
-@quantity("largest step of a joint's speed", "rad/s", "rad/s", 3)
+@quantity("largest step of a joint's speed", "rad/s", 3)
 def velocity_step(evidence: Evidence) -> Found:
     """Return the largest change of one joint's velocity from one step to the next [rad/s]."""
     steps = np.abs(np.diff(evidence.velocities, axis=0)).max(axis=1)
@@ -73,14 +73,14 @@ def _first_switch(evidence: Evidence) -> Row:
     return int(found[0]) + 1 if len(found) else None
 
 
-@quantity("jump of the joint velocity", "rad/s", "rad/s", 3)
+@quantity("jump of the joint velocity", "rad/s", 3)
 def first_jump(evidence: Evidence) -> Found:
     """Return |Δq̇| over all joints in the step in which avoidance is first switched on [rad/s]."""
     row = _first_switch(evidence)
     return None if row is None else At(float(np.linalg.norm(evidence.velocities[row] - evidence.velocities[row - 1])), row)
 
 
-@quantity("(v + u)/|J_d|", "rad/s", "rad/s", 3)
+@quantity("(v + u)/|J_d|", "rad/s", 3)
 def first_jump_formula(evidence: Evidence) -> Found:
     """Return (v + u)/|J_d| where avoidance is first switched on [rad/s]."""
     row = _first_switch(evidence)
@@ -90,13 +90,13 @@ def first_jump_formula(evidence: Evidence) -> Found:
     return At((evidence.settings.law.nominal_velocity + pull) / lever, row) if lever else None
 
 
-@quantity("u at the switch", "m/s", "m/s", 3)
+@quantity("u at the switch", "m/s", 3)
 def switch_pull(evidence: Evidence) -> Found:
     """Return u where avoidance is first switched on [m/s]."""
     return at(evidence.column("u"), _first_switch(evidence))
 
 
-@quantity("|J_d| at the switch", "m/rad", "m/rad", 3)
+@quantity("|J_d| at the switch", "m/rad", 3)
 def switch_lever(evidence: Evidence) -> Found:
     """Return |J_d| where avoidance is first switched on [m/rad]."""
     row = _first_switch(evidence)
@@ -115,7 +115,7 @@ def largest_zigzag(values: Array) -> tuple[float, Row]:
     return float(swings[first]), first + SWINGS if turns.any() else None
 
 
-@quantity("chatter of the distance", "m", "mm", 2, obstacle=True)
+@quantity("chatter of the distance", "mm", 2, obstacle=True)
 def zigzag(evidence: Evidence) -> Found:
     """Return the largest swing of d to and fro from step to step, kept up for four steps [m]."""
     swing, end = largest_zigzag(evidence.column("d"))

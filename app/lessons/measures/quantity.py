@@ -33,24 +33,33 @@ def at(values: Array, row: Row) -> At | None:
 Found = At | Value
 """What a function that measures returns: a value alone is no single moment's, and nan is as good as None."""
 
-UNITS: Final[dict[tuple[str, str], tuple[float, str]]] = {
-    ("", ""): (1.0, ""),
-    ("", "%"): (100.0, "%"),
-    ("m", "m"): (1.0, "m"),
-    ("m", "cm"): (100.0, "cm"),
-    ("m", "mm"): (1000.0, "mm"),
-    ("rad", "rad"): (1.0, "rad"),
-    ("rad", "deg"): (180.0 / math.pi, "°"),
-    ("m/s", "m/s"): (1.0, "m/s"),
-    ("m/s", "mm/s"): (1000.0, "mm/s"),
-    ("rad/s", "rad/s"): (1.0, "rad/s"),
-    ("rad/s", "deg/s"): (180.0 / math.pi, "°/s"),
-    ("s", "s"): (1.0, "s"),
-    ("s", "ms"): (1000.0, "ms"),
-    ("1/s", "1/s"): (1.0, "1/s"),
-    ("m/rad", "m/rad"): (1.0, "m/rad"),
+
+class Unit(NamedTuple):
+    """A unit in which numbers are read: the SI unit of what it measures, the factor from that, and what stands behind a number."""
+
+    si: str
+    factor: float
+    sign: str
+
+
+UNITS: Final[dict[str, Unit]] = {
+    "": Unit("", 1.0, ""),
+    "%": Unit("", 100.0, "%"),
+    "m": Unit("m", 1.0, "m"),
+    "cm": Unit("m", 100.0, "cm"),
+    "mm": Unit("m", 1000.0, "mm"),
+    "rad": Unit("rad", 1.0, "rad"),
+    "deg": Unit("rad", 180.0 / math.pi, "°"),
+    "m/s": Unit("m/s", 1.0, "m/s"),
+    "mm/s": Unit("m/s", 1000.0, "mm/s"),
+    "rad/s": Unit("rad/s", 1.0, "rad/s"),
+    "deg/s": Unit("rad/s", 180.0 / math.pi, "°/s"),
+    "s": Unit("s", 1.0, "s"),
+    "ms": Unit("s", 1000.0, "ms"),
+    "1/s": Unit("1/s", 1.0, "1/s"),
+    "m/rad": Unit("m/rad", 1.0, "m/rad"),
 }
-"""(SI unit, unit shown) → factor, and what stands behind the number."""
+"""By the name that a lesson file gives them."""
 
 
 @dataclass(frozen=True)
@@ -59,15 +68,13 @@ class Quantity:
 
     Attributes:
         label: what a person calls it; its parameters may stand in it in braces.
-        unit: SI.
-        shown: the usual unit for reading.
+        shown: the usual unit for reading, see `UNITS`.
         digits: after the point, in that unit.
         live: whether it looks at the newest step only, so that it can be shown all the time.
         function: (evidence, **parameters) → what was found.
     """
 
     label: str
-    unit: str
     shown: str
     digits: int
     live: bool
@@ -80,7 +87,7 @@ class Quantity:
     @property
     def units(self) -> tuple[str, ...]:
         """Return the units in which it can be shown."""
-        return tuple(shown for unit, shown in UNITS if unit == self.unit)
+        return tuple(name for name, unit in UNITS.items() if unit.si == UNITS[self.shown].si)
 
 
 QUANTITIES: Final[dict[str, Quantity]] = {}
@@ -89,7 +96,6 @@ QUANTITIES: Final[dict[str, Quantity]] = {}
 
 def quantity(
     label: str,
-    unit: str,
     shown: str,
     digits: int,
     live: bool = False,
@@ -99,7 +105,7 @@ def quantity(
     """Make a function of `Evidence` known as something that can be measured.
 
     Args:
-        label, unit, shown, digits, live: see `Quantity`.
+        label, shown, digits, live: see `Quantity`.
         obstacle: whether a run tells it only if there is something to keep clear of.
         settings: whether the settings alone tell it, even before the first step.
     """
@@ -110,7 +116,7 @@ def quantity(
             told = settings or (evidence.has_obstacle if obstacle else evidence.rows > 0)
             return measured(evidence, **parameters) if told else None
 
-        QUANTITIES[function.__name__] = Quantity(label, unit, shown, digits, live, function)
+        QUANTITIES[function.__name__] = Quantity(label, shown, digits, live, function)
         return function
 
     return note
@@ -168,11 +174,11 @@ def moment(evidence: Evidence, name: str, parameters: tuple[tuple[str, Any], ...
     return float(evidence.times[found.row]) + evidence.settings.dt
 
 
-def shown_value(value: Value, name: str, unit: str, digits: int) -> str:
-    """Return a value as it is read: "88.2 mm"; "–" if there is none."""
+def shown_value(value: Value, unit: str, digits: int) -> str:
+    """Return a value as it is read: "88.2 mm"; "–" if there is none. `unit`: see `UNITS`."""
     if value is None:
         return "–"
-    factor, sign = UNITS[QUANTITIES[name].unit, unit]
+    _, factor, sign = UNITS[unit]
     number = value * factor
     if math.isinf(number):
         text = "∞" if number > 0.0 else "−∞"
@@ -184,30 +190,22 @@ def shown_value(value: Value, name: str, unit: str, digits: int) -> str:
     return NumberText(text + sign if sign in ("°", "%") else f"{text} {sign}".rstrip())
 
 
-def significant_digits(value: Value, name: str, unit: str, digits: int) -> int:
+def significant_digits(value: Value, unit: str, digits: int) -> int:
     """Return how many digits after the point show two significant ones: at most one more than usual, and none of a whole number."""
     if not digits or value is None or not math.isfinite(value) or value == 0.0:
         return digits
-    exponent = int(f"{value * UNITS[QUANTITIES[name].unit, unit][0]:.1e}".partition("e")[2])
+    exponent = int(f"{value * UNITS[unit].factor:.1e}".partition("e")[2])
     return min(max(1 - exponent, 0), digits + 1)
 
 
-_SHOWN: Final[dict[str, tuple[str, str]]] = {
-    "angle": ("rad", "deg"),
-    "distance": ("m", "mm"),
-    "gap": ("m", "mm"),
-    "time": ("s", "s"),
-    "dead": ("s", "ms"),
-    "since": ("s", "s"),
-    "until": ("s", "s"),
-}
-"""Parameter → its SI unit and the one in which it is read."""
+_SHOWN: Final = {"angle": "deg", "distance": "mm", "gap": "mm", "time": "s", "dead": "ms", "since": "s", "until": "s"}
+"""Parameter → the unit in which it is read."""
 
 
 def shown_parameter(name: str, value: object) -> str:
     """Return a parameter of a measurement as it is read."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return str(value)
-    factor, sign = UNITS[_SHOWN.get(name, ("", ""))]
+    _, factor, sign = UNITS[_SHOWN.get(name, "")]
     text = f"{value * factor:.3g}".replace("-", "−")
     return NumberText(text + sign if sign == "°" else f"{text} {sign}".rstrip())

@@ -10,6 +10,7 @@ from typing import Final
 from app.i18n.speaking import N_
 from app.lessons.bookmark import Phase
 from app.lessons.lesson import Setup, Step
+from app.lessons.measures.quantity import UNITS
 from app.lessons.outcomes import reference
 from app.lessons.reference_runs import begin_reference_run, measured, person_of
 from app.lessons.room_places import start_positions
@@ -138,9 +139,8 @@ class StepRunner:
                     except BadSetting as error:
                         problem = str(error)
             if not problem:
-                break
-        if problem:
-            self._notes.append(("A setting of the lesson is not possible here", problem))
+                return
+        self._notes.append(("A setting of the lesson is not possible here", problem))
 
     def observe(self, walk: Walkthrough) -> None:
         """Measure the run, and keep it where it is the one that answers the step's question."""
@@ -165,7 +165,7 @@ class StepRunner:
             return
         typed = (*said, *(None,) * len(challenge.forecasts))
         forecasts = [
-            None if number is None else number / forecast.measurement.shown_in[0]
+            None if number is None else number / UNITS[forecast.measurement.unit].factor
             for forecast, number in zip(challenge.forecasts, typed, strict=False)
         ]
         recorded = session.recorded() if challenge.keep or walk.duel else None
