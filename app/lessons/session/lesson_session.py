@@ -441,12 +441,6 @@ class LessonSession:
         examination = self._session.law.examination
         return NO_FILE if examination is None else examination.progress
 
-    @property
-    def custom_law_state(self) -> tuple[str, bool]:
-        """Return why the custom law is not in force ("" if all is well), and whether its file is gone."""
-        law = self._session.student_law
-        return law.problem, law.away
-
     def live(self, simulation: Simulation, book: LessonBook | None = None) -> tuple[tuple[str, str], ...]:
         """Return label and value of the step's numbers, as they are at the moment of the run that is shown.
 

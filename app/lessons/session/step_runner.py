@@ -112,7 +112,7 @@ class StepRunner:
             session.set_source(None)
             session.change("autopilot", False)
         else:
-            session.set_source(walk.target_source(session.simulation))
+            session.set_source(person_of(session.simulation, walk.setup, walk.kept))
         if walk.showing:
             asked = walk.step.setup
             beside = Simulation(asked.run)

@@ -9,6 +9,7 @@ import viser
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Step
 from app.lessons.measures.quantity import measure, shown_parameter
+from app.lessons.room_places import mark_places
 from app.lessons.session.lesson_session import LessonSession
 from app.session.frame import Frame
 from app.settings import PageSettings
@@ -62,7 +63,7 @@ class Marks:
 
     def _draw(self, simulation: Simulation) -> None:
         larger = scale(self._page().profile)
-        for i, place in enumerate(self._run.walk.marks(simulation)):
+        for i, place in enumerate(mark_places(simulation.room, self._run.walk.step.marks)):
             ball = self._scene.add_icosphere(
                 f"/marks/{i + 1}", radius=RADIUS, subdivisions=3, position=place, cast_shadow=False, receive_shadow=False
             )
