@@ -5,7 +5,7 @@ from math import inf
 import numpy as np
 
 from app.lessons.evidence import Evidence
-from app.lessons.measures.quantity import At, Found, Row, Value, at, quantity
+from app.lessons.measures.quantity import At, Reading, Row, Value, at, quantity
 from controllers import budget
 from controllers.activation import activation
 from scenes.settings import LawSettings, specs, values
@@ -29,20 +29,15 @@ def activation_now(evidence: Evidence) -> Value:
     return float(evidence.column("lambda")[-1])
 
 
-def _before_crossing(evidence: Evidence, ratio: float) -> Row:
-    """Return the row before the first in which d has passed `ratio` times d_m."""
-    beyond = evidence.column("law_d") - ratio * evidence.settings.law.critical_distance
-    crossed = np.flatnonzero(beyond[1:] * beyond[:-1] <= 0.0)
-    return int(crossed[0]) if len(crossed) else None
-
-
 @quantity("λ met at d = {ratio} dₘ", "", 3, obstacle=True)
-def activation_met(evidence: Evidence, ratio: float) -> Found:
+def activation_met(evidence: Evidence, ratio: float) -> Reading:
     """Return λ where d first was `ratio` times d_m, straight between two steps."""
-    d, lam, k = evidence.column("law_d"), evidence.column("lambda"), _before_crossing(evidence, ratio)
-    if k is None:
+    d, lam, met = evidence.column("law_d"), evidence.column("lambda"), ratio * evidence.settings.law.critical_distance
+    crossed = np.flatnonzero((d[1:] - met) * (d[:-1] - met) <= 0.0)
+    if not len(crossed):
         return None
-    met, way = ratio * evidence.settings.law.critical_distance, float(d[k + 1] - d[k])
+    k = int(crossed[0])
+    way = float(d[k + 1] - d[k])
     part = (met - float(d[k])) / way if way else 0.0
     return At(float(lam[k]) + part * float(lam[k + 1] - lam[k]), k)
 
@@ -121,13 +116,13 @@ def _fall(evidence: Evidence) -> Row:
 
 
 @quantity("loss of distance below dₘ", "m/s", 3, obstacle=True)
-def loss_rate(evidence: Evidence) -> Found:
+def loss_rate(evidence: Evidence) -> Reading:
     """Return the fastest fall of d below d_m [m/s]."""
     return at(-np.diff(evidence.column("law_d")) / evidence.settings.dt, _fall(evidence))
 
 
 @quantity("w − v at that moment", "m/s", 3, obstacle=True)
-def loss_formula(evidence: Evidence) -> Found:
+def loss_formula(evidence: Evidence) -> Reading:
     """Return w − v in the step in which d fell fastest below d_m, where λ = 1 [m/s]."""
     row = _fall(evidence)
     if row is None:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from app.lessons.evidence import Evidence
-from app.lessons.measures.quantity import At, Found, Row, Value, at, quantity
+from app.lessons.measures.quantity import At, Reading, Value, at, quantity
 from controllers import budget
 from controllers.kinematics import Array
 
@@ -15,41 +15,41 @@ def distance_now(evidence: Evidence) -> Value:
 
 
 @quantity("smallest distance", "mm", 1, obstacle=True)
-def smallest_distance(evidence: Evidence) -> Found:
+def smallest_distance(evidence: Evidence) -> Reading:
     """Return the smallest d of the run [m]."""
     d = evidence.column("d")
     return at(d, int(d.argmin()))
 
 
 @quantity("smallest d − dₘ", "mm", 1, obstacle=True)
-def distance_margin(evidence: Evidence) -> Found:
+def distance_margin(evidence: Evidence) -> Reading:
     """Return the smallest d of the run less d_m [m]; negative if the critical distance was passed."""
     d = evidence.column("d")
     return at(d - evidence.settings.law.critical_distance, int(d.argmin()))
 
 
 @quantity("distance lost of dₘ", "mm", 1, obstacle=True)
-def distance_lost(evidence: Evidence) -> Found:
+def distance_lost(evidence: Evidence) -> Reading:
     """Return by how much the smallest d of the run fell below d_m [m]; 0 if the critical distance was kept."""
     d = evidence.column("d")
     return at(np.maximum(evidence.settings.law.critical_distance - d, 0.0), int(d.argmin()))
 
 
 @quantity("distance at {time}", "mm", 1, obstacle=True)
-def distance_at(evidence: Evidence, time: float) -> Found:
+def distance_at(evidence: Evidence, time: float) -> Reading:
     """Return d at a time [m]."""
     return at(evidence.column("d"), evidence.row_at(time))
 
 
 @quantity("way made towards the obstacle", "mm", 1, obstacle=True)
-def way_made(evidence: Evidence, since: float, until: float) -> Found:
+def way_made(evidence: Evidence, since: float, until: float) -> Reading:
     """Return d(since) − d(until) [m]."""
     begin, d = evidence.row_at(since), evidence.column("d")
     return None if begin is None else at(d[begin] - d, evidence.row_at(until))
 
 
 @quantity("fastest approach of the obstacle", "m/s", 2, obstacle=True)
-def largest_approach(evidence: Evidence, within: float = 10.0) -> Found:
+def largest_approach(evidence: Evidence, within: float = 10.0) -> Reading:
     """Return the largest w while d was less than `within` [m/s]."""
     near, w = evidence.column("d") < within, evidence.column("w")
     return at(w, int(np.where(near, w, -np.inf).argmax())) if near.any() else None
@@ -68,7 +68,7 @@ def pair_switches(evidence: Evidence) -> Value:
 
 
 @quantity("swing of d, {since} to {until}", "mm", 1, obstacle=True)
-def distance_swing(evidence: Evidence, since: float, until: float) -> Found:
+def distance_swing(evidence: Evidence, since: float, until: float) -> Reading:
     """Return the largest less the smallest d between two times [m]."""
     rows = np.flatnonzero((evidence.times >= since - 1e-9) & (evidence.times <= until + 1e-9))
     if evidence.row_at(until) is None or not len(rows):
@@ -78,7 +78,7 @@ def distance_swing(evidence: Evidence, since: float, until: float) -> Found:
 
 
 @quantity("a T at {time}, T = {dead}", "", 2, obstacle=True)
-def dead_time_number(evidence: Evidence, time: float, dead: float) -> Found:
+def dead_time_number(evidence: Evidence, time: float, dead: float) -> Reading:
     """Return a T = n (u + w) T / d* with u and w of the step at a time, for a dead time T [s]: a rest is stable below π/2."""
     row = evidence.row_at(time)
     if row is None:
@@ -100,26 +100,22 @@ def joint_error_now(evidence: Evidence) -> Value:
 
 
 @quantity("largest joint error", "deg", 1)
-def largest_joint_error(evidence: Evidence) -> Found:
+def largest_joint_error(evidence: Evidence) -> Reading:
     """Return the largest |q_d − q| of the run [rad]."""
     errors = joint_errors(evidence)
     return at(errors, int(errors.argmax()))
 
 
-def _first_within(evidence: Evidence, distance: float) -> Row:
+@quantity("joint error when d fell to {distance}", "deg", 1, obstacle=True)
+def joint_error_met(evidence: Evidence, distance: float) -> Reading:
+    """Return |q_d − q| when d first fell to a distance [rad]."""
     d = evidence.column("d")
     fallen = np.flatnonzero((d[1:] <= distance) & (d[:-1] > distance))
-    return int(fallen[0]) + 1 if len(fallen) else None
-
-
-@quantity("joint error when d fell to {distance}", "deg", 1, obstacle=True)
-def joint_error_met(evidence: Evidence, distance: float) -> Found:
-    """Return |q_d − q| when d first fell to a distance [rad]."""
-    return at(joint_errors(evidence), _first_within(evidence, distance))
+    return at(joint_errors(evidence), int(fallen[0]) + 1) if len(fallen) else None
 
 
 @quantity("largest joint error while d was more than {distance}", "deg", 1, obstacle=True)
-def joint_error_beyond(evidence: Evidence, distance: float) -> Found:
+def joint_error_beyond(evidence: Evidence, distance: float) -> Reading:
     """Return the largest |q_d − q| while d was more than a distance [rad]."""
     errors, beyond = joint_errors(evidence), evidence.column("d") > distance
     return at(errors, int(np.where(beyond, errors, -np.inf).argmax())) if beyond.any() else None

@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 
 from app.lessons.evidence import Evidence
-from app.lessons.measures.quantity import At, Found, Value, at, quantity
+from app.lessons.measures.quantity import At, Reading, Value, at, quantity
 from app.lessons.room_places import mark_places
 from controllers.kinematics import Array, null_space_projector
 from controllers.tasks import TASK_DIMENSION
@@ -34,7 +34,7 @@ def hand_error_now(evidence: Evidence) -> Value:
 
 
 @quantity("largest hand error", "mm", 2)
-def largest_hand_error(evidence: Evidence, since: float = 0.0) -> Found:
+def largest_hand_error(evidence: Evidence, since: float = 0.0) -> Reading:
     """Return the largest |e| of the hand from a time on [m]."""
     errors, counted = hand_errors(evidence), evidence.times >= since - 1e-9
     return at(errors, int(np.where(counted, errors, -np.inf).argmax())) if counted.any() else None
@@ -47,13 +47,13 @@ def mean_hand_error(evidence: Evidence) -> Value:
 
 
 @quantity("hand error at {time}", "mm", 1)
-def hand_error_at(evidence: Evidence, time: float) -> Found:
+def hand_error_at(evidence: Evidence, time: float) -> Reading:
     """Return |e| of the hand at a time [m]."""
     return at(hand_errors(evidence), evidence.row_at(time))
 
 
 @quantity("way between the elbow's farthest places", "mm", 0)
-def elbow_travel(evidence: Evidence) -> Found:
+def elbow_travel(evidence: Evidence) -> Reading:
     """Return the largest distance between two places where the elbow was [m]; it stands where the elbow is farthest from its first one."""
     places = evidence.along(evidence.elbow)
     farthest = evidence.sampled_rows()[int(((places - places[0]) ** 2).sum(axis=1).argmax())]
@@ -109,7 +109,7 @@ def joint_drift_per_lap(evidence: Evidence) -> Value:
 
 
 @quantity("largest hand error of the last lap", "mm", 3)
-def lap_error(evidence: Evidence) -> Found:
+def lap_error(evidence: Evidence) -> Reading:
     """Return the largest |e| of the hand in the last whole lap of the circle [m]."""
     lap, errors = _last_lap(evidence), hand_errors(evidence)
     return None if lap is None else at(errors, lap[0] + int(errors[lap[0] : lap[1] + 1].argmax()))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from app.lessons.evidence import Evidence
-from app.lessons.measures.quantity import At, Found, Row, Value, at, quantity
+from app.lessons.measures.quantity import At, Reading, Row, Value, at, quantity
 from controllers.kinematics import Array
 
 
@@ -19,14 +19,14 @@ def _levers(evidence: Evidence) -> Array:
 
 
 @quantity("smallest |J_d|", "m/rad", 3, obstacle=True)
-def smallest_lever(evidence: Evidence) -> Found:
+def smallest_lever(evidence: Evidence) -> Reading:
     """Return the smallest |J_d| of the run [m/rad]."""
     levers = _levers(evidence)
     return At(float(levers.min()), evidence.sampled_rows()[int(levers.argmin())])
 
 
 @quantity("speed that the textbook's law asks for", "rad/s", 1, obstacle=True)
-def textbook_speed(evidence: Evidence) -> Found:
+def textbook_speed(evidence: Evidence) -> Reading:
     """Return the largest λ v / |J_d| of the run, |q̇| by eq. (32) with the undamped J_d^# and a task at rest [rad/s]."""
     levers, rows = _levers(evidence), evidence.sampled_rows()
     asked = evidence.column("lambda")[rows] * evidence.settings.law.nominal_velocity
@@ -36,14 +36,14 @@ def textbook_speed(evidence: Evidence) -> Found:
 
 
 @quantity("largest joint speed reached", "rad/s", 2)
-def reached_speed(evidence: Evidence) -> Found:
+def reached_speed(evidence: Evidence) -> Reading:
     """Return the largest speed of one joint [rad/s]."""
     speeds = np.abs(evidence.velocities).max(axis=1)
     return at(speeds, int(speeds.argmax()))
 
 
 @quantity("largest share of a joint's top speed", "%", 0)
-def speed_share(evidence: Evidence) -> Found:
+def speed_share(evidence: Evidence) -> Reading:
     """Return the largest |q̇| of a joint over its limit."""
     shares = (np.abs(evidence.velocities) / evidence.speed_limits).max(axis=1)
     return at(shares, int(shares.argmax()))
@@ -60,7 +60,7 @@ SWINGS = 4
 
 
 @quantity("largest step of a joint's speed", "rad/s", 3)
-def velocity_step(evidence: Evidence) -> Found:
+def velocity_step(evidence: Evidence) -> Reading:
     """Return the largest change of one joint's velocity from one step to the next [rad/s]."""
     steps = np.abs(np.diff(evidence.velocities, axis=0)).max(axis=1)
     return At(float(steps.max()), int(steps.argmax()) + 1) if len(steps) else None
@@ -74,14 +74,14 @@ def _first_switch(evidence: Evidence) -> Row:
 
 
 @quantity("jump of the joint velocity", "rad/s", 3)
-def first_jump(evidence: Evidence) -> Found:
+def first_jump(evidence: Evidence) -> Reading:
     """Return |Δq̇| over all joints in the step in which avoidance is first switched on [rad/s]."""
     row = _first_switch(evidence)
     return None if row is None else At(float(np.linalg.norm(evidence.velocities[row] - evidence.velocities[row - 1])), row)
 
 
 @quantity("(v + u)/|J_d|", "rad/s", 3)
-def first_jump_formula(evidence: Evidence) -> Found:
+def first_jump_formula(evidence: Evidence) -> Reading:
     """Return (v + u)/|J_d| where avoidance is first switched on [rad/s]."""
     row = _first_switch(evidence)
     if row is None:
@@ -91,13 +91,13 @@ def first_jump_formula(evidence: Evidence) -> Found:
 
 
 @quantity("u at the switch", "m/s", 3)
-def switch_pull(evidence: Evidence) -> Found:
+def switch_pull(evidence: Evidence) -> Reading:
     """Return u where avoidance is first switched on [m/s]."""
     return at(evidence.column("u"), _first_switch(evidence))
 
 
 @quantity("|J_d| at the switch", "m/rad", 3)
-def switch_lever(evidence: Evidence) -> Found:
+def switch_lever(evidence: Evidence) -> Reading:
     """Return |J_d| where avoidance is first switched on [m/rad]."""
     row = _first_switch(evidence)
     return None if row is None else At(float(np.linalg.norm(evidence.lever(row))), row)
@@ -116,7 +116,7 @@ def largest_zigzag(values: Array) -> tuple[float, Row]:
 
 
 @quantity("chatter of the distance", "mm", 2, obstacle=True)
-def zigzag(evidence: Evidence) -> Found:
+def zigzag(evidence: Evidence) -> Reading:
     """Return the largest swing of d to and fro from step to step, kept up for four steps [m]."""
     swing, end = largest_zigzag(evidence.column("d"))
     return swing if end is None else At(swing, end)

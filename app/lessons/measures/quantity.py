@@ -30,7 +30,7 @@ def at(values: Array, row: Row) -> At | None:
     return None if row is None else At(float(values[row]), row)
 
 
-Found = At | Value
+Reading = At | Value
 """What a function that measures returns: a value alone is no single moment's, and nan is as good as None."""
 
 
@@ -78,7 +78,7 @@ class Quantity:
     shown: str
     digits: int
     live: bool
-    function: Callable[..., Found]
+    function: Callable[..., Reading]
 
     @property
     def parameters(self) -> dict[str, inspect.Parameter]:
@@ -101,7 +101,7 @@ def quantity(
     live: bool = False,
     obstacle: bool = False,
     settings: bool = False,
-) -> Callable[[Callable[..., Found]], Callable[..., Found]]:
+) -> Callable[[Callable[..., Reading]], Callable[..., Reading]]:
     """Make a function of `Evidence` known as something that can be measured.
 
     Args:
@@ -110,9 +110,9 @@ def quantity(
         settings: whether the settings alone tell it, even before the first step.
     """
 
-    def note(measured: Callable[..., Found]) -> Callable[..., Found]:
+    def note(measured: Callable[..., Reading]) -> Callable[..., Reading]:
         @wraps(measured)
-        def function(evidence: Evidence, **parameters: Any) -> Found:
+        def function(evidence: Evidence, **parameters: Any) -> Reading:
             told = settings or (evidence.has_obstacle if obstacle else evidence.rows > 0)
             return measured(evidence, **parameters) if told else None
 
