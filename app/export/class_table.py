@@ -9,13 +9,11 @@ from app.export.class_report import report_names
 from app.export.class_summary import ClassSummary, HandIn
 from app.export.gain import Gain, gains, whole
 from app.i18n.speaking import set_language
-from app.lessons.lesson import Lesson
+from app.lessons.lesson import MOST_CHOICES, Lesson
 from app.lessons.progress import StepProgress, from_json
 from app.lessons.tally import QuestionId
 from scenes.files import csv_cell
 from scenes.rerun import never
-
-MOST_CHOICES: Final = 6
 
 COLUMNS: Final = (
     *("lesson", "step", "kind", "round", "students", "drawn"),

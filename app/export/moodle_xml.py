@@ -13,7 +13,7 @@ from app.export.lab_report import lesson_title
 from app.i18n.speaking import tr
 from app.lessons.labels import label_of
 from app.lessons.lesson import Challenge, Lesson, Question
-from app.lessons.measures.quantity import QUANTITIES, UNITS
+from app.lessons.measures.quantity import UNITS
 from app.lessons.reference_runs import measured
 from app.lessons.runs import settings_text
 from app.text.lesson_text import markdown_reader, plain
@@ -65,7 +65,7 @@ def _numerical(paper: PaperStep, challenge: Challenge) -> Iterator[Element]:
         value = measured(challenge.setup.with_changes(forecast.changes), m.name, m.parameters)
         if value is None:
             continue
-        factor, unit = UNITS[QUANTITIES[m.name].unit, m.unit]
+        _, factor, unit = UNITS[m.unit]
         asked = tr("With {settings}: {what}?", settings=settings_text(forecast.changes, language), what=label_of(m, language))
         text = f"{challenge.text}\n\n{asked}" + (f" [{unit}]" if unit else "")
         made = _question("numerical", paper, f"{paper.number}.{place}", text)

@@ -82,16 +82,15 @@ class Phase(StrEnum):
 
 
 def phases_of(step: Step) -> tuple[Phase, ...]:
-    if step.concept:
-        said = () if step.asked == "first" else (Phase.OBSERVE, *((Phase.EXPLAIN,) if step.explain else ()))
-        return (Phase.PREDICT, *said)
-    return (
-        *((Phase.PREDICT,) if step.question is not None else ()),
-        Phase.DO,
-        *((Phase.OBSERVE,) if step.measurements or step.observe else ()),
-        *((Phase.EXPLAIN,) if step.explain else ()),
-        *((Phase.CHALLENGE,) if step.challenge is not None else ()),
-    )
+    told = step.asked != "first"
+    has = {
+        Phase.PREDICT: step.question is not None,
+        Phase.DO: not step.concept,
+        Phase.OBSERVE: told and bool(step.concept or step.measurements or step.observe),
+        Phase.EXPLAIN: told and step.explain != "",
+        Phase.CHALLENGE: step.challenge is not None,
+    }
+    return tuple(phase for phase, there in has.items() if there)
 
 
 def first_phase(step: Step, done: StepProgress) -> Phase:

@@ -77,7 +77,7 @@ def read_challenge(table: Table, setup: Setup) -> Challenge | None:
     given = table.table("challenge")
     if given is None:
         return None
-    run = read_setup(given, setup.folder, setup.changes, setup)
+    run = read_setup(given, setup)
     log = FaultLog()
     criteria = log.all_of(partial(_criterion, entry, run) for entry in given.tables("criterion"))
     log.close()
@@ -131,9 +131,7 @@ def _criterion(table: Table, setup: Setup) -> Criterion:
     return Criterion(measurement, low, high)
 
 
-def read_trials(
-    table: Table, setup: Setup, challenge: Challenge | None, measurements: tuple[Measurement, ...]
-) -> tuple[Trial, ...]:
+def read_trials(table: Table, challenge: Challenge | None, measurements: tuple[Measurement, ...]) -> tuple[Trial, ...]:
     """Return the declared ways to try the challenge of a step's table."""
     entries = table.tables("attempt")
     if challenge is None:
@@ -147,7 +145,7 @@ def read_trials(
 
     def trial(number: int, entry: Table) -> Trial:
         name = entry.text("name", f"attempt {number}", 60)
-        run = read_setup(entry, setup.folder, challenge.setup.changes, challenge.setup)
+        run = read_setup(entry, challenge.setup)
         given = entry.any("forecasts", [])
         if not isinstance(given, list):
             raise entry.fault("forecasts", f"forecasts = {quoted_value(given)} is not a list, like forecasts = [0.5].")

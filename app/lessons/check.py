@@ -134,9 +134,9 @@ def _reference(walk: Walkthrough) -> str:
         for m, values in outcome.known(step).items():
             _ensure(all(v is not None for v in values), f"{where}: the run does not tell {m}")
         if step.question is not None:
-            supported = step.question.supported(outcome.answer(step.question))
-            expected = supported in (None, step.question.right) if not step.question.expects else supported == step.question.right
-            _ensure(expected, f"{where}: measured {outcome.answer(step.question)}, which does not speak for the right answer")
+            decides = outcome.answer(step.question)
+            expected = not step.question.expects or step.question.supported(decides) == step.question.right
+            _ensure(expected, f"{where}: measured {decides}, which does not speak for the right answer")
             verdict = walk.view().verdict
             _ensure(verdict is not None and verdict.right, f"{where}: the right answer is not called right")
         found += [m.text(values[0]) for m, values in zip(step.measurements, outcome.values, strict=True)]

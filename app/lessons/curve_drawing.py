@@ -173,11 +173,10 @@ def checked_curve(drawing: Drawing, values: object) -> Curve | None:
     """Return values by column as a curve, () if none is drawn; None if they do not fit the axes."""
     if not isinstance(values, (list, tuple)) or len(values) not in (0, COLUMNS):
         return None
-    slack = 1e-6 * (drawing.y.high - drawing.y.low)
-    for value in values:
-        if value is not None and not (is_number(value) and drawing.y.low - slack <= value <= drawing.y.high + slack):
-            return None
-    return tuple(None if v is None else float(v) for v in values) if any(v is not None for v in values) else ()
+    slack, known = 1e-6 * (drawing.y.high - drawing.y.low), [v for v in values if v is not None]
+    if not all(is_number(v) and drawing.y.low - slack <= v <= drawing.y.high + slack for v in known):
+        return None
+    return tuple(None if v is None else float(v) for v in values) if known else ()
 
 
 def law_curve(drawing: Drawing, drawn: Curve) -> str:

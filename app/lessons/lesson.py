@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final, Literal
 
 from app.lessons.curve_drawing import Drawing
-from app.lessons.measures.quantity import QUANTITIES, UNITS, Value, shown_value, significant_digits
+from app.lessons.measures.quantity import UNITS, Value, shown_value, significant_digits
 from app.lessons.question import Question
 from app.lessons.room_places import Start
 from app.lessons.runs import Pairs, Setup
@@ -20,11 +20,8 @@ LessonCamera = Literal["room", "hand", "elbow", "between", "top"]
 AT_ONCE: Final = ("curve", "laws", "stability")
 """Plots that say what a law does before anything has run."""
 
-MOST_PLOTS: Final = 3
-MOST_NUMBERS: Final = 3
-MOST_CONTROLS: Final = 3
+MOST_CHOICES: Final = 6
 MOST_FORECASTS: Final = 4
-HINTS: Final = 3
 
 
 @dataclass(frozen=True)
@@ -47,7 +44,7 @@ class Measurement:
         id: by which a text names it.
         name: of the function, see `measures`.
         parameters: of the function.
-        unit: in which it is shown.
+        unit: in which it is shown, see `UNITS`.
         digits: after the point.
         compare: further runs in which the same is measured.
         text_only: whether only a text names it, and it does not stand among what was measured.
@@ -63,19 +60,10 @@ class Measurement:
 
     def text(self, value: Value) -> str:
         """Return a value as it is read, with two significant digits and its unit; of less than its digits can say, only that."""
-        said = shown_value(value, self.name, self.unit, significant_digits(value, self.name, self.unit, self.digits))
+        said = shown_value(value, self.unit, significant_digits(value, self.unit, self.digits))
         if value is None or value <= 0.0 or not self.digits or re.search("[1-9∞]", said.split()[0]):
             return said
-        return NumberText("< " + shown_value(self.in_si(10.0**-self.digits), self.name, self.unit, self.digits))
-
-    @property
-    def unit_sign(self) -> str:
-        """The unit in which it is shown, as a person reads it."""
-        return UNITS[QUANTITIES[self.name].unit, self.unit][1]
-
-    def in_si(self, number: float) -> float:
-        """Return a number that was said in the unit in which the measurement is shown, in SI units."""
-        return number / UNITS[QUANTITIES[self.name].unit, self.unit][0]
+        return NumberText("< " + shown_value(10.0**-self.digits / UNITS[self.unit].factor, self.unit, self.digits))
 
 
 @dataclass(frozen=True)

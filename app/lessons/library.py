@@ -98,11 +98,12 @@ def _numbered(chosen: Iterable[tuple[Lesson, Step | None]]) -> Iterator[Lesson]:
     merged: list[tuple[str, Lesson]] = []
     for lesson, step in entries:
         before = [one for name, one in merged if name == lesson.id]
+        newest, last = merged[-1] if merged else ("", lesson)
         twice = sum(other.id == lesson.id and part is None for other, part in entries) > 1
         if lesson.again and step is None and twice and not any(one.asked == "last" for one in before):
             made = _asked(lesson, any(one.asked == "first" for one in before))
-        elif step is not None and _takes(merged, lesson, step):
-            _, last = merged.pop()
+        elif step is not None and newest == lesson.id and not last.asked and step not in last.steps:
+            merged.pop()
             made = replace(last, steps=(*last.steps, step))
         else:
             # No file has a name with an underscore.
@@ -113,11 +114,6 @@ def _numbered(chosen: Iterable[tuple[Lesson, Step | None]]) -> Iterator[Lesson]:
     for number, (name, lesson) in enumerate(merged, 1):
         minutes = max(1, round(lesson.minutes * len(lesson.steps) / whole[name]))
         yield replace(lesson, number=number, minutes=minutes)
-
-
-def _takes(merged: list[tuple[str, Lesson]], lesson: Lesson, step: Step) -> bool:
-    """Return whether the newest lesson goes on with a step."""
-    return bool(merged) and merged[-1][0] == lesson.id and not merged[-1][1].asked and step not in merged[-1][1].steps
 
 
 class Library:

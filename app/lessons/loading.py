@@ -12,13 +12,14 @@ from typing import Final, NamedTuple
 from app.lessons import FOLDER
 from app.lessons.lesson import NO_LESSONS, Lesson, LessonBook, LessonProblem, Step
 from app.lessons.markdown import Chapter, Fault, FaultLog, Sheet, read_items, read_sheet
+from app.lessons.setups import usual_setup
 from app.lessons.steps import LEFT_DOLLAR, Common, check_head, head_texts, read_lesson, read_step, step_texts
 from app.settings import TRANSLATIONS, Language
 from app.text.lesson_text import left_dollar
 from app.text.picture import picture_problems
 from scenes.files import read_file
 
-_STEP: Final = re.compile(r"^## +(\d{1,3})\b[.:]? *(.*)$")
+_STEP: Final = re.compile(r"^## +(\d{1,3})\b[.:]? *(.*)$", re.MULTILINE)
 
 
 class StepNotes(NamedTuple):
@@ -50,17 +51,12 @@ class Notes(NamedTuple):
 
 def read_notes(text: str) -> Notes:
     """Return the parts of a file of notes; whatever is under no step's heading is about the whole lesson. Never raises."""
-    parts: list[tuple[int, str, list[str]]] = [(0, "", [])]
-    for line in text.strip().splitlines():
-        found = _STEP.match(line)
-        if found is None:
-            parts[-1][2].append(line)
-        else:
-            parts.append((int(found[1]), found[2].strip(), []))
-    whole = parts[0][2]
-    title = re.sub("^#+ *", "", whole[0]) if whole and whole[0].startswith("#") else ""
-    about = "\n".join(whole[1:] if title else whole).strip()
-    return Notes(title, about, tuple(StepNotes(number, name, "\n".join(lines).strip()) for number, name, lines in parts[1:]))
+    whole, *parts = _STEP.split("\n".join(text.strip().splitlines()))
+    first, _, rest = whole.partition("\n")
+    title = re.sub("^#+ *", "", first) if first.startswith("#") else ""
+    steps = zip(parts[0::3], parts[1::3], parts[2::3], strict=True)
+    about = (rest if title else whole).strip()
+    return Notes(title, about, tuple(StepNotes(int(number), name.strip(), said.strip()) for number, name, said in steps))
 
 
 MOST_BYTES: Final = 200_000
@@ -168,7 +164,7 @@ def _read(path: Path, number: int, id: str) -> Lesson:
     sheet, log = read_sheet(read_text(path)), FaultLog()
     common, head = log.take(lambda: read_lesson(sheet, path.parent), None), sheet.head
     # Steps build on the settings of the head.
-    base = common or Common(path.parent, (), "", 0)
+    base = common or Common(usual_setup(path.parent))
     steps: list[Step] = []
     for place, part in enumerate(sheet.steps if common is not None or not head.blocks else (), 1):
         step = log.take(partial(read_step, part, base), None)

@@ -116,46 +116,38 @@ def read_sheet(text: str) -> Sheet:
     Raises:
         Fault: a heading is missing or out of place, or a fence is left open.
     """
-    log = FaultLog()
-    head: Chapter | None = None
-    steps: list[Chapter] = []
-    here: SheetPart | None = None
-    fence, block, opened = "", None, 0
+    log, steps = FaultLog(), list[Chapter]()
+    # It has no title as long as none was read.
+    head = Chapter("", 1)
+    here: SheetPart = head
+    fence, opened, into = "", 0, here.lines
     for number, line in enumerate(text.splitlines(), 1):
-        found = _FENCE.match(line)
+        found, heading = _FENCE.match(line), _HEADING.match(line)
         if fence:
             closes = found is not None and not found[2] and found[1][0] == fence[0] and len(found[1]) >= len(fence)
-            if not closes:
-                (block.lines if block is not None else here.lines if here else []).append(line)
-                continue
-            if block is None and here is not None:
-                here.lines.append(line)
-            fence, block = "", None
-            continue
-        if found is not None:
-            if here is None:
+            if not closes or into is here.lines:
+                into.append(line)
+            if closes:
+                fence = ""
+        elif found is not None:
+            if not head.title:
                 raise Fault(number, "a block stands before the title; begin the file with a line like “# Title”.")
-            fence, opened = found[1], number
+            fence, opened, into = found[1], number, here.lines
             if found[2] == "duet":
                 block = DataBlock(number + 1)
-                (steps[-1] if steps else head or here).blocks.append(block)
+                (steps[-1] if steps else head).blocks.append(block)
+                into = block.lines
             else:
-                here.lines.append(line)
-            continue
-        heading = _HEADING.match(line)
-        if heading is None:
-            if here is not None:
-                here.lines.append(line)
-            elif line.strip():
+                into.append(line)
+        elif heading is None:
+            if line.strip() and not head.title:
                 raise Fault(number, "text stands before the title; begin the file with a line like “# Title”.")
-            continue
-        level, title = len(heading[1]), heading[2].strip()
-        if not title:
+            here.lines.append(line)
+        elif not (title := heading[2].strip()):
             log.found.append(Fault(number, "the heading has no text; write a title behind the #."))
-            continue
-        if level == 1 and head is None:
+        elif (level := len(heading[1])) == 1 and not head.title:
             here = head = Chapter(title, number)
-        elif head is None:
+        elif not head.title:
             raise Fault(number, "a step stands before the title; begin the file with a line like “# Title”.")
         elif level <= 2:
             if level == 1:
@@ -165,12 +157,12 @@ def read_sheet(text: str) -> Sheet:
         elif level == 3:
             chapter, known = (steps[-1], SECTIONS) if steps else (head, HEAD_SECTIONS)
             here = log.take(partial(_section, chapter, known, title, number), SheetPart(title, number))
-        elif here is not None:
+        else:
             here.lines.append(line)
     if fence:
         log.found.append(Fault(opened, f"the block that begins here is never closed; end it with a line {fence}."))
     log.close()
-    if head is None:
+    if not head.title:
         raise Fault(1, "there is no title; begin the file with a line like “# Title”.")
     if not steps:
         raise Fault(head.line, "the lesson has no step; begin one with a line like “## First step”.")

@@ -255,7 +255,7 @@ def judged(criterion: Criterion, value: Value, seconds: float) -> Judgement:
 def _text(m: Measurement, value: Value, digits: int | None = None) -> str:
     if m.name == "setting" and value is not None:
         return value_text(str(dict(m.parameters)["key"]), setting_value(str(dict(m.parameters)["key"]), value))
-    return shown_value(value, m.name, m.unit, m.digits if digits is None else digits)
+    return shown_value(value, m.unit, m.digits if digits is None else digits)
 
 
 def setting_value(key: str, value: float) -> object:

@@ -1,6 +1,7 @@
 """Runs without a page, for what a student did not do: comparisons, reference runs, attempts of the check. Each is made once."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import lru_cache
 
 from app.lessons.curve_drawing import Drawing, true_curve
@@ -8,7 +9,7 @@ from app.lessons.evidence import Evidence
 from app.lessons.lesson import Compared, Measurement
 from app.lessons.measures.quantity import Value, measure
 from app.lessons.room_places import start_positions
-from app.lessons.runs import Input, Pairs, Setup
+from app.lessons.runs import Pairs, Setup
 from app.lessons.scripts import script
 from app.plots.curve_chart import Curve
 from scenes.recording import read_inputs
@@ -24,16 +25,13 @@ def begin_reference_run(simulation: Simulation, setup: Setup) -> None:
     simulation.reset(start_positions(simulation.room, setup.start))
 
 
-def person_of(
-    simulation: Simulation, setup: Setup, kept: Mapping[str, TargetSource] | None = None, given: Input | None = None
-) -> TargetSource:
+def person_of(simulation: Simulation, setup: Setup, kept: Mapping[str, TargetSource] | None = None) -> TargetSource:
     """Return the target source of a simulation that has just begun; without targets where the student moves.
 
     Args:
         kept: what the student did in earlier steps, by name.
-        given: who moves; None for the setup's input.
     """
-    given = given or setup.input
+    given = setup.input
     match given.kind:
         case "autopilot":
             return simulation.source()
@@ -45,7 +43,7 @@ def person_of(
             if kept and given.name in kept:
                 return kept[given.name]
             assert given.fallback is not None
-            return person_of(simulation, setup, kept, given.fallback)
+            return person_of(simulation, replace(setup, input=given.fallback), kept)
         case _:
             return NoSource()
 

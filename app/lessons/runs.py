@@ -74,12 +74,7 @@ class Setup:
         return self.settings(Settings()).run
 
     def with_changes(self, changes: Pairs) -> "Setup":
-        return replace(self, changes=merged_pairs(self.changes, changes))
-
-
-def merged_pairs(first: Pairs, then: Pairs) -> Pairs:
-    """Return both; what is in both is as in the second."""
-    return tuple((dict(first) | dict(then)).items())
+        return replace(self, changes=tuple((dict(self.changes) | dict(changes)).items()))
 
 
 def deviations(asked: RunSettings, had: RunSettings) -> Pairs:

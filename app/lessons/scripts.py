@@ -41,6 +41,13 @@ def _hand(simulation: Simulation) -> Array:
     return simulation.kinematics.hand_pose(simulation.guided).translation.copy()
 
 
+def _straight(begin: Array, way: Array, speed: float, after: float = 0.0, beyond: float = 0.0) -> Callable[[float], Array]:
+    """Return the place (3,) at a time [s] of what goes by a way at a constant speed. `beyond`: how far past its end it goes on [m]."""
+    length = float(np.linalg.norm(way))
+    longest = max(length + beyond, 0.0)
+    return lambda time: begin + way * (min(speed * max(time - after, 0.0), longest) / length if length else 0.0)
+
+
 def push(
     simulation: Simulation,
     speed: float,
@@ -84,9 +91,8 @@ def hand_to(simulation: Simulation, x: float = 0.0, y: float = 0.0, z: float = 0
 
     Parameters: x, y, z of the way [m]; speed [m/s].
     """
-    begin, way = _hand(simulation), np.array([x, y, z])
-    length = float(np.linalg.norm(way))
-    return lambda time: HandTarget(begin + way * (min(speed * time, length) / length if length else 0.0))
+    place = _straight(_hand(simulation), np.array([x, y, z]), speed)
+    return lambda time: HandTarget(place(time))
 
 
 def hand_circle(simulation: Simulation, radius: float = 0.1, period: float = 6.0) -> Motion:
@@ -129,14 +135,8 @@ def ball_to(simulation: Simulation, place: RoomPlace, speed: float = 0.2, after:
     Parameters: place; speed [m/s]; after, how long it waits first [s].
     """
     begin = _ball(simulation)
-    way = ball_centre(simulation.room, place) - begin
-    length = float(np.linalg.norm(way))
-
-    def motion(time: float) -> Target:
-        gone = min(speed * max(time - after, 0.0), length)
-        return BallTarget(begin + way * (gone / length if length else 0.0))
-
-    return motion
+    centre = _straight(begin, ball_centre(simulation.room, place) - begin, speed, after)
+    return lambda time: BallTarget(centre(time))
 
 
 def ball_push(simulation: Simulation, speed: float, after: float = 0.5, gap: float = -1.0) -> Motion:
@@ -145,10 +145,8 @@ def ball_push(simulation: Simulation, speed: float, after: float = 0.5, gap: flo
     Parameters: speed [m/s]; after, how long it waits first [s]; gap, where it stops [m], negative for beyond the hand.
     """
     begin = _ball(simulation)
-    way = _hand(simulation) - begin
-    distance = max(float(np.linalg.norm(way)), 1e-9)
-    longest = max(distance - gap - BALL_RADIUS - POINT_RADIUS, 0.0)
-    return lambda time: BallTarget(begin + way * (min(speed * max(time - after, 0.0), longest) / distance))
+    centre = _straight(begin, _hand(simulation) - begin, speed, after, -gap - BALL_RADIUS - POINT_RADIUS)
+    return lambda time: BallTarget(centre(time))
 
 
 def ball_circle(simulation: Simulation, radius: float = 0.15, period: float = 6.0) -> Motion:

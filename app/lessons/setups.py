@@ -1,5 +1,6 @@
 """Who moves, from where, with which settings and for how long: the part of a block that describes a run."""
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Final, cast, get_args
@@ -7,7 +8,7 @@ from typing import Any, Final, cast, get_args
 from app.lessons.blocks import NEEDED, Table, is_number, quoted_value
 from app.lessons.markdown import Fault, FaultLog
 from app.lessons.room_places import Anchor, RoomPlace, Start, ball_centre, start_positions
-from app.lessons.runs import AUTOPILOT, LONGEST, Input, Pairs, Setup, merged_pairs
+from app.lessons.runs import AUTOPILOT, LONGEST, Input, Pairs, Setup
 from app.lessons.scripts import checked_script
 from app.settings import Settings
 from controllers.errors import BadInputFile, BadSetting
@@ -48,25 +49,28 @@ def read_changes(table: Table, key: str = "settings") -> Pairs:
     return tuple(found)
 
 
-def read_setup(table: Table, folder: Path, changes: Pairs, base: Setup | None = None) -> Setup:
+def usual_setup(folder: Path) -> Setup:
+    """Return the run of a lesson that says nothing about it. `folder`: where its files are."""
+    return Setup((), AUTOPILOT, None, USUAL, folder)
+
+
+def read_setup(table: Table, base: Setup) -> Setup:
     """Return the run that `settings`, `start`, `input` and `seconds` describe.
 
     Args:
         table: of the step, a wrong answer, the challenge or an attempt.
-        changes: settings to begin with.
         base: a run that gives what the table does not say.
 
     Raises:
         Fault: something is not possible.
     """
     line = "settings" if table.has("settings") else "seconds"
-    changes = merged_pairs(changes, read_changes(table))
-    seconds = table.number("seconds", base.seconds if base else USUAL, SHORTEST, LONGEST)
-    setup = Setup(changes, AUTOPILOT, None, seconds, folder)
+    setup = base.with_changes(read_changes(table))
+    setup = replace(setup, seconds=table.number("seconds", base.seconds, SHORTEST, LONGEST))
     table.checked(line, lambda: room_of(setup.run))
-    start = start_of_table(table) if table.has("start") else base.start if base else None
-    given = read_input(table, setup) if table.has("input") else base.input if base else AUTOPILOT
-    setup = Setup(changes, given, start, seconds, folder)
+    start = start_of_table(table) if table.has("start") else base.start
+    given = read_input(table, setup) if table.has("input") else base.input
+    setup = replace(setup, input=given, start=start)
     table.checked("start" if start else line, lambda: start_positions(room_of(setup.run), start))
     if given.kind == "script":
         table.checked("input", lambda: checked_script(given.name, dict(given.parameters), setup.run.scene))
@@ -102,15 +106,14 @@ def read_input(table: Table, setup: Setup) -> Input:
     value = table.any("input")
     if value == _FORMERLY:
         value = "none"
+    if value in PLAIN:
+        return Input(cast(Any, value))
+    if isinstance(value, dict):
+        return _read_input(table, dict(value), setup)
+    remedy = 'write "yours" or { script = "push", speed = 0.2 }.'
     if isinstance(value, str):
-        if value in PLAIN:
-            return Input(cast(Any, value))
         remedy = f"choose from {', '.join(PLAIN)}, or {{ script = … }}."
-        raise table.fault("input", f"input = {quoted_value(value)} is not possible; {remedy}")
-    if not isinstance(value, dict):
-        remedy = 'write "yours" or { script = "push", speed = 0.2 }.'
-        raise table.fault("input", f"input = {quoted_value(value)} is not possible; {remedy}")
-    return _read_input(table, dict(value), setup)
+    raise table.fault("input", f"input = {quoted_value(value)} is not possible; {remedy}")
 
 
 def _read_input(table: Table, value: dict[str, Any], setup: Setup) -> Input:

@@ -114,6 +114,7 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
     }
     reached = phases[: phases.index(at.phase) + 1]
     outcome = done.outcome if knows_outcome(at.phase) else None
+    drawing, truth = step.drawing, outcome.curve if outcome else ()
     texts = (
         (phase.value, fill(step, by_phase[phase], outcome if knows_outcome(phase) else None, language))
         for phase in reached
@@ -124,7 +125,7 @@ def make_view(at: StepPosition, yours: bool, can_next: bool, can_back: bool) -> 
         phases=phases,
         texts=(("goal", fill(step, step.goal, None, language)), *texts),
         choices=tuple(fill(step, choice.text, None, language) for choice in question.choices) if question else (),
-        drawing=drawn_curves(at),
+        drawing=DrawnCurves(done.drawing, truth, judge_drawing(drawing, done.drawing, truth, language)) if drawing else None,
         locked=at.phase is Phase.PREDICT and not done.predicted,
         verdict=answer_verdict(at),
         outcome=outcome.lines(step, language) if outcome else (),
@@ -168,15 +169,6 @@ def contrast(at: StepPosition) -> Contrast | None:
         return None
     answer = None if question is None or choice is None else question.choices[choice]
     return contrast_of(at.step.setup, beside, answer if answer is not None and answer.why == beside else None, at.lesson.language)
-
-
-def drawn_curves(at: StepPosition) -> DrawnCurves | None:
-    """Return the student's curve, beside the truth once the outcome is known; None where no curve is asked for."""
-    drawing, done = at.step.drawing, at.done
-    if drawing is None:
-        return None
-    truth = done.outcome.curve if done.outcome is not None and knows_outcome(at.phase) else ()
-    return DrawnCurves(done.drawing, truth, judge_drawing(drawing, done.drawing, truth, at.lesson.language))
 
 
 def answer_verdict(at: StepPosition) -> AnswerVerdict | None:

@@ -10,22 +10,12 @@ from typing import Any, Final, cast, get_args
 from app.lessons.blocks import NEEDED, Table, is_number, quoted_value, read_block
 from app.lessons.challenges import no_doubles, read_challenge, read_identity, read_measurement, read_trials
 from app.lessons.curve_drawing import read_drawing
-from app.lessons.lesson import (
-    HINTS,
-    MOST_CONTROLS,
-    MOST_NUMBERS,
-    MOST_PLOTS,
-    Challenge,
-    LessonCamera,
-    Measurement,
-    Question,
-    Step,
-)
+from app.lessons.lesson import MOST_CHOICES, Challenge, LessonCamera, Measurement, Question, Step
 from app.lessons.markdown import HEAD_SECTIONS, ITEM, Chapter, Fault, FaultLog, Sheet, read_items
 from app.lessons.measures.quantity import QUANTITIES
 from app.lessons.question import Choice, Expectation
-from app.lessons.runs import Pairs, Setup
-from app.lessons.setups import read_changes, read_setup
+from app.lessons.runs import Setup
+from app.lessons.setups import read_changes, read_setup, usual_setup
 from app.lessons.texts import placeholder_problems
 from app.plots.plot_choice import possible_plots
 from app.text.lesson_text import left_dollar
@@ -36,18 +26,20 @@ LEFT_DOLLAR: Final = "a $ belongs to no formula; write $…$ within one paragrap
 WITH_A_RUN: Final = ("challenge", "attempt", "drawing", "why", "plots", "numbers", "marks", "camera")
 """Keys that a question without a run does not have."""
 
-MOST_CHOICES: Final = 6
+MOST_PLOTS: Final = 3
+MOST_NUMBERS: Final = 3
+MOST_CONTROLS: Final = 3
+HINTS: Final = 3
 MOST_MINUTES: Final = 90
 
 
 @dataclass(frozen=True)
 class Common:
-    """What all steps of a lesson begin with."""
+    """What all steps of a lesson begin with: the run that each of them changes, and what the list of lessons says."""
 
-    folder: Path
-    changes: Pairs
-    equations: str
-    minutes: int
+    setup: Setup
+    equations: str = ""
+    minutes: int = 10
 
 
 def read_lesson(sheet: Sheet, folder: Path) -> Common:
@@ -62,11 +54,11 @@ def read_lesson(sheet: Sheet, folder: Path) -> Common:
     log.take(lambda: check_head(sheet.head, folder), None)
     if len(sheet.head.blocks) > 1:
         log.found.append(Fault(sheet.head.blocks[1].line, "there is a second block under the title; put both into one."))
-    common = Common(folder, (), "", 10)
+    common = Common(usual_setup(folder))
     if sheet.head.blocks and (table := log.take(lambda: read_block(sheet.head.blocks[0]), None)) is not None:
         changes = log.take(lambda: read_changes(table), ())
         minutes = log.take(lambda: table.whole("minutes", 10, 1, MOST_MINUTES), 10)
-        common = Common(folder, changes, log.take(lambda: table.text("equations", ""), ""), minutes)
+        common = Common(common.setup.with_changes(changes), log.take(lambda: table.text("equations", ""), ""), minutes)
         log.take(table.close, None)
     log.close()
     return common
@@ -118,7 +110,7 @@ def read_step(part: Chapter, common: Common) -> Step:
     concept = log.take(lambda: table.flag("concept"), False)
     if concept:
         log.found += [table.fault(key, f"a question without a run has no {key}.") for key in WITH_A_RUN if table.has(key)]
-    setup = log.take(lambda: read_setup(table, common.folder, common.changes), None)
+    setup = log.take(lambda: read_setup(table, common.setup), None)
     if setup is None:
         # What follows depends on the run.
         log.close()
@@ -135,7 +127,7 @@ def read_step(part: Chapter, common: Common) -> Step:
     challenge_text = texts.pop("challenge", "")
     hints = log.take(lambda: _hints(part, challenge), ())
     sound = measured and challenged is (challenge is not None)
-    trials = log.take(lambda: read_trials(table, setup, challenge, measurements), ()) if sound else ()
+    trials = log.take(lambda: read_trials(table, challenge, measurements), ()) if sound else ()
     live = [name for name, found in QUANTITIES.items() if found.live and not found.parameters]
     numbers = tuple(
         Measurement(name, name, (), QUANTITIES[name].shown, QUANTITIES[name].digits)
@@ -211,7 +203,7 @@ def _question(
         number = entry.whole("choice", NEEDED, 1, len(items)) - 1
         if number == right or number in whys:
             raise entry.fault("choice", "each wrong answer has at most one run of its own, the right one has none.")
-        whys[number] = read_setup(entry, setup.folder, setup.changes, setup), entry.flag("otherwise"), entry.flag("same")
+        whys[number] = read_setup(entry, setup), entry.flag("otherwise"), entry.flag("same")
         entry.close()
     choices = tuple(Choice(item.text, item.quote, *whys.get(i, (None, False, False))) for i, item in enumerate(items))
     return Question(text, choices, right, expects, ratio)

@@ -29,14 +29,10 @@ def series_table(shown: Sequence[Measurement], found: Sequence[tuple[Value, ...]
     head, runs = _runs(shown[0], setup, language)
     columns = [head, *(label_of(m, language) for m in shown)]
     rows = [
-        (
-            place,
-            [name, *(words_of(language)(m.text(row[i])) if i < len(row) else "–" for m, row in zip(shown, found, strict=True))],
-        )
-        for i, (place, name) in enumerate(runs)
+        [runs[i][1], *(words_of(language)(m.text(row[i])) if i < len(row) else "–" for m, row in zip(shown, found, strict=True))]
+        for i in sorted(range(len(runs)), key=lambda i: runs[i][0])
     ]
-    rows.sort(key=lambda row: row[0])
-    lines = [columns, ["---", *("---:" for _ in shown)], *(cells for _, cells in rows)]
+    lines = [columns, ["---", *("---:" for _ in shown)], *rows]
     return "\n\n" + "\n".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |" for cells in lines) + "\n\n"
 
 

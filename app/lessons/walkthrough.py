@@ -1,7 +1,7 @@
 """One student on the way through the lessons: goal → predict → do → observe → explain → challenge. Knows nothing of a page.
 
 The page shows `view`, calls what the student does (`choose`, `next`, `back`, `reset`, `hint`, `attempt` …), runs a simulation with
-`settings`, `setup.start` and `target_source` whenever `run_id` has changed, passes it to `watch` every frame and to `observe` at its end.
+`settings`, `setup` and what was `kept` whenever `run_id` has changed, passes it to `watch` every frame and to `observe` at its end.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -27,15 +27,12 @@ from app.lessons.outcomes import (
     reference,
 )
 from app.lessons.progress import LONGEST_REASON, MOST_TRIES, MOST_WORDS, StepProgress, Try, from_json, to_json
-from app.lessons.reference_runs import person_of
-from app.lessons.room_places import mark_places
 from app.lessons.runs import Setup
 from app.lessons.step_view import LessonEntry, StepPosition, StepView, has_curve, make_view, why_of
 from app.plots.curve_chart import Curve
 from app.session.replay_player import Mark
 from app.settings import Settings
 from controllers.errors import BadSetting
-from controllers.kinematics import Array
 from scenes.inputs import Recorded, RecordedPerson
 from scenes.laws import DRAWN_LAW
 from scenes.roles import TargetSource
@@ -319,14 +316,6 @@ class Walkthrough:
     def settings(self, start: Settings | None = None) -> Settings:
         """Return the settings with which the present run begins. `start`: of the page now, which stays where the lesson does not say."""
         return self.setup.settings(start or Settings())
-
-    def target_source(self, simulation: Simulation) -> TargetSource:
-        """Return the target source of a simulation at the start of the run; without targets where the student moves."""
-        return person_of(simulation, self.setup, self._kept)
-
-    def marks(self, simulation: Simulation) -> Array:
-        """Return the places that the elbow is to touch (k, 3) [m]."""
-        return mark_places(simulation.room, self.step.marks).reshape(-1, 3)
 
     def live(self, simulation: Simulation) -> tuple[tuple[Measurement, float | None], ...]:
         """Return the numbers in view and their values in the newest step."""

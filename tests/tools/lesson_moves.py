@@ -8,7 +8,7 @@ import numpy as np
 from playwright.sync_api import Page
 
 from app.lessons.lesson import Trial
-from app.lessons.room_places import start_positions
+from app.lessons.room_places import mark_places, start_positions
 from app.lessons.session.lesson_session import LessonSession
 from app.page.lessons.null_motion_sliders import LABELS
 from app.session.session import Session
@@ -91,7 +91,7 @@ class LessonMoves:
 
     def _swing(self) -> None:
         """Swing the elbow to both marks with J and K."""
-        low, high = self.run.walk.marks(self.session.simulation)
+        low, high = mark_places(self.session.simulation.room, self.run.walk.step.marks)
         for mark in (high, low):
 
             def there(mark: Array = mark) -> bool:

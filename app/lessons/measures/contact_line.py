@@ -5,7 +5,7 @@ from math import inf
 import numpy as np
 
 from app.lessons.evidence import Evidence
-from app.lessons.measures.quantity import Row, Value, quantity
+from app.lessons.measures.quantity import At, Reading, Row, Value, at, quantity
 from controllers import budget
 from controllers.activation import activation
 from scenes.settings import LawSettings, specs, values
@@ -14,7 +14,7 @@ FAR = 1000.0
 """Farther than anything rests [m]."""
 
 
-@quantity("setting", "", "", 3, live=True, settings=True)
+@quantity("setting", "", 3, live=True, settings=True)
 def setting(evidence: Evidence, key: str) -> Value:
     """Return a setting of the run, in SI units; of a choice, its place in the list."""
     value, spec = values(evidence.settings).get(key), specs().get(key)
@@ -23,45 +23,39 @@ def setting(evidence: Evidence, key: str) -> Value:
     return float(spec.choices.index(value)) if spec.choices else float(value)
 
 
-@quantity("λ", "", "", 2, live=True)
+@quantity("λ", "", 2, live=True)
 def activation_now(evidence: Evidence) -> Value:
     """Return λ in the newest step."""
     return float(evidence.column("lambda")[-1])
 
 
-def _before_crossing(evidence: Evidence, ratio: float) -> Row:
-    """Return the row before the first in which d has passed `ratio` times d_m."""
-    beyond = evidence.column("law_d") - ratio * evidence.settings.law.critical_distance
-    crossed = np.flatnonzero(beyond[1:] * beyond[:-1] <= 0.0)
-    return int(crossed[0]) if len(crossed) else None
-
-
-@quantity("λ met at d = {ratio} dₘ", "", "", 3, obstacle=True, row=_before_crossing)
-def activation_met(evidence: Evidence, ratio: float) -> Value:
+@quantity("λ met at d = {ratio} dₘ", "", 3, obstacle=True)
+def activation_met(evidence: Evidence, ratio: float) -> Reading:
     """Return λ where d first was `ratio` times d_m, straight between two steps."""
-    d, lam, k = evidence.column("law_d"), evidence.column("lambda"), _before_crossing(evidence, ratio)
-    if k is None:
+    d, lam, met = evidence.column("law_d"), evidence.column("lambda"), ratio * evidence.settings.law.critical_distance
+    crossed = np.flatnonzero((d[1:] - met) * (d[:-1] - met) <= 0.0)
+    if not len(crossed):
         return None
-    at = ratio * evidence.settings.law.critical_distance
+    k = int(crossed[0])
     way = float(d[k + 1] - d[k])
-    part = (at - float(d[k])) / way if way else 0.0
-    return float(lam[k]) + part * float(lam[k + 1] - lam[k])
+    part = (met - float(d[k])) / way if way else 0.0
+    return At(float(lam[k]) + part * float(lam[k + 1] - lam[k]), k)
 
 
-@quantity("(dₘ/d)ⁿ at d = {ratio} dₘ", "", "", 3, settings=True)
+@quantity("(dₘ/d)ⁿ at d = {ratio} dₘ", "", 3, settings=True)
 def activation_formula(evidence: Evidence, ratio: float) -> Value:
     """Return (d_m/d)ⁿ at d = `ratio` times d_m, eq. (31)."""
     law = evidence.settings.law
     return activation(ratio * law.critical_distance, law.critical_distance, law.order)
 
 
-@quantity("u", "m/s", "m/s", 2, live=True)
+@quantity("u", "m/s", 2, live=True)
 def pull_now(evidence: Evidence) -> Value:
     """Return u in the newest step, how fast the task pulls towards the obstacle [m/s]."""
     return float(evidence.column("u")[-1])
 
 
-@quantity("d*", "m", "mm", 0, live=True, obstacle=True)
+@quantity("d*", "mm", 0, live=True, obstacle=True)
 def rest_now(evidence: Evidence) -> Value:
     """Return d* = d_m [(u + v)/(u + w)]^(1/n) for u and w of the newest step [m]; None under a law without this rest."""
     law = evidence.settings.law
@@ -89,19 +83,19 @@ def balance(law: LawSettings, gain: float, inside: float) -> float:
     return float(brentq(rate, d_m, FAR, xtol=1e-12))  # pyright: ignore[reportArgumentType]
 
 
-@quantity("d where λv = (1 − λ)K(d − d_goal)", "m", "mm", 1, settings=True)
+@quantity("d where λv = (1 − λ)K(d − d_goal)", "mm", 1, settings=True)
 def stand_off_formula(evidence: Evidence, gap: float) -> Value:
     """Return where a hand rests that is drawn straight to a goal at the distance `gap` from the obstacle [m]."""
     return balance(evidence.settings.law, evidence.settings.gain, gap)
 
 
-@quantity("displacement by λv = (1 − λ)K e", "m", "mm", 1, settings=True)
+@quantity("displacement by λv = (1 − λ)K e", "mm", 1, settings=True)
 def bias_formula(evidence: Evidence, gap: float) -> Value:
     """Return how far from a goal at the distance `gap` from the obstacle a hand rests, if it yields straight [m]."""
     return balance(evidence.settings.law, evidence.settings.gain, gap) - gap
 
 
-@quantity("largest n λ (v + u) dt / d", "", "", 2, obstacle=True)
+@quantity("largest n λ (v + u) dt / d", "", 2, obstacle=True)
 def euler_number(evidence: Evidence) -> Value:
     """Return the largest n λ (v + u) dt / d above d_m: explicit Euler chatters where it stays above 2."""
     run, d = evidence.settings, evidence.column("law_d")
@@ -121,17 +115,16 @@ def _fall(evidence: Evidence) -> Row:
     return int(below[np.diff(d)[below].argmin()])
 
 
-@quantity("loss of distance below dₘ", "m/s", "m/s", 3, obstacle=True, row=_fall)
-def loss_rate(evidence: Evidence) -> Value:
+@quantity("loss of distance below dₘ", "m/s", 3, obstacle=True)
+def loss_rate(evidence: Evidence) -> Reading:
     """Return the fastest fall of d below d_m [m/s]."""
-    row, d = _fall(evidence), evidence.column("law_d")
-    return None if row is None else float(d[row] - d[row + 1]) / evidence.settings.dt
+    return at(-np.diff(evidence.column("law_d")) / evidence.settings.dt, _fall(evidence))
 
 
-@quantity("w − v at that moment", "m/s", "m/s", 3, obstacle=True, row=_fall)
-def loss_formula(evidence: Evidence) -> Value:
+@quantity("w − v at that moment", "m/s", 3, obstacle=True)
+def loss_formula(evidence: Evidence) -> Reading:
     """Return w − v in the step in which d fell fastest below d_m, where λ = 1 [m/s]."""
     row = _fall(evidence)
     if row is None:
         return None
-    return budget.distance_loss_rate(evidence.settings.law.nominal_velocity, float(evidence.column("w_law")[row]))
+    return At(budget.distance_loss_rate(evidence.settings.law.nominal_velocity, float(evidence.column("w_law")[row])), row)

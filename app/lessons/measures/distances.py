@@ -3,156 +3,119 @@
 import numpy as np
 
 from app.lessons.evidence import Evidence
-from app.lessons.measures.quantity import Row, Value, quantity
+from app.lessons.measures.quantity import At, Reading, Value, at, quantity
 from controllers import budget
 from controllers.kinematics import Array
 
 
-@quantity("distance", "m", "mm", 0, live=True, obstacle=True)
+@quantity("distance", "mm", 0, live=True, obstacle=True)
 def distance_now(evidence: Evidence) -> Value:
     """Return d in the newest step [m]."""
     return float(evidence.column("d")[-1])
 
 
-def _nearest(evidence: Evidence) -> Row:
-    return int(evidence.column("d").argmin())
-
-
-def _at(evidence: Evidence, time: float, **_: float) -> Row:
-    return evidence.row_at(time)
-
-
-@quantity("smallest distance", "m", "mm", 1, obstacle=True, row=_nearest)
-def smallest_distance(evidence: Evidence) -> Value:
+@quantity("smallest distance", "mm", 1, obstacle=True)
+def smallest_distance(evidence: Evidence) -> Reading:
     """Return the smallest d of the run [m]."""
-    return float(evidence.column("d").min())
+    d = evidence.column("d")
+    return at(d, int(d.argmin()))
 
 
-@quantity("smallest d − dₘ", "m", "mm", 1, row=_nearest)
-def distance_margin(evidence: Evidence) -> Value:
+@quantity("smallest d − dₘ", "mm", 1, obstacle=True)
+def distance_margin(evidence: Evidence) -> Reading:
     """Return the smallest d of the run less d_m [m]; negative if the critical distance was passed."""
-    smallest = smallest_distance(evidence)
-    return None if smallest is None else smallest - evidence.settings.law.critical_distance
+    d = evidence.column("d")
+    return at(d - evidence.settings.law.critical_distance, int(d.argmin()))
 
 
-@quantity("distance lost of dₘ", "m", "mm", 1, row=_nearest)
-def distance_lost(evidence: Evidence) -> Value:
+@quantity("distance lost of dₘ", "mm", 1, obstacle=True)
+def distance_lost(evidence: Evidence) -> Reading:
     """Return by how much the smallest d of the run fell below d_m [m]; 0 if the critical distance was kept."""
-    margin = distance_margin(evidence)
-    return None if margin is None else max(-margin, 0.0)
+    d = evidence.column("d")
+    return at(np.maximum(evidence.settings.law.critical_distance - d, 0.0), int(d.argmin()))
 
 
-@quantity("distance at {time}", "m", "mm", 1, obstacle=True, row=_at)
-def distance_at(evidence: Evidence, time: float) -> Value:
+@quantity("distance at {time}", "mm", 1, obstacle=True)
+def distance_at(evidence: Evidence, time: float) -> Reading:
     """Return d at a time [m]."""
-    row = evidence.row_at(time)
-    return float(evidence.column("d")[row]) if row is not None else None
+    return at(evidence.column("d"), evidence.row_at(time))
 
 
-@quantity("way made towards the obstacle", "m", "mm", 1, row=lambda evidence, since, until: evidence.row_at(until))
-def way_made(evidence: Evidence, since: float, until: float) -> Value:
+@quantity("way made towards the obstacle", "mm", 1, obstacle=True)
+def way_made(evidence: Evidence, since: float, until: float) -> Reading:
     """Return d(since) − d(until) [m]."""
-    begin, end = distance_at(evidence, since), distance_at(evidence, until)
-    return None if begin is None or end is None else begin - end
+    begin, d = evidence.row_at(since), evidence.column("d")
+    return None if begin is None else at(d[begin] - d, evidence.row_at(until))
 
 
-def _fastest(evidence: Evidence, within: float = 10.0) -> Row:
-    return int(np.where(evidence.column("d") < within, evidence.column("w"), -np.inf).argmax())
-
-
-@quantity("fastest approach of the obstacle", "m/s", "m/s", 2, obstacle=True, row=_fastest)
-def largest_approach(evidence: Evidence, within: float = 10.0) -> Value:
+@quantity("fastest approach of the obstacle", "m/s", 2, obstacle=True)
+def largest_approach(evidence: Evidence, within: float = 10.0) -> Reading:
     """Return the largest w while d was less than `within` [m/s]."""
-    near = evidence.column("d") < within
-    return float(evidence.column("w")[near].max()) if near.any() else None
+    near, w = evidence.column("d") < within, evidence.column("w")
+    return at(w, int(np.where(near, w, -np.inf).argmax())) if near.any() else None
 
 
-@quantity("approach of the obstacle", "m/s", "m/s", 2, live=True, obstacle=True)
+@quantity("approach of the obstacle", "m/s", 2, live=True, obstacle=True)
 def approach_now(evidence: Evidence) -> Value:
     """Return w in the newest step [m/s]."""
     return float(evidence.column("w")[-1])
 
 
-@quantity("changes of the closest pair", "", "", 0, obstacle=True)
+@quantity("changes of the closest pair", "", 0, obstacle=True)
 def pair_switches(evidence: Evidence) -> Value:
     """Return how often another pair of bodies became the closest."""
     return float(np.count_nonzero(np.diff(evidence.column("pair"))))
 
 
-def _between(evidence: Evidence, since: float, until: float) -> np.ndarray:
-    return (evidence.times >= since - 1e-9) & (evidence.times <= until + 1e-9)
-
-
-def _nearest_between(evidence: Evidence, since: float, until: float) -> Row:
-    return int(np.where(_between(evidence, since, until), evidence.column("d"), np.inf).argmin())
-
-
-@quantity("swing of d, {since} to {until}", "m", "mm", 1, obstacle=True, row=_nearest_between)
-def distance_swing(evidence: Evidence, since: float, until: float) -> Value:
+@quantity("swing of d, {since} to {until}", "mm", 1, obstacle=True)
+def distance_swing(evidence: Evidence, since: float, until: float) -> Reading:
     """Return the largest less the smallest d between two times [m]."""
-    if evidence.row_at(until) is None:
+    rows = np.flatnonzero((evidence.times >= since - 1e-9) & (evidence.times <= until + 1e-9))
+    if evidence.row_at(until) is None or not len(rows):
         return None
-    d = evidence.column("d")[_between(evidence, since, until)]
-    return float(np.ptp(d)) if len(d) else None
+    d = evidence.column("d")[rows]
+    return At(float(np.ptp(d)), int(rows[d.argmin()]))
 
 
-@quantity("a T at {time}, T = {dead}", "", "", 2, obstacle=True, row=_at)
-def dead_time_number(evidence: Evidence, time: float, dead: float) -> Value:
+@quantity("a T at {time}, T = {dead}", "", 2, obstacle=True)
+def dead_time_number(evidence: Evidence, time: float, dead: float) -> Reading:
     """Return a T = n (u + w) T / d* with u and w of the step at a time, for a dead time T [s]: a rest is stable below π/2."""
     row = evidence.row_at(time)
     if row is None:
         return None
     law, u, w = evidence.settings.law, float(evidence.column("u")[row]), float(evidence.column("w_law")[row])
     v = law.nominal_velocity + (w if law.knows_w else 0.0)
-    return dead / budget.settling_time(law.critical_distance, law.order, v, u, w)
+    return At(dead / budget.settling_time(law.critical_distance, law.order, v, u, w), row)
 
 
-def joint_errors(evidence: Evidence) -> Array | None:
-    """Return |q_d − q| of the arm with the shown task (rows,) [rad]; None if it follows no joints."""
-    if np.isnan(evidence.desired[-1]).any():
-        return None
+def joint_errors(evidence: Evidence) -> Array:
+    """Return |q_d − q| of the arm with the shown task (rows,) [rad]; nan, which does not tell, if it follows no joints."""
     return np.linalg.norm(evidence.desired - evidence.positions[:, evidence.arm.joints], axis=1)
 
 
-@quantity("joint error", "rad", "deg", 1, live=True)
+@quantity("joint error", "deg", 1, live=True)
 def joint_error_now(evidence: Evidence) -> Value:
     """Return |q_d − q| in the newest step [rad]."""
-    errors = joint_errors(evidence)
-    return None if errors is None else float(errors[-1])
+    return float(joint_errors(evidence)[-1])
 
 
-def _farthest_off(evidence: Evidence) -> Row:
-    errors = joint_errors(evidence)
-    return None if errors is None else int(errors.argmax())
-
-
-@quantity("largest joint error", "rad", "deg", 1, row=_farthest_off)
-def largest_joint_error(evidence: Evidence) -> Value:
+@quantity("largest joint error", "deg", 1)
+def largest_joint_error(evidence: Evidence) -> Reading:
     """Return the largest |q_d − q| of the run [rad]."""
     errors = joint_errors(evidence)
-    return None if errors is None else float(errors.max())
+    return at(errors, int(errors.argmax()))
 
 
-def _first_within(evidence: Evidence, distance: float) -> Row:
+@quantity("joint error when d fell to {distance}", "deg", 1, obstacle=True)
+def joint_error_met(evidence: Evidence, distance: float) -> Reading:
+    """Return |q_d − q| when d first fell to a distance [rad]."""
     d = evidence.column("d")
     fallen = np.flatnonzero((d[1:] <= distance) & (d[:-1] > distance))
-    return int(fallen[0]) + 1 if len(fallen) else None
+    return at(joint_errors(evidence), int(fallen[0]) + 1) if len(fallen) else None
 
 
-@quantity("joint error when d fell to {distance}", "rad", "deg", 1, obstacle=True, row=_first_within)
-def joint_error_met(evidence: Evidence, distance: float) -> Value:
-    """Return |q_d − q| when d first fell to a distance [rad]."""
-    errors, row = joint_errors(evidence), _first_within(evidence, distance)
-    return None if errors is None or row is None else float(errors[row])
-
-
-def _farthest_off_beyond(evidence: Evidence, distance: float) -> Row:
-    errors, beyond = joint_errors(evidence), evidence.column("d") > distance
-    return None if errors is None or not beyond.any() else int(np.where(beyond, errors, -np.inf).argmax())
-
-
-@quantity("largest joint error while d was more than {distance}", "rad", "deg", 1, obstacle=True, row=_farthest_off_beyond)
-def joint_error_beyond(evidence: Evidence, distance: float) -> Value:
+@quantity("largest joint error while d was more than {distance}", "deg", 1, obstacle=True)
+def joint_error_beyond(evidence: Evidence, distance: float) -> Reading:
     """Return the largest |q_d − q| while d was more than a distance [rad]."""
-    errors, row = joint_errors(evidence), _farthest_off_beyond(evidence, distance)
-    return None if errors is None or row is None else float(errors[row])
+    errors, beyond = joint_errors(evidence), evidence.column("d") > distance
+    return at(errors, int(np.where(beyond, errors, -np.inf).argmax())) if beyond.any() else None

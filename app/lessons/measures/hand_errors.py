@@ -4,21 +4,21 @@ import numpy as np
 import pinocchio as pin
 
 from app.lessons.evidence import Evidence
-from app.lessons.measures.quantity import Row, Value, quantity
+from app.lessons.measures.quantity import At, Reading, Value, at, quantity
 from app.lessons.room_places import mark_places
 from controllers.kinematics import Array, null_space_projector
 from controllers.tasks import TASK_DIMENSION
 from scenes.solo import LAP, circle
 
 
-def hand_errors(evidence: Evidence) -> Array | None:
-    """Return |e| of the hand (rows,) [m]; None if the task is about joints."""
+def hand_errors(evidence: Evidence) -> Array:
+    """Return |e| of the hand (rows,) [m]; nan, which does not tell, if the task is about joints."""
     if evidence.settings.experiment.error_unit != "m²":
-        return None
+        return np.full(evidence.rows, np.nan)
     return np.sqrt(evidence.column("e2"))
 
 
-@quantity("ways to move while the hand's task is kept", "", "", 0, live=True)
+@quantity("ways to move while the hand's task is kept", "", 0, live=True)
 def null_dimension(evidence: Evidence) -> Value:
     """Return trace (I − J^# J) of the hand's task now, eq. (6): in how many independent ways the joints can move without it."""
     J = evidence.kinematics_at(evidence.rows - 1).hand_jacobian(evidence.arm, TASK_DIMENSION[evidence.settings.task])
@@ -27,55 +27,40 @@ def null_dimension(evidence: Evidence) -> Value:
     return float(np.trace(null_space_projector(J)))
 
 
-@quantity("hand error", "m", "mm", 1, live=True)
+@quantity("hand error", "mm", 1, live=True)
 def hand_error_now(evidence: Evidence) -> Value:
     """Return |e| of the hand in the newest step [m]."""
-    errors = hand_errors(evidence)
-    return None if errors is None else float(errors[-1])
+    return float(hand_errors(evidence)[-1])
 
 
-def _farthest_off(evidence: Evidence, since: float = 0.0) -> Row:
-    errors = hand_errors(evidence)
-    return None if errors is None else int(np.where(evidence.times >= since - 1e-9, errors, -np.inf).argmax())
-
-
-@quantity("largest hand error", "m", "mm", 2, row=_farthest_off)
-def largest_hand_error(evidence: Evidence, since: float = 0.0) -> Value:
+@quantity("largest hand error", "mm", 2)
+def largest_hand_error(evidence: Evidence, since: float = 0.0) -> Reading:
     """Return the largest |e| of the hand from a time on [m]."""
-    errors = hand_errors(evidence)
-    if errors is None or not (counted := evidence.times >= since - 1e-9).any():
-        return None
-    return float(errors[counted].max())
+    errors, counted = hand_errors(evidence), evidence.times >= since - 1e-9
+    return at(errors, int(np.where(counted, errors, -np.inf).argmax())) if counted.any() else None
 
 
-@quantity("mean hand error", "m", "mm", 1)
+@quantity("mean hand error", "mm", 1)
 def mean_hand_error(evidence: Evidence) -> Value:
     """Return the mean |e| of the hand [m]."""
-    errors = hand_errors(evidence)
-    return None if errors is None else float(errors.mean())
+    return float(hand_errors(evidence).mean())
 
 
-@quantity("hand error at {time}", "m", "mm", 1, row=lambda evidence, time: evidence.row_at(time))
-def hand_error_at(evidence: Evidence, time: float) -> Value:
+@quantity("hand error at {time}", "mm", 1)
+def hand_error_at(evidence: Evidence, time: float) -> Reading:
     """Return |e| of the hand at a time [m]."""
-    errors, row = hand_errors(evidence), evidence.row_at(time)
-    return None if errors is None or row is None else float(errors[row])
+    return at(hand_errors(evidence), evidence.row_at(time))
 
 
-def _elbow_farthest(evidence: Evidence) -> Row:
-    """Return the row in which the elbow is farthest from where it began."""
+@quantity("way between the elbow's farthest places", "mm", 0)
+def elbow_travel(evidence: Evidence) -> Reading:
+    """Return the largest distance between two places where the elbow was [m]; it stands where the elbow is farthest from its first one."""
     places = evidence.along(evidence.elbow)
-    return evidence.sampled_rows()[int(((places - places[0]) ** 2).sum(axis=1).argmax())]
+    farthest = evidence.sampled_rows()[int(((places - places[0]) ** 2).sum(axis=1).argmax())]
+    return At(max(float(np.sqrt(((places - place) ** 2).sum(axis=1).max())) for place in places), farthest)
 
 
-@quantity("way between the elbow's farthest places", "m", "mm", 0, row=_elbow_farthest)
-def elbow_travel(evidence: Evidence) -> Value:
-    """Return the largest distance between two places where the elbow was [m]."""
-    places = evidence.along(evidence.elbow)
-    return max(float(np.sqrt(((places - place) ** 2).sum(axis=1).max())) for place in places)
-
-
-@quantity("largest turn of the hand", "rad", "deg", 0)
+@quantity("largest turn of the hand", "deg", 0)
 def hand_turned(evidence: Evidence) -> Value:
     """Return the largest angle by which the hand was turned from how it was at the start [rad]."""
     if not evidence.whole:
@@ -85,7 +70,7 @@ def hand_turned(evidence: Evidence) -> Value:
     return max(float(np.linalg.norm(pin.log3(first.T @ pose.rotation))) for pose in poses)
 
 
-@quantity("elbow's smallest distance from the mark at {angle}", "m", "mm", 0)
+@quantity("elbow's smallest distance from the mark at {angle}", "mm", 0)
 def mark_miss(evidence: Evidence, angle: float) -> Value:
     """Return how near the elbow came to the mark at an angle about the line from shoulder to wrist [m]."""
     (mark,) = mark_places(evidence.room, (angle,))
@@ -102,7 +87,7 @@ def _last_lap(evidence: Evidence) -> tuple[int, int] | None:
     return None if laps < 1 or begin is None or end is None else (begin, end)
 
 
-@quantity("drift of the tip in a lap", "m", "mm", 3)
+@quantity("drift of the tip in a lap", "mm", 3)
 def drift_per_lap(evidence: Evidence) -> Value:
     """Return |e(end) − e(begin)| of the last whole lap of the circle [m]: by how much the tip's curve fails to close."""
     lap = _last_lap(evidence)
@@ -113,7 +98,7 @@ def drift_per_lap(evidence: Evidence) -> Value:
     return float(np.linalg.norm(end - begin))
 
 
-@quantity("drift of the joints in a lap", "rad", "deg", 2)
+@quantity("drift of the joints in a lap", "deg", 2)
 def joint_drift_per_lap(evidence: Evidence) -> Value:
     """Return |q(end) − q(begin)| of the last whole lap of the circle [rad]: whether a closed curve of the tip is one of the joints."""
     lap = _last_lap(evidence)
@@ -123,19 +108,14 @@ def joint_drift_per_lap(evidence: Evidence) -> Value:
     return float(np.linalg.norm(end - begin))
 
 
-def _farthest_off_in_lap(evidence: Evidence) -> Row:
-    lap, errors = _last_lap(evidence), hand_errors(evidence)
-    return None if lap is None or errors is None else lap[0] + int(errors[lap[0] : lap[1] + 1].argmax())
-
-
-@quantity("largest hand error of the last lap", "m", "mm", 3, row=_farthest_off_in_lap)
-def lap_error(evidence: Evidence) -> Value:
+@quantity("largest hand error of the last lap", "mm", 3)
+def lap_error(evidence: Evidence) -> Reading:
     """Return the largest |e| of the hand in the last whole lap of the circle [m]."""
-    errors, row = hand_errors(evidence), _farthest_off_in_lap(evidence)
-    return None if errors is None or row is None else float(errors[row])
+    lap, errors = _last_lap(evidence), hand_errors(evidence)
+    return None if lap is None else at(errors, lap[0] + int(errors[lap[0] : lap[1] + 1].argmax()))
 
 
-@quantity("K dt", "", "", 2, live=True, settings=True)
+@quantity("K dt", "", 2, live=True, settings=True)
 def gain_step(evidence: Evidence) -> Value:
     """Return K dt, the share of the error that a step takes back: above 2 the correction overshoots by more than the error."""
     run = evidence.settings

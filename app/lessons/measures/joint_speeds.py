@@ -3,11 +3,11 @@
 import numpy as np
 
 from app.lessons.evidence import Evidence
-from app.lessons.measures.quantity import Row, Value, quantity
+from app.lessons.measures.quantity import At, Reading, Row, Value, at, quantity
 from controllers.kinematics import Array
 
 
-@quantity("|J_d|", "m/rad", "m/rad", 3, live=True, obstacle=True)
+@quantity("|J_d|", "m/rad", 3, live=True, obstacle=True)
 def lever_now(evidence: Evidence) -> Value:
     """Return |J_d| in the newest step [m/rad]."""
     return float(np.linalg.norm(evidence.lever(evidence.rows - 1)))
@@ -18,51 +18,38 @@ def _levers(evidence: Evidence) -> Array:
     return np.linalg.norm(evidence.along(evidence.lever), axis=1)
 
 
-@quantity("smallest |J_d|", "m/rad", "m/rad", 3, obstacle=True, row=lambda e: e.sampled_rows()[int(_levers(e).argmin())])
-def smallest_lever(evidence: Evidence) -> Value:
+@quantity("smallest |J_d|", "m/rad", 3, obstacle=True)
+def smallest_lever(evidence: Evidence) -> Reading:
     """Return the smallest |J_d| of the run [m/rad]."""
-    return float(_levers(evidence).min())
-
-
-def _textbook_speeds(evidence: Evidence) -> Array:
-    """Return λ v / |J_d| at the sampled rows (k,) [rad/s], −inf where J_d vanishes."""
     levers = _levers(evidence)
-    asked = evidence.column("lambda")[evidence.sampled_rows()] * evidence.settings.law.nominal_velocity
-    felt = levers > 1e-9
-    return np.divide(asked, levers, out=np.full(len(levers), -np.inf), where=felt)
+    return At(float(levers.min()), evidence.sampled_rows()[int(levers.argmin())])
 
 
-@quantity(
-    "speed that the textbook's law asks for",
-    "rad/s",
-    "rad/s",
-    1,
-    obstacle=True,
-    row=lambda evidence: evidence.sampled_rows()[int(_textbook_speeds(evidence).argmax())],
-)
-def textbook_speed(evidence: Evidence) -> Value:
+@quantity("speed that the textbook's law asks for", "rad/s", 1, obstacle=True)
+def textbook_speed(evidence: Evidence) -> Reading:
     """Return the largest λ v / |J_d| of the run, |q̇| by eq. (32) with the undamped J_d^# and a task at rest [rad/s]."""
-    largest = float(_textbook_speeds(evidence).max())
-    return largest if np.isfinite(largest) else None
+    levers, rows = _levers(evidence), evidence.sampled_rows()
+    asked = evidence.column("lambda")[rows] * evidence.settings.law.nominal_velocity
+    speeds = np.divide(asked, levers, out=np.full(len(levers), -np.inf), where=levers > 1e-9)
+    largest = int(speeds.argmax())
+    return At(float(speeds[largest]), rows[largest]) if np.isfinite(speeds[largest]) else None
 
 
-@quantity("largest joint speed reached", "rad/s", "rad/s", 2, row=lambda e: int(np.abs(e.velocities).max(axis=1).argmax()))
-def reached_speed(evidence: Evidence) -> Value:
+@quantity("largest joint speed reached", "rad/s", 2)
+def reached_speed(evidence: Evidence) -> Reading:
     """Return the largest speed of one joint [rad/s]."""
-    return float(np.abs(evidence.velocities).max())
+    speeds = np.abs(evidence.velocities).max(axis=1)
+    return at(speeds, int(speeds.argmax()))
 
 
-def _at_top_speed(evidence: Evidence) -> Row:
-    return int((np.abs(evidence.velocities) / evidence.speed_limits).max(axis=1).argmax())
-
-
-@quantity("largest share of a joint's top speed", "", "%", 0, row=_at_top_speed)
-def speed_share(evidence: Evidence) -> Value:
+@quantity("largest share of a joint's top speed", "%", 0)
+def speed_share(evidence: Evidence) -> Reading:
     """Return the largest |q̇| of a joint over its limit."""
-    return float((np.abs(evidence.velocities) / evidence.speed_limits).max())
+    shares = (np.abs(evidence.velocities) / evidence.speed_limits).max(axis=1)
+    return at(shares, int(shares.argmax()))
 
 
-@quantity("time without authority", "s", "s", 2)
+@quantity("time without authority", "s", 2)
 def time_without_authority(evidence: Evidence) -> Value:
     """Return how long the arm could not do what the law asked for [s]."""
     return float(np.count_nonzero(evidence.column("authority"))) * evidence.settings.dt
@@ -72,14 +59,11 @@ SWINGS = 4
 """Steps in a row that go to and fro before that counts as chatter."""
 
 
-def _largest_step(evidence: Evidence) -> Row:
-    return int(np.abs(np.diff(evidence.velocities, axis=0)).max(axis=1).argmax()) + 1
-
-
-@quantity("largest step of a joint's speed", "rad/s", "rad/s", 3, row=_largest_step)
-def velocity_step(evidence: Evidence) -> Value:
+@quantity("largest step of a joint's speed", "rad/s", 3)
+def velocity_step(evidence: Evidence) -> Reading:
     """Return the largest change of one joint's velocity from one step to the next [rad/s]."""
-    return float(np.abs(np.diff(evidence.velocities, axis=0)).max()) if evidence.rows > 1 else None
+    steps = np.abs(np.diff(evidence.velocities, axis=0)).max(axis=1)
+    return At(float(steps.max()), int(steps.argmax()) + 1) if len(steps) else None
 
 
 def _first_switch(evidence: Evidence) -> Row:
@@ -89,32 +73,34 @@ def _first_switch(evidence: Evidence) -> Row:
     return int(found[0]) + 1 if len(found) else None
 
 
-@quantity("jump of the joint velocity", "rad/s", "rad/s", 3, row=_first_switch)
-def first_jump(evidence: Evidence) -> Value:
+@quantity("jump of the joint velocity", "rad/s", 3)
+def first_jump(evidence: Evidence) -> Reading:
     """Return |Δq̇| over all joints in the step in which avoidance is first switched on [rad/s]."""
     row = _first_switch(evidence)
-    return None if row is None else float(np.linalg.norm(evidence.velocities[row] - evidence.velocities[row - 1]))
+    return None if row is None else At(float(np.linalg.norm(evidence.velocities[row] - evidence.velocities[row - 1])), row)
 
 
-@quantity("(v + u)/|J_d|", "rad/s", "rad/s", 3, row=_first_switch)
-def first_jump_formula(evidence: Evidence) -> Value:
+@quantity("(v + u)/|J_d|", "rad/s", 3)
+def first_jump_formula(evidence: Evidence) -> Reading:
     """Return (v + u)/|J_d| where avoidance is first switched on [rad/s]."""
-    pull, lever = switch_pull(evidence), switch_lever(evidence)
-    return None if pull is None or not lever else (evidence.settings.law.nominal_velocity + pull) / lever
-
-
-@quantity("u at the switch", "m/s", "m/s", 3, row=_first_switch)
-def switch_pull(evidence: Evidence) -> Value:
-    """Return u where avoidance is first switched on [m/s]."""
     row = _first_switch(evidence)
-    return None if row is None else float(evidence.column("u")[row])
+    if row is None:
+        return None
+    pull, lever = float(evidence.column("u")[row]), float(np.linalg.norm(evidence.lever(row)))
+    return At((evidence.settings.law.nominal_velocity + pull) / lever, row) if lever else None
 
 
-@quantity("|J_d| at the switch", "m/rad", "m/rad", 3, row=_first_switch)
-def switch_lever(evidence: Evidence) -> Value:
+@quantity("u at the switch", "m/s", 3)
+def switch_pull(evidence: Evidence) -> Reading:
+    """Return u where avoidance is first switched on [m/s]."""
+    return at(evidence.column("u"), _first_switch(evidence))
+
+
+@quantity("|J_d| at the switch", "m/rad", 3)
+def switch_lever(evidence: Evidence) -> Reading:
     """Return |J_d| where avoidance is first switched on [m/rad]."""
     row = _first_switch(evidence)
-    return None if row is None else float(np.linalg.norm(evidence.lever(row)))
+    return None if row is None else At(float(np.linalg.norm(evidence.lever(row))), row)
 
 
 def largest_zigzag(values: Array) -> tuple[float, Row]:
@@ -129,7 +115,8 @@ def largest_zigzag(values: Array) -> tuple[float, Row]:
     return float(swings[first]), first + SWINGS if turns.any() else None
 
 
-@quantity("chatter of the distance", "m", "mm", 2, obstacle=True, row=lambda evidence: largest_zigzag(evidence.column("d"))[1])
-def zigzag(evidence: Evidence) -> Value:
+@quantity("chatter of the distance", "mm", 2, obstacle=True)
+def zigzag(evidence: Evidence) -> Reading:
     """Return the largest swing of d to and fro from step to step, kept up for four steps [m]."""
-    return largest_zigzag(evidence.column("d"))[0]
+    swing, end = largest_zigzag(evidence.column("d"))
+    return swing if end is None else At(swing, end)

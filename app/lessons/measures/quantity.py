@@ -5,35 +5,61 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import wraps
-from typing import Any, Final, Literal, get_args, get_origin, get_type_hints
+from typing import Any, Final, Literal, NamedTuple, get_args, get_origin, get_type_hints
 
 from app.lessons.evidence import Evidence
 from controllers.errors import BadSetting, NumberText
+from controllers.kinematics import Array
 
 Value = float | None
 """None: this run does not tell, or not yet."""
 
 Row = int | None
-"""Of `Evidence.table`; None: this run does not tell, or not at one moment."""
+"""Of `Evidence.table`; None: this run does not tell."""
 
-UNITS: Final[dict[tuple[str, str], tuple[float, str]]] = {
-    ("", ""): (1.0, ""),
-    ("", "%"): (100.0, "%"),
-    ("m", "m"): (1.0, "m"),
-    ("m", "cm"): (100.0, "cm"),
-    ("m", "mm"): (1000.0, "mm"),
-    ("rad", "rad"): (1.0, "rad"),
-    ("rad", "deg"): (180.0 / math.pi, "°"),
-    ("m/s", "m/s"): (1.0, "m/s"),
-    ("m/s", "mm/s"): (1000.0, "mm/s"),
-    ("rad/s", "rad/s"): (1.0, "rad/s"),
-    ("rad/s", "deg/s"): (180.0 / math.pi, "°/s"),
-    ("s", "s"): (1.0, "s"),
-    ("s", "ms"): (1000.0, "ms"),
-    ("1/s", "1/s"): (1.0, "1/s"),
-    ("m/rad", "m/rad"): (1.0, "m/rad"),
+
+class At(NamedTuple):
+    """A value, and the row of `Evidence.table` in which it stands."""
+
+    value: float
+    row: int
+
+
+def at(values: Array, row: Row) -> At | None:
+    """Return the one of values (rows,) that stands in a row."""
+    return None if row is None else At(float(values[row]), row)
+
+
+Reading = At | Value
+"""What a function that measures returns: a value alone is no single moment's, and nan is as good as None."""
+
+
+class Unit(NamedTuple):
+    """A unit in which numbers are read: the SI unit of what it measures, the factor from that, and what stands behind a number."""
+
+    si: str
+    factor: float
+    sign: str
+
+
+UNITS: Final[dict[str, Unit]] = {
+    "": Unit("", 1.0, ""),
+    "%": Unit("", 100.0, "%"),
+    "m": Unit("m", 1.0, "m"),
+    "cm": Unit("m", 100.0, "cm"),
+    "mm": Unit("m", 1000.0, "mm"),
+    "rad": Unit("rad", 1.0, "rad"),
+    "deg": Unit("rad", 180.0 / math.pi, "°"),
+    "m/s": Unit("m/s", 1.0, "m/s"),
+    "mm/s": Unit("m/s", 1000.0, "mm/s"),
+    "rad/s": Unit("rad/s", 1.0, "rad/s"),
+    "deg/s": Unit("rad/s", 180.0 / math.pi, "°/s"),
+    "s": Unit("s", 1.0, "s"),
+    "ms": Unit("s", 1000.0, "ms"),
+    "1/s": Unit("1/s", 1.0, "1/s"),
+    "m/rad": Unit("m/rad", 1.0, "m/rad"),
 }
-"""(SI unit, unit shown) → factor, and what stands behind the number."""
+"""By the name that a lesson file gives them."""
 
 
 @dataclass(frozen=True)
@@ -42,21 +68,17 @@ class Quantity:
 
     Attributes:
         label: what a person calls it; its parameters may stand in it in braces.
-        unit: SI.
-        shown: the usual unit for reading.
+        shown: the usual unit for reading, see `UNITS`.
         digits: after the point, in that unit.
         live: whether it looks at the newest step only, so that it can be shown all the time.
-        function: (evidence, **parameters) → value.
-        row: likewise → the row in which it stands; None for what is no single moment's.
+        function: (evidence, **parameters) → what was found.
     """
 
     label: str
-    unit: str
     shown: str
     digits: int
     live: bool
-    function: Callable[..., Value]
-    row: Callable[..., Row] | None = None
+    function: Callable[..., Reading]
 
     @property
     def parameters(self) -> dict[str, inspect.Parameter]:
@@ -65,7 +87,7 @@ class Quantity:
     @property
     def units(self) -> tuple[str, ...]:
         """Return the units in which it can be shown."""
-        return tuple(shown for unit, shown in UNITS if unit == self.unit)
+        return tuple(name for name, unit in UNITS.items() if unit.si == UNITS[self.shown].si)
 
 
 QUANTITIES: Final[dict[str, Quantity]] = {}
@@ -74,29 +96,27 @@ QUANTITIES: Final[dict[str, Quantity]] = {}
 
 def quantity(
     label: str,
-    unit: str,
     shown: str,
     digits: int,
     live: bool = False,
     obstacle: bool = False,
     settings: bool = False,
-    row: Callable[..., Row] | None = None,
-) -> Callable[[Callable[..., Value]], Callable[..., Value]]:
+) -> Callable[[Callable[..., Reading]], Callable[..., Reading]]:
     """Make a function of `Evidence` known as something that can be measured.
 
     Args:
-        label, unit, shown, digits, live, row: see `Quantity`.
+        label, shown, digits, live: see `Quantity`.
         obstacle: whether a run tells it only if there is something to keep clear of.
         settings: whether the settings alone tell it, even before the first step.
     """
 
-    def note(measured: Callable[..., Value]) -> Callable[..., Value]:
+    def note(measured: Callable[..., Reading]) -> Callable[..., Reading]:
         @wraps(measured)
-        def function(evidence: Evidence, *given: Any, **parameters: Any) -> Value:
+        def function(evidence: Evidence, **parameters: Any) -> Reading:
             told = settings or (evidence.has_obstacle if obstacle else evidence.rows > 0)
-            return measured(evidence, *given, **parameters) if told else None
+            return measured(evidence, **parameters) if told else None
 
-        QUANTITIES[function.__name__] = Quantity(label, unit, shown, digits, live, function, row)
+        QUANTITIES[function.__name__] = Quantity(label, shown, digits, live, function)
         return function
 
     return note
@@ -141,23 +161,24 @@ def _read(what: str, kind: Any, value: object) -> Any:
 
 def measure(evidence: Evidence, name: str, parameters: tuple[tuple[str, Any], ...] = ()) -> Value:
     """Return a measurement of a run; None if the run does not tell."""
-    value = QUANTITIES[name].function(evidence, **dict(parameters))
+    found = QUANTITIES[name].function(evidence, **dict(parameters))
+    value = found.value if isinstance(found, At) else found
     return None if value is None or math.isnan(value) else float(value)
 
 
 def moment(evidence: Evidence, name: str, parameters: tuple[tuple[str, Any], ...] = ()) -> float | None:
     """Return when a measurement stands as it does: the time after that step [s]; None if it is no single moment's, or not told."""
-    row = QUANTITIES[name].row
-    if row is None or measure(evidence, name, parameters) is None or (found := row(evidence, **dict(parameters))) is None:
+    found = QUANTITIES[name].function(evidence, **dict(parameters))
+    if not isinstance(found, At) or math.isnan(found.value):
         return None
-    return float(evidence.times[found]) + evidence.settings.dt
+    return float(evidence.times[found.row]) + evidence.settings.dt
 
 
-def shown_value(value: Value, name: str, unit: str, digits: int) -> str:
-    """Return a value as it is read: "88.2 mm"; "–" if there is none."""
+def shown_value(value: Value, unit: str, digits: int) -> str:
+    """Return a value as it is read: "88.2 mm"; "–" if there is none. `unit`: see `UNITS`."""
     if value is None:
         return "–"
-    factor, sign = UNITS[QUANTITIES[name].unit, unit]
+    _, factor, sign = UNITS[unit]
     number = value * factor
     if math.isinf(number):
         text = "∞" if number > 0.0 else "−∞"
@@ -169,30 +190,22 @@ def shown_value(value: Value, name: str, unit: str, digits: int) -> str:
     return NumberText(text + sign if sign in ("°", "%") else f"{text} {sign}".rstrip())
 
 
-def significant_digits(value: Value, name: str, unit: str, digits: int) -> int:
+def significant_digits(value: Value, unit: str, digits: int) -> int:
     """Return how many digits after the point show two significant ones: at most one more than usual, and none of a whole number."""
     if not digits or value is None or not math.isfinite(value) or value == 0.0:
         return digits
-    exponent = int(f"{value * UNITS[QUANTITIES[name].unit, unit][0]:.1e}".partition("e")[2])
+    exponent = int(f"{value * UNITS[unit].factor:.1e}".partition("e")[2])
     return min(max(1 - exponent, 0), digits + 1)
 
 
-_SHOWN: Final[dict[str, tuple[str, str]]] = {
-    "angle": ("rad", "deg"),
-    "distance": ("m", "mm"),
-    "gap": ("m", "mm"),
-    "time": ("s", "s"),
-    "dead": ("s", "ms"),
-    "since": ("s", "s"),
-    "until": ("s", "s"),
-}
-"""Parameter → its SI unit and the one in which it is read."""
+_SHOWN: Final = {"angle": "deg", "distance": "mm", "gap": "mm", "time": "s", "dead": "ms", "since": "s", "until": "s"}
+"""Parameter → the unit in which it is read."""
 
 
 def shown_parameter(name: str, value: object) -> str:
     """Return a parameter of a measurement as it is read."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return str(value)
-    factor, sign = UNITS[_SHOWN.get(name, ("", ""))]
+    _, factor, sign = UNITS[_SHOWN.get(name, "")]
     text = f"{value * factor:.3g}".replace("-", "−")
     return NumberText(text + sign if sign == "°" else f"{text} {sign}".rstrip())

@@ -213,7 +213,7 @@ class LessonSession:
 
     def _act(self, action: lesson_actions.LessonAction) -> None:
         walk, session = self.walk, self._session
-        if isinstance(action, lesson_actions.GoOn | lesson_actions.Check) and not self._runner.further.ready:
+        if isinstance(action, lesson_actions.GoOn | lesson_actions.Check) and not self._runner.further.done():
             self._waiting = action
             return
         shown_beside = walk.showing and "teacher" not in session.halt
@@ -351,7 +351,7 @@ class LessonSession:
             self._taken = simulation.time
         if self._runner.advance_law_tests(walk):
             self.version += 1
-        if self._waiting is not None and self._runner.further.ready:
+        if self._waiting is not None and self._runner.further.done():
             self.act(self._waiting)
             return
         if walk.run_id == self._measured or simulation.steps == 0 or not walk.finished(simulation) or self._push_goes_on():
@@ -363,7 +363,7 @@ class LessonSession:
             self._measured = walk.run_id
             self._show_moment()
             return
-        if not self._runner.further.ready:
+        if not self._runner.further.done():
             return
         self._measured = walk.run_id
         if walk.phase is not Phase.CHALLENGE or walk.showing:
@@ -440,12 +440,6 @@ class LessonSession:
         """Return how far the tests of the custom law are, in a lesson or beside the lessons."""
         examination = self._session.law.examination
         return NO_FILE if examination is None else examination.progress
-
-    @property
-    def custom_law_state(self) -> tuple[str, bool]:
-        """Return why the custom law is not in force ("" if all is well), and whether its file is gone."""
-        law = self._session.student_law
-        return law.problem, law.away
 
     def live(self, simulation: Simulation, book: LessonBook | None = None) -> tuple[tuple[str, str], ...]:
         """Return label and value of the step's numbers, as they are at the moment of the run that is shown.

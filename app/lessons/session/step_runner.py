@@ -10,6 +10,7 @@ from typing import Final
 from app.i18n.speaking import N_
 from app.lessons.bookmark import Phase
 from app.lessons.lesson import Setup, Step
+from app.lessons.measures.quantity import UNITS
 from app.lessons.outcomes import reference
 from app.lessons.reference_runs import begin_reference_run, measured, person_of
 from app.lessons.room_places import start_positions
@@ -28,40 +29,12 @@ _RUNS: Final = ThreadPoolExecutor(1, "duet-lessons")
 """Where further runs are made; one after another, so that pages go on."""
 
 
-class FurtherRuns:
-    """The further runs of the step that one session is in."""
-
-    def __init__(self) -> None:
-        self._made: tuple[object, Future[None]] | None = None
-
-    def prepare(self, lesson: str, step: Step, why: Setup | None) -> None:
-        """Begin to make what a step compares with, unless it has begun already.
-
-        Args:
-            lesson, step: which.
-            why: the run that shows why an answer is wrong, while that one is on.
-        """
-        key = lesson, step.id, why is not None
-        if self._made is None or self._made[0] != key:
-            self._made = key, _RUNS.submit(_make_runs, step, why)
-
-    @property
-    def ready(self) -> bool:
-        """Return whether nothing has to be waited for."""
-        return self._made is None or self._made[1].done()
-
-    def wait(self, seconds: float) -> None:
-        """Wait until everything is made.
-
-        Raises:
-            TimeoutError: it takes longer.
-        """
-        if self._made is not None:
-            self._made[1].result(seconds)
-
-
 def _make_runs(step: Step, why: Setup | None) -> None:
-    """Make every further run that a step compares with, so that they are known when they are needed."""
+    """Make every further run that a step compares with, so that they are known when they are needed.
+
+    Args:
+        why: the run that shows why an answer is wrong, while that one is on.
+    """
     try:
         if why is not None:
             reference(step, why)
@@ -106,20 +79,25 @@ class StepRunner:
         notes: takes title and text of notices for the visitor.
 
     Attributes:
-        further: the further runs that it is compared with.
+        further: the making of the further runs that it is compared with; done where nothing has to be waited for.
         seen: (lesson, step) → the run in which the visitor saw what came of it.
     """
 
     def __init__(self, session: Session, notes: deque[tuple[str, str]]) -> None:
         self._session, self._notes = session, notes
-        self.further = FurtherRuns()
+        self.further: Future[None] = Future()
+        self.further.set_result(None)
+        self._further_of: tuple[object, ...] = ()
         self.seen: dict[tuple[str, str], Recorded] = {}
         self._warm = False
 
     def begin(self, walk: Walkthrough, own_settings: bool = False) -> None:
         """Begin the present run, from its start and with its target source. `own_settings`: with the visitor's, not the step's."""
         session = self._session
-        self.further.prepare(walk.lesson.id, walk.step, walk.setup if walk.showing else None)
+        step = walk.lesson.id, walk.step.id, walk.showing
+        if self._further_of != step:
+            self._further_of = step
+            self.further = _RUNS.submit(_make_runs, walk.step, walk.beside)
         if not own_settings:
             self.apply(walk.settings(with_look(Settings(), session)))
         session.let_custom_law_run(asks_for_custom_law(walk))
@@ -134,7 +112,7 @@ class StepRunner:
             session.set_source(None)
             session.change("autopilot", False)
         else:
-            session.set_source(walk.target_source(session.simulation))
+            session.set_source(person_of(session.simulation, walk.setup, walk.kept))
         if walk.showing:
             asked = walk.step.setup
             beside = Simulation(asked.run)
@@ -161,9 +139,8 @@ class StepRunner:
                     except BadSetting as error:
                         problem = str(error)
             if not problem:
-                break
-        if problem:
-            self._notes.append(("A setting of the lesson is not possible here", problem))
+                return
+        self._notes.append(("A setting of the lesson is not possible here", problem))
 
     def observe(self, walk: Walkthrough) -> None:
         """Measure the run, and keep it where it is the one that answers the step's question."""
@@ -188,7 +165,7 @@ class StepRunner:
             return
         typed = (*said, *(None,) * len(challenge.forecasts))
         forecasts = [
-            None if number is None else forecast.measurement.in_si(number)
+            None if number is None else number / UNITS[forecast.measurement.unit].factor
             for forecast, number in zip(challenge.forecasts, typed, strict=False)
         ]
         recorded = session.recorded() if challenge.keep or walk.duel else None

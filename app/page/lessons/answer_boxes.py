@@ -10,6 +10,7 @@ import viser
 from app.i18n.speaking import decimal, tr
 from app.lessons.bookmark import Phase
 from app.lessons.lesson import MOST_FORECASTS, Challenge
+from app.lessons.measures.quantity import UNITS
 from app.lessons.outcomes import asks_for_distance
 from app.lessons.progress import LONGEST_REASON
 from app.lessons.session.lesson_actions import Guess, SayNumber
@@ -57,7 +58,7 @@ class Forecasts:
         for i, box in enumerate(self._boxes):
             box.visible = challenge is not None and i < len(view.forecasts)
             if challenge is not None and box.visible:
-                unit = challenge.forecasts[i].measurement.unit_sign
+                unit = UNITS[challenge.forecasts[i].measurement.unit].sign
                 box.label = view.forecasts[i]
                 box.hint = tr("Your number, in {unit}.", unit=unit) if unit else tr("Your number.")
 

@@ -9,6 +9,7 @@ import viser
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Step
 from app.lessons.measures.quantity import measure, shown_parameter
+from app.lessons.room_places import mark_places
 from app.lessons.session.lesson_session import LessonSession
 from app.session.frame import Frame
 from app.settings import PageSettings
@@ -47,7 +48,10 @@ class Marks:
         drawn = None if step is None else (step, id(frame.live.simulation.room), page.theme, page.profile)
         if drawn != self._drawn:
             self._drawn = drawn
-            self._clear()
+            for ball, label in self._nodes:
+                ball.remove()
+                label.remove()
+            self._nodes.clear()
             if step is not None:
                 self._draw(frame.live.simulation)
         if step is None or frame.now < self._next:
@@ -59,7 +63,7 @@ class Marks:
 
     def _draw(self, simulation: Simulation) -> None:
         larger = scale(self._page().profile)
-        for i, place in enumerate(self._run.walk.marks(simulation)):
+        for i, place in enumerate(mark_places(simulation.room, self._run.walk.step.marks)):
             ball = self._scene.add_icosphere(
                 f"/marks/{i + 1}", radius=RADIUS, subdivisions=3, position=place, cast_shadow=False, receive_shadow=False
             )
@@ -77,12 +81,6 @@ class Marks:
         ball.color = rgb(PALETTES[theme].velocity if touched else PALETTES[theme].ink)
         angle = shown_parameter("angle", self._run.walk.step.marks[index])
         label.text = f"✓ {angle}" if touched else angle
-
-    def _clear(self) -> None:
-        for ball, label in self._nodes:
-            ball.remove()
-            label.remove()
-        self._nodes.clear()
 
 
 def reaches(step: Step) -> tuple[float, ...]:

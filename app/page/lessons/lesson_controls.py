@@ -7,7 +7,7 @@ import viser
 
 from app.i18n.speaking import N_, tr
 from app.lessons.bookmark import Phase
-from app.lessons.lesson import Lesson
+from app.lessons.lesson import MOST_CHOICES, Lesson
 from app.lessons.session import lesson_actions
 from app.lessons.step_view import StepView
 from app.page.lessons.answer_boxes import Forecasts, GiveReason, ReasonBox, add_guess_box
@@ -28,7 +28,6 @@ from app.web.control_events import on_press
 from app.web.viser_internals import uuid_of
 
 MOST_STEPS: Final = 12
-MOST_CHOICES: Final = 6
 
 
 class AskToLeave(Action):

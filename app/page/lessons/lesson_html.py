@@ -118,9 +118,9 @@ def attempt_html(view: StepView) -> Markup:
     # A duel counts its pushes, not what else was tried.
     attempts = 0 if challenge is not None and challenge.best_of else view.done.attempts
     card = duel_html(view) + made.attempt(attempt, attempts, judgements, view.stale)
-    if challenge is None or not challenge.search:
-        return card
-    return card + search_plot(challenge, view.tries, view.lesson.language) if view.tries else card
+    if challenge is not None and challenge.search and view.tries:
+        card += search_plot(challenge, view.tries, view.lesson.language)
+    return card
 
 
 def duel_html(view: StepView) -> Markup:

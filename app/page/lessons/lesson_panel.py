@@ -109,7 +109,8 @@ class LessonPanel:
             panel.visible = True
             panel.dock_left()
             panel.set_width(self._wide)
-        state = run.version, run.computing, run.custom_law_state, len(self.openers)
+        law = frame.live.student_law
+        state = run.version, run.computing, law.problem, law.away, len(self.openers)
         if opened or state != self._shown or (run.open and not run.listing and frame.now >= self._next):
             self._next = frame.after(PERIOD)
             self._shown = state
@@ -136,7 +137,8 @@ class LessonPanel:
         self._fold(view.phase is not Phase.CHALLENGE)
         blocks = blocks_html(view, numbers, run.computing, self._operated)
         if run.own_tests is not None:
-            blocks["attempt"] = law_html(run.own_tests, *run.custom_law_state, view.done.passed, self.edits)
+            law = frame.live.student_law
+            blocks["attempt"] = law_html(run.own_tests, law.problem, law.away, view.done.passed, self.edits)
         over = view.step.at_lever and view.phase is not Phase.DO
         ghost = frame.live.settings.page.ghost
         # The student may have chosen another ghost meanwhile, or none.

@@ -8,7 +8,7 @@ from markupsafe import Markup
 from app.i18n.speaking import decimal, tr
 from app.lessons.labels import label_of
 from app.lessons.lesson import Challenge, Criterion
-from app.lessons.measures.quantity import QUANTITIES, UNITS
+from app.lessons.measures.quantity import UNITS
 from app.lessons.progress import Try
 from app.settings import Language
 from app.text.templates import macros
@@ -32,7 +32,7 @@ def search_plot(challenge: Challenge, tries: tuple[Try, ...], language: Language
     """
     criterion, spec = challenge.criteria[0], specs()[challenge.search]
     m = criterion.measurement
-    factor, sign = UNITS[QUANTITIES[m.name].unit, m.unit]
+    _, factor, sign = UNITS[m.unit]
     k = spec.page_scale
     x_bounds = [bound * k for c in challenge.criteria if _about(c, challenge.search) for bound in _bounds(c)]
     y_bounds = [bound * factor for bound in _bounds(criterion)]

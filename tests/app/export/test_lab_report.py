@@ -117,7 +117,7 @@ def run() -> LessonSession:
     run = LessonSession(Session(Settings()), BOOK)
     run.enter(0)
     run.act(Choose(3))
-    run._runner.further.wait(60.0)
+    run._runner.further.result(60.0)
     run.act(StartOrPause())
     while run.walk.phase is Phase.DO:
         run._session.advance(0.05)

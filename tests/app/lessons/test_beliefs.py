@@ -143,7 +143,7 @@ def test_a_session_without_a_run_goes_on_by_button_and_by_key() -> None:
     session = Session(Settings())
     run = LessonSession(session, BOOK)
     run.enter("beliefs" + LAST, 9)
-    run._runner.further.wait(60.0)
+    run._runner.further.result(60.0)
     for key in (do.StartOrPause(), do.GoOn()):
         run.act(key)
         assert run.walk.phase is Phase.PREDICT and session.paused

@@ -11,7 +11,7 @@ import pytest
 from app.lessons.check import Walk, check_lesson, table_text
 from app.lessons.labels import contrast_of
 from app.lessons.lesson import Lesson, Measurement, Step
-from app.lessons.measures.quantity import Value
+from app.lessons.measures.quantity import UNITS, Value
 from app.lessons.outcomes import reference
 from app.lessons.reference_runs import measured, simulated
 from app.lessons.runs import Setup
@@ -233,7 +233,7 @@ def test_two_significant_digits_are_shown_and_no_whole_number_is_rounded(value: 
 def test_what_counts_ways_or_ranks_stays_a_whole_number() -> None:
     assert Measurement("x", "null_dimension", (), "", 0).text(4.0) == "4"
     angle = Measurement("x", "joint_drift_per_lap", (), "deg", 1)
-    assert angle.unit_sign == "°" and angle.in_si(180.0) == pytest.approx(math.pi) and angle.text(math.pi).endswith("°")
+    assert UNITS[angle.unit] == ("rad", pytest.approx(180.0 / math.pi), "°") and angle.text(math.pi).endswith("°")
 
 
 def test_a_series_is_a_table_in_the_order_of_what_differs() -> None:

@@ -12,11 +12,12 @@ from app.cli.lessons import Lessons, lessons
 from app.lessons import FOLDER
 from app.lessons.bookmark import Bookmark
 from app.lessons.check import at_step, check_lesson, shown_early
-from app.lessons.lesson import HINTS, MOST_NUMBERS, MOST_PLOTS, LessonBook
+from app.lessons.lesson import LessonBook
 from app.lessons.library import notes_of
 from app.lessons.loading import Notes, StepNotes, read_notes
 from app.lessons.measures.quantity import QUANTITIES
 from app.lessons.scripts import SCRIPTS
+from app.lessons.steps import HINTS, MOST_NUMBERS, MOST_PLOTS
 from app.lessons.walkthrough import Walkthrough
 from app.settings import LANGUAGES, TRANSLATIONS
 from app.text.law_texts import ALONE

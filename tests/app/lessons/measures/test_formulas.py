@@ -76,13 +76,13 @@ def test_there_is_no_rest_to_be_told_under_a_law_that_has_none_in_closed_form() 
 
 
 def test_values_are_read_with_unit_and_true_signs() -> None:
-    assert shown_value(-0.0123, "distance_margin", "mm", 1) == "−12.3 mm"
-    assert shown_value(-0.00001, "distance_margin", "mm", 1) == "0.0 mm"
-    assert shown_value(np.inf, "rest_now", "mm", 0) == "∞ mm"
-    assert shown_value(None, "rest_now", "mm", 0) == "–"
-    assert shown_value(np.pi / 2.0, "joint_error_now", "deg", 0) == "90°"
-    assert shown_value(4.0, "rank_now", "", 0) == "4"
-    assert shown_value(0.305, "speed_share", "%", 0) == "30%"
+    assert shown_value(-0.0123, "mm", 1) == "−12.3 mm"
+    assert shown_value(-0.00001, "mm", 1) == "0.0 mm"
+    assert shown_value(np.inf, "mm", 0) == "∞ mm"
+    assert shown_value(None, "mm", 0) == "–"
+    assert shown_value(np.pi / 2.0, "deg", 0) == "90°"
+    assert shown_value(4.0, "", 0) == "4"
+    assert shown_value(0.305, "%", 0) == "30%"
 
 
 def test_a_row_that_was_forgotten_is_not_taken_for_another() -> None:

@@ -278,7 +278,7 @@ def test_measurement(name: str) -> None:
     assert value == pytest.approx(expected(seen(run)), abs=max(tolerance, 1e-14), rel=1e-9)
     assert value != 0.0 or name in ("mark_miss", "time_without_authority")
     quantity = QUANTITIES[name]
-    assert shown_value(value, name, quantity.shown, quantity.digits)[0] in "0123456789−"
+    assert shown_value(value, quantity.shown, quantity.digits)[0] in "0123456789−"
 
 
 @pytest.mark.parametrize("name", EXPECTED)

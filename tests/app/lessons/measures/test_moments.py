@@ -5,7 +5,7 @@ import pytest
 
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import Step
-from app.lessons.measures.quantity import QUANTITIES, measure, moment
+from app.lessons.measures.quantity import QUANTITIES, At, measure, moment
 from app.lessons.outcomes import AT_END, decisive_moment
 from app.lessons.reference_runs import simulated
 from scenes.history import COLUMN
@@ -56,8 +56,8 @@ def test_a_moment_is_the_time_after_the_step_that_decides() -> None:
 def test_the_row_of_a_measure_holds_its_value() -> None:
     evidence = Evidence(simulated(steps()["master-slave.copy"].setup), 12.0)
     speeds = np.abs(evidence.velocities)
-    rows = {name: QUANTITIES[name].row for name in ("reached_speed", "speed_share", "largest_joint_error", "largest_approach")}
-    found = {name: row(evidence) for name, row in rows.items() if row is not None}
+    names = ("reached_speed", "speed_share", "largest_joint_error", "largest_approach")
+    found = {name: at.row for name in names if isinstance(at := QUANTITIES[name].function(evidence), At)}
     assert speeds[found["reached_speed"]].max() == measure(evidence, "reached_speed")
     assert (speeds / evidence.speed_limits)[found["speed_share"]].max() == measure(evidence, "speed_share")
     errors = np.linalg.norm(evidence.desired - evidence.positions[:, evidence.arm.joints], axis=1)

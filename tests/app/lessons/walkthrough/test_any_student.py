@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from app.lessons.bookmark import Phase
 from app.lessons.lesson import LessonBook
 from app.lessons.progress import Progress, from_json, to_json
-from app.lessons.reference_runs import begin_reference_run, simulated
+from app.lessons.reference_runs import begin_reference_run, person_of, simulated
 from app.lessons.walkthrough import Walkthrough
 from scenes.settings import changed
 from scenes.simulation import Simulation
@@ -42,7 +42,7 @@ class Student:
             self._turn = self.walk.run_id
             self.simulation = Simulation(self.walk.settings().run, 200)
             begin_reference_run(self.simulation, self.walk.setup)
-            self._person = self.walk.target_source(self.simulation)
+            self._person = person_of(self.simulation, self.walk.setup, self.walk.kept)
 
     def do(self, action: str | tuple[object, ...]) -> None:
         walk, simulation = self.walk, self.simulation

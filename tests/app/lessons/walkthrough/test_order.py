@@ -172,7 +172,7 @@ def test_every_run_of_every_lesson_can_be_begun_as_a_page_does_it() -> None:
             simulation = Simulation(walk.settings().run, 100)
             begin_reference_run(simulation, walk.setup)
             assert all(value is None or np.isfinite(value) for _, value in walk.live(simulation))
-            person = walk.target_source(simulation)
+            person = person_of(simulation, walk.setup, walk.kept)
             for _ in range(3):
                 simulation.step(person.target(simulation.time))
             live = walk.live(simulation)
@@ -277,16 +277,16 @@ def test_what_the_student_did_is_kept_for_the_step_that_asks_for_it() -> None:
     walk = Walkthrough(our_book())
     walk.go("hold", 3)
     simulation = Simulation(walk.settings().run)
-    script = walk.target_source(simulation).target(2.0)
+    script = person_of(simulation, walk.setup, walk.kept).target(2.0)
     assert isinstance(script, HandTarget)
     own = person_of(simulation, walk.setup)
     walk.go("hold", 2)
-    assert walk.yours and isinstance(walk.target_source(simulation), NoSource)
+    assert walk.yours and isinstance(person_of(simulation, walk.setup, walk.kept), NoSource)
     to_challenge(walk)
     attempt = walk.attempt(simulated(walk.step.trials[0].setup), person=own)
     assert attempt is not None and attempt.passed
     walk.go("hold", 3)
-    assert walk.target_source(simulation) is own
+    assert person_of(simulation, walk.setup, walk.kept) is own
 
 
 def textbook(s: Situation) -> np.ndarray:
