@@ -36,8 +36,7 @@ class PrivateHost:
         """Keep what every visitor has done, and close every session, also of visitors who are away."""
         self.admission.close()
         for visitor in self.visitors.values():
-            if not visitor.superseded:
-                visitor.save()
+            visitor.save()
             visitor.session.close()
         self._context.store.close()
 

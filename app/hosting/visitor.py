@@ -173,15 +173,12 @@ class Visitor:
             self._greet()
             self.view.welcome(self.client)
 
-    def frame(self, now: float, elapsed: float) -> bool:
+    def frame(self, now: float, elapsed: float) -> None:
         """Advance and draw, but for a page that rests or is out of sight only now and then; a run that is out of sight stands still.
 
         Args:
             now: wall time [s].
             elapsed: wall time since the last round [s].
-
-        Returns:
-            Whether there was a frame.
         """
         workload = self._context.workload
         clients = self.client, *(one.client for one in self.beside)
@@ -191,7 +188,7 @@ class Visitor:
         stirred, self._heard = self.session.stirred or heard != self._heard, heard
         self.session.halt.set("hidden", hidden)
         if not self._attention.due(now, hidden, self.session.paused, stirred):
-            return False
+            return
         set_language(self.language)
         reread = in_language(self._context.book, self.language) is not self.lessons.book
         if reread or language_of(self.session.settings, self._browser) != self.language:
@@ -212,7 +209,6 @@ class Visitor:
         for one in self.beside:
             one.show(frame)
         self._attention.note(now, frame.state)
-        return True
 
     def _keep_record(self, now: float) -> None:
         """Hand over the record every `SAVING`, after a rest at once, and say once what is wrong with the store. `now`: wall time [s]."""
@@ -228,17 +224,12 @@ class Visitor:
         self._trouble = trouble
 
     def save(self) -> None:
-        """Keep settings and progress in the store."""
+        """Keep settings and progress in the store, unless they have gone on at a later connection of the same tab."""
+        if self.superseded:
+            return
         session, saved = self.session, self.lessons.saved()
         record = VisitorRecord(self.query, session.settings, saved, session.state(), invitation=session.invitation)
         self._context.store.save(record)
-
-    def supersede(self) -> None:
-        """Leave everything to a later connection of the same tab."""
-        if not self.superseded:
-            # What was left to a later connection has gone on there.
-            self.save()
-        self.superseded = True
 
     def leave(self) -> None:
         """Close the page after its connection has gone, and keep in the store what the visitor may come back for."""
