@@ -93,9 +93,7 @@ def _obey(app: App, pipe: MessagePipe, link: WorkerLink) -> bool:
     while True:
         if monotonic() >= pulse:
             pulse = monotonic() + PULSE
-            pipe.send(messages.Load(tuple(app.context.workload.report)))
-            if not app.hangs():
-                pipe.send(messages.AtWork())
+            pipe.send(messages.Load(tuple(app.context.workload.report), draws=not app.hangs()))
         message = pipe.receive(pulse)
         match message:
             case None:

@@ -149,8 +149,6 @@ class WorkerGroup:
             case messages.Ready(places):
                 self.places = places
                 self._ready(worker)
-            case messages.AtWork():
-                worker.silent = 0
             case messages.Failed(text):
                 if not self.is_serving:
                     raise DuetError(text)
@@ -158,8 +156,10 @@ class WorkerGroup:
             case messages.ClientCount(count):
                 worker.clients = count
                 self._share_counts()
-            case messages.Load(report):
+            case messages.Load(report, draws):
                 worker.report = report
+                if draws:
+                    worker.silent = 0
                 worker.send(messages.LoadElsewhere(tuple(one.report for one in self.workers if one is not worker and one.report)))
             case messages.LetGo(tab):
                 self._tabs.pop(tab, None)
