@@ -171,18 +171,18 @@ class WorkerGroup:
             case messages.StartJobs():
                 self._start_jobs()
             case messages.ToPlenary(content):
-                self.workers[0].send(messages.Relayed(content))
+                self.workers[0].send(content)
             case messages.ForTab(tab, group, content):
                 # Where a group has explored before, its session may be parked.
                 index = self._tabs.pop(group, None) or self._place_explorer()
                 if index is not None:
                     _remember(self._tabs, group, index)
                     self._exploring[tab] = index, content
-                    self.workers[index].send(messages.Relayed(content))
+                    self.workers[index].send(content)
             case messages.ForAll(content):
                 self._decided = content
                 for other in self.workers[1:]:
-                    other.send(messages.Relayed(content))
+                    other.send(content)
             case messages.ForgetTabs():
                 self._exploring.clear()
             case _:
@@ -234,7 +234,7 @@ class WorkerGroup:
     def _inform(self, index: int) -> None:
         if index and self._decided is not None:
             for content in (self._decided, *(content for place, content in self._exploring.values() if place == index)):
-                self.workers[index].send(messages.Relayed(content))
+                self.workers[index].send(content)
 
     def _ready(self, worker: WorkerProcess) -> None:
         if self._successor is not None and worker is self._successor[1]:

@@ -98,7 +98,7 @@ class StartJobs(NamedTuple):
 
 
 class ToPlenary(NamedTuple):
-    """For the process with the plenary of a lecture; like the next two, opaque to the dispatcher."""
+    """For the process with the plenary of a lecture; like the next two, opaque to the dispatcher, which passes on the content alone."""
 
     content: bytes
 
@@ -119,12 +119,6 @@ class ForAll(NamedTuple):
 
 class ForgetTabs(NamedTuple):
     """All tabs come to the plenary when they connect again."""
-
-
-class Relayed(NamedTuple):
-    """What another process has sent."""
-
-    content: bytes
 
 
 class Replaced(NamedTuple):
