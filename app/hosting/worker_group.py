@@ -6,7 +6,7 @@ import selectors
 import shutil
 import subprocess
 import tempfile
-from collections import OrderedDict, deque
+from collections import deque
 from dataclasses import replace
 from pathlib import Path
 from time import monotonic
@@ -16,6 +16,7 @@ from app.hosting import worker_messages as messages
 from app.hosting.worker_messages import WorkerStart
 from app.hosting.worker_process import WorkerProcess
 from app.runtime.job_address import JobAddress, start_job_server
+from app.web.traffic_limits import remember
 from controllers.errors import DuetError
 
 log = logging.getLogger("duet.workers")
@@ -70,8 +71,8 @@ class WorkerGroup:
         self._due: dict[int, float] = {}
         self._next_look = monotonic() + LOOK
         self._short: dict[int, int] = {}
-        self._tabs: OrderedDict[str, int] = OrderedDict()
-        self._inviting: OrderedDict[str, int] = OrderedDict()
+        self._tabs: dict[str, int] = {}
+        self._inviting: dict[str, int] = {}
         self._lecture = start.options.lecture
         self._exploring: dict[str, tuple[int, bytes]] = {}
         self._decided: bytes | None = None
@@ -112,11 +113,11 @@ class WorkerGroup:
             return self.workers[self._inviting[guest]]
         if self._lecture:
             return self.workers[self._exploring[tab][0] if tab in self._exploring else 0]
-        index = self._tabs.pop(tab, None) if tab else None
+        index = self._tabs.get(tab)
         if index is None:
             index = self._place()
         if tab:
-            _remember(self._tabs, tab, index)
+            remember(self._tabs, tab, index, MOST_TABS)
         return self.workers[index]
 
     def _place(self) -> int:
@@ -164,7 +165,7 @@ class WorkerGroup:
             case messages.LetGo(tab):
                 self._tabs.pop(tab, None)
             case messages.Invited(word):
-                _remember(self._inviting, word, self.workers.index(worker))
+                remember(self._inviting, word, self.workers.index(worker), MOST_TABS)
                 for other in self.workers:
                     if other is not worker:
                         other.send(message)
@@ -174,9 +175,9 @@ class WorkerGroup:
                 self.workers[0].send(content)
             case messages.ForTab(tab, group, content):
                 # Where a group has explored before, its session may be parked.
-                index = self._tabs.pop(group, None) or self._place_explorer()
+                index = self._tabs.get(group) or self._place_explorer()
                 if index is not None:
-                    _remember(self._tabs, group, index)
+                    remember(self._tabs, group, index, MOST_TABS)
                     self._exploring[tab] = index, content
                     self.workers[index].send(content)
             case messages.ForAll(content):
@@ -342,10 +343,3 @@ class WorkerGroup:
         for index in [index for index, due in self._due.items() if due <= now]:
             del self._due[index]
             self._begin(index)
-
-
-def _remember(places: OrderedDict[str, int], word: str, index: int) -> None:
-    """Note which worker has a word, and forget the oldest one of too many."""
-    places[word] = index
-    if len(places) > MOST_TABS:
-        places.popitem(last=False)
