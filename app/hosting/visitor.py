@@ -11,6 +11,7 @@ import viser
 from app.hosting.admission import Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.frame_loop import Attention
+from app.hosting.teacher_key import is_teacher
 from app.hosting.visitor_record import VisitorRecord, lesson_link, same_tab, tab_id
 from app.i18n.reader_language import language_of
 from app.i18n.speaking import set_language, tr
@@ -18,6 +19,7 @@ from app.lessons.loading import in_language
 from app.lessons.runs import LONGEST
 from app.lessons.session.lesson_session import LessonSession
 from app.page.operation import Operation
+from app.page.panels.teachers_tab import TeachersTab
 from app.page.panels.welcome import Welcome, is_for_newcomers
 from app.page.view import View
 from app.session.clock import NOT_THE_VISITORS
@@ -53,7 +55,7 @@ class Visitor:
 
     Args:
         problems: what is wrong with the visitor's link.
-        private: whether this is no student's session: newcomers are greeted, and a second person can be invited.
+        private: whether this is no student's session: newcomers are greeted, a teacher has the notes, and a second person can be invited.
         query: under which the store has session and lessons; None for that of the page.
 
     Attributes:
@@ -82,6 +84,8 @@ class Visitor:
         parked = context.store.claim(self.query)
         self._welcomes = private and parked is None and record is None and is_for_newcomers(self.query)
         self._welcome: Welcome | None = None
+        self._teaches = private and is_teacher(context.options.key, self.query)
+        self._notes: TeachersTab | None = None
         self.is_back, self.superseded = parked is not None, False
         self._saved_at, self._trouble = -inf, None
         self._attention, self._heard = Attention(), 0
@@ -156,6 +160,8 @@ class Visitor:
     def _greet(self) -> None:
         if self._welcomes and self.lessons.book.lessons:
             self._welcome = Welcome(self.client.gui, self.session, self.lessons)
+        if self._teaches:
+            self._notes = TeachersTab(self.client.gui, self._context.library.notes)
 
     def _translate(self) -> None:
         """Build the page again in another language, or with lessons that were read again; the session goes on where it is."""
@@ -204,6 +210,8 @@ class Visitor:
             self.operation.show(frame, stirred)
             if self._welcome is not None:
                 self._welcome.show(frame)
+            if self._notes is not None:
+                self._notes.show(self.lessons, workload.report)
             self._keep_record(now)
         self.client.flush()
         for one in self.beside:
