@@ -88,7 +88,7 @@ class Dispatcher:
         while True:
             for key, _ in self._selector.select(self._wait()):
                 key.data()
-            if not announced and self._group.is_serving:
+            if not announced and self._group.places:
                 announced = True
                 ready(self._group.places)
             self._group.look_after(monotonic())

@@ -59,7 +59,7 @@ class WorkerGroup:
 
     Attributes:
         workers: the one with the plenary of a lecture is the first.
-        places: sessions that all have at once, as the worker says that was ready last.
+        places: sessions that all have at once, as the worker says that was ready last; 0 before the first one serves.
     """
 
     def __init__(self, selector: selectors.BaseSelector, start: WorkerStart, most: int) -> None:
@@ -78,7 +78,7 @@ class WorkerGroup:
         self._decided: bytes | None = None
         self._to_renew: deque[int] = deque()
         self._successor: tuple[int, WorkerProcess] | None = None
-        self.is_serving, self.places = False, 0
+        self.places = 0
         self.workers: list[WorkerProcess] = []
         self._begin(0)
 
@@ -151,7 +151,7 @@ class WorkerGroup:
                 self.places = places
                 self._ready(worker)
             case messages.Failed(text):
-                if not self.is_serving:
+                if not self.places:
                     raise DuetError(text)
                 log.error("a worker cannot start: %s", text)
             case messages.ClientCount(count):
@@ -249,7 +249,6 @@ class WorkerGroup:
 
     def _serve(self, index: int) -> None:
         self.workers[index].serve()
-        self.is_serving = True
         if self._lecture:
             for other in self.workers[:1] if index else self.workers[1:]:
                 other.send(messages.Replaced(index))
@@ -269,7 +268,7 @@ class WorkerGroup:
         worker.close(1.0)
         worker.clients = 0
         worker.ready = worker.has_served = False
-        if not self.is_serving:
+        if not self.places:
             raise DuetError(f"The page cannot be served: its process has ended with code {worker.process.returncode}.")
         if worker not in self.workers:
             log.error("a new worker has ended with code %s; those that serve go on", worker.process.returncode)
