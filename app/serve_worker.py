@@ -93,9 +93,7 @@ def _obey(app: App, pipe: MessagePipe, link: WorkerLink) -> bool:
     while True:
         if monotonic() >= pulse:
             pulse = monotonic() + PULSE
-            pipe.send(messages.Load(tuple(app.context.workload.report)))
-            if not app.hangs():
-                pipe.send(messages.AtWork())
+            pipe.send(messages.Load(tuple(app.context.workload.report), draws=not app.hangs()))
         message = pipe.receive(pulse)
         match message:
             case None:
@@ -106,9 +104,7 @@ def _obey(app: App, pipe: MessagePipe, link: WorkerLink) -> bool:
                 app.context.workload.elsewhere = tuple(ServerLoad(*report) for report in reports)
             case messages.ClientCount(count):
                 app.server.elsewhere = count
-            case messages.Relayed(content):
-                link.put(content)
-            case messages.Replaced() | messages.MakeRoom() | messages.Invited():
+            case bytes() | messages.Replaced() | messages.MakeRoom() | messages.Invited():
                 link.put(message)
             case _:
                 logging.getLogger("duet.worker").error("the dispatcher says %r", message)

@@ -180,7 +180,8 @@ class BreakoutSessions:
             for other in participants:
                 if other is not participant and other.group == participant.group and other.visitor is not None:
                     # A lost connection may not have been noticed yet.
-                    other.visitor.supersede()
+                    other.visitor.save()
+                    other.visitor.superseded = True
             # A session is found again by all members.
             query = {key: text for key, text in participant.query.items() if key not in LOOKS} | {"resume": participant.group}
             found = yield from self._context.store.recall(query)
@@ -202,8 +203,7 @@ class BreakoutSessions:
     def close(self, participants: Iterable[Participant]) -> None:
         """Keep what every student has done, and close the sessions."""
         for visitor in [one.visitor for one in participants if one.visitor is not None]:
-            if not visitor.superseded:
-                visitor.save()
+            visitor.save()
             visitor.session.close()
 
     def leave(self, participant: Participant) -> None:

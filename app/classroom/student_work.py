@@ -1,16 +1,15 @@
 """What students have done in sessions of their own, and the reports that they have handed in, by the id of each student's tab."""
 
 from collections.abc import Iterable, Mapping
-from typing import Final, TypeVar
+from typing import Final
 
 from app.export.class_summary import HandIn
 from app.lessons.progress import from_json
 from app.lessons.tally import QuestionId
+from app.web.traffic_limits import remember
 
 LONGEST_NAME: Final = 60
 """Characters of a name."""
-
-T = TypeVar("T")
 
 MOST: Final = 1000
 """Students of whom the newest work is kept; the one that was kept longest makes room."""
@@ -32,7 +31,7 @@ class StudentWork:
 
     def note(self, student: str, progress: str) -> None:
         """Take a student's progress, as JSON, in place of an earlier one; a challenge once passed stays passed, and a record is kept."""
-        _put(self._progress, student, progress)
+        remember(self._progress, student, progress, MOST)
         for question, done in from_json(progress).steps.items():
             if done.passed:
                 self._passed.setdefault(question, set()).add(student)
@@ -56,7 +55,7 @@ class StudentWork:
 
     def hand_in(self, student: str, report: HandIn) -> None:
         """Take a report in place of the student's earlier one."""
-        _put(self.hand_ins, student, report)
+        remember(self.hand_ins, student, report, MOST)
 
     @property
     def passed(self) -> dict[QuestionId, tuple[str, ...]]:
@@ -78,10 +77,3 @@ def clean_name(text: str, longest: int = LONGEST_NAME) -> str:
     """Return a name, or another text of at most so many characters, on one line, without characters that are not seen."""
     line = " ".join(text.split())
     return "".join(character for character in line if character.isprintable())[:longest].strip()
-
-
-def _put(kept: dict[str, T], student: str, value: T) -> None:
-    kept.pop(student, None)
-    kept[student] = value
-    if len(kept) > MOST:
-        del kept[next(iter(kept))]

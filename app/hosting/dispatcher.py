@@ -67,10 +67,9 @@ class Dispatcher:
         self._selector = selectors.DefaultSelector()
         self._unread: dict[socket.socket, _Unread] = {}
         self._unread_queue = BoundedQueue[socket.socket](MOST_UNREAD, MOST_OF_ADDRESS, MOST_OF_TAB)
-        self._bell, ringing = socket.socketpair()
-        for end in (listener, self._bell, ringing):
+        self._bell, self._ringing = socket.socketpair()
+        for end in (listener, self._bell, self._ringing):
             end.setblocking(False)
-        self._ringing = ringing
         self._selector.register(self._bell, selectors.EVENT_READ, self._renew)
         self._selector.register(listener, selectors.EVENT_READ, self._accept)
         self._group = WorkerGroup(self._selector, start, most)
@@ -89,7 +88,7 @@ class Dispatcher:
         while True:
             for key, _ in self._selector.select(self._wait()):
                 key.data()
-            if not announced and self._group.is_serving:
+            if not announced and self._group.places:
                 announced = True
                 ready(self._group.places)
             self._group.look_after(monotonic())

@@ -7,12 +7,11 @@ import viser
 from app.hosting.admission import Admission, Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.guest import Guest
-from app.hosting.teacher_key import is_mistaken, is_teacher
+from app.hosting.teacher_key import is_mistaken
 from app.hosting.visitor import Visitor
 from app.hosting.visitor_record import same_tab, tab_id
 from app.hosting.worker_messages import Invited, LetGo, MakeRoom, WorkerLink
-from app.page.panels.teachers_tab import TeachersTab, name_mistake
-from app.page.view import View
+from app.page.panels.teachers_tab import name_mistake
 from app.runtime.throttled_log import ThrottledLog
 from app.settings import GUEST, from_query
 from app.web.request import request_query
@@ -26,7 +25,6 @@ class PrivateHost:
     def __init__(self, context: AppContext) -> None:
         self._context = context
         self.visitors: dict[int, Visitor] = {}
-        self._notes: dict[int, tuple[View, TeachersTab]] = {}
         self._guests: dict[int, Guest] = {}
         self._announced: set[str] = set()
         self._errors = ThrottledLog(log)
@@ -36,8 +34,7 @@ class PrivateHost:
         """Keep what every visitor has done, and close every session, also of visitors who are away."""
         self.admission.close()
         for visitor in self.visitors.values():
-            if not visitor.superseded:
-                visitor.save()
+            visitor.save()
             visitor.session.close()
         self._context.store.close()
 
@@ -46,7 +43,6 @@ class PrivateHost:
         arrivals, departures = self.admission.changes()
         self._context.store.tidy()
         for client_id in departures:
-            self._notes.pop(client_id, None)
             self._errors.forget(client_id)
             if client_id in self._guests:
                 self._guests.pop(client_id).leave()
@@ -62,7 +58,6 @@ class PrivateHost:
         for client_id, visitor in list(self.visitors.items()):
             try:
                 visitor.frame(now, elapsed)
-                self._show_notes(client_id, visitor)
             except Exception as error:
                 # One broken page must not stop the others; a tab that is just closing ends up here too.
                 if client_id in self._context.server.get_clients():
@@ -141,12 +136,3 @@ class PrivateHost:
         self.visitors[client.client_id] = visitor
         if is_mistaken(context.options.key, query):
             name_mistake(client)
-
-    def _show_notes(self, client_id: int, visitor: Visitor) -> None:
-        """Show the notes to a teacher; in another language the page, and the notes with it, is a new one."""
-        if not is_teacher(self._context.options.key, visitor.query):
-            return
-        with visitor.client.atomic():
-            if client_id not in self._notes or self._notes[client_id][0] is not visitor.view:
-                self._notes[client_id] = visitor.view, TeachersTab(visitor.client.gui, self._context.library.notes)
-            self._notes[client_id][1].show(visitor.lessons, self._context.workload.report)

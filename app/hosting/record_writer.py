@@ -205,47 +205,41 @@ class RecordWriter:
     def _write(self) -> None:
         with self._guard:
             waiting, self._waiting = self._waiting, {}
-        changes: list[Change] = []
-        after: dict[str, _Written] = {}
         try:
             self._open()
-            assert self._file is not None
-            for tab, record in waiting.items():
-                self._add(tab, record, changes, after)
-            if changes:
-                self._file.write(changes)
+            news = {tab: new for tab, record in waiting.items() if (new := self._news(tab, record)) is not None}
+            if news:
+                self._opened.write(change for change, _ in news.values())
         except Exception:
             with self._guard:
                 # What has come meanwhile is newer.
                 self._waiting = {**waiting, **self._waiting}
             raise
-        self._written |= after
+        self._written |= {tab: written for tab, (_, written) in news.items()}
         if self.problem:
             log.info("visitors' records are written to %s again", self.path)
             self.problem = ""
 
-    def _add(self, tab: str, record: VisitorRecord, changes: list[Change], after: dict[str, _Written]) -> None:
-        """Add what is new of a record."""
+    def _news(self, tab: str, record: VisitorRecord) -> tuple[Change, _Written] | None:
+        """Return what is new of a record, and what the file then holds of it; None for nothing that can be written."""
         before, now = self._written.get(tab), self._clock()
         if before is None:
             # One that was not written lately: the names of its parts are known.
-            assert self._file is not None
-            if tab in self._unread and self._file.read(tab) is not None:
-                return
+            if tab in self._unread and self._opened.read(tab) is not None:
+                return None
             self._unread.discard(tab)
-            before = _Written(parts=dict.fromkeys(self._file.names(tab)))
+            before = _Written(parts=dict.fromkeys(self._opened.names(tab)))
         try:
             whole, parts = split_record(record)
             head = record_to_bytes(whole)
             new = {name: record_to_bytes(piece) for name, piece in parts.items() if before.parts.get(name) is not piece}
         except Exception as error:
             self._errors.exception("a visitor's record cannot be written", error)
-            return
+            return None
         gone = before.parts.keys() - parts.keys()
         if head == before.head and not new and not gone and abs(now - before.saved) < CLEANING:
-            return
-        changes.append(Change(tab, now, None if head == before.head else head, new, gone))
-        after[tab] = _Written(head, parts, now)
+            return None
+        return Change(tab, now, None if head == before.head else head, new, gone), _Written(head, parts, now)
 
     def _clean(self) -> None:
         now = self._clock()

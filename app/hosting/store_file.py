@@ -146,9 +146,9 @@ class StoreFile:
             self.connection.executescript(
                 f"BEGIN; PRAGMA application_id = {APPLICATION}; PRAGMA user_version = {VERSION}; {_TABLES} COMMIT;"
             )
-        if execute("PRAGMA application_id").fetchone()[0] != APPLICATION:
+        if self._pragma("application_id") != APPLICATION:
             raise Unusable("it is not of this program")
-        (version,) = execute("PRAGMA user_version").fetchone()
+        version = self._pragma("user_version")
         if version != VERSION:
             raise Unusable(f"it is of version {version}, and this program reads {VERSION}")
         (state,) = execute("PRAGMA integrity_check(1)").fetchone()

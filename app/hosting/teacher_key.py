@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from time import monotonic
 from typing import Final
 
-from app.web.traffic_limits import Allowance
+from app.web.traffic_limits import Allowance, remember
 from controllers.errors import BadSetting
 
 AUTO: Final = "auto"
@@ -59,10 +59,8 @@ class Guesses:
         """Return how long a request waits for its answer [s]."""
         if not is_mistaken(self._key, query):
             return 0.0
-        answers = self._wrong.pop(address, None) or Allowance(1.0 / PERIOD, 0.0)
-        self._wrong[address] = answers
-        if len(self._wrong) > MOST_ADDRESSES:
-            del self._wrong[next(iter(self._wrong))]
+        answers = self._wrong.get(address) or Allowance(1.0 / PERIOD, 0.0)
+        remember(self._wrong, address, answers, MOST_ADDRESSES)
         return min(answers.spend(1.0, self._clock()), LONGEST)
 
 

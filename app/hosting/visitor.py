@@ -11,6 +11,7 @@ import viser
 from app.hosting.admission import Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.frame_loop import Attention
+from app.hosting.teacher_key import is_teacher
 from app.hosting.visitor_record import VisitorRecord, lesson_link, same_tab, tab_id
 from app.i18n.reader_language import language_of
 from app.i18n.speaking import set_language, tr
@@ -18,6 +19,7 @@ from app.lessons.loading import in_language
 from app.lessons.runs import LONGEST
 from app.lessons.session.lesson_session import LessonSession
 from app.page.operation import Operation
+from app.page.panels.teachers_tab import TeachersTab
 from app.page.panels.welcome import Welcome, is_for_newcomers
 from app.page.view import View
 from app.session.clock import NOT_THE_VISITORS
@@ -53,7 +55,7 @@ class Visitor:
 
     Args:
         problems: what is wrong with the visitor's link.
-        private: whether this is no student's session: newcomers are greeted, and a second person can be invited.
+        private: whether this is no student's session: newcomers are greeted, a teacher has the notes, and a second person can be invited.
         query: under which the store has session and lessons; None for that of the page.
 
     Attributes:
@@ -82,6 +84,8 @@ class Visitor:
         parked = context.store.claim(self.query)
         self._welcomes = private and parked is None and record is None and is_for_newcomers(self.query)
         self._welcome: Welcome | None = None
+        self._teaches = private and is_teacher(context.options.key, self.query)
+        self._notes: TeachersTab | None = None
         self.is_back, self.superseded = parked is not None, False
         self._saved_at, self._trouble = -inf, None
         self._attention, self._heard = Attention(), 0
@@ -156,6 +160,8 @@ class Visitor:
     def _greet(self) -> None:
         if self._welcomes and self.lessons.book.lessons:
             self._welcome = Welcome(self.client.gui, self.session, self.lessons)
+        if self._teaches:
+            self._notes = TeachersTab(self.client.gui, self._context.library.notes)
 
     def _translate(self) -> None:
         """Build the page again in another language, or with lessons that were read again; the session goes on where it is."""
@@ -173,15 +179,12 @@ class Visitor:
             self._greet()
             self.view.welcome(self.client)
 
-    def frame(self, now: float, elapsed: float) -> bool:
+    def frame(self, now: float, elapsed: float) -> None:
         """Advance and draw, but for a page that rests or is out of sight only now and then; a run that is out of sight stands still.
 
         Args:
             now: wall time [s].
             elapsed: wall time since the last round [s].
-
-        Returns:
-            Whether there was a frame.
         """
         workload = self._context.workload
         clients = self.client, *(one.client for one in self.beside)
@@ -191,7 +194,7 @@ class Visitor:
         stirred, self._heard = self.session.stirred or heard != self._heard, heard
         self.session.halt.set("hidden", hidden)
         if not self._attention.due(now, hidden, self.session.paused, stirred):
-            return False
+            return
         set_language(self.language)
         reread = in_language(self._context.book, self.language) is not self.lessons.book
         if reread or language_of(self.session.settings, self._browser) != self.language:
@@ -207,12 +210,13 @@ class Visitor:
             self.operation.show(frame, stirred)
             if self._welcome is not None:
                 self._welcome.show(frame)
+            if self._notes is not None:
+                self._notes.show(self.lessons, workload.report)
             self._keep_record(now)
         self.client.flush()
         for one in self.beside:
             one.show(frame)
         self._attention.note(now, frame.state)
-        return True
 
     def _keep_record(self, now: float) -> None:
         """Hand over the record every `SAVING`, after a rest at once, and say once what is wrong with the store. `now`: wall time [s]."""
@@ -228,17 +232,12 @@ class Visitor:
         self._trouble = trouble
 
     def save(self) -> None:
-        """Keep settings and progress in the store."""
+        """Keep settings and progress in the store, unless they have gone on at a later connection of the same tab."""
+        if self.superseded:
+            return
         session, saved = self.session, self.lessons.saved()
         record = VisitorRecord(self.query, session.settings, saved, session.state(), invitation=session.invitation)
         self._context.store.save(record)
-
-    def supersede(self) -> None:
-        """Leave everything to a later connection of the same tab."""
-        if not self.superseded:
-            # What was left to a later connection has gone on there.
-            self.save()
-        self.superseded = True
 
     def leave(self) -> None:
         """Close the page after its connection has gone, and keep in the store what the visitor may come back for."""

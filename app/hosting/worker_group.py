@@ -6,7 +6,7 @@ import selectors
 import shutil
 import subprocess
 import tempfile
-from collections import OrderedDict, deque
+from collections import deque
 from dataclasses import replace
 from pathlib import Path
 from time import monotonic
@@ -16,6 +16,7 @@ from app.hosting import worker_messages as messages
 from app.hosting.worker_messages import WorkerStart
 from app.hosting.worker_process import WorkerProcess
 from app.runtime.job_address import JobAddress, start_job_server
+from app.web.traffic_limits import remember
 from controllers.errors import DuetError
 
 log = logging.getLogger("duet.workers")
@@ -58,7 +59,7 @@ class WorkerGroup:
 
     Attributes:
         workers: the one with the plenary of a lecture is the first.
-        places: sessions that all have at once, as the worker says that was ready last.
+        places: sessions that all have at once, as the worker says that was ready last; 0 before the first one serves.
     """
 
     def __init__(self, selector: selectors.BaseSelector, start: WorkerStart, most: int) -> None:
@@ -70,14 +71,14 @@ class WorkerGroup:
         self._due: dict[int, float] = {}
         self._next_look = monotonic() + LOOK
         self._short: dict[int, int] = {}
-        self._tabs: OrderedDict[str, int] = OrderedDict()
-        self._inviting: OrderedDict[str, int] = OrderedDict()
+        self._tabs: dict[str, int] = {}
+        self._inviting: dict[str, int] = {}
         self._lecture = start.options.lecture
         self._exploring: dict[str, tuple[int, bytes]] = {}
         self._decided: bytes | None = None
         self._to_renew: deque[int] = deque()
         self._successor: tuple[int, WorkerProcess] | None = None
-        self.is_serving, self.places = False, 0
+        self.places = 0
         self.workers: list[WorkerProcess] = []
         self._begin(0)
 
@@ -112,11 +113,11 @@ class WorkerGroup:
             return self.workers[self._inviting[guest]]
         if self._lecture:
             return self.workers[self._exploring[tab][0] if tab in self._exploring else 0]
-        index = self._tabs.pop(tab, None) if tab else None
+        index = self._tabs.get(tab)
         if index is None:
             index = self._place()
         if tab:
-            _remember(self._tabs, tab, index)
+            remember(self._tabs, tab, index, MOST_TABS)
         return self.workers[index]
 
     def _place(self) -> int:
@@ -149,40 +150,40 @@ class WorkerGroup:
             case messages.Ready(places):
                 self.places = places
                 self._ready(worker)
-            case messages.AtWork():
-                worker.silent = 0
             case messages.Failed(text):
-                if not self.is_serving:
+                if not self.places:
                     raise DuetError(text)
                 log.error("a worker cannot start: %s", text)
             case messages.ClientCount(count):
                 worker.clients = count
                 self._share_counts()
-            case messages.Load(report):
+            case messages.Load(report, draws):
                 worker.report = report
+                if draws:
+                    worker.silent = 0
                 worker.send(messages.LoadElsewhere(tuple(one.report for one in self.workers if one is not worker and one.report)))
             case messages.LetGo(tab):
                 self._tabs.pop(tab, None)
             case messages.Invited(word):
-                _remember(self._inviting, word, self.workers.index(worker))
+                remember(self._inviting, word, self.workers.index(worker), MOST_TABS)
                 for other in self.workers:
                     if other is not worker:
                         other.send(message)
             case messages.StartJobs():
                 self._start_jobs()
             case messages.ToPlenary(content):
-                self.workers[0].send(messages.Relayed(content))
+                self.workers[0].send(content)
             case messages.ForTab(tab, group, content):
                 # Where a group has explored before, its session may be parked.
-                index = self._tabs.pop(group, None) or self._place_explorer()
+                index = self._tabs.get(group) or self._place_explorer()
                 if index is not None:
-                    _remember(self._tabs, group, index)
+                    remember(self._tabs, group, index, MOST_TABS)
                     self._exploring[tab] = index, content
-                    self.workers[index].send(messages.Relayed(content))
+                    self.workers[index].send(content)
             case messages.ForAll(content):
                 self._decided = content
                 for other in self.workers[1:]:
-                    other.send(messages.Relayed(content))
+                    other.send(content)
             case messages.ForgetTabs():
                 self._exploring.clear()
             case _:
@@ -234,7 +235,7 @@ class WorkerGroup:
     def _inform(self, index: int) -> None:
         if index and self._decided is not None:
             for content in (self._decided, *(content for place, content in self._exploring.values() if place == index)):
-                self.workers[index].send(messages.Relayed(content))
+                self.workers[index].send(content)
 
     def _ready(self, worker: WorkerProcess) -> None:
         if self._successor is not None and worker is self._successor[1]:
@@ -248,7 +249,6 @@ class WorkerGroup:
 
     def _serve(self, index: int) -> None:
         self.workers[index].serve()
-        self.is_serving = True
         if self._lecture:
             for other in self.workers[:1] if index else self.workers[1:]:
                 other.send(messages.Replaced(index))
@@ -268,7 +268,7 @@ class WorkerGroup:
         worker.close(1.0)
         worker.clients = 0
         worker.ready = worker.has_served = False
-        if not self.is_serving:
+        if not self.places:
             raise DuetError(f"The page cannot be served: its process has ended with code {worker.process.returncode}.")
         if worker not in self.workers:
             log.error("a new worker has ended with code %s; those that serve go on", worker.process.returncode)
@@ -342,10 +342,3 @@ class WorkerGroup:
         for index in [index for index, due in self._due.items() if due <= now]:
             del self._due[index]
             self._begin(index)
-
-
-def _remember(places: OrderedDict[str, int], word: str, index: int) -> None:
-    """Note which worker has a word, and forget the oldest one of too many."""
-    places[word] = index
-    if len(places) > MOST_TABS:
-        places.popitem(last=False)

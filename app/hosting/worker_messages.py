@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from scenes.robots.robot_files import GivenAtStart
 
 PULSE: Final = 2.0
-"""Time between two messages of a worker that it is at work [s]."""
+"""Time between two messages of a worker that say whether it is at work [s]."""
 
 
 @dataclass(frozen=True)
@@ -58,10 +58,6 @@ class ClientCount(NamedTuple):
     browsers: int
 
 
-class AtWork(NamedTuple):
-    """A worker draws its pages, however slowly; sent every `PULSE`."""
-
-
 class MakeRoom(NamedTuple):
     """Another worker serves now: tabs that wait for their pages are to go there.
 
@@ -85,9 +81,10 @@ class Invited(NamedTuple):
 
 
 class Load(NamedTuple):
-    """How busy a worker is, sent every `PULSE`: the fields of its `ServerLoad`."""
+    """How busy a worker is, sent every `PULSE`: the fields of its `ServerLoad`. `draws`: whether it draws its pages, however slowly."""
 
     report: tuple[int, ...]
+    draws: bool
 
 
 class LoadElsewhere(NamedTuple):
@@ -101,7 +98,7 @@ class StartJobs(NamedTuple):
 
 
 class ToPlenary(NamedTuple):
-    """For the process with the plenary of a lecture; like the next two, opaque to the dispatcher."""
+    """For the process with the plenary of a lecture; like the next two, opaque to the dispatcher, which passes on the content alone."""
 
     content: bytes
 
@@ -122,12 +119,6 @@ class ForAll(NamedTuple):
 
 class ForgetTabs(NamedTuple):
     """All tabs come to the plenary when they connect again."""
-
-
-class Relayed(NamedTuple):
-    """What another process has sent."""
-
-    content: bytes
 
 
 class Replaced(NamedTuple):

@@ -4,14 +4,13 @@ import contextlib
 import socket
 import subprocess
 import sys
-from collections import OrderedDict
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from typing import Any, Final
 
 from app.hosting.worker_messages import ClientCount, WorkerStart
 from app.web.listening import hand_over
-from app.web.traffic_limits import BoundedQueue
+from app.web.traffic_limits import BoundedQueue, remember
 
 LATELY: Final = 3.0
 """How long a tab that was handed over counts, until it is likely to have a place [s]."""
@@ -61,13 +60,12 @@ class WorkerProcess:
         self.began, self.clients, self.silent, self._others = now, 0, 0, 0
         self.report: tuple[int, ...] = ()
         self.waiting = BoundedQueue[socket.socket](MOST_WAITING, MOST_OF_ADDRESS, MOST_OF_TAB)
-        self._lately: OrderedDict[str, float] = OrderedDict()
+        self._lately: dict[str, float] = {}
         self.send(start)
 
     def load(self, now: float) -> int:
         """Return the number of browsers that it has, or soon will have."""
-        while self._lately and now - next(iter(self._lately.values())) > LATELY:
-            self._lately.popitem(last=False)
+        self._lately = {tab: since for tab, since in self._lately.items() if now - since <= LATELY}
         return max(self.clients, len(self._lately)) + len(self.waiting)
 
     def take(self, connection: socket.socket, now: float, address: str, tab: str) -> None:
@@ -78,10 +76,7 @@ class WorkerProcess:
             tab: which has a websocket from then on; "" for none.
         """
         if tab:
-            self._lately[tab] = now
-            self._lately.move_to_end(tab)
-            if len(self._lately) > MOST_WAITING:
-                self._lately.popitem(last=False)
+            remember(self._lately, tab, now, MOST_WAITING)
         if not self.ready:
             oldest = self.waiting.enter(connection, address, tab)
             if oldest is not None:

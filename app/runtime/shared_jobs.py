@@ -1,6 +1,5 @@
 """One pool of background jobs for several processes: `JobServer` runs it, and each process asks by a `JobClient`."""
 
-import itertools
 import logging
 import os
 import pickle
@@ -204,9 +203,7 @@ class JobServer:
         self._listener = Listener(address.path, family="AF_UNIX", backlog=64, authkey=address.secret)
         self.pool = JobPool(workers)
         self._closed = False
-        self._clients = itertools.count()
-        self._thread = threading.Thread(target=self._accept, daemon=True)
-        self._thread.start()
+        threading.Thread(target=self._accept, daemon=True).start()
 
     def close(self) -> None:
         self._closed = True
@@ -219,17 +216,17 @@ class JobServer:
                 connection = self._listener.accept()
             except (*LOST, AuthenticationError):
                 continue
-            threading.Thread(target=self._serve, args=(next(self._clients), connection), daemon=True).start()
+            threading.Thread(target=self._serve, args=(connection,), daemon=True).start()
 
-    def _serve(self, client: int, connection: "Connection[Any, Any]") -> None:
-        owners: set[tuple[int, int]] = set()
+    def _serve(self, connection: "Connection[Any, Any]") -> None:
+        owners: set[tuple[object, int]] = set()
         lock = threading.Lock()
         try:
             with connection, suppress(*LOST):
                 take_over(connection.recv())
                 while True:
                     message = pickle.loads(connection.recv_bytes())
-                    owner = client, message.owner
+                    owner = connection, message.owner
                     if isinstance(message, _Cancel):
                         self.pool.cancel(owner, message.kind)
                         continue
@@ -239,7 +236,7 @@ class JobServer:
             for owner in owners:
                 self.pool.cancel(owner)
 
-    def _submit(self, owner: tuple[int, int], ask: _Ask, connection: "Connection[Any, Any]", lock: threading.Lock) -> None:
+    def _submit(self, owner: tuple[object, int], ask: _Ask, connection: "Connection[Any, Any]", lock: threading.Lock) -> None:
         jobs: list[Job] = []
 
         def report() -> None:

@@ -2,7 +2,6 @@
 
 import html
 import io
-import ipaddress
 import socket
 from functools import lru_cache
 from typing import NamedTuple
@@ -13,6 +12,8 @@ import viser
 from markupsafe import Markup
 
 from app.theme import PALETTES
+from app.web.listening import url_of
+from app.web.origin_policy import is_loopback
 from app.web.request import request_address
 from app.web.viser_internals import server_of
 
@@ -37,12 +38,10 @@ def find_address(origin: str, listening: str, port: int) -> Address:
         listening, port: to which the server is bound.
     """
     name = _name(origin)
-    if name and not _is_loopback(name):
+    if name and not is_loopback(name):
         return Address(origin.rstrip("/") + "/", False)
-    if _is_loopback(listening):
-        return Address(f"http://{'localhost' if listening == '::1' else listening}:{port}/", True)
-    host = own_address() if listening in ("", "0.0.0.0", "::") else listening
-    return Address(f"http://{f'[{host}]' if ':' in host else host}:{port}/", _is_loopback(host))
+    host = own_address() if listening in ("", "0.0.0.0", "::") else "localhost" if listening == "::1" else listening
+    return Address(f"{url_of(host, port)}/", is_loopback(host))
 
 
 def address_known_to(client: viser.ClientHandle) -> Address:
@@ -80,12 +79,3 @@ def _name(origin: str) -> str:
     except ValueError:
         return ""
     return (parts.hostname or "") if parts.scheme in ("http", "https") else ""
-
-
-def _is_loopback(name: str) -> bool:
-    if name == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(name).is_loopback
-    except ValueError:
-        return False

@@ -54,7 +54,7 @@ class Audiences:
     ) -> None:
         self._server, self._look, self._gone = server, look, gone
         self._lock = threading.Lock()
-        self._audiences: dict[tuple[Look, bool], Audience] = {}
+        self._audiences: list[Audience] = []
         self._before = shared_messages(server)
         server.shared_buffer = self._buffer_of
 
@@ -62,7 +62,7 @@ class Audiences:
     def audiences(self) -> tuple[Audience, ...]:
         """All audiences, one per look; projectors apart."""
         with self._lock:
-            return tuple(self._audiences.values())
+            return tuple(self._audiences)
 
     def audience_of(self, number: int) -> Audience | None:
         """Return the audience of the browser with this client id; None if it has a page of its own, or is gone."""
@@ -88,22 +88,20 @@ class Audiences:
         if look is None:
             return None
         with self._lock:
-            audience = self._audiences.get((look, screen))
-            alike = [one for one in self._audiences.values() if one.screen == screen]
-            if audience is None and len(alike) >= (MOST_SCREENS if screen else MOST):
-                audience = max(alike, key=lambda one: _likeness(one.look, look))
-            if audience is None:
-                audience = self._audiences[look, screen] = Audience(self._server, look, screen, self._before)
+            alike = [one for one in self._audiences if one.screen == screen]
+            audience = max(alike, key=lambda one: _likeness(one.look, look), default=None)
+            if audience is None or (audience.look != look and len(alike) < (MOST_SCREENS if screen else MOST)):
+                audience = Audience(self._server, look, screen, self._before)
+                self._audiences.append(audience)
             audience.watchers.add(number)
         audience.drop_removed()
         return audience
 
     def _leave(self, number: int) -> None:
         with self._lock:
-            for audience in tuple(self._audiences.values()):
+            for audience in self._audiences:
                 audience.watchers.discard(number)
-                if not audience.watchers:
-                    del self._audiences[audience.look, audience.screen]
+            self._audiences = [one for one in self._audiences if one.watchers]
         self._gone(number)
 
 

@@ -10,8 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from app.web.control_values import Control, Scope, check_value
-from app.web.schemas import SHAPES, UPLOAD_TOO_LARGE, Malformed, Refused, fields_of, kind_of
+from app.web.schemas import SHAPES, UPLOAD_TOO_LARGE, Control, Malformed, Refused, Scope, check_value, fields_of, kind_of
 from app.web.traffic_limits import Allowance, TrafficLimits
 from app.web.viser_internals import GuiRegistry
 
@@ -95,9 +94,7 @@ class Gate:
             self._take_part(traffic, message)
         elif "owner" in SHAPES[kind]:
             self._permit(client_id, "shared" if message.get("owner", "") == "" else "own")
-        elif kind == "ScenePointerMessage":
-            # Reaches both scenes and names no owner; its callbacks get the client and decide themselves.
-            return
+        # A ScenePointerMessage reaches both scenes and names no owner; its callbacks get the client and decide themselves.
 
     def _permit(self, client_id: int, scope: Scope | None) -> None:
         if scope is None:

@@ -74,6 +74,11 @@ def _may_name_us(name: str) -> bool:
     return True
 
 
+def is_loopback(name: str) -> bool:
+    """Return whether a name or an address leads from a computer to itself."""
+    return name in LOOPBACK_NAMES or name.startswith("127.")
+
+
 def _is_here(peer: str) -> bool:
     return peer in ("", "::1") or peer.startswith(("127.", "::ffff:127."))
 
@@ -94,7 +99,7 @@ class OriginPolicy:
     @property
     def is_private(self) -> bool:
         """Whether only this computer can reach the server."""
-        return self.host in LOOPBACK_NAMES or self.host.startswith("127.")
+        return is_loopback(self.host)
 
     def remedy(self, origins: Sequence[str]) -> str:
         """Return how to let a refused page in, for the log; "" if it cannot be."""

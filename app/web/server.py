@@ -32,7 +32,7 @@ from app.web import viser_internals
 from app.web.connection import BufferChoice, FilteredConnection, Forwarder
 from app.web.listening import listen, url_of
 from app.web.message_gate import Gate
-from app.web.origin_policy import LOOPBACK_NAMES, VOUCHED, OriginPolicy, check_origin
+from app.web.origin_policy import VOUCHED, OriginPolicy, check_origin
 from app.web.pages import (
     ELSEWHERE,
     NO_ASSETS,
@@ -138,7 +138,7 @@ class DuetServer(viser.ViserServer):
             listener = listen(host, port)
             port = listener.getsockname()[1]
         self._origins = OriginPolicy(host, port, tuple(allowed_origins))
-        if not self._origins.is_private and host not in LOOPBACK_NAMES:
+        if not self._origins.is_private:
             log.info("everybody on the network can reach this server")
         self.limits = TrafficLimits() if limits is None else limits
         self.max_clients = max_clients

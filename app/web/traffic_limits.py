@@ -1,4 +1,4 @@
-"""How much one browser may ask for: bounds, a rate, and a queue that no single visitor fills."""
+"""How much one browser may ask for: bounds, a rate, a memory that does not grow, and a queue that no single visitor fills."""
 
 from __future__ import annotations
 
@@ -65,6 +65,15 @@ class Allowance:
 
 
 One = TypeVar("One")
+Noted = TypeVar("Noted")
+
+
+def remember(memory: dict[One, Noted], one: One, value: Noted, most: int) -> None:
+    """Put a value into a memory as the newest one, and forget the oldest one of too many."""
+    memory.pop(one, None)
+    memory[one] = value
+    if len(memory) > most:
+        del memory[next(iter(memory))]
 
 
 class BoundedQueue(Generic[One]):

@@ -36,8 +36,8 @@ from viser.infra._messages import _prepare_for_serialization, wire_field_names
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request
 
-from app.web.control_values import Control, Scope
 from app.web.entries import Entries
+from app.web.schemas import Control, Scope
 
 VISER_VERSION: Final = viser.__version__
 append_aligned_buffers: Final = viser_infra._append_aligned_buffers

@@ -44,9 +44,9 @@ def pieces(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
             done.append(("piece", visitor.client.client_id))
             yield
 
-    def drawing(visitor: Visitor, now: float, elapsed: float) -> bool:
+    def drawing(visitor: Visitor, now: float, elapsed: float) -> None:
         done.append(("frame", visitor.client.client_id))
-        return frame(visitor, now, elapsed)
+        frame(visitor, now, elapsed)
 
     monkeypatch.setattr(Visitor, "build", building)
     monkeypatch.setattr(Visitor, "frame", drawing)
