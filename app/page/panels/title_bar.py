@@ -1,7 +1,6 @@
 """The title bar: our name and mark, drawn by us."""
 
 import base64
-from functools import cache
 from typing import Final
 
 from viser import theme
@@ -20,11 +19,7 @@ def _mark(ink: str, motto: str) -> str:
 
 def titlebar() -> theme.TitlebarConfig:
     """Return viser's title bar with our mark for light and dark, in the visitor's language."""
-    return _titlebar(tr("two arms, one gives way"))
-
-
-@cache
-def _titlebar(motto: str) -> theme.TitlebarConfig:
+    motto = tr("two arms, one gives way")
     return theme.TitlebarConfig(
         buttons=None,
         image=theme.TitlebarImage(
