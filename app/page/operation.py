@@ -31,6 +31,7 @@ from app.session.frame import Frame
 from app.session.session import Session
 from controllers.errors import BadSetting
 from scenes.laws import DEFAULT_LAW, NO_AVOIDANCE
+from scenes.settings import values
 
 CALM: Final = 0.1
 """Wall time between two looks at the controls while nothing is done with them [s]."""
@@ -133,18 +134,15 @@ class Operation:
             self._controls.forget(key)
 
     def _toggle(self, what: Literal["autopilot", "avoidance", "ghost", "gizmo", "contact"]) -> None:
-        session, run, page = self._session, self._session.settings.run, self._session.settings.page
+        session = self._session
+        present = values(session.settings)
         match what:
-            case "autopilot":
-                session.change("autopilot", not page.autopilot)
             case "avoidance":
-                session.change("law", NO_AVOIDANCE if run.law.law == DEFAULT_LAW else DEFAULT_LAW)
-            case "gizmo":
-                session.change("gizmo", not page.gizmo)
+                session.change("law", NO_AVOIDANCE if present["law"] == DEFAULT_LAW else DEFAULT_LAW)
             case "ghost":
-                session.change("ghost", "frozen" if page.ghost == "off" else "off")
-            case "contact":
-                session.change("contact", not page.contact)
+                session.change("ghost", "frozen" if present["ghost"] == "off" else "off")
+            case _:
+                session.change(what, not present[what])
 
     def notify(self, title: str, text: str) -> None:
         """Tell the visitor something that no control shows. `title`, `text`: in English."""
