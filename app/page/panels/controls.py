@@ -186,6 +186,7 @@ class Controls:
     def forget(self, key: str) -> None:
         """Write a setting back into its control at the next frame: the value there was refused."""
         self._shown.pop(key, None)
+        self._settings = None
 
     def fold(self, whole: bool, plays: bool) -> None:
         """Show all that can be set, or few things. `whole`: as the visitor has asked for; `plays`: whether few can be enough now."""
@@ -205,14 +206,13 @@ class Controls:
         self._joints.show(frame)
         self._compare.show(frame)
         self._curve.show(settings, matters("curve", settings))
-        if settings is self._settings and len(self._shown) == len(self._handles):
+        if settings is self._settings:
             return
         self._settings = settings
         present = values(settings)
         self._speed.show(SPEEDS.index(present["speed"]) if present["speed"] in SPEEDS else -1, visible=not self._small)
         for key, handle in self._handles.items():
             if handle is self._curve.box:
-                self._shown[key] = present[key]
                 continue
             handle.visible = matters(key, settings) and (key in SMALL or not self._small)
             if key in self._shown and self._shown[key] == present[key]:
