@@ -78,7 +78,7 @@ class Operation:
         self._keep = client.gui.add_folder(tr("Keep and replay"), order=self._controls.below_clock, expand_by_default=False)
         with self._keep:
             send = partial(client.send_file_download, save_immediately=True)
-            self._replay_bar = ReplayBar(client.gui, session, session.player, send, self.notify)
+            self._replay_bar = ReplayBar(client.gui, session, send, self.notify)
             self._link = LinkBox(client, session, view.lessons)
             self._lab = LabReportBox(client.gui, session, view, self._replay_bar.exports)
         self._panels = [make(client, session, view) for make in PANELS]
