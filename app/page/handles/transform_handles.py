@@ -12,7 +12,6 @@ from app.session.actions import Drag
 from app.session.second_hand import Holder
 from app.stage.poses import checked_pose, fresh, put
 from controllers.kinematics import Array
-from scenes.simulation import Simulation
 from scenes.targets import BallTarget, HandTarget, Target
 
 AUTOPILOT_SIZE: Final = 0.6
@@ -96,7 +95,7 @@ class HandHandle(TransformHandle):
 
     def show(self, visible: bool) -> None:
         """Offer turns where they count, and put it where it belongs, unless it is being dragged."""
-        self._turns = not keeps_place(self._holder) or _pose_counts(self._holder.simulation)
+        self._turns = _turn_counts(self._holder)
         self._handle.disable_rotations = not self._turns
         super().show(visible)
 
@@ -147,8 +146,9 @@ def keeps_place(holder: Holder) -> bool:
     return holder.arm is holder.simulation.avoiding
 
 
-def _pose_counts(simulation: Simulation) -> bool:
-    return simulation.room.task(simulation.settings) == "pose"
+def _turn_counts(holder: Holder) -> bool:
+    simulation = holder.simulation
+    return not keeps_place(holder) or simulation.room.task(simulation.settings) == "pose"
 
 
 def _elbow(holder: Holder) -> Array:
@@ -161,14 +161,14 @@ def wanted_pose(holder: Holder) -> tuple[Array, Array]:
     pose = simulation.kinematics.hand_pose(holder.arm)
     place, rotation = simulation.place, simulation.place_rotation
     if keeps_place(holder) and place is not None and rotation is not None:
-        return place.copy(), rotation.copy() if _pose_counts(simulation) else pose.rotation.copy()
+        return place.copy(), (rotation if _turn_counts(holder) else pose.rotation).copy()
     return pose.translation.copy(), pose.rotation.copy()
 
 
 def _hand_kept(holder: Holder) -> HandTarget:
     """Return the hand at its place, and turned as it is where the elbow can move all the same."""
     joints, (place, rotation) = holder.arm.joints, wanted_pose(holder)
-    spare = joints.stop - joints.start > 6 and (not keeps_place(holder) or _pose_counts(holder.simulation))
+    spare = joints.stop - joints.start > 6 and _turn_counts(holder)
     return HandTarget(place, rotation if spare else None)
 
 
