@@ -125,12 +125,8 @@ BRAND: Final = rgb(PALETTES["light"].brand)
 
 def blend(a: str, b: str, share: float) -> Rgb:
     """Return the colour `share` of the way from a to b."""
-    x, y = rgb(a), rgb(b)
-    return (
-        round(x[0] + (y[0] - x[0]) * share),
-        round(x[1] + (y[1] - x[1]) * share),
-        round(x[2] + (y[2] - x[2]) * share),
-    )
+    red, green, blue = (round(x + (y - x) * share) for x, y in zip(rgb(a), rgb(b), strict=True))
+    return red, green, blue
 
 
 def scale(profile: Profile) -> float:
