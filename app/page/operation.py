@@ -131,7 +131,7 @@ class Operation:
             self._session.change(key, value)
         except BadSetting as error:
             self.notify("This value is not possible", str(error))
-            self._controls.forget(key)
+            self._controls.write_again()
 
     def _toggle(self, what: Literal["autopilot", "avoidance", "ghost", "gizmo", "contact"]) -> None:
         session = self._session
