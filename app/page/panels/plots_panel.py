@@ -74,8 +74,7 @@ class Plots:
         self._arranged: tuple[object, ...] = ()
         self._next: dict[str, float] = {}
         self._drawn: dict[str, object] = {}
-        self._dressed = False
-        self._away: list[str] = []
+        self._dressed, self._curtain = False, 0.0
         self.span: tuple[float, float] | None = None
 
     def dress(self, page: PageSettings, height: int) -> None:
@@ -96,13 +95,12 @@ class Plots:
         if self._dressed:
             # The page replaces every plot, and new data in the same moment would leave it with a time axis in the wrong proportion
             # for good. A plot that was hidden meanwhile is drawn from the start.
-            self._dressed = False
-            self._next = dict.fromkeys(self.shown, now + CURTAIN)
-            self._away = [name for name in self.shown if name not in CHARTS]
+            self._dressed, self._curtain = False, now + CURTAIN
+            self._next = dict.fromkeys(self.shown, self._curtain)
             self._uncover(False)
-        if self._away and now >= self._next.get(self._away[0], 0.0):
+        elif 0.0 < self._curtain <= now:
+            self._curtain = 0.0
             self._uncover(True)
-            self._away = []
         due = [name for name in self.shown if now >= self._next.get(name, 0.0)]
         if not due:
             return
@@ -131,8 +129,9 @@ class Plots:
                 plot.data = data
 
     def _uncover(self, visible: bool) -> None:
-        for name in self._away:
-            self._handle(name).visible = visible and name in self.shown
+        for name in self.shown:
+            if name in self._time_plots:
+                self._handle(name).visible = visible
 
     def _arrange(self, simulation: Simulation, ghost: Simulation | None, details: Details) -> None:
         """Show exactly the chosen plots, with the right lines and names."""
