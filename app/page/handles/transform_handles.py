@@ -87,20 +87,18 @@ class HandHandle(TransformHandle):
 
     def __init__(self, scene: viser.SceneApi, holder: Holder) -> None:
         super().__init__(scene, holder, "hand", 0.22)
-        self._turns = True
 
     def _target(self, place: Array, turn: Array) -> HandTarget:
-        return HandTarget(place, turn if self._turns else None)
+        return HandTarget(place, turn if _turn_counts(self._holder) else None)
 
     def show(self, visible: bool) -> None:
         """Offer turns where they count, and put it where it belongs, unless it is being dragged."""
-        self._turns = _turn_counts(self._holder)
-        self._handle.disable_rotations = not self._turns
+        self._handle.disable_rotations = not _turn_counts(self._holder)
         super().show(visible)
 
     def _seat(self) -> tuple[Array, Array]:
         place, rotation = wanted_pose(self._holder)
-        return place, rotation if self._turns else np.eye(3)
+        return place, rotation if _turn_counts(self._holder) else np.eye(3)
 
 
 class ElbowHandle(TransformHandle):
