@@ -1,12 +1,20 @@
 """Colours and sizes. A symbol has one colour in the text, in the scene and in the plots; the palette is safe for
 colour-blind people (after Okabe & Ito 2008), and every colour has a second cue: a dash, a width or a word."""
 
-from dataclasses import dataclass, fields
-from typing import Any, Final
+from dataclasses import dataclass, field, fields
+from typing import Final, TypeVar
 
 from app.settings import Profile, Theme
 
 Rgb = tuple[int, int, int]
+Colours = TypeVar("Colours")
+
+THEMES: Final[tuple[Theme, Theme]] = ("light", "dark")
+
+
+def _of_themes(light: Colours, dark: Colours) -> Colours:
+    """Declare a field of `Palette` by what it is in either theme."""
+    return field(metadata=dict(zip(THEMES, (light, dark), strict=True)))
 
 
 @dataclass(frozen=True)
@@ -27,113 +35,56 @@ class Palette:
         good_ink, good_tint, warning, warning_ink, warning_tint, warning_flash, alarm_ink, alarm_tint: of states.
     """
 
-    distance: str
-    critical: str
-    resting: str
-    activation: str
-    error: str
-    velocity: str
-    pull: str
-    approach: str
-    joints: tuple[str, ...]
-    laws: tuple[str, ...]
-    calm: str
-    background: tuple[Rgb, Rgb]
-    cell: Rgb
-    section: Rgb
-    ink: str
-    dim: str
-    soft: str
-    faint: str
-    paper: str
-    card: str
-    panel: str
-    well: str
-    veil: str
-    line: str
-    edge: str
-    hair: str
-    bar: str
-    brand: str
-    on_brand: str
-    brand_ink: str
-    brand_tint: str
-    flash: str
-    good_ink: str
-    good_tint: str
-    warning: str
-    warning_ink: str
-    warning_tint: str
-    warning_flash: str
-    alarm_ink: str
-    alarm_tint: str
-
-
-_LAWS: Final = (
-    ("#7a3fc4", "#bd9bff"),
-    ("#57606a", "#a9b4bf"),
-    ("#b04d00", "#ff8f45"),
-    ("#007a57", "#3fd0a0"),
-    ("#8c5d00", "#f0bd4a"),
-    ("#006fae", "#5ab4f0"),
-    ("#a3195b", "#f58ab8"),
-    ("#007281", "#4fd6e0"),
-    ("#567200", "#b5d33d"),
-    ("#24292f", "#e6edf3"),
-    ("#8a5a44", "#d8a78f"),
-)
-"""Of the laws, in the order of the picker, as in `_PAIRS`."""
-
-_PAIRS: Final[dict[str, tuple[Any, Any]]] = {
-    "distance": ("#006fae", "#5ab4f0"),
-    "critical": ("#b04d00", "#ff8f45"),
-    "resting": ("#00718a", "#8fcdf5"),
-    "activation": ("#7a3fc4", "#bd9bff"),
-    "error": ("#a3195b", "#f58ab8"),
-    "velocity": ("#007a57", "#3fd0a0"),
-    "pull": ("#8c5d00", "#f0bd4a"),
-    "approach": ("#c1271b", "#ff7a6b"),
-    "calm": ("#566b7e", "#9fb3c6"),
-    "ink": ("#1f2328", "#e3e8ee"),
-    "dim": ("#414a54", "#b4bfca"),
-    "soft": ("#57606a", "#9aa6b2"),
-    "faint": ("#7f8994", "#7d8792"),
-    "paper": ("#ffffff", "#16181c"),
-    "card": ("#ffffff", "#1c2024"),
-    "panel": ("#f5f7f9", "#20242a"),
-    "well": ("#e9eef3", "#2a3037"),
-    "veil": ("#f3f5f8ee", "#101316ee"),
-    "line": ("#d3d9df", "#3a414a"),
-    "edge": ("#c3cbd3", "#4a525b"),
-    "hair": ("#e3e7eb", "#2f353b"),
-    "bar": ("#7d8a97", "#8795a3"),
-    "brand": ("#e25c00", "#ff8f45"),
-    "on_brand": ("#1d1105", "#1d1105"),
-    "brand_ink": ("#b34700", "#ff9a4d"),
-    "brand_tint": ("#fff1e6", "#2d2118"),
-    "flash": ("#ffd9b3", "#7a3c00"),
-    "good_ink": ("#00583f", "#7fe0bd"),
-    "good_tint": ("#ddf2e9", "#17392d"),
-    "warning": ("#9c6600", "#f5c96a"),
-    "warning_ink": ("#6b4300", "#ffdb94"),
-    "warning_tint": ("#fff1d6", "#3d2f10"),
-    "warning_flash": ("#ffdf9e", "#6b4708"),
-    "alarm_ink": ("#9c1a10", "#ffaaa0"),
-    "alarm_tint": ("#fde4e1", "#4a1d19"),
-    "joints": (
+    distance: str = _of_themes("#006fae", "#5ab4f0")
+    critical: str = _of_themes("#b04d00", "#ff8f45")
+    resting: str = _of_themes("#00718a", "#8fcdf5")
+    activation: str = _of_themes("#7a3fc4", "#bd9bff")
+    error: str = _of_themes("#a3195b", "#f58ab8")
+    velocity: str = _of_themes("#007a57", "#3fd0a0")
+    pull: str = _of_themes("#8c5d00", "#f0bd4a")
+    approach: str = _of_themes("#c1271b", "#ff7a6b")
+    joints: tuple[str, ...] = _of_themes(
         ("#006fae", "#b04d00", "#007a57", "#a3195b", "#7a3fc4", "#8c5d00", "#57606a"),
         ("#5ab4f0", "#ff8f45", "#3fd0a0", "#f58ab8", "#bd9bff", "#f0bd4a", "#a9b4bf"),
-    ),
-    "laws": (tuple(light for light, _ in _LAWS), tuple(dark for _, dark in _LAWS)),
-    "background": (((243, 245, 248), (214, 220, 227)), ((34, 38, 44), (19, 21, 25))),
-    "cell": ((205, 211, 218), (44, 48, 54)),
-    "section": ((176, 184, 194), (62, 68, 76)),
-}
-"""Field of `Palette` → its value in the light and in the dark theme."""
+    )
+    laws: tuple[str, ...] = _of_themes(
+        ("#7a3fc4", "#57606a", "#b04d00", "#007a57", "#8c5d00", "#006fae", "#a3195b", "#007281", "#567200", "#24292f", "#8a5a44"),
+        ("#bd9bff", "#a9b4bf", "#ff8f45", "#3fd0a0", "#f0bd4a", "#5ab4f0", "#f58ab8", "#4fd6e0", "#b5d33d", "#e6edf3", "#d8a78f"),
+    )
+    calm: str = _of_themes("#566b7e", "#9fb3c6")
+    background: tuple[Rgb, Rgb] = _of_themes(((243, 245, 248), (214, 220, 227)), ((34, 38, 44), (19, 21, 25)))
+    cell: tuple[int, int, int] = _of_themes((205, 211, 218), (44, 48, 54))
+    section: tuple[int, int, int] = _of_themes((176, 184, 194), (62, 68, 76))
+    ink: str = _of_themes("#1f2328", "#e3e8ee")
+    dim: str = _of_themes("#414a54", "#b4bfca")
+    soft: str = _of_themes("#57606a", "#9aa6b2")
+    faint: str = _of_themes("#7f8994", "#7d8792")
+    paper: str = _of_themes("#ffffff", "#16181c")
+    card: str = _of_themes("#ffffff", "#1c2024")
+    panel: str = _of_themes("#f5f7f9", "#20242a")
+    well: str = _of_themes("#e9eef3", "#2a3037")
+    veil: str = _of_themes("#f3f5f8ee", "#101316ee")
+    line: str = _of_themes("#d3d9df", "#3a414a")
+    edge: str = _of_themes("#c3cbd3", "#4a525b")
+    hair: str = _of_themes("#e3e7eb", "#2f353b")
+    bar: str = _of_themes("#7d8a97", "#8795a3")
+    brand: str = _of_themes("#e25c00", "#ff8f45")
+    on_brand: str = _of_themes("#1d1105", "#1d1105")
+    brand_ink: str = _of_themes("#b34700", "#ff9a4d")
+    brand_tint: str = _of_themes("#fff1e6", "#2d2118")
+    flash: str = _of_themes("#ffd9b3", "#7a3c00")
+    good_ink: str = _of_themes("#00583f", "#7fe0bd")
+    good_tint: str = _of_themes("#ddf2e9", "#17392d")
+    warning: str = _of_themes("#9c6600", "#f5c96a")
+    warning_ink: str = _of_themes("#6b4300", "#ffdb94")
+    warning_tint: str = _of_themes("#fff1d6", "#3d2f10")
+    warning_flash: str = _of_themes("#ffdf9e", "#6b4708")
+    alarm_ink: str = _of_themes("#9c1a10", "#ffaaa0")
+    alarm_tint: str = _of_themes("#fde4e1", "#4a1d19")
+
 
 PALETTES: Final[dict[Theme, Palette]] = {
-    "light": Palette(**{name: light for name, (light, _) in _PAIRS.items()}),
-    "dark": Palette(**{name: dark for name, (_, dark) in _PAIRS.items()}),
+    theme: Palette(**{colour.name: colour.metadata[theme] for colour in fields(Palette)}) for theme in THEMES
 }
 
 SYMBOL_COLOURS: Final = {
@@ -174,12 +125,8 @@ BRAND: Final = rgb(PALETTES["light"].brand)
 
 def blend(a: str, b: str, share: float) -> Rgb:
     """Return the colour `share` of the way from a to b."""
-    x, y = rgb(a), rgb(b)
-    return (
-        round(x[0] + (y[0] - x[0]) * share),
-        round(x[1] + (y[1] - x[1]) * share),
-        round(x[2] + (y[2] - x[2]) * share),
-    )
+    red, green, blue = (round(x + (y - x) * share) for x, y in zip(rgb(a), rgb(b), strict=True))
+    return red, green, blue
 
 
 def scale(profile: Profile) -> float:

@@ -16,7 +16,7 @@ from app.i18n.speaking import N_, set_language, spoken, tr
 from app.page.handles.gizmos import Gizmos
 from app.page.panels.hotkeys import hotkeys
 from app.page.panels.scene_words import SceneWords
-from app.page.panels.title_bar import titlebar
+from app.page.panels.title_bar import configure_theme
 from app.page.view import View
 from app.runtime.throttled_log import ThrottledLog
 from app.session.actions import Action, Describe, FirstView, Nudge, SwingElbow
@@ -25,7 +25,6 @@ from app.session.second_hand import SecondHand
 from app.session.session import Session
 from app.settings import GUEST
 from app.text.templates import macros
-from app.theme import BRAND
 from app.web.request import browser_language, request_query
 from scenes.laws import NO_AVOIDANCE
 
@@ -56,8 +55,7 @@ class Guest:
         with client.atomic():
             self._over = client.gui.add_html(mark_html(spoken()))
             if host is None or not self._can_take(host.session):
-                plain = {"show_logo": False, "show_share_button": False, "brand_color": BRAND}
-                client.gui.configure_theme(titlebar_content=titlebar(), dark_mode=look.theme == "dark", **plain)
+                configure_theme(client.gui, look.theme)
                 return
             session, self._host = host.session, host
             session.guest = self

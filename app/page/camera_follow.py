@@ -73,7 +73,7 @@ class CameraFollow:
         self._glide: tuple[float, Pose, Pose] | None = None
         self._sent: list[tuple[Array, Array]] = []
         self._recent: deque[Array] = deque(maxlen=RECENT)
-        self._next = self._note_next = self._rest_until = 0.0
+        self._next = self._rest_until = 0.0
         self._part: int | None = None
 
     def first_view(self, simulation: Simulation, now: float) -> None:
@@ -94,13 +94,11 @@ class CameraFollow:
 
     def follow(self, simulation: Simulation, now: float) -> None:
         """Move the camera if something would leave the free part of the picture. `now`: wall time [s]."""
-        if self._pose is None or self.left_alone or (self._glide is None and now < self._next):
+        looks = now >= self._next
+        if self._pose is None or self.left_alone or not (looks or self._glide) or self._moved_by_visitor():
             return
-        self._next = now + LOOK_EVERY
-        if self._moved_by_visitor():
-            return
-        if now >= self._note_next:
-            self._note_next = now + LOOK_EVERY
+        if looks:
+            self._next = now + LOOK_EVERY
             self._recent.append(hands(simulation))
         if self._glide is not None:
             self._go_on(now)

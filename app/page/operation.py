@@ -31,6 +31,7 @@ from app.session.frame import Frame
 from app.session.session import Session
 from controllers.errors import BadSetting
 from scenes.laws import DEFAULT_LAW, NO_AVOIDANCE
+from scenes.settings import values
 
 CALM: Final = 0.1
 """Wall time between two looks at the controls while nothing is done with them [s]."""
@@ -77,7 +78,7 @@ class Operation:
         self._keep = client.gui.add_folder(tr("Keep and replay"), order=self._controls.below_clock, expand_by_default=False)
         with self._keep:
             send = partial(client.send_file_download, save_immediately=True)
-            self._replay_bar = ReplayBar(client.gui, session, session.player, send, self.notify)
+            self._replay_bar = ReplayBar(client.gui, session, send, self.notify)
             self._link = LinkBox(client, session, view.lessons)
             self._lab = LabReportBox(client.gui, session, view, self._replay_bar.exports)
         self._panels = [make(client, session, view) for make in PANELS]
@@ -130,21 +131,18 @@ class Operation:
             self._session.change(key, value)
         except BadSetting as error:
             self.notify("This value is not possible", str(error))
-            self._controls.forget(key)
+            self._controls.write_again()
 
     def _toggle(self, what: Literal["autopilot", "avoidance", "ghost", "gizmo", "contact"]) -> None:
-        session, run, page = self._session, self._session.settings.run, self._session.settings.page
+        session = self._session
+        present = values(session.settings)
         match what:
-            case "autopilot":
-                session.change("autopilot", not page.autopilot)
             case "avoidance":
-                session.change("law", NO_AVOIDANCE if run.law.law == DEFAULT_LAW else DEFAULT_LAW)
-            case "gizmo":
-                session.change("gizmo", not page.gizmo)
+                session.change("law", NO_AVOIDANCE if present["law"] == DEFAULT_LAW else DEFAULT_LAW)
             case "ghost":
-                session.change("ghost", "frozen" if page.ghost == "off" else "off")
-            case "contact":
-                session.change("contact", not page.contact)
+                session.change("ghost", "frozen" if present["ghost"] == "off" else "off")
+            case _:
+                session.change(what, not present[what])
 
     def notify(self, title: str, text: str) -> None:
         """Tell the visitor something that no control shows. `title`, `text`: in English."""

@@ -1,7 +1,6 @@
 """A visitor's window, as the page says it, and which part of the 3-D picture in it is free of plots, sheet and card."""
 
 import re
-from functools import lru_cache
 from typing import Final, NamedTuple
 
 import viser
@@ -15,7 +14,6 @@ from app.web.viser_internals import request_of, uuid_of
 
 TITLEBAR: Final = 47.0
 """Height of the bar at the top, until the page says how high its picture is [CSS px]."""
-
 
 PHONE: Final = 576.0
 """On a window up to this width viser puts all panels into one sheet at the bottom [CSS px]."""
@@ -76,14 +74,10 @@ def canvas_size(client: viser.ClientHandle) -> tuple[float, float]:
     The camera's own size is in device pixels, and of a canvas that has not found its place yet.
     """
     request = request_of(client)
-    given = None if request is None else _given(request.path)
-    return given or (max(client.camera.image_width, 1.0), max(client.camera.image_height, 1.0))
-
-
-@lru_cache(maxsize=256)
-def _given(path: str) -> tuple[float, float] | None:
-    given = re.fullmatch(r"(\d{2,5})x(\d{2,5})", page_query(path).get("window", ""))
-    return None if given is None else (float(given[1]), max(float(given[2]) - TITLEBAR, 1.0))
+    window = "" if request is None else page_query(request.path).get("window", "")
+    if given := re.fullmatch(r"(\d{2,5})x(\d{2,5})", window):
+        return float(given[1]), max(float(given[2]) - TITLEBAR, 1.0)
+    return max(client.camera.image_width, 1.0), max(client.camera.image_height, 1.0)
 
 
 CARD: Final = (330.0, 190.0)

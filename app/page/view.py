@@ -27,14 +27,14 @@ from app.page.panels.plots_panel import Plots
 from app.page.panels.readout import Readout, tip_text
 from app.page.panels.replay_bar import replay_style
 from app.page.panels.shown_moment import moment_html
-from app.page.panels.title_bar import titlebar
+from app.page.panels.title_bar import configure_theme
 from app.page.picture_size import LOW_CANVAS, FreePicture, PictureReport, canvas_size, free_picture
 from app.session.frame import Frame, Shown
 from app.session.session import Session
 from app.settings import Look, PageSettings
 from app.stage.camera_view import AHEAD, view_of
 from app.stage.stage import Stage
-from app.theme import BRAND, DOCK_WIDTH, NARROW, plots_height, scale
+from app.theme import DOCK_WIDTH, NARROW, plots_height, scale
 from app.web.viser_internals import aim
 from controllers.kinematics import Array
 from scenes.rigs import Camera
@@ -104,7 +104,7 @@ class View:
         self._settling: dict[int, tuple[float, viser.ClientHandle, float]] = {}
         self._cameras: dict[int, CameraFollow] = {}
         self._reports: dict[int, PictureReport] = {}
-        self._configure_theme()
+        configure_theme(gui, page.theme)
         self.stage = Stage(host.scene)
         narrow = private and canvas_size(host)[0] < NARROW
         self._lesson_width = NARROW_WIDTH if narrow else WIDTH
@@ -124,15 +124,6 @@ class View:
         # A lecture's plots are drawn for all: for the projector; the size of its window is not known here.
         height = canvas_size(self._host)[1] if isinstance(self._host, viser.ClientHandle) else 900.0
         return plots_height(height, self._page.profile)
-
-    def _configure_theme(self) -> None:
-        self._host.gui.configure_theme(
-            titlebar_content=titlebar(),
-            dark_mode=self._page.theme == "dark",
-            show_logo=False,
-            show_share_button=False,
-            brand_color=BRAND,
-        )
 
     def welcome(self, client: viser.ClientHandle) -> None:
         """Give a newcomer the view of the present scene, and keep it right while the page finds its layout."""
@@ -162,8 +153,7 @@ class View:
 
     def picture(self, client: viser.ClientHandle) -> FreePicture:
         """Return what is free of a client's picture."""
-        report = self._reports.get(client.client_id)
-        if report is not None and (size := report.size) is not None:
+        if (size := self._reports[client.client_id].size) is not None:
             return free_picture((size.window, size.height), size.width, self._page.profile, self.bare, size.covered, size[4:])
         window = canvas_size(client)
         width = max(client.camera.aspect, 0.2) * window[1]
@@ -238,7 +228,7 @@ class View:
         self._host.gui.main_panel.set_width(DOCK_WIDTH * scale(page.profile))
         self.lesson_panel.set_width(self._lesson_width * scale(page.profile))
         self.plots.dress(page, self._plots_height())
-        self._configure_theme()
+        configure_theme(self._host.gui, page.theme)
 
 
 def experiment_of(simulation: Simulation) -> tuple[object, ...]:

@@ -88,14 +88,14 @@ class Drag(Action, newest_by=("handle", "phase"), eq=False):
     Attributes:
         handle: its name, or that of the node of the stage.
         phase: "start", "update" or "end".
-        place: where it is pulled to (3,) [m]; None where the browser sent nothing possible.
-        turn: how it is turned (3, 3); None where it cannot be, or as above.
+        place: where it is pulled to (3,) [m].
+        turn: how it is turned (3, 3); None where it cannot be.
         taken: where the mouse took hold of it (3,) [m]; None where that does not matter.
     """
 
     handle: str
     phase: str
-    place: Array | None = None
+    place: Array
     turn: Array | None = None
     taken: Array | None = None
 

@@ -1,6 +1,6 @@
-"""Poses between the browser and us: what it sends is checked, and what it shows is written only when it differs."""
+"""Poses between the browser and us: what it sends is kept in the room, and what it shows is written only when it differs."""
 
-import math
+from collections.abc import Iterable
 from typing import Final, TypeVar
 
 import numpy as np
@@ -15,21 +15,15 @@ ROOM: Final = 2.5
 Node = TypeVar("Node", bound=viser.SceneNodeHandle)
 
 
-def checked_point(position: object) -> Array | None:
-    """Return a place (3,) inside the room of what a browser sent, None if it is not one."""
-    place = np.asarray(position, float)
-    if place.shape != (3,) or not np.isfinite(place).all():
-        return None
-    return np.clip(place, -ROOM, ROOM)
+def in_room(position: Iterable[float]) -> Array:
+    """Return a place (3,) that a browser sent, inside the room; it is one, see `app.web.schemas`."""
+    return np.clip(np.array([*position], float), -ROOM, ROOM)
 
 
-def checked_pose(position: object, wxyz: object) -> tuple[Array | None, Array | None]:
-    """Return a place (3,) inside the room and a rotation (3, 3) of what a browser sent, None for either that is not one."""
-    place, turn = checked_point(position), np.asarray(wxyz, float)
-    if place is None or turn.shape != (4,) or not np.isfinite(turn).all() or not 0.5 < float(turn.dot(turn)) < 2.0:
-        return place, None
-    w, x, y, z = (turn / math.sqrt(float(turn.dot(turn)))).tolist()
-    return place, pin.Quaternion(w, x, y, z).toRotationMatrix()
+def rotation_of(wxyz: Iterable[float]) -> Array:
+    """Return a turn that a browser sent, a quaternion about as long as 1, as a rotation (3, 3)."""
+    w, x, y, z = map(float, wxyz)
+    return pin.Quaternion(w, x, y, z).normalized().toRotationMatrix()
 
 
 def put(handle: viser.SceneNodeHandle, place: Array, rotation: Array | None = None) -> None:

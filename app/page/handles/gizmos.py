@@ -6,7 +6,7 @@ from typing import Final, Literal
 import numpy as np
 import viser
 
-from app.page.handles.grips import ArmGrip, BallGrip, FigureGrip
+from app.page.handles.grips import ArmGrip, BallGrip, FigureGrip, Grip
 from app.page.handles.transform_handles import BallHandle, ElbowHandle, HandHandle, TransformHandle, swing_elbow
 from app.session.actions import Action, Drag, Hover, Nudge, SwingElbow
 from app.session.frame import Frame
@@ -45,7 +45,7 @@ class Gizmos:
         self, client: viser.ClientHandle, holder: Holder, yours: Callable[[], Yours | None], hands_off: Callable[[], bool]
     ) -> None:
         self._client, self._holder, self._yours, self._hands_off = client, holder, yours, hands_off
-        self._grip: ArmGrip | BallGrip | FigureGrip | None = None
+        self._grip: Grip | None = None
         self._gripped: object = None
         self._handles: tuple[TransformHandle, ...] = ()
         self._made: tuple[object, ...] | None = None
@@ -83,8 +83,12 @@ class Gizmos:
             handle.show(visible)
 
     @property
+    def _pulled_at(self) -> tuple[Grip | TransformHandle, ...]:
+        return self._handles if self._grip is None else (self._grip, *self._handles)
+
+    @property
     def _dragged(self) -> bool:
-        return (self._grip is not None and self._grip.dragged) or any(handle.dragged for handle in self._handles)
+        return any(each.dragged for each in self._pulled_at)
 
     def _take_up(self, yours: Yours | None) -> None:
         if self._grip is not None:
@@ -118,10 +122,8 @@ class Gizmos:
         """Do an action if it is about what is yours; return whether it was. Nothing happens where nothing is."""
         match action:
             case Drag():
-                if self._grip is not None:
-                    self._grip.drag(action)
-                for handle in self._handles:
-                    handle.drag(action)
+                for each in self._pulled_at:
+                    each.drag(action)
             case Hover(on):
                 self._hovered = on
             case Nudge():
@@ -136,10 +138,8 @@ class Gizmos:
 
     def forget_drag(self) -> None:
         """Behave as if everything had been let go; for a reset in mid-drag."""
-        if self._grip is not None:
-            self._grip.forget_drag()
-        for handle in self._handles:
-            handle.forget_drag()
+        for each in self._pulled_at:
+            each.forget_drag()
 
 
 def _in_view(camera: viser.CameraHandle, nudge: Nudge) -> Array:

@@ -12,7 +12,7 @@ from app.session.session import Session
 from app.stage.arms import ArmView
 from app.stage.ball_view import BallView
 from app.stage.person_figure import FigureView, on_person
-from app.stage.poses import checked_point
+from app.stage.poses import in_room
 from controllers.kinematics import Array
 from scenes.person.figure import Figure, Grasp
 from scenes.settings import ArmName
@@ -35,7 +35,7 @@ class Grip:
         self._taken: str | None = None
 
         async def pulled(event: viser.SceneNodeDragEvent[Any]) -> None:
-            taken, to = checked_point(event.start_position), checked_point(event.end_position)
+            taken, to = in_room(event.start_position), in_room(event.end_position)
             holder.post(Drag(event.target.name, event.phase, to, taken=taken))
 
         for node in self._nodes.values():
@@ -50,17 +50,13 @@ class Grip:
         """Follow a pull at one of the nodes; nothing happens at a pull at anything else."""
         if action.handle not in self._nodes:
             return
-        if action.phase == "end":
-            if self._taken == action.handle:
-                self._taken = None
-                self._let_go()
-            return
-        if action.taken is None or action.place is None:
-            return
-        if action.phase == "start":
+        if action.phase == "start" and action.taken is not None:
             self._taken = action.handle
             self._take(action.handle, action.taken)
-        if self._taken == action.handle:
+        if self._taken == action.handle and action.phase == "end":
+            self._taken = None
+            self._let_go()
+        elif self._taken == action.handle:
             self._pull(action.place)
 
     def _take(self, name: str, point: Array) -> None:

@@ -10,9 +10,8 @@ import viser
 
 from app.session.actions import Drag
 from app.session.second_hand import Holder
-from app.stage.poses import checked_pose, fresh, put
+from app.stage.poses import fresh, in_room, put, rotation_of
 from controllers.kinematics import Array
-from scenes.simulation import Simulation
 from scenes.targets import BallTarget, HandTarget, Target
 
 AUTOPILOT_SIZE: Final = 0.6
@@ -41,17 +40,16 @@ class TransformHandle:
 
         @self._handle.on_update
         async def _(event: viser.TransformControlsEvent) -> None:
-            holder.post(Drag(name, event.phase, *checked_pose(event.target.position, event.target.wxyz)))
+            holder.post(Drag(name, event.phase, in_room(event.target.position), rotation_of(event.target.wxyz)))
 
     def drag(self, action: Drag) -> None:
         """Follow a pull at it; nothing happens at a pull at another handle."""
-        if action.handle != self._name:
+        if action.handle != self._name or action.turn is None:
             return
         if action.phase != "end":
             target = self._target(action.place, action.turn)
-            if target is not None:
-                self.dragged = True
-                self._holder.hold(target)
+            self.dragged = True
+            self._holder.hold(target)
         elif self.dragged:
             self.dragged = False
             self._holder.hold(None)
@@ -67,8 +65,8 @@ class TransformHandle:
         """Return where it belongs (3,) [m], and how it is turned there (3, 3); None if it is never turned."""
         raise NotImplementedError
 
-    def _target(self, place: Array | None, turn: Array | None) -> Target | None:
-        """Return what is held with the handle at a place (3,) [m], turned (3, 3); None if that says nothing."""
+    def _target(self, place: Array, turn: Array) -> Target:
+        """Return what is held with the handle at a place (3,) [m], turned (3, 3)."""
         raise NotImplementedError
 
     def forget_drag(self) -> None:
@@ -89,20 +87,18 @@ class HandHandle(TransformHandle):
 
     def __init__(self, scene: viser.SceneApi, holder: Holder) -> None:
         super().__init__(scene, holder, "hand", 0.22)
-        self._turns = True
 
-    def _target(self, place: Array | None, turn: Array | None) -> HandTarget | None:
-        return None if place is None or turn is None else HandTarget(place, turn if self._turns else None)
+    def _target(self, place: Array, turn: Array) -> HandTarget:
+        return HandTarget(place, turn if _turn_counts(self._holder) else None)
 
     def show(self, visible: bool) -> None:
         """Offer turns where they count, and put it where it belongs, unless it is being dragged."""
-        self._turns = not keeps_place(self._holder) or _pose_counts(self._holder.simulation)
-        self._handle.disable_rotations = not self._turns
+        self._handle.disable_rotations = not _turn_counts(self._holder)
         super().show(visible)
 
     def _seat(self) -> tuple[Array, Array]:
         place, rotation = wanted_pose(self._holder)
-        return place, rotation if self._turns else np.eye(3)
+        return place, rotation if _turn_counts(self._holder) else np.eye(3)
 
 
 class ElbowHandle(TransformHandle):
@@ -113,10 +109,8 @@ class ElbowHandle(TransformHandle):
         super().__init__(scene, holder, "elbow", 0.26, **arc)
         self._start: tuple[Array, Array, Array, HandTarget] | None = None
 
-    def _target(self, place: Array | None, turn: Array | None) -> HandTarget | None:
+    def _target(self, place: Array, turn: Array) -> HandTarget:
         del place
-        if turn is None:
-            return None
         if self._start is None or not self.dragged:
             frame, centre = swivel_frame(self._holder)
             self._start = frame, centre, _elbow(self._holder) - centre, _hand_kept(self._holder)
@@ -147,8 +141,9 @@ def keeps_place(holder: Holder) -> bool:
     return holder.arm is holder.simulation.avoiding
 
 
-def _pose_counts(simulation: Simulation) -> bool:
-    return simulation.room.task(simulation.settings) == "pose"
+def _turn_counts(holder: Holder) -> bool:
+    simulation = holder.simulation
+    return not keeps_place(holder) or simulation.room.task(simulation.settings) == "pose"
 
 
 def _elbow(holder: Holder) -> Array:
@@ -161,14 +156,14 @@ def wanted_pose(holder: Holder) -> tuple[Array, Array]:
     pose = simulation.kinematics.hand_pose(holder.arm)
     place, rotation = simulation.place, simulation.place_rotation
     if keeps_place(holder) and place is not None and rotation is not None:
-        return place.copy(), rotation.copy() if _pose_counts(simulation) else pose.rotation.copy()
+        return place.copy(), (rotation if _turn_counts(holder) else pose.rotation).copy()
     return pose.translation.copy(), pose.rotation.copy()
 
 
 def _hand_kept(holder: Holder) -> HandTarget:
     """Return the hand at its place, and turned as it is where the elbow can move all the same."""
     joints, (place, rotation) = holder.arm.joints, wanted_pose(holder)
-    spare = joints.stop - joints.start > 6 and (not keeps_place(holder) or _pose_counts(holder.simulation))
+    spare = joints.stop - joints.start > 6 and _turn_counts(holder)
     return HandTarget(place, rotation if spare else None)
 
 
@@ -200,9 +195,9 @@ class BallHandle(TransformHandle):
     def __init__(self, scene: viser.SceneApi, holder: Holder) -> None:
         super().__init__(scene, holder, "ball", 0.2, disable_rotations=True)
 
-    def _target(self, place: Array | None, turn: Array | None) -> BallTarget | None:
+    def _target(self, place: Array, turn: Array) -> BallTarget:
         del turn
-        return None if place is None else BallTarget(place)
+        return BallTarget(place)
 
     def _seat(self) -> tuple[Array, None]:
         simulation = self._holder.simulation

@@ -90,7 +90,6 @@ class Controls:
         self._specs: dict[str, Spec] = specs(Settings)
         self._handles: dict[str, Any] = {}
         self.twins: dict[str, Any] = {}
-        self._shown: dict[str, Any] = {}
         self._settings: Settings | None = None
         present = values(session.settings)
         for place, key in enumerate(PICKER):
@@ -162,7 +161,6 @@ class Controls:
             k = spec.page_scale
             low, high = spec.low * k, spec.high * k
             handle = gui.add_slider(label, low, high, spec.step, _rounded(value * k), hint=tr(spec.help), order=order)
-        self._shown[key] = value
         words = spoken()
 
         def take(raw: Any) -> None:
@@ -183,9 +181,9 @@ class Controls:
         """Add a second control of a setting in the container that the caller has opened."""
         self.twins[key] = self._control(key, self._specs[key], values(self._session.settings)[key], order)
 
-    def forget(self, key: str) -> None:
-        """Write a setting back into its control at the next frame: the value there was refused."""
-        self._shown.pop(key, None)
+    def write_again(self) -> None:
+        """Write the settings back into their controls at the next frame: a value there was refused."""
+        self._settings = None
 
     def fold(self, whole: bool, plays: bool) -> None:
         """Show all that can be set, or few things. `whole`: as the visitor has asked for; `plays`: whether few can be enough now."""
@@ -205,19 +203,16 @@ class Controls:
         self._joints.show(frame)
         self._compare.show(frame)
         self._curve.show(settings, matters("curve", settings))
-        if settings is self._settings and len(self._shown) == len(self._handles):
+        if settings is self._settings:
             return
         self._settings = settings
         present = values(settings)
         self._speed.show(SPEEDS.index(present["speed"]) if present["speed"] in SPEEDS else -1, visible=not self._small)
         for key, handle in self._handles.items():
             if handle is self._curve.box:
-                self._shown[key] = present[key]
                 continue
             handle.visible = matters(key, settings) and (key in SMALL or not self._small)
-            if key in self._shown and self._shown[key] == present[key]:
-                continue
-            self._shown[key] = present[key]
+            # What a visitor has just entered elsewhere wins, see `app/web/entries.py`.
             for each in (handle, *([self.twins[key]] if key in self.twins else ())):
                 _write(each, self._specs[key], present[key])
         note = tr_html(COMPARE) if matters("ghost", settings) else tr_html(NOTHING_NEAR)

@@ -4,7 +4,7 @@ from typing import Final
 
 import viser
 
-from app.i18n.speaking import tr
+from app.i18n.speaking import N_, tr
 from app.lessons.curve_drawing import Drawing, activation_axes, law_curve
 from app.page.lessons.drawing_board import DrawingBoard, Place
 from app.plots.curve_chart import Curve
@@ -66,12 +66,9 @@ class CurveControl:
         self._board.show(_HERE, self._drawing, self._drawn)
         if visible and not self._trouble and _one_form(self.box.value) != law.curve:
             self.box.value = law.curve
-        last = "" if self._drawn or not visible else tr("The last curve goes on until you draw another one.")
-        words = tr(self._trouble) if self._trouble else last
+        words = self._trouble or ("" if self._drawn else N_("The last curve goes on until you draw another one."))
         self._note.visible = visible and bool(words)
-        self._note.content = (
-            element("div", words, class_="duet duet-tip", role="alert" if self._trouble else "status") if words else ""
-        )
+        self._note.content = element("div", tr(words), class_="duet duet-tip", role="alert" if self._trouble else "status")
 
 
 def _one_form(text: str) -> str:

@@ -47,8 +47,7 @@ class JointSliders:
             self._sliders.append(on_entry(slider, partial(self._move, i)))
 
     def _move(self, joint: int, degrees: float) -> None:
-        if math.isfinite(degrees):
-            self._session.post(MoveJoint(joint, math.radians(degrees)))
+        self._session.post(MoveJoint(joint, math.radians(degrees)))
 
     def show(self, frame: Frame) -> None:
         """Follow the experiment and the arm."""

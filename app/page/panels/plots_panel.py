@@ -24,9 +24,7 @@ from app.settings import Details, PageSettings
 from app.text.templates import element, macros, tr_html
 from app.theme import PALETTES, scale
 from controllers.kinematics import Array
-from controllers.laws.situation import Law
 from scenes.rerun import WhatIf
-from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
 WHAT_IF: Final = ("d", "e2")
@@ -64,7 +62,6 @@ class Plots:
         self._gui, self._tab, self._height, self._page = gui, tab, height, page
         self.buffer, self._ghost_buffer = RollingSeries(), RollingSeries()
         self._what_if: WhatIf | None = None
-        self._answers = 0
         self._curves = Bins(len(WHAT_IF))
         with tab:
             self._layout = gui.add_html("", order=0.0)
@@ -75,12 +72,9 @@ class Plots:
         self.only: tuple[str, ...] = ()
         self.run_names: tuple[str, str] | None = None
         self._arranged: tuple[object, ...] = ()
-        self._settings: RunSettings | None = None
-        self._law: Law | None = None
         self._next: dict[str, float] = {}
         self._drawn: dict[str, object] = {}
-        self._dressed = False
-        self._away: list[str] = []
+        self._dressed, self._curtain = False, 0.0
         self.span: tuple[float, float] | None = None
 
     def dress(self, page: PageSettings, height: int) -> None:
@@ -101,13 +95,12 @@ class Plots:
         if self._dressed:
             # The page replaces every plot, and new data in the same moment would leave it with a time axis in the wrong proportion
             # for good. A plot that was hidden meanwhile is drawn from the start.
-            self._dressed = False
-            self._next = dict.fromkeys(self.shown, now + CURTAIN)
-            self._away = [name for name in self.shown if name not in CHARTS]
+            self._dressed, self._curtain = False, now + CURTAIN
+            self._next = dict.fromkeys(self.shown, self._curtain)
             self._uncover(False)
-        if self._away and now >= self._next.get(self._away[0], 0.0):
+        elif 0.0 < self._curtain <= now:
+            self._curtain = 0.0
             self._uncover(True)
-            self._away = []
         due = [name for name in self.shown if now >= self._next.get(name, 0.0)]
         if not due:
             return
@@ -116,7 +109,7 @@ class Plots:
             self._ghost_buffer.feed(ghost)
         parts = (frame.studies.trade_off, frame.studies.safety_curves) if frame.studies is not None else ()
         computed = tuple(0.0 if studied is None else studied.size for studied in parts)
-        state = traced.history, traced.history.count, traced.settings, ghost is not None, self._answers, computed
+        state = traced.history, traced.history.count, traced.settings, ghost is not None, self._curves, computed
         moment = simulation.history, simulation.history.count
         numbers = self.buffer.bins.numbers
         self.span = (begin_of(numbers[0]), float(self.buffer.bins.ends(numbers)[-1])) if len(numbers) > 1 else None
@@ -136,12 +129,13 @@ class Plots:
                 plot.data = data
 
     def _uncover(self, visible: bool) -> None:
-        for name in self._away:
-            self._handle(name).visible = visible and name in self.shown
+        for name in self.shown:
+            if name in self._time_plots:
+                self._handle(name).visible = visible
 
     def _arrange(self, simulation: Simulation, ghost: Simulation | None, details: Details) -> None:
         """Show exactly the chosen plots, with the right lines and names."""
-        arranged = simulation.settings, simulation.law, ghost is not None, details, self.only, self.run_names, self._answers
+        arranged = simulation.settings, simulation.law, ghost is not None, details, self.only, self.run_names, self._curves
         if arranged == self._arranged:
             return
         self._arranged = arranged
@@ -157,13 +151,11 @@ class Plots:
             self.shown = wanted
             self._layout.content = layout_html(wanted)
             self._drawn.clear()
-        if simulation.settings is not self._settings or simulation.law is not self._law:
-            self._settings, self._law = simulation.settings, simulation.law
-            for name, (old, plot) in list(self._time_plots.items()):
-                # The experiment may ask for other names.
-                if (new := time_plot_of(name, simulation)) != old:
-                    self._time_plots[name] = new, plot
-                    self._drawn.pop(name, None)
+        for name, (old, plot) in list(self._time_plots.items()):
+            # The experiment may ask for other names.
+            if (new := time_plot_of(name, simulation)) != old:
+                self._time_plots[name] = new, plot
+                self._drawn.pop(name, None)
         for name in wanted:
             self._captions[name].content = self._caption(name, ghost is not None)
 
@@ -200,7 +192,6 @@ class Plots:
     def _take(self, what_if: WhatIf | None) -> None:
         if what_if is not self._what_if:
             self._what_if, self._curves = what_if, Bins(len(WHAT_IF))
-            self._answers += 1
             if what_if is not None:
                 self._curves.take(what_if.times, np.column_stack([what_if.distance, what_if.squared_error]))
 

@@ -77,22 +77,22 @@ def budget_terms(simulation: Simulation, sample: Sample, now: Contact) -> list[T
         terms.append(Term("u", (f"(1−{_in('lam', share)})" if share else "") + u, tr("task"), -left * pull))
     lost, added = _lost(simulation, now, wanted), wanted - sum(term.value for term in terms)
     if budget == "task":
-        return [*terms, *lost]
+        return [*terms, lost]
     if budget == "push":
-        return [*terms, Term("lam", "|J<sub>d</sub>|²f", tr("push"), added), *lost]
+        return [*terms, Term("lam", "|J<sub>d</sub>|²f", tr("push"), added), lost]
     if budget == "correction":
-        return [*terms, *lost, Term("v", "c", tr("held back"), added)]
+        return [*terms, lost, Term("v", "c", tr("held back"), added)]
     v, w = _in("v", "v"), _in("w", "w")
     symbol = _in("lam", share) + (f"({v}+{w})" if law.knows_w else v)
     if second is None:
-        return [*terms, *lost, Term("v", symbol, tr("retreat"), added)]
-    return [*terms, *lost, Term("v", symbol if law.knows_w else f"2{symbol}", tr("both retreat"), added)]
+        return [*terms, lost, Term("v", symbol, tr("retreat"), added)]
+    return [*terms, lost, Term("v", symbol if law.knows_w else f"2{symbol}", tr("both retreat"), added)]
 
 
-def _lost(simulation: Simulation, now: Contact, wanted: float) -> list[Term]:
+def _lost(simulation: Simulation, now: Contact, wanted: float) -> Term:
     lost = now.change - wanted
     seen = simulation.history.count > 0 and abs(lost) >= MISSED
-    return [Term("lost", tr("a part of a sum\x04lost"), tr("not achieved"), lost if seen else 0.0)]
+    return Term("lost", tr("a part of a sum\x04lost"), tr("not achieved"), lost if seen else 0.0)
 
 
 def allowed_rate(run: RunSettings, distance: float) -> float:

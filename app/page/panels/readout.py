@@ -170,20 +170,17 @@ def status_html(pace: Pace, simulation: Simulation, sample: Sample, asking: bool
         pills.append(("halt", tr("slowed: the server is busy")))
     if asking:
         return pills_html(pills)
+    reasons = _reasons(simulation, sample)
     if sample.pair < 0:
         if run.gain * run.overdrive * run.dt >= 2.0:
             pills.append(("alarm", tr("K dt ≥ 2: unstable")))
-        reason = authority_text(Authority(sample.authority), sample.joint, simulation)
-        if reason:
-            pills.append(("alarm", reason))
-        return pills_html(pills)
-    pills += [("alarm", tr("out of authority: {why}", why=reason)) for reason in _reasons(simulation, sample)]
+        return pills_html([*pills, *(("alarm", reason) for reason in reasons)])
+    pills += [("alarm", tr("out of authority: {why}", why=reason)) for reason in reasons]
     ball = simulation.room.ball is not None
     if law.entry.sees == "nothing":
         pills.append(("halt", tr("avoidance is off")))
     if law.entry.retreats and not run.both_avoid and sample.approach > law.nominal_velocity and not law.knows_w:
-        faster = tr("the ball is faster than v") if ball else tr("the hand is faster than v")
-        pills.append(("alarm", faster))
+        pills.append(("alarm", tr("the ball is faster than v") if ball else tr("the hand is faster than v")))
     if sample.distance < 0.0:
         pills.append(("alarm", tr("the arm overlaps the ball") if ball else tr("the arms overlap")))
     return pills_html(pills)

@@ -15,7 +15,6 @@ from app.page.panels.scrubber import Scrubber
 from app.page.panels.shown_moment import css_text
 from app.session.actions import Action
 from app.session.frame import Frame, Shown
-from app.session.replay_player import ReplayPlayer
 from app.session.session import Session
 from app.text.templates import element, macros
 from app.web.control_events import on_command, on_file, on_press
@@ -84,7 +83,6 @@ class ReplayBar:
     """The controls of replays and of files.
 
     Args:
-        player: the session's.
         send: gives the visitor a file: name and content.
 
     Attributes:
@@ -95,12 +93,11 @@ class ReplayBar:
         self,
         gui: viser.GuiApi,
         session: Session,
-        player: ReplayPlayer,
         send: Callable[[str, bytes], None],
         notify: Callable[[str, str], None],
     ) -> None:
         self._gui, self._session, self._send, self._notify = gui, session, send, notify
-        self._player, self.exports = player, ExportQueue(session, player)
+        self._player, self.exports = session.player, ExportQueue(session, session.player)
         self._length = LENGTHS["30 s"]
 
         self._replay = ChoiceButtons(
@@ -111,7 +108,7 @@ class ReplayBar:
             lambda i: session.post(OperateReplay(("watch", "play", "leave")[i])),
         )
         self._replay.show(offered=(0,))
-        self._scrubber = Scrubber(gui, session, player.seek, "moment", 0.01, WRITE)
+        self._scrubber = Scrubber(gui, session, session.player.seek, "moment", 0.01, WRITE)
         # By this the script finds the box.
         self._mark = element("i", hidden="", data_duet_moment=self._scrubber.id)
         self._state = gui.add_html(self._mark)

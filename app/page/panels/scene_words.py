@@ -75,16 +75,16 @@ def _place_of_hand(simulation: Simulation, number: int) -> str:
     near, right = (x, y) if abs(towards[0]) > abs(towards[1]) else (-y, x)
     return tr(
         "{arm}: hand {across}, {depth}, {up}",
-        arm=_arm_name(simulation, number),
+        arm=_arm_name(simulation, simulation.room.arms[number] is simulation.guided),
         across=tr("{n} cm to the right", n=right) if right >= 0 else tr("{n} cm to the left", n=-right),
         depth=tr("{n} cm towards you", n=near) if near >= 0 else tr("{n} cm away from you", n=-near),
         up=tr("{n} cm up", n=z),
     )
 
 
-def _arm_name(simulation: Simulation, number: int) -> str:
-    yours = simulation.room.ball is None and simulation.room.arms[number] is simulation.guided
-    return tr("orange arm") if yours else tr("silver arm")
+def _arm_name(simulation: Simulation, yours: bool) -> str:
+    # Where there is a ball, it is what you move.
+    return tr("orange arm") if yours and simulation.room.ball is None else tr("silver arm")
 
 
 def _who_gives_way(simulation: Simulation, activation: float) -> str:
@@ -92,5 +92,4 @@ def _who_gives_way(simulation: Simulation, activation: float) -> str:
         return tr("no arm gives way")
     if simulation.settings.both_avoid:
         return tr("both arms give way")
-    yours = simulation.room.ball is None and simulation.settings.avoid == "guided"
-    return tr("{arm} gives way", arm=tr("orange arm") if yours else tr("silver arm"))
+    return tr("{arm} gives way", arm=_arm_name(simulation, simulation.settings.avoid == "guided"))

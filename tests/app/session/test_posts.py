@@ -7,6 +7,7 @@ from itertools import cycle, islice
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 import app
@@ -155,7 +156,7 @@ def test_what_waits_is_done_in_order_or_dropped() -> None:
     for action in (Pause(), SetSetting("dm", 0.15), SetSetting("scene", "hold"), SetSetting("dm", 0.2), Pause()):
         queue.put(action)
     queue.put(Digit(2))
-    queue.put(drag := Drag("hand", "end"))
+    queue.put(drag := Drag("hand", "end", np.zeros(3)))
     queue.do()
     assert done == [Pause(), SetSetting("dm", 0.2), Pause(), Digit(2), drag] and not len(queue)
     queue.put(Pause())
