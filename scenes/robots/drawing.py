@@ -99,7 +99,6 @@ def robot_glbs(name: str, palette: str, coarse: bool = False) -> tuple[bytes, ..
     """
     if name == "lwr":
         return shells.link_glbs(palette, coarse)
-    shells.palette_named(palette)
     # Says what is missing where something is.
     robot(name)
     sources = [__file__, example_data.__file__, shells.__file__, glb.__file__, surfaces.__file__]
