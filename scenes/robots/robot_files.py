@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from xml.etree import ElementTree
 
 from controllers.errors import BadInputFile
-from scenes.files import read_file
+from scenes.files import read_input
 from scenes.given_choices import add_choice, added_choices
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def robot_file(path: Path) -> RobotFile:
     """
     from scenes.robots.urdf_chain import chain_model, find_chain
 
-    text = _content(path, LARGEST_URDF)
+    text = read_input(path, LARGEST_URDF, larger=_too_large(path, LARGEST_URDF))
     urdf = parsed(text, str(path))
     chain = find_chain(urdf, str(path))
     chain_model(text, chain, str(path))
@@ -73,7 +73,7 @@ def robot_file(path: Path) -> RobotFile:
     digest, meshes, left = hashlib.sha256(text), {}, LARGEST_MESHES
     for name in names:
         file = _mesh_file(path, name)
-        content = _content(file, left, f"{path}: its meshes")
+        content = read_input(file, left, larger=_too_large(f"{path}: its meshes", LARGEST_MESHES))
         left -= len(content)
         digest.update(content)
         meshes[name] = file
@@ -148,18 +148,12 @@ def _check_xml(text: bytes, name: str) -> None:
         raise BadInputFile("{name}: is no URDF file with a robot: it has no links.", name=name)
 
 
-def _content(path: Path, most: int, whole: str = "") -> bytes:
-    try:
-        return read_file(path, most)
-    except OSError as error:
-        if str(error.strerror).startswith("larger"):
-            limit = LARGEST_MESHES if whole else most
-            raise BadInputFile(
-                "{name}: larger than {size} MB, more than can be drawn here; give a robot with simpler meshes.",
-                name=whole or path,
-                size=limit // 1_000_000,
-            ) from None
-        raise BadInputFile("{name}: cannot be read ({reason}).", name=path, reason=error.strerror) from None
+def _too_large(name: Path | str, limit: int) -> BadInputFile:
+    return BadInputFile(
+        "{name}: larger than {size} MB, more than can be drawn here; give a robot with simpler meshes.",
+        name=name,
+        size=limit // 1_000_000,
+    )
 
 
 def _mesh_file(urdf: Path, name: str) -> Path:
