@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 from xml.etree import ElementTree
 
-from controllers.errors import BadInputFile
+from controllers.errors import BadInputFile, first_line
 from scenes.files import read_input
 from scenes.given_choices import add_choice, added_choices
 
@@ -121,8 +121,7 @@ def parsed(text: bytes, name: str) -> "yourdfpy.URDF":
         raise
     except Exception as error:
         # On a damaged file lxml and yourdfpy raise nearly every kind there is.
-        reason = str(error).splitlines()[0][:80] if str(error) else type(error).__name__
-        raise BadInputFile("{name}: is no URDF file ({reason}).", name=name, reason=reason) from None
+        raise BadInputFile("{name}: is no URDF file ({reason}).", name=name, reason=first_line(error)) from None
     return urdf
 
 

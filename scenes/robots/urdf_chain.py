@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pinocchio as pin
 
-from controllers.errors import BadInputFile
+from controllers.errors import BadInputFile, first_line
 from controllers.kinematics import Array
 from scenes.robots.description import joint_axis
 
@@ -176,7 +176,7 @@ def chain_model(text: bytes, chain: tuple[str, ...], name: str) -> tuple[pin.Mod
     try:
         model = pin.buildModelFromXML(ElementTree.tostring(robot, encoding="unicode"))
     except (ValueError, RuntimeError) as error:
-        raise BadInputFile("{name}: is no URDF file ({reason}).", name=name, reason=str(error).splitlines()[0][:80]) from None
+        raise BadInputFile("{name}: is no URDF file ({reason}).", name=name, reason=first_line(error)) from None
     data = model.createData()
     pin.forwardKinematics(model, data, np.zeros(model.nq))
     _check_arm(model, data, name)

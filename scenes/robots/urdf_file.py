@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 import pinocchio as pin
 
-from controllers.errors import BadInputFile
+from controllers.errors import BadInputFile, first_line
 from controllers.kinematics import Array
 from scenes.robots.description import Capsule, Robot
 from scenes.robots.robot_files import FILES, RobotFile, parsed
@@ -121,8 +121,7 @@ def _meshes(file: RobotFile, shape: Any) -> Iterator[tuple[trimesh.Trimesh, Arra
                 raise ValueError("no triangles in it")
         except Exception as error:
             # trimesh's readers raise nearly every kind there is.
-            reason = str(error).splitlines()[0][:80] if str(error) else type(error).__name__
-            raise BadInputFile("{name}: cannot be read ({reason}).", name=path, reason=reason) from None
+            raise BadInputFile("{name}: cannot be read ({reason}).", name=path, reason=first_line(error)) from None
 
 
 def _colour(piece: trimesh.Trimesh) -> Array:
