@@ -4,6 +4,7 @@ import math
 from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.linalg import norm
 
 from controllers.kinematics import Array
 from scenes.person.angles import FOREARM, UPPER_ARM, arm_directions, arm_points, arm_rotation, direction_angles
@@ -64,11 +65,11 @@ class Figure:
         shoulder, elbow, wrist = self.points(side)
         a, b = UPPER_ARM, FOREARM
         way = np.asarray(point, float) - shoulder
-        distance = _length(way)
+        distance = norm(way)
         if not math.isfinite(distance):
             return
         if distance < 1e-6:
-            way, distance = wrist - shoulder, _length(wrist - shoulder)
+            way, distance = wrist - shoulder, norm(wrist - shoulder)
         toward = way / distance
         reach = min(max(distance, math.sqrt(a * a + b * b + 2.0 * a * b * math.cos(MOST_BENT))), a + b)
         along = (a * a + reach * reach - b * b) / (2.0 * reach)
@@ -85,7 +86,7 @@ class Figure:
         """Point the upper arm at a finite point (3,) [m] off the shoulder; the forearm keeps its direction if the elbow can bend so far."""
         shoulder, _, _ = self.points(side)
         way = np.asarray(point, float) - shoulder
-        distance = _length(way)
+        distance = norm(way)
         if not 1e-6 < distance < math.inf:
             return
         upper = way / distance
@@ -126,7 +127,7 @@ class Figure:
     def _take(self, side: ArmName, upper: Array, forearm: Array) -> None:
         angles = self._angles.copy()
         row = _row(side)
-        angles[row] = direction_angles(upper / _length(upper), forearm / _length(forearm), side, angles[row], TRUSTED_SINE)
+        angles[row] = direction_angles(upper / norm(upper), forearm / norm(forearm), side, angles[row], TRUSTED_SINE)
         self._angles = angles
 
 
@@ -134,12 +135,8 @@ def _row(side: ArmName) -> int:
     return 0 if side == "left" else 1
 
 
-def _length(vector: Array) -> float:
-    return math.sqrt(float(vector @ vector))
-
-
 def _across(vector: Array, axis: Array, least: float) -> Array | None:
     """Return the unit vector of the component of a vector normal to a unit axis; None if that is not longer than `least`."""
     rest = vector - float(vector @ axis) * axis
-    length = _length(rest)
+    length = norm(rest)
     return rest / length if length > least else None

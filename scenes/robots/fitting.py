@@ -9,7 +9,7 @@ from scipy.optimize import minimize
 from scipy.spatial import ConvexHull
 
 from controllers.kinematics import Array
-from scenes.robots.description import Capsule, Robot, joint_axis
+from scenes.robots.description import Capsule, joint_axis
 from scenes.robots.example_data import COLUMN_RADIUS, Example, load_example
 
 TURNS: Final = 32
@@ -22,8 +22,8 @@ FINE: Final = 0.008
 """Longest edge of the triangles when a link is covered by two capsules [m]."""
 
 
-def build_example(example: Example) -> Robot:
-    """Return a robot of the package.
+def fit_example(example: Example) -> tuple[Capsule, ...]:
+    """Return the capsules of a robot of the package.
 
     Raises:
         BadSetting: the package is not installed, or not all of it.
@@ -40,13 +40,14 @@ def build_example(example: Example) -> Robot:
         if segment.rolled is not None:
             rolled = shapes[segment.rolled]
             if segment.without:
-                rolled = _beyond(_refined(rolled), segment.without)
+                fine = _refined(rolled)
+                rolled = fine[np.linalg.norm(fine, axis=2).max(axis=1) > segment.without]
             points.append(swept(model, rolled.reshape(-1, 3), segment.rolled, segment.joint))
         if segment.ball is not None:
             joint, radius = segment.ball
             points.append(data.oMi[segment.joint].actInv(data.oMi[joint]).translation + _sphere(radius))
         capsules.append(Capsule(segment.name, segment.joint, *enclosing_capsule(np.vstack(points))))
-    return example.robot(model, tuple(capsules))
+    return tuple(capsules)
 
 
 def link_triangles(shapes: pin.GeometryModel, joint: int) -> Array:
@@ -93,11 +94,6 @@ def column_rim(height: float) -> Array:
     angle = 2.0 * np.pi * np.arange(TURNS) / TURNS
     r = COLUMN_RADIUS / np.cos(np.pi / TURNS)
     return np.column_stack([r * np.cos(angle), r * np.sin(angle), np.zeros(TURNS)])
-
-
-def _beyond(triangles: Array, radius: float) -> Array:
-    """Return the triangles that are not wholly inside a ball about the origin."""
-    return triangles[np.linalg.norm(triangles, axis=2).max(axis=1) > radius]
 
 
 def swept(model: pin.Model, points: Array, joint: int, carrier: int) -> Array:

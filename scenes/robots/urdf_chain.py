@@ -10,7 +10,6 @@ import numpy as np
 import pinocchio as pin
 
 from controllers.errors import BadInputFile, first_line
-from controllers.kinematics import Array
 from scenes.robots.description import joint_axis
 
 if TYPE_CHECKING:
@@ -246,9 +245,3 @@ def hand_frame(model: pin.Model) -> str:
             if part in frame.name.lower():
                 return frame.name
     return max(frames, key=lambda frame: float(np.linalg.norm(frame.placement.translation))).name
-
-
-def frame_pose(model: pin.Model, link: str) -> tuple[int, Array]:
-    """Return the joint that carries a link, and the link's pose (4, 4) in its frame."""
-    frame = model.frames[model.getFrameId(link, pin.FrameType.BODY)]
-    return frame.parentJoint, frame.placement.homogeneous

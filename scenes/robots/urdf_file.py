@@ -13,7 +13,7 @@ from controllers.errors import BadInputFile, first_line
 from controllers.kinematics import Array
 from scenes.robots.description import Capsule, Robot
 from scenes.robots.robot_files import FILES, RobotFile, parsed
-from scenes.robots.urdf_chain import chain_model, frame_pose, hand_frame, landmarks
+from scenes.robots.urdf_chain import chain_model, hand_frame, landmarks
 
 if TYPE_CHECKING:
     import trimesh
@@ -72,7 +72,8 @@ def solids(arm: FileArm, kind: ShapeKind) -> Iterator[tuple[int, trimesh.Trimesh
     colours = {m.name: m.color.rgba for m in arm.urdf.robot.materials if m.color is not None}
     left = MOST_TRIANGLES
     for link in arm.urdf.robot.links:
-        joint, pose = frame_pose(arm.model, link.name)
+        frame = arm.model.frames[arm.model.getFrameId(link.name, pin.FrameType.BODY)]
+        pose = frame.placement.homogeneous
         for part in getattr(link, kind):
             paint = None
             if kind == "visuals" and part.material is not None:
@@ -88,7 +89,7 @@ def solids(arm: FileArm, kind: ShapeKind) -> Iterator[tuple[int, trimesh.Trimesh
                         count=MOST_TRIANGLES,
                     )
                 mesh.apply_transform(place)
-                yield joint, mesh, colour if paint is None else 255.0 * np.asarray(paint[:3], float)
+                yield frame.parentJoint, mesh, colour if paint is None else 255.0 * np.asarray(paint[:3], float)
 
 
 def _meshes(file: RobotFile, shape: Any) -> Iterator[tuple[trimesh.Trimesh, Array]]:
