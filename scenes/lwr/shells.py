@@ -277,17 +277,12 @@ def _coarse(name: str, part: trimesh.Trimesh) -> trimesh.Trimesh:
     return thinned_mesh(part, COARSE_SHARE) if name == "body" else part
 
 
-@functools.cache
-def link_glbs(palette: str, coarse: bool = False) -> tuple[bytes, ...]:
-    """Links 0 … 7 as GLB files in one of the PALETTES; coarse ones are one mesh each, its colours on the vertices."""
-    key = glb.source_key([__file__, glb.__file__, surfaces.__file__, facts.__file__], palette, coarse)
-    return glb.cached(
-        f"lwr-{palette}-{coarse:d}", key, lambda: tuple(packed_glb(parts, palette, coarse) for parts in link_meshes(coarse))
-    )
-
-
 def packed_glb(parts: Parts, palette: str, coarse: bool) -> bytes:
-    """One link as a GLB file; a ValueError where there is no such palette."""
+    """One link as a GLB file in one of the PALETTES; a coarse one is one mesh, its colours on the vertices.
+
+    Raises:
+        ValueError: there is no such palette.
+    """
     if palette not in PALETTES:
         raise ValueError(f"no palette {palette!r}; there are {', '.join(PALETTES)}")
     materials = PALETTES[palette]

@@ -12,7 +12,7 @@ import numpy as np
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
 from scenes.settings import ClipName
-from scenes.targets import quintic
+from scenes.targets import between, quintic
 
 ClipArm = tuple[float, float, float, float]
 """The four angles of one arm, see `scenes.person.angles`; degrees, in this file alone."""
@@ -70,11 +70,8 @@ class Clip:
 
     def angles(self, time: float) -> Array:
         """Return the angles (2, 4) at a time [s], left arm first [rad]."""
-        time = time % self.duration
-        j = min(int(np.searchsorted(self._times, time, side="right")), len(self._times) - 1)
-        i = j - 1
-        s = float((time - self._times[i]) / (self._times[j] - self._times[i]))
-        return self._poses[i] + quintic(s)[0] * (self._poses[j] - self._poses[i])
+        i, j, share = between(self._times, time % self.duration)
+        return self._poses[i] + quintic(share)[0] * (self._poses[j] - self._poses[i])
 
 
 def _about(random: np.random.Generator, arm: ClipArm, spread: float) -> ClipArm:

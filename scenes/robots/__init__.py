@@ -7,7 +7,7 @@ import importlib.metadata
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import get_args
+from typing import Final, get_args
 
 import numpy as np
 import pinocchio as pin
@@ -21,7 +21,10 @@ from scenes.robots.example_data import EXAMPLES, PACKAGE, load_example
 from scenes.robots.robot_files import FILES
 from scenes.settings import RobotName
 
-__all__ = ["FILES", "Capsule", "Robot", "RobotName", "robot"]
+__all__ = ["FILES", "SOURCES", "Capsule", "Robot", "RobotName", "robot"]
+
+SOURCES: Final = sorted(Path(__file__).parent.glob("*.py"))
+"""What is stored of a robot is made again if one of these has changed."""
 
 
 @cache
@@ -60,7 +63,7 @@ def _example_robot(name: str) -> Robot:
 
         return fit_example(example)
 
-    return example.robot(model, _stored(name, ("fitting", "example_data"), PACKAGE, fit))
+    return example.robot(model, _stored(name, PACKAGE, fit))
 
 
 def _file_robot(key: str) -> Robot:
@@ -72,17 +75,15 @@ def _file_robot(key: str) -> Robot:
     from scenes.robots.urdf_file import fit_capsules, load_arm
 
     arm = load_arm(key)
-    sources = ("fitting", "robot_files", "urdf_chain", "urdf_file")
-    return arm.robot(_stored(key, sources, "yourdfpy", lambda: fit_capsules(arm)))
+    return arm.robot(_stored(key, "yourdfpy", lambda: fit_capsules(arm)))
 
 
-def _stored(name: str, sources: tuple[str, ...], package: str, fit: Callable[[], tuple[Capsule, ...]]) -> tuple[Capsule, ...]:
-    """Return a robot's capsules, fitted again if one of these sources of ours, or the package, has changed."""
+def _stored(name: str, package: str, fit: Callable[[], tuple[Capsule, ...]]) -> tuple[Capsule, ...]:
+    """Return a robot's capsules, fitted again if one of our sources, or the package, has changed."""
     # The LWR does without.
     from scenes import glb
 
-    files = [Path(__file__).with_name(f"{source}.py") for source in ("__init__", *sources)]
-    key = glb.source_key(files, name, *(importlib.metadata.version(one) for one in (package, "scipy", "pin")))
+    key = glb.source_key(SOURCES, name, *(importlib.metadata.version(one) for one in (package, "scipy", "pin")))
 
     def build() -> tuple[bytes, ...]:
         return tuple(np.concatenate([[c.joint], c.start, c.end, [c.radius]]).tobytes() + c.name.encode() for c in fit())

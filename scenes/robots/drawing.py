@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from controllers.kinematics import Array
 from scenes import glb, surfaces
-from scenes.lwr import shells
-from scenes.robots import example_data, robot
+from scenes.lwr import facts, shells
+from scenes.robots import SOURCES, robot
 from scenes.robots.description import joint_axis
 from scenes.robots.example_data import COLUMN_RADIUS, EXAMPLES, PACKAGE, load_example
 from scenes.robots.robot_files import FILES
@@ -97,14 +97,11 @@ def robot_glbs(name: str, palette: str, coarse: bool = False) -> tuple[bytes, ..
         BadSetting: as `robot`.
         ValueError: there is no such palette.
     """
-    if name == "lwr":
-        return shells.link_glbs(palette, coarse)
     # Says what is missing where something is.
     robot(name)
-    sources = [__file__, example_data.__file__, shells.__file__, glb.__file__, surfaces.__file__]
-    if name in FILES:
-        sources += [str(Path(__file__).with_name(f"{source}.py")) for source in ("robot_files", "urdf_chain", "urdf_file")]
-    key = glb.source_key(sources, importlib.metadata.version(PACKAGE), palette, coarse)
+    sources = [*SOURCES, shells.__file__, facts.__file__, glb.__file__, surfaces.__file__]
+    versions = (importlib.metadata.version(PACKAGE),) if name in EXAMPLES else ()
+    key = glb.source_key(sources, *versions, palette, coarse)
 
     def build() -> tuple[bytes, ...]:
         return tuple(shells.packed_glb(parts, palette, coarse) for parts in robot_link_meshes(name, coarse))
@@ -114,11 +111,13 @@ def robot_glbs(name: str, palette: str, coarse: bool = False) -> tuple[bytes, ..
 
 @functools.cache
 def robot_link_meshes(name: str, coarse: bool = False) -> tuple[Parts, ...]:
-    """Base and links of a robot that is not the LWR: material name → mesh in the joint's frame [m]. Shared: do not change them.
+    """Base and links of a robot: material name → mesh in the joint's frame [m]. Shared: do not change them.
 
     Raises:
         BadSetting: as `robot`.
     """
+    if name == "lwr":
+        return shells.link_meshes(coarse)
     count, crease = (COARSE_TRIANGLES, COARSE_CREASE) if coarse else (TRIANGLES, CREASE)
     painted = _painted(name, *((COARSE_SMALLEST, COARSE_WELD) if coarse else (SMALLEST, WELD)))
     share = count / sum(_weight(piece) for parts in painted for pieces in parts.values() for piece in pieces)

@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 from controllers.kinematics import Array
-from scenes.lwr import shells
 from scenes.robots import RobotName, drawing, robot
 from scenes.robots.drawing import joint_frames, robot_glbs, robot_link_meshes
 from scenes.robots.example_data import EXAMPLES
@@ -25,7 +24,7 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module", autouse=True)
 def cache_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    with own_cache(tmp_path_factory.mktemp("cache"), robot_glbs, shells.link_glbs) as folder:
+    with own_cache(tmp_path_factory.mktemp("cache"), robot_glbs) as folder:
         yield folder
 
 
