@@ -19,6 +19,7 @@ from scenes.lwr.urdf import FLANGE, URDF_FILE
 from scenes.robots.description import Capsule, Robot
 from scenes.robots.example_data import EXAMPLES, PACKAGE, load_example
 from scenes.robots.robot_files import FILES
+from scenes.robots.urdf_file import fit_capsules, load_arm
 from scenes.settings import RobotName
 
 __all__ = ["FILES", "SOURCES", "Capsule", "Robot", "RobotName", "robot"]
@@ -72,8 +73,6 @@ def _file_robot(key: str) -> Robot:
     Raises:
         BadInputFile: it or a mesh cannot be read.
     """
-    from scenes.robots.urdf_file import fit_capsules, load_arm
-
     arm = load_arm(key)
     return arm.robot(_stored(key, "yourdfpy", lambda: fit_capsules(arm)))
 

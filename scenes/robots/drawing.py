@@ -19,6 +19,7 @@ from scenes.robots import SOURCES, robot
 from scenes.robots.description import joint_axis
 from scenes.robots.example_data import COLUMN_RADIUS, EXAMPLES, PACKAGE, load_example
 from scenes.robots.robot_files import FILES
+from scenes.robots.urdf_file import load_arm, mesh_pieces, solids
 from scenes.surfaces import join, revolve, rounded, swollen
 
 if TYPE_CHECKING:
@@ -131,7 +132,7 @@ def robot_link_meshes(name: str, coarse: bool = False) -> tuple[Parts, ...]:
     if coarse:
         # What lies on the body would dive in and out of it where both have few triangles.
         links = [{paint: part if paint == "body" else swollen(part, PROUD) for paint, part in parts.items()} for parts in links]
-    if height := _column_height(name):
+    if height := load_arm(name).column if name in FILES else EXAMPLES[name].column:
         column = _column(height, 20 if coarse else 56)
         links[0]["dark"] = join([links[0]["dark"], column]) if "dark" in links[0] else column
     return tuple(links)
@@ -149,23 +150,15 @@ def _painted(name: str, smallest: float, weld: float) -> tuple[dict[str, list[tr
 
 def _example_shapes(name: str) -> Iterator[tuple[int, str, Array, NDArray[np.int64]]]:
     """Yield of every shape of a robot of the package: joint, name of the material, vertices in the joint's frame (k, 3), faces (l, 3)."""
-    import trimesh
-
     _, shapes = load_example(EXAMPLES[name], pin.GeometryType.VISUAL)
     for body in shapes.geometryObjects:
-        scene = trimesh.load_scene(str(Path(body.meshPath)))
-        for node in scene.graph.nodes_geometry:
-            placement, key = scene.graph[node]
-            piece = scene.geometry[key]
-            pose = body.placement.homogeneous @ placement
-            paint = _nearest_paint(name, piece.visual.material.main_color[:3])
-            yield body.parentJoint, paint, piece.vertices @ pose[:3, :3].T + pose[:3, 3], piece.faces
+        rotation, shift = body.placement.rotation, body.placement.translation
+        for vertices, faces, colour in mesh_pieces(Path(body.meshPath)):
+            yield body.parentJoint, _nearest_paint(name, colour), vertices @ rotation.T + shift, faces
 
 
 def _file_shapes(name: str) -> Iterator[tuple[int, str, Array, NDArray[np.int64]]]:
     """Yield the same of a robot from a file: of its colours only light and dark count."""
-    from scenes.robots.urdf_file import load_arm, solids
-
     arm = load_arm(name)
     shapes = list(solids(arm, "visuals")) or list(solids(arm, "collisions"))
     lights = np.array([float(np.mean(colour)) for _, _, colour in shapes])
@@ -174,14 +167,6 @@ def _file_shapes(name: str) -> Iterator[tuple[int, str, Array, NDArray[np.int64]
     darkest = DARK if areas[lights >= DARK].sum() > 0.3 * areas.sum() else -1.0
     for (joint, mesh, _), light in zip(shapes, lights.tolist(), strict=True):
         yield joint, "dark" if light < darkest else "body", np.asarray(mesh.vertices), np.asarray(mesh.faces)
-
-
-def _column_height(name: str) -> float:
-    if name not in FILES:
-        return EXAMPLES[name].column
-    from scenes.robots.urdf_file import load_arm
-
-    return load_arm(name).column
 
 
 def _weight(piece: trimesh.Trimesh) -> float:

@@ -1,6 +1,7 @@
 """Robots from URDF files that were given when this process started: the setting `robot` names them by file name and content."""
 
 import hashlib
+import io
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +11,7 @@ from xml.etree import ElementTree
 from controllers.errors import BadInputFile, first_line
 from scenes.files import read_input
 from scenes.given_choices import add_choice, added_choices
+from scenes.robots.urdf_chain import chain_model, find_chain
 
 if TYPE_CHECKING:
     import yourdfpy
@@ -58,8 +60,6 @@ def robot_file(path: Path) -> RobotFile:
     Raises:
         BadInputFile: it cannot be read, is no URDF, is too large, has no suitable chain of joints, or one of its meshes is missing.
     """
-    from scenes.robots.urdf_chain import chain_model, find_chain
-
     text = read_input(path, LARGEST_URDF, larger=_too_large(path, LARGEST_URDF))
     urdf = parsed(text, str(path))
     chain = find_chain(urdf, str(path))
@@ -104,8 +104,6 @@ def parsed(text: bytes, name: str) -> "yourdfpy.URDF":
     Raises:
         BadInputFile: it is no URDF.
     """
-    import io
-
     import yourdfpy
 
     bare = {
