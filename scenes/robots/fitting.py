@@ -132,15 +132,15 @@ def enclosing_capsule(points: Array) -> tuple[Array, Array, float]:
     centre = (hull.min(axis=0) + hull.max(axis=0)) / 2.0
     principal = np.linalg.svd(hull - hull.mean(axis=0), full_matrices=False)[2]
     candidates = [_searched(hull, centre, axis) for axis in principal]
-    start, end = min(candidates, key=lambda ends: _volume(hull, *ends))
-    start, end = _lengthened(_on_grid(start), _on_grid(end))
+    best = min(candidates, key=lambda ends: _volume(hull, *ends))
+    # Adding zero turns −0 into 0.
+    start, end = (np.round(point / GRID) * GRID + 0.0 for point in best)
+    length = float(np.linalg.norm(end - start))
+    if length < SHORTEST:
+        # What was inside stays inside.
+        end = start + SHORTEST * ((end - start) / length if length else np.array([0.0, 0.0, 1.0]))
     # The tiny slack keeps a radius that is a whole number of grid steps from being rounded up by its last bit.
     return start, end, float(np.ceil(_radius(hull, start, end) / GRID - 1e-6) * GRID)
-
-
-def _on_grid(point: Array) -> Array:
-    # Adding zero turns −0 into 0.
-    return np.round(point / GRID) * GRID + 0.0
 
 
 def _searched(points: Array, centre: Array, axis: Array) -> tuple[Array, Array]:
@@ -188,13 +188,3 @@ def _radius(points: Array, start: Array, end: Array) -> float:
 def _volume(points: Array, start: Array, end: Array) -> float:
     r = _radius(points, start, end)
     return np.pi * r * r * (float(np.linalg.norm(end - start)) + 4.0 / 3.0 * r)
-
-
-def _lengthened(start: Array, end: Array) -> tuple[Array, Array]:
-    """Return ends at least SHORTEST apart; what was inside stays inside."""
-    axis = end - start
-    length = float(np.linalg.norm(axis))
-    if length >= SHORTEST:
-        return start, end
-    direction = axis / length if length else np.array([0.0, 0.0, 1.0])
-    return start, start + SHORTEST * direction
