@@ -150,11 +150,14 @@ def _painted(name: str, smallest: float, weld: float) -> tuple[dict[str, list[tr
 
 def _example_shapes(name: str) -> Iterator[tuple[int, str, Array, NDArray[np.int64]]]:
     """Yield of every shape of a robot of the package: joint, name of the material, vertices in the joint's frame (k, 3), faces (l, 3)."""
-    _, shapes = load_example(EXAMPLES[name], pin.GeometryType.VISUAL)
+    example = EXAMPLES[name]
+    colours, paints = np.array(list(example.paints), float), list(example.paints.values())
+    _, shapes = load_example(example, pin.GeometryType.VISUAL)
     for body in shapes.geometryObjects:
         rotation, shift = body.placement.rotation, body.placement.translation
         for vertices, faces, colour in mesh_pieces(Path(body.meshPath)):
-            yield body.parentJoint, _nearest_paint(name, colour), vertices @ rotation.T + shift, faces
+            nearest = int(np.argmin(np.linalg.norm(colours - colour, axis=1)))
+            yield body.parentJoint, paints[nearest], vertices @ rotation.T + shift, faces
 
 
 def _file_shapes(name: str) -> Iterator[tuple[int, str, Array, NDArray[np.int64]]]:
@@ -185,12 +188,6 @@ def _welded(vertices: Array, faces: NDArray[np.int64], pitch: float) -> trimesh.
     kept = corners[(corners != np.roll(corners, 1, axis=1)).all(axis=1)]
     _, first = np.unique(np.sort(kept, axis=1), axis=0, return_index=True)
     return trimesh.Trimesh(means, kept[np.sort(first)], process=False)
-
-
-def _nearest_paint(name: str, colour: Array) -> str:
-    paints = EXAMPLES[name].paints
-    away = np.linalg.norm(np.array(list(paints), float) - np.asarray(colour, float), axis=1)
-    return list(paints.values())[int(np.argmin(away))]
 
 
 def _thinned(piece: trimesh.Trimesh, count: int) -> trimesh.Trimesh:
