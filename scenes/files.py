@@ -38,7 +38,7 @@ def read_file(path: Path, most: int) -> bytes:
     return data
 
 
-def read_input(path: Path, most: int, missing: BadInputFile | None = None, larger: BadInputFile | None = None) -> bytes:
+def input_content(path: Path, most: int, missing: BadInputFile | None = None, larger: BadInputFile | None = None) -> bytes:
     """Return the content of a file that a run or a scene is made with; see `read_file`.
 
     Args:

@@ -15,7 +15,7 @@ import numpy as np
 
 from controllers.errors import BadInputFile, BadSetting, LazyText
 from controllers.kinematics import Array
-from scenes.files import read_input
+from scenes.files import input_content
 from scenes.inputs import Recorded, RecordedPerson, Stretch
 from scenes.law_answers import LawAnswers
 from scenes.packing import ANGLES, BALL, HAND, JOINTS, LINK, PARTS, ROTATION, TURNED, WIDTH, WIDTHS, PackedTargets
@@ -133,7 +133,7 @@ def _joint_counts(settings: RunSettings) -> list[int]:
 
 
 def _content(path: Path) -> bytes:
-    return read_input(path, LARGEST_FILE, larger=_too_large(str(path)))
+    return input_content(path, LARGEST_FILE, larger=_too_large(str(path)))
 
 
 def recorded_from(data: bytes, name: str) -> Recorded:

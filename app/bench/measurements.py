@@ -13,7 +13,7 @@ from app.bench.step import measure_run, measure_steps, measure_what_if
 from app.bench.visitors import FULL_PAGE, measure_crowd, measure_sessions, measure_visitor
 from app.version import duet_version
 from controllers.errors import BadInputFile
-from scenes.files import read_input
+from scenes.files import input_content
 
 BenchFigures = dict[str, dict[str, float]]
 """What was measured → figure → value."""
@@ -79,7 +79,7 @@ def read_figures(path: Path) -> dict[str, Any]:
         BadInputFile: the file cannot be read, or does not hold figures.
     """
     try:
-        result = json.loads(read_input(path, MOST_BYTES))
+        result = json.loads(input_content(path, MOST_BYTES))
         if not isinstance(result["figures"], dict):
             raise TypeError
     except (ValueError, KeyError, TypeError, RecursionError):

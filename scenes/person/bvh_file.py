@@ -9,7 +9,7 @@ import numpy as np
 
 from controllers.errors import BadInputFile, LazyText
 from controllers.kinematics import Array
-from scenes.files import read_input
+from scenes.files import input_content
 
 MOST_BYTES: Final = 32_000_000
 MOST_JOINTS: Final = 500
@@ -97,7 +97,7 @@ def load_bvh(source: Path | bytes, name: str = "") -> BvhFile:
     if isinstance(source, Path):
         name = str(source)
         missing = BadInputFile("{name}: there is no such file; give the path of a BVH file.", name=name)
-        source = read_input(source, MOST_BYTES, missing, _too_large(name))
+        source = input_content(source, MOST_BYTES, missing, _too_large(name))
     name = name or LazyText("The BVH file")
     if len(source) > MOST_BYTES:
         raise _too_large(name)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 from xml.etree import ElementTree
 
 from controllers.errors import BadInputFile, first_line
-from scenes.files import read_input
+from scenes.files import input_content
 from scenes.given_choices import add_choice, added_choices
 from scenes.robots.urdf_chain import chain_model, find_chain
 
@@ -60,7 +60,7 @@ def robot_file(path: Path) -> RobotFile:
     Raises:
         BadInputFile: it cannot be read, is no URDF, is too large, has no suitable chain of joints, or one of its meshes is missing.
     """
-    text = read_input(path, LARGEST_URDF, larger=_too_large(path, LARGEST_URDF))
+    text = input_content(path, LARGEST_URDF, larger=_too_large(path, LARGEST_URDF))
     urdf = parsed(text, str(path))
     chain = find_chain(urdf, str(path))
     chain_model(text, chain, str(path))
@@ -73,7 +73,7 @@ def robot_file(path: Path) -> RobotFile:
     digest, meshes, left = hashlib.sha256(text), {}, LARGEST_MESHES
     for name in names:
         file = _mesh_file(path, name)
-        content = read_input(file, left, larger=_too_large(f"{path}: its meshes", LARGEST_MESHES))
+        content = input_content(file, left, larger=_too_large(f"{path}: its meshes", LARGEST_MESHES))
         left -= len(content)
         digest.update(content)
         meshes[name] = file
