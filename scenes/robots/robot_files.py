@@ -106,21 +106,15 @@ def parsed(text: bytes, name: str) -> "yourdfpy.URDF":
     """
     import yourdfpy
 
-    bare = {
-        "load_meshes": False,
-        "load_collision_meshes": False,
-        "build_scene_graph": False,
-        "build_collision_scene_graph": False,
-    }
+    bare = dict.fromkeys(("load_meshes", "load_collision_meshes", "build_scene_graph", "build_collision_scene_graph"), False)
     try:
         _check_xml(text, name)
-        urdf = yourdfpy.URDF.load(io.BytesIO(text), **bare)
+        return yourdfpy.URDF.load(io.BytesIO(text), **bare)
     except BadInputFile:
         raise
     except Exception as error:
         # On a damaged file lxml and yourdfpy raise nearly every kind there is.
         raise BadInputFile("{name}: is no URDF file ({reason}).", name=name, reason=first_line(error)) from None
-    return urdf
 
 
 def _check_xml(text: bytes, name: str) -> None:
