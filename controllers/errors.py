@@ -55,6 +55,11 @@ def joined(parts: Iterable[str], between: str) -> LazyText:
     return LazyText(between.join(f"{{{name}}}" for name in given), **given)
 
 
+def first_line(error: BaseException) -> str:
+    """Return the first line of another program's error for a message, shortened; its kind if it says nothing."""
+    return (str(error).strip().splitlines() or [type(error).__name__])[0].rstrip(".")[:200]
+
+
 class DuetError(Exception):
     """An error that the user can correct.
 

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
-from controllers.errors import BadSetting
+from controllers.errors import BadInputFile, BadSetting
 
 _WITHOUT_WAITING: Final = getattr(os, "O_NONBLOCK", 0)
 
@@ -36,6 +36,22 @@ def read_file(path: Path, most: int) -> bytes:
     if len(data) > most:
         raise OSError(errno.EFBIG, f"larger than {most / 1e6:g} MB")
     return data
+
+
+def input_content(path: Path, most: int, missing: BadInputFile | None = None, larger: BadInputFile | None = None) -> bytes:
+    """Return the content of a file that a run or a scene is made with; see `read_file`.
+
+    Args:
+        missing, larger: what is said where there is no such file, or one of more than `most` bytes; None for the system's words.
+
+    Raises:
+        BadInputFile: it cannot be read.
+    """
+    try:
+        return read_file(path, most)
+    except OSError as error:
+        said = {errno.ENOENT: missing, errno.EFBIG: larger}.get(error.errno or 0)
+        raise said or BadInputFile("{name}: cannot be read ({reason}).", name=path, reason=error.strerror) from None
 
 
 @contextmanager

@@ -6,9 +6,9 @@ from typing import Final
 
 import numpy as np
 
-from controllers.kinematics import Array
+from controllers.kinematics import Arm, Array
 from scenes.arm_tasks.arm_task import Memory
-from scenes.arm_tasks.follow_task import JointFollower, JointSource
+from scenes.arm_tasks.follow_task import JointFollower
 from scenes.person.clips import REST, Clip
 from scenes.person.filter import AngleFilter
 from scenes.person.retarget import DRIVEN, Retargeter
@@ -42,7 +42,7 @@ class Imitation(Scenario):
     def roles(self, world: World, settings: RunSettings) -> Roles:
         room = world.room
         imitated = ImitatedPerson(world)
-        followers = {side: JointFollower(world, room.arm(side), ImitatedArm(imitated, i)) for i, side in enumerate(SIDES)}
+        followers = {side: ImitatedArm(world, room.arm(side), imitated) for side in SIDES}
         # No arm is the person's own; the right one stands where that of another experiment does.
         task, held = followers["left"], followers["right"]
         return Roles((task, held), room.arm("right"), room.arm("left"), task, held, (task, held))
@@ -104,22 +104,25 @@ class ImitatedPerson:
         self._time = -1.0
 
 
-class ImitatedArm(JointSource):
-    """One arm of an imitated person.
+class ImitatedArm(JointFollower):
+    """Follows one arm of an imitated person.
 
     Args:
+        world: where.
+        arm: which.
         person: the imitated person.
-        side: 0 for the left one.
     """
 
-    def __init__(self, person: ImitatedPerson, side: int) -> None:
-        self._person, self._side = person, side
+    def __init__(self, world: World, arm: Arm, person: ImitatedPerson) -> None:
+        super().__init__(world, arm)
+        self._person, self._side = person, SIDES.index(arm.name)
 
     def begin(self) -> None:
-        """Begin at the room's start posture."""
+        """Follow from here; the person begins at the room's start posture."""
+        super().begin()
         self._person.begin()
 
-    def angles(self, target: Target | None, settings: RunSettings, time: float) -> tuple[Array, Array]:
+    def wanted(self, target: Target | None, settings: RunSettings, time: float) -> tuple[Array, Array]:
         """Return q_d (n,) [rad] and its velocity (n,) [rad/s]."""
         self._person.update(target, settings, time)
         return self._person.desired[self._side].copy(), self._person.speed[self._side]

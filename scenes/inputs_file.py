@@ -1,6 +1,5 @@
 """Recorded inputs as a file: one .npz archive that numpy opens anywhere, checked thoroughly when it comes back."""
 
-import errno
 import io
 import json
 import math
@@ -16,7 +15,7 @@ import numpy as np
 
 from controllers.errors import BadInputFile, BadSetting, LazyText
 from controllers.kinematics import Array
-from scenes.files import read_file
+from scenes.files import input_content
 from scenes.inputs import Recorded, RecordedPerson, Stretch
 from scenes.law_answers import LawAnswers
 from scenes.packing import ANGLES, BALL, HAND, JOINTS, LINK, PARTS, ROTATION, TURNED, WIDTH, WIDTHS, PackedTargets
@@ -134,12 +133,7 @@ def _joint_counts(settings: RunSettings) -> list[int]:
 
 
 def _content(path: Path) -> bytes:
-    try:
-        return read_file(path, LARGEST_FILE)
-    except OSError as error:
-        if error.errno == errno.EFBIG:
-            raise _too_large(str(path)) from None
-        raise BadInputFile("{name}: cannot be read ({reason}).", name=path, reason=error.strerror) from None
+    return input_content(path, LARGEST_FILE, larger=_too_large(str(path)))
 
 
 def recorded_from(data: bytes, name: str) -> Recorded:

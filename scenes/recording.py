@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from controllers.errors import BadInputFile
 from controllers.kinematics import Array
-from scenes.files import read_file
+from scenes.files import input_content
 from scenes.history import COLUMN, unit_of
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget, between
@@ -52,11 +52,7 @@ def read_inputs(path: Path) -> Recording:
     Raises:
         BadInputFile: no such file, or not such a file; names the line.
     """
-    try:
-        data = read_file(path, MOST_BYTES)
-    except OSError as error:
-        raise BadInputFile("{name}: cannot be read ({reason}).", name=path, reason=error.strerror) from None
-    return inputs_from(data, str(path))
+    return inputs_from(input_content(path, MOST_BYTES), str(path))
 
 
 def inputs_from(data: bytes, path: str) -> Recording:

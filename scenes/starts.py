@@ -8,7 +8,7 @@ import numpy as np
 
 from controllers.errors import BadInputFile
 from controllers.kinematics import Array
-from scenes.files import read_file
+from scenes.files import input_content
 from scenes.room import Room
 from scenes.settings import RunSettings
 
@@ -38,9 +38,7 @@ def read_start(path: Path, room: Room) -> Array:
         BadInputFile: no such file, not such a file, or a posture that the room's joints cannot have.
     """
     try:
-        text = read_file(path, MOST_BYTES).decode("utf-8-sig")
-    except OSError as error:
-        raise BadInputFile("{name}: cannot be read ({reason}).", name=path, reason=error.strerror) from None
+        text = input_content(path, MOST_BYTES).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise BadInputFile(f"{path}: is not a text file; give joint angles in radians.") from None
     names = [column.format("q") for column in room.columns]

@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 from controllers.kinematics import Array, Kinematics
-from scenes.arm_tasks.follow_task import JointFollower, Master
+from scenes.arm_tasks.follow_task import Slave
 from scenes.arm_tasks.guided_task import GuidedTask
 from scenes.arm_tasks.hold_task import HoldTask
 from scenes.roles import Roles, Scenario, TargetSource
@@ -44,7 +44,7 @@ class MasterSlave(Hold):
         held = GuidedTask(world, master, made)
         data = made.model.createData()
         axes = pin.computeJointJacobians(made.model, data, pin.neutral(made.model))[3:].copy()
-        follower = JointFollower(world, slave, Master(world, master, slave, mirror_signs(axes)))
+        follower = Slave(world, master, slave, mirror_signs(axes))
         return Roles((held, follower), master, slave, follower, held, (follower, held))
 
 

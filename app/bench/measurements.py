@@ -13,7 +13,7 @@ from app.bench.step import measure_run, measure_steps, measure_what_if
 from app.bench.visitors import FULL_PAGE, measure_crowd, measure_sessions, measure_visitor
 from app.version import duet_version
 from controllers.errors import BadInputFile
-from scenes.files import read_file
+from scenes.files import input_content
 
 BenchFigures = dict[str, dict[str, float]]
 """What was measured → figure → value."""
@@ -79,11 +79,9 @@ def read_figures(path: Path) -> dict[str, Any]:
         BadInputFile: the file cannot be read, or does not hold figures.
     """
     try:
-        result = json.loads(read_file(path, MOST_BYTES))
+        result = json.loads(input_content(path, MOST_BYTES))
         if not isinstance(result["figures"], dict):
             raise TypeError
-    except OSError as error:
-        raise BadInputFile(f"{path}: cannot be read ({error.strerror}).") from None
     except (ValueError, KeyError, TypeError, RecursionError):
         raise BadInputFile(f"{path}: is not a file that `bench --out` has written.") from None
     return result

@@ -13,7 +13,7 @@ import msgspec
 from app.league.entrants import Entrant
 from app.sweep.dask_cluster import environment
 from controllers.errors import BadInputFile, BadSetting
-from scenes.files import csv_cell, read_file, writable, written
+from scenes.files import csv_cell, input_content, writable, written
 from scenes.league_runs import (
     CRITICAL_DISTANCE,
     EDITION,
@@ -128,12 +128,10 @@ class LeagueFiles:
 
     def _read(self) -> list[Played]:
         try:
-            lines = read_file(self._part, _MOST_BYTES).split(b"\n")
+            lines = input_content(self._part, _MOST_BYTES).split(b"\n")
             head: dict[str, Any] = msgspec.json.decode(lines[0])
             # What follows the last line break was being written.
             found = [msgspec.json.decode(line, type=Played) for line in lines[1:-1]]
-        except OSError as error:
-            raise BadInputFile(f"{self._part}: cannot be read ({error.strerror or error}).") from None
         except msgspec.MsgspecError:
             raise BadInputFile(f"{self._part}: is not what a league has written; remove it, or give another --out.") from None
         mine = msgspec.json.decode(msgspec.json.encode(self._head))

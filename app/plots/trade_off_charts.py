@@ -16,6 +16,7 @@ from scenes.law_knobs import LawKnob, knobs
 from scenes.laws import LAWS
 from scenes.settings import RunSettings, specs
 from scenes.sweep import TRADE_OFF_ORDERS, TRADE_OFF_VELOCITIES, TradeOff
+from scenes.targets import between
 
 _TICKS: Final = tuple((value, f"{value:g}") for value in (0.0, 0.1, 0.2, 0.3, 0.4))
 FRAME: Final = ChartAxes((0.0, 0.4), (0.0, 0.4), _TICKS, _TICKS)
@@ -59,21 +60,18 @@ def place_on_map(points: tuple[TradeOff, ...], run: RunSettings) -> tuple[float,
     if len(points) < len(TRADE_OFF_ORDERS) * len(TRADE_OFF_VELOCITIES):
         return None
     table = {(p.order, p.nominal_velocity): np.array([p.d_min, p.e2_max**0.5]) for p in points}
-    (n0, n1, s), (v0, v1, t) = (
-        _between(np.log(np.array(values)), float(np.log(max(value, 1e-6))), values)
-        for values, value in ((TRADE_OFF_ORDERS, run.law.order), (TRADE_OFF_VELOCITIES, run.law.nominal_velocity))
-    )
+    n0, n1, s = _around(TRADE_OFF_ORDERS, run.law.order)
+    v0, v1, t = _around(TRADE_OFF_VELOCITIES, run.law.nominal_velocity)
     low = (1.0 - t) * table[n0, v0] + t * table[n0, v1]
     high = (1.0 - t) * table[n1, v0] + t * table[n1, v1]
     d, e = ((1.0 - s) * low + s * high).tolist()
     return d, e
 
 
-def _between(logs: np.ndarray, log: float, values: tuple[float, ...]) -> tuple[float, float, float]:
-    """Return the two values on either side and the share of the way from the first to the second, at the map's edge at most."""
-    i = int(np.clip(np.searchsorted(logs, log) - 1, 0, len(values) - 2))
-    share = float(np.clip((log - logs[i]) / (logs[i + 1] - logs[i]), 0.0, 1.0))
-    return values[i], values[i + 1], share
+def _around(values: tuple[float, ...], value: float) -> tuple[float, float, float]:
+    """Return the two of some values on either side, and the share of the way of their logarithms; beyond the map its edge."""
+    i, j, share = between(np.log(np.array(values)), float(np.log(max(value, 1e-6))))
+    return values[i], values[j], share
 
 
 FAR: Final = 0.3

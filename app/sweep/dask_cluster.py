@@ -17,7 +17,7 @@ from typing import Any, Final, TypeVar
 import controllers
 import scenes
 from app.version import duet_version
-from controllers.errors import BadInputFile, BadSetting, DuetError
+from controllers.errors import BadInputFile, BadSetting, DuetError, first_line
 from scenes.children import ComputeMany
 from scenes.robots.robot_files import GivenAtStart, given_at_start, robot_file, take_over
 
@@ -107,7 +107,7 @@ def _connected(address: str) -> Any:
         return Client(address, timeout=CONNECTING)
     except (OSError, ValueError, TypeError) as error:
         raise BadSetting(
-            f"scheduler = {address}: no Dask scheduler answers there ({_first_line(error)}); start one with `dask scheduler`, and give its "
+            f"scheduler = {address}: no Dask scheduler answers there ({first_line(error)}); start one with `dask scheduler`, and give its "
             "address, as in --scheduler tcp://host:8786."
         ) from None
 
@@ -119,10 +119,6 @@ async def _greet(address: str) -> None:
 
     comm: Any = await connect(address, CONNECTING, **Security().get_connection_args("client"))
     comm.abort()
-
-
-def _first_line(error: Exception) -> str:
-    return str(error).splitlines()[0][:120] if str(error) else type(error).__name__
 
 
 def _check(client: Any, address: str) -> None:
@@ -143,7 +139,7 @@ def _check(client: Any, address: str) -> None:
 
 def _compare(place: str, here: Environment, there: Environment | Exception) -> None:
     if isinstance(there, Exception):
-        raise BadSetting(f"The {place} has no Duet, or an older one ({_first_line(there)}); {_SAME}") from None
+        raise BadSetting(f"The {place} has no Duet, or an older one ({first_line(there)}); {_SAME}") from None
     for name, version in here.items():
         if there.get(name) != version:
             raise BadSetting(f"The {place} has {name} {there.get(name)}, and this computer {version}: {_SAME}")

@@ -20,11 +20,12 @@ class ArmTask:
     joints: slice
     squared_error: float = 0.0
     desired: Array | None = None
+    _jacobian: Array | None = None
 
     @property
     def task_jacobian(self) -> Array | None:
         """J (m, n) of its task in the last `nominal`; None if the task uses every joint."""
-        return None
+        return self._jacobian
 
     def begin(self) -> None:
         """Come to rest, and take the present state as where everything begins."""

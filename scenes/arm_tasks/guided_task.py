@@ -24,7 +24,6 @@ class GuidedTask(ArmTask):
         posture = world.room.start[arm.joints]
         self._guide = Guide(world.kinematics, arm, robot, world.bounds.part(arm.joints), posture)
         self._kinematics, self._arm = world.kinematics, arm
-        self._jacobian: Array | None = None
 
     @property
     def task_jacobian(self) -> Array:

@@ -37,7 +37,6 @@ class HoldTask(ArmTask):
 
     def __init__(self, world: World, arm: Arm, path: Path | None = None, movable: bool = False, overdriven: bool = False) -> None:
         self.joints = arm.joints
-        self._jacobian: Array | None = None
         self.place: Array = np.zeros(3)
         """Where the hand should be (3,), world [m]."""
         self.place_rotation: Array = np.eye(3)
@@ -54,11 +53,6 @@ class HoldTask(ArmTask):
         self._joints, self._hand = world.positions[arm.joints], self._pose.translation
         self._spatial = world.kinematics.jacobian[:, arm.joints]
         self._box = world.bounds.part(arm.joints)
-
-    @property
-    def task_jacobian(self) -> Array | None:
-        """J (m, n) of the hand's place or pose in the last `nominal`."""
-        return self._jacobian
 
     def begin(self) -> None:
         """The place is where the hand is now."""

@@ -152,7 +152,7 @@ class Casting:
         return moved(join([disc, _groove(self.ball - SKIN, coarse)]), Y_UP, (0, 0, self.length))
 
 
-def _lid(ball: float, coarse: bool = False) -> trimesh.Trimesh:
+def _lid(ball: float, coarse: bool) -> trimesh.Trimesh:
     """A lid of a housing inside a sphere of radius `ball`, its axis z; on the sphere's flat at 0.8 of the radius."""
     edge, seat, rise, top = 0.53 * ball, 0.78 * ball, 0.835 * ball, 0.955 * ball
     if coarse:
@@ -169,20 +169,16 @@ def _groove(ball: float, coarse: bool) -> trimesh.Trimesh:
     return revolve([(edge + 0.0022, rise - 0.003), (edge + 0.0022, rise), (edge - 0.001, rise)], 40)
 
 
-def _ring(z: float, radius: float, coarse: bool, half: float = 0.0035) -> trimesh.Trimesh:
+def _ring(z: float, radius: float, coarse: bool) -> trimesh.Trimesh:
     """The dark ring of a roll joint at height z."""
-    if coarse:
-        return revolve([(radius, z - half), (radius, z + half)], FEW)
-    inner = radius - 0.012
-    return revolve(rounded([(inner, z - half), (radius, z - half), (radius, z + half), (inner, z + half)], 0.0012, 2), SECTIONS)
+    return _hoop(radius - 0.012, radius, z - 0.0035, z + 0.0035, 0.0012, 2, coarse)
 
 
-def _band(z: float, radius: float, height: float, coarse: bool) -> trimesh.Trimesh:
-    """A thin raised band on a tube, from z upwards."""
+def _hoop(inner: float, outer: float, low: float, high: float, edge: float, steps: int, coarse: bool) -> trimesh.Trimesh:
+    """A hoop between two radii and two heights, its outer edges rounded with a radius `edge`."""
     if coarse:
-        return revolve([(radius + 0.0007, z), (radius + 0.0007, z + height)], FEW)
-    inner, outer, top = radius - 0.002, radius + 0.0007, z + height
-    return revolve(rounded([(inner, z), (outer, z), (outer, top), (inner, top)], 0.0006, 1), SECTIONS)
+        return revolve([(outer, low), (outer, high)], FEW)
+    return revolve(rounded([(inner, low), (outer, low), (outer, high), (inner, high)], edge, steps), SECTIONS)
 
 
 UPPER: Final = Casting(length=0.2, tube=0.0565, drum=0.0590, ball=0.070, wall=0.070)
@@ -192,21 +188,16 @@ ELBOW_FORE: Final = Casting(length=0.2, tube=0.0540, drum=0.0590, ball=0.070, wa
 WRIST: Final = Casting(length=0.19, tube=0.0540, drum=0.0560, ball=0.065, wall=0.065, slit=0.013)
 
 
-def _cast(casting: Casting, turn: Array, ring: bool, band: bool, coarse: bool) -> Parts:
+def _cast(casting: Casting, turn: Array, coarse: bool) -> Parts:
     """The parts of one link: turned upside down when the pitch joint comes first."""
-    shift = (0.0, 0.0, casting.length if turn[2, 2] < 0 else 0.0)
-    parts = {
-        "body": [casting.shell()],
-        "cover": [casting.cover(coarse)],
-        "ring": [casting.seam(coarse)] if turn[2, 2] > 0 else [],
-    }
-    if turn[2, 2] < 0:
-        parts["ring"].append(moved(_groove(casting.ball - SKIN, coarse), Y_UP, (0, 0, casting.length)))
-    if ring:
-        parts["ring"].append(_ring(0.0, casting.tube - 0.001, coarse))
-    if band:
-        parts["trim"] = [_band(0.012, casting.tube, 0.005, coarse)]
-    return {name: moved(join(some), turn, shift) for name, some in parts.items() if some}
+    parts, tube = {"body": casting.shell(), "cover": casting.cover(coarse)}, casting.tube
+    if turn[2, 2] > 0:
+        parts["ring"] = casting.seam(coarse)
+        parts["trim"] = _hoop(tube - 0.002, tube + 0.0007, 0.012, 0.017, 0.0006, 1, coarse)
+        return {name: moved(part, turn) for name, part in parts.items()}
+    groove = moved(_groove(casting.ball - SKIN, coarse), Y_UP, (0, 0, casting.length))
+    parts["ring"] = join([groove, _ring(0.0, tube - 0.001, coarse)])
+    return {name: moved(part, turn, (0, 0, casting.length)) for name, part in parts.items()}
 
 
 def _base(coarse: bool) -> Parts:
@@ -268,11 +259,11 @@ def link_meshes(coarse: bool = False) -> tuple[Parts, ...]:
     """
     links = (
         _base(coarse),
-        _cast(SHOULDER, UP, ring=False, band=True, coarse=coarse),
-        _cast(SHOULDER_UPPER, FROM_JOINT_TO_MINUS_Y, ring=True, band=False, coarse=coarse),
-        _cast(UPPER, TO_MINUS_Y, ring=False, band=True, coarse=coarse),
-        _cast(ELBOW_FORE, FROM_JOINT_TO_PLUS_Y, ring=True, band=False, coarse=coarse),
-        _cast(WRIST, UP, ring=False, band=True, coarse=coarse),
+        _cast(SHOULDER, UP, coarse),
+        _cast(SHOULDER_UPPER, FROM_JOINT_TO_MINUS_Y, coarse),
+        _cast(UPPER, TO_MINUS_Y, coarse),
+        _cast(ELBOW_FORE, FROM_JOINT_TO_PLUS_Y, coarse),
+        _cast(WRIST, UP, coarse),
         _wrist(coarse),
         _tool(coarse),
     )
@@ -286,24 +277,14 @@ def _coarse(name: str, part: trimesh.Trimesh) -> trimesh.Trimesh:
     return thinned_mesh(part, COARSE_SHARE) if name == "body" else part
 
 
-@functools.cache
-def link_glbs(palette: str, coarse: bool = False) -> tuple[bytes, ...]:
-    """Links 0 … 7 as GLB files in one of the PALETTES; coarse ones are one mesh each, its colours on the vertices."""
-    palette_named(palette)
-    key = glb.source_key([__file__, glb.__file__, surfaces.__file__, facts.__file__], palette, coarse)
-    return glb.cached(
-        f"lwr-{palette}-{coarse:d}", key, lambda: tuple(packed_glb(parts, palette, coarse) for parts in link_meshes(coarse))
-    )
-
-
-def palette_named(name: str) -> glb.GlbPalette:
-    """The palette of that name, or a ValueError that names the valid ones."""
-    if name not in PALETTES:
-        raise ValueError(f"no palette {name!r}; there are {', '.join(PALETTES)}")
-    return PALETTES[name]
-
-
 def packed_glb(parts: Parts, palette: str, coarse: bool) -> bytes:
+    """One link as a GLB file in one of the PALETTES; a coarse one is one mesh, its colours on the vertices.
+
+    Raises:
+        ValueError: there is no such palette.
+    """
+    if palette not in PALETTES:
+        raise ValueError(f"no palette {palette!r}; there are {', '.join(PALETTES)}")
     materials = PALETTES[palette]
     if palette not in SEEN_THROUGH:
         return (glb.merged_glb if coarse else glb.glb)(parts, materials)

@@ -1,6 +1,5 @@
 """The file format BVH: a skeleton as a tree of joints, then one line of numbers for every frame. Read with suspicion."""
 
-import errno
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +9,7 @@ import numpy as np
 
 from controllers.errors import BadInputFile, LazyText
 from controllers.kinematics import Array
-from scenes.files import read_file
+from scenes.files import input_content
 
 MOST_BYTES: Final = 32_000_000
 MOST_JOINTS: Final = 500
@@ -97,14 +96,8 @@ def load_bvh(source: Path | bytes, name: str = "") -> BvhFile:
     """Return the content of a BVH file; raises and takes arguments as `scenes.person.bvh.read_bvh`."""
     if isinstance(source, Path):
         name = str(source)
-        try:
-            source = read_file(source, MOST_BYTES)
-        except FileNotFoundError:
-            raise BadInputFile("{name}: there is no such file; give the path of a BVH file.", name=name) from None
-        except OSError as error:
-            if error.errno == errno.EFBIG:
-                raise _too_large(name) from None
-            raise BadInputFile("{name}: cannot be read ({reason}).", name=name, reason=error.strerror) from None
+        missing = BadInputFile("{name}: there is no such file; give the path of a BVH file.", name=name)
+        source = input_content(source, MOST_BYTES, missing, _too_large(name))
     name = name or LazyText("The BVH file")
     if len(source) > MOST_BYTES:
         raise _too_large(name)

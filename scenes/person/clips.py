@@ -5,7 +5,6 @@ person: which arm leads, how often and how fast. On the torso, without avoidance
 """
 
 from collections.abc import Callable
-from itertools import accumulate
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -13,7 +12,7 @@ import numpy as np
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
 from scenes.settings import ClipName
-from scenes.targets import quintic
+from scenes.targets import between, quintic
 
 ClipArm = tuple[float, float, float, float]
 """The four angles of one arm, see `scenes.person.angles`; degrees, in this file alone."""
@@ -55,25 +54,24 @@ class Clip:
         if name not in CLIP_NAMES:
             raise BadSetting(f"There is no clip {str(name)[:40]!r}; choose from {', '.join(CLIP_NAMES)}.")
         names = tuple(_GESTURES) if name == "medley" else (name,)
-        keys, tables = [], []
+        seconds: list[float] = []
+        tables: list[Array] = []
         for gesture in names:
             # Each gesture has its own stream, so that a seed waves in the medley as it does alone.
             random = np.random.default_rng([abs(seed), list(_GESTURES).index(gesture)])
-            loop = _GESTURES[gesture](random)
+            loop = [_home(0.0), _home(0.3), *_GESTURES[gesture](random), _home(0.4)]
+            pace = random.uniform(0.92, 1.15)
+            seconds += [pace * key.seconds for key in loop]
             pair = np.radians([[key.lead, key.other] for key in loop])
-            keys += loop
             tables.append(pair if random.integers(2) else pair[:, ::-1])
-        self._times = np.array(list(accumulate(key.seconds for key in keys)))
+        self._times = np.cumsum(seconds)
         self._poses = np.concatenate(tables)
         self.duration = float(self._times[-1])
 
     def angles(self, time: float) -> Array:
         """Return the angles (2, 4) at a time [s], left arm first [rad]."""
-        time = time % self.duration
-        j = min(int(np.searchsorted(self._times, time, side="right")), len(self._times) - 1)
-        i = j - 1
-        s = float((time - self._times[i]) / (self._times[j] - self._times[i]))
-        return self._poses[i] + quintic(s)[0] * (self._poses[j] - self._poses[i])
+        i, j, share = between(self._times, time % self.duration)
+        return self._poses[i] + quintic(share)[0] * (self._poses[j] - self._poses[i])
 
 
 def _about(random: np.random.Generator, arm: ClipArm, spread: float) -> ClipArm:
@@ -85,12 +83,6 @@ def _home(seconds: float) -> Key:
     return Key(seconds, REST_ARM, REST_ARM)
 
 
-def _loop(random: np.random.Generator, keys: list[Key]) -> list[Key]:
-    """Start and end at rest, at this person's pace."""
-    pace = random.uniform(0.92, 1.15)
-    return [Key(pace * key.seconds, key.lead, key.other) for key in (_home(0.0), _home(0.3), *keys, _home(0.4))]
-
-
 def _wave(random: np.random.Generator) -> list[Key]:
     idle = _about(random, REST_ARM, 4.0)
     raised = _about(random, (25.0, 66.0, 66.0, 88.0), 4.0)
@@ -99,7 +91,7 @@ def _wave(random: np.random.Generator) -> list[Key]:
     for _ in range(int(random.integers(2, 5))):
         swing = random.uniform(15.0, 20.0)
         keys += [Key(1.0, (f, a, r - swing, e + 8.0), idle), Key(1.0, (f, a, r + swing, e - 8.0), idle)]
-    return _loop(random, [*keys, _home(2.3)])
+    return [*keys, _home(2.3)]
 
 
 def _clap(random: np.random.Generator) -> list[Key]:
@@ -108,7 +100,7 @@ def _clap(random: np.random.Generator) -> list[Key]:
     for _ in range(int(random.integers(3, 6))):
         together = _about(random, (61.0, 4.0, -46.0, 72.0), 1.5)
         keys += [Key(0.9, together, together), Key(0.9, apart, apart)]
-    return _loop(random, [*keys, _home(1.5)])
+    return [*keys, _home(1.5)]
 
 
 def _cross(random: np.random.Generator) -> list[Key]:
@@ -118,7 +110,7 @@ def _cross(random: np.random.Generator) -> list[Key]:
     keys = [Key(1.3, ready, ready), Key(1.8, over, under), Key(hold, over, under), Key(1.8, ready, ready)]
     if random.integers(2):
         keys += [Key(1.8, under, over), Key(hold, under, over), Key(1.8, ready, ready)]
-    return _loop(random, [*keys, _home(1.2)])
+    return [*keys, _home(1.2)]
 
 
 def _reach(random: np.random.Generator) -> list[Key]:
@@ -129,10 +121,12 @@ def _reach(random: np.random.Generator) -> list[Key]:
     across = _about(random, (66.0, -2.0, -38.0, 30.0), 4.0)
     back = random.uniform(1.6, 2.0)
     keys = [Key(2.0, ahead, idle), Key(back, idle, aside), Key(2.6, high, idle), Key(2.6, across, idle)]
-    return _loop(random, [*keys, Key(back, idle, ahead), Key(2.0, ahead, ahead), _home(2.0)])
+    return [*keys, Key(back, idle, ahead), Key(2.0, ahead, ahead), _home(2.0)]
 
 
 _Gesture = Callable[[np.random.Generator], list[Key]]
+"""What a person does between rest and rest, before their pace."""
+
 _GESTURES: Final[dict[ClipName, _Gesture]] = {"wave": _wave, "clap": _clap, "cross": _cross, "reach": _reach}
 
 CLIP_NAMES: Final[tuple[ClipName, ...]] = (*_GESTURES, "medley")

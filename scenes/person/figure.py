@@ -4,9 +4,10 @@ import math
 from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.linalg import norm
 
 from controllers.kinematics import Array
-from scenes.person.angles import FOREARM, UPPER_ARM, arm_directions, arm_points, arm_rotation, direction_angles
+from scenes.person.angles import FOREARM, SIGN, UPPER_ARM, arm_directions, arm_points, arm_rotation, direction_angles
 from scenes.person.clips import REST
 from scenes.settings import ArmName
 
@@ -46,29 +47,29 @@ class Figure:
 
     def __init__(self, start: Array = REST) -> None:
         self._start = start.copy()
-        self._angles = start.copy()
+        self.reset()
 
     def reset(self) -> None:
-        self._angles = self._start.copy()
+        self._angles = dict(zip(SIGN, self._start, strict=True))
 
     def angles(self, time: float = 0.0) -> Array:
         """Return the angles (2, 4) of both arms now [rad], left first; `time` is not looked at."""
-        return self._angles.copy()
+        return np.array(list(self._angles.values()))
 
     def points(self, side: ArmName) -> tuple[Array, Array, Array]:
         """Return shoulder, elbow and wrist (3,) of an arm [m]."""
-        return arm_points(self._angles[_row(side)], side)
+        return arm_points(self._angles[side], side)
 
     def drag_wrist(self, side: ArmName, point: Array) -> None:
         """Bring a wrist to a point (3,) [m], or as near as the arm reaches, with the least swivel of the elbow; a point must be finite."""
         shoulder, elbow, wrist = self.points(side)
         a, b = UPPER_ARM, FOREARM
         way = np.asarray(point, float) - shoulder
-        distance = _length(way)
+        distance = norm(way)
         if not math.isfinite(distance):
             return
         if distance < 1e-6:
-            way, distance = wrist - shoulder, _length(wrist - shoulder)
+            way, distance = wrist - shoulder, norm(wrist - shoulder)
         toward = way / distance
         reach = min(max(distance, math.sqrt(a * a + b * b + 2.0 * a * b * math.cos(MOST_BENT))), a + b)
         along = (a * a + reach * reach - b * b) / (2.0 * reach)
@@ -76,7 +77,7 @@ class Figure:
         if out is None:
             # A straight elbow bends with the forearm going to the arm's own x, so the elbow itself goes the other way. That x is
             # square to the upper arm, which lies along `toward` here.
-            out = _across(-arm_rotation(self._angles[_row(side)], side)[:, 0], toward, 0.0)
+            out = _across(-arm_rotation(self._angles[side], side)[:, 0], toward, 0.0)
         assert out is not None
         bent = shoulder + along * toward + math.sqrt(max(a * a - along * along, 0.0)) * out
         self._take(side, bent - shoulder, shoulder + reach * toward - bent)
@@ -85,11 +86,11 @@ class Figure:
         """Point the upper arm at a finite point (3,) [m] off the shoulder; the forearm keeps its direction if the elbow can bend so far."""
         shoulder, _, _ = self.points(side)
         way = np.asarray(point, float) - shoulder
-        distance = _length(way)
+        distance = norm(way)
         if not 1e-6 < distance < math.inf:
             return
         upper = way / distance
-        before, forearm = arm_directions(self._angles[_row(side)], side)
+        before, forearm = arm_directions(self._angles[side], side)
         if float(upper @ forearm) < math.cos(MOST_BENT):
             out = _across(forearm, upper, 1e-6)
             if out is None:
@@ -124,22 +125,12 @@ class Figure:
             self.drag_wrist(grasp.side, goal - (wrist - elbow) * (grasp.along / FOREARM))
 
     def _take(self, side: ArmName, upper: Array, forearm: Array) -> None:
-        angles = self._angles.copy()
-        row = _row(side)
-        angles[row] = direction_angles(upper / _length(upper), forearm / _length(forearm), side, angles[row], TRUSTED_SINE)
-        self._angles = angles
-
-
-def _row(side: ArmName) -> int:
-    return 0 if side == "left" else 1
-
-
-def _length(vector: Array) -> float:
-    return math.sqrt(float(vector @ vector))
+        upper, forearm = upper / norm(upper), forearm / norm(forearm)
+        self._angles[side] = direction_angles(upper, forearm, side, self._angles[side], TRUSTED_SINE)
 
 
 def _across(vector: Array, axis: Array, least: float) -> Array | None:
     """Return the unit vector of the component of a vector normal to a unit axis; None if that is not longer than `least`."""
     rest = vector - float(vector @ axis) * axis
-    length = _length(rest)
+    length = norm(rest)
     return rest / length if length > least else None

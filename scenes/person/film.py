@@ -9,7 +9,7 @@ from typing import Any, Final, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from controllers.errors import BadInputFile, BadSetting
+from controllers.errors import BadInputFile, BadSetting, first_line
 from controllers.kinematics import Array
 from scenes.person.source import MissingPackage
 
@@ -166,8 +166,3 @@ def _package(module: str, package: str) -> Any:
 def _must_exist(path: Path, what: str) -> None:
     if not path.is_file():
         raise BadInputFile(f"{path}: there is no such file; give the path of a {what}.")
-
-
-def first_line(error: Exception) -> str:
-    """Return the first line of an error, shortened for a message."""
-    return (str(error).strip().splitlines() or [type(error).__name__])[0].rstrip(".")[:200]

@@ -1,7 +1,13 @@
-"""The arms there are: the paper's own, two that come with the package example-robot-data, and those from files given at the start."""
+"""The arms there are: the paper's own, two that come with the package example-robot-data, and those from files given at the start.
 
+Capsules that are fitted come from the user's cache: to fit them takes most of a second, and all that comes of it is a few numbers each.
+"""
+
+import importlib.metadata
+from collections.abc import Callable
 from functools import cache
-from typing import get_args
+from pathlib import Path
+from typing import Final, get_args
 
 import numpy as np
 import pinocchio as pin
@@ -11,10 +17,15 @@ from scenes.given_choices import start_remedy
 from scenes.lwr import facts
 from scenes.lwr.urdf import FLANGE, URDF_FILE
 from scenes.robots.description import Capsule, Robot
+from scenes.robots.example_data import EXAMPLES, PACKAGE, load_example
 from scenes.robots.robot_files import FILES
+from scenes.robots.urdf_file import fit_capsules, load_arm
 from scenes.settings import RobotName
 
-__all__ = ["FILES", "Capsule", "Robot", "RobotName", "robot"]
+__all__ = ["FILES", "SOURCES", "Capsule", "Robot", "RobotName", "robot"]
+
+SOURCES: Final = sorted(Path(__file__).parent.glob("*.py"))
+"""What is stored of a robot is made again if one of these has changed."""
 
 
 @cache
@@ -30,13 +41,54 @@ def robot(name: str) -> Robot:
         )
         return Robot("lwr", "KUKA LWR 4+", pin.buildModelFromUrdf(str(URDF_FILE)), FLANGE, 2, 4, 6, capsules, facts.JOINT_LABELS)
     if name in FILES:
-        from scenes.robots.stored import stored_file
-
-        return stored_file(name)
+        return _file_robot(name)
     if name not in get_args(RobotName):
         if remedy := start_remedy(name):
             raise BadSetting(remedy)
         raise BadSetting("There is no robot {name!r}; choose from {known}.", name=name, known=", ".join(get_args(RobotName)))
-    from scenes.robots.stored import stored_example
+    return _example_robot(name)
 
-    return stored_example(name)
+
+def _example_robot(name: str) -> Robot:
+    """Return a robot of the package.
+
+    Raises:
+        BadSetting: the package is not installed, or not all of it.
+    """
+    example = EXAMPLES[name]
+    model, _ = load_example(example)
+
+    def fit() -> tuple[Capsule, ...]:
+        # Brings scipy's optimiser with it, which is slow to import.
+        from scenes.robots.fitting import fit_example
+
+        return fit_example(example)
+
+    return example.robot(model, _stored(name, PACKAGE, fit))
+
+
+def _file_robot(key: str) -> Robot:
+    """Return a robot of a registered file.
+
+    Raises:
+        BadInputFile: it or a mesh cannot be read.
+    """
+    arm = load_arm(key)
+    return arm.robot(_stored(key, "yourdfpy", lambda: fit_capsules(arm)))
+
+
+def _stored(name: str, package: str, fit: Callable[[], tuple[Capsule, ...]]) -> tuple[Capsule, ...]:
+    """Return a robot's capsules, fitted again if one of our sources, or the package, has changed."""
+    # The LWR does without.
+    from scenes import glb
+
+    key = glb.source_key(SOURCES, name, *(importlib.metadata.version(one) for one in (package, "scipy", "pin")))
+
+    def build() -> tuple[bytes, ...]:
+        return tuple(np.concatenate([[c.joint], c.start, c.end, [c.radius]]).tobytes() + c.name.encode() for c in fit())
+
+    capsules: list[Capsule] = []
+    for blob in glb.cached(f"{name}-capsules", key, build):
+        n = np.frombuffer(blob[:64])
+        capsules.append(Capsule(blob[64:].decode(), int(n[0]), n[1:4].copy(), n[4:7].copy(), float(n[7])))
+    return tuple(capsules)

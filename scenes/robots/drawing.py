@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 
 from controllers.kinematics import Array
 from scenes import glb, surfaces
-from scenes.lwr import shells
-from scenes.robots import example_data, robot
+from scenes.lwr import facts, shells
+from scenes.robots import SOURCES, robot
 from scenes.robots.description import joint_axis
 from scenes.robots.example_data import COLUMN_RADIUS, EXAMPLES, PACKAGE, load_example
 from scenes.robots.robot_files import FILES
+from scenes.robots.urdf_file import load_arm, mesh_pieces, solids
 from scenes.surfaces import join, revolve, rounded, swollen
 
 if TYPE_CHECKING:
@@ -97,15 +98,11 @@ def robot_glbs(name: str, palette: str, coarse: bool = False) -> tuple[bytes, ..
         BadSetting: as `robot`.
         ValueError: there is no such palette.
     """
-    if name == "lwr":
-        return shells.link_glbs(palette, coarse)
-    shells.palette_named(palette)
     # Says what is missing where something is.
     robot(name)
-    sources = [__file__, example_data.__file__, shells.__file__, glb.__file__, surfaces.__file__]
-    if name in FILES:
-        sources += [str(Path(__file__).with_name(f"{source}.py")) for source in ("robot_files", "urdf_chain", "urdf_file")]
-    key = glb.source_key(sources, importlib.metadata.version(PACKAGE), palette, coarse)
+    sources = [*SOURCES, shells.__file__, facts.__file__, glb.__file__, surfaces.__file__]
+    versions = (importlib.metadata.version(PACKAGE),) if name in EXAMPLES else ()
+    key = glb.source_key(sources, *versions, palette, coarse)
 
     def build() -> tuple[bytes, ...]:
         return tuple(shells.packed_glb(parts, palette, coarse) for parts in robot_link_meshes(name, coarse))
@@ -115,11 +112,13 @@ def robot_glbs(name: str, palette: str, coarse: bool = False) -> tuple[bytes, ..
 
 @functools.cache
 def robot_link_meshes(name: str, coarse: bool = False) -> tuple[Parts, ...]:
-    """Base and links of a robot that is not the LWR: material name → mesh in the joint's frame [m]. Shared: do not change them.
+    """Base and links of a robot: material name → mesh in the joint's frame [m]. Shared: do not change them.
 
     Raises:
         BadSetting: as `robot`.
     """
+    if name == "lwr":
+        return shells.link_meshes(coarse)
     count, crease = (COARSE_TRIANGLES, COARSE_CREASE) if coarse else (TRIANGLES, CREASE)
     painted = _painted(name, *((COARSE_SMALLEST, COARSE_WELD) if coarse else (SMALLEST, WELD)))
     share = count / sum(_weight(piece) for parts in painted for pieces in parts.values() for piece in pieces)
@@ -133,7 +132,7 @@ def robot_link_meshes(name: str, coarse: bool = False) -> tuple[Parts, ...]:
     if coarse:
         # What lies on the body would dive in and out of it where both have few triangles.
         links = [{paint: part if paint == "body" else swollen(part, PROUD) for paint, part in parts.items()} for parts in links]
-    if height := _column_height(name):
+    if height := load_arm(name).column if name in FILES else EXAMPLES[name].column:
         column = _column(height, 20 if coarse else 56)
         links[0]["dark"] = join([links[0]["dark"], column]) if "dark" in links[0] else column
     return tuple(links)
@@ -151,23 +150,18 @@ def _painted(name: str, smallest: float, weld: float) -> tuple[dict[str, list[tr
 
 def _example_shapes(name: str) -> Iterator[tuple[int, str, Array, NDArray[np.int64]]]:
     """Yield of every shape of a robot of the package: joint, name of the material, vertices in the joint's frame (k, 3), faces (l, 3)."""
-    import trimesh
-
-    _, shapes = load_example(EXAMPLES[name], pin.GeometryType.VISUAL)
+    example = EXAMPLES[name]
+    colours, paints = np.array(list(example.paints), float), list(example.paints.values())
+    _, shapes = load_example(example, pin.GeometryType.VISUAL)
     for body in shapes.geometryObjects:
-        scene = trimesh.load_scene(str(Path(body.meshPath)))
-        for node in scene.graph.nodes_geometry:
-            placement, key = scene.graph[node]
-            piece = scene.geometry[key]
-            pose = body.placement.homogeneous @ placement
-            paint = _nearest_paint(name, piece.visual.material.main_color[:3])
-            yield body.parentJoint, paint, piece.vertices @ pose[:3, :3].T + pose[:3, 3], piece.faces
+        rotation, shift = body.placement.rotation, body.placement.translation
+        for vertices, faces, colour in mesh_pieces(Path(body.meshPath)):
+            nearest = int(np.argmin(np.linalg.norm(colours - colour, axis=1)))
+            yield body.parentJoint, paints[nearest], vertices @ rotation.T + shift, faces
 
 
 def _file_shapes(name: str) -> Iterator[tuple[int, str, Array, NDArray[np.int64]]]:
     """Yield the same of a robot from a file: of its colours only light and dark count."""
-    from scenes.robots.urdf_file import load_arm, solids
-
     arm = load_arm(name)
     shapes = list(solids(arm, "visuals")) or list(solids(arm, "collisions"))
     lights = np.array([float(np.mean(colour)) for _, _, colour in shapes])
@@ -176,14 +170,6 @@ def _file_shapes(name: str) -> Iterator[tuple[int, str, Array, NDArray[np.int64]
     darkest = DARK if areas[lights >= DARK].sum() > 0.3 * areas.sum() else -1.0
     for (joint, mesh, _), light in zip(shapes, lights.tolist(), strict=True):
         yield joint, "dark" if light < darkest else "body", np.asarray(mesh.vertices), np.asarray(mesh.faces)
-
-
-def _column_height(name: str) -> float:
-    if name not in FILES:
-        return EXAMPLES[name].column
-    from scenes.robots.urdf_file import load_arm
-
-    return load_arm(name).column
 
 
 def _weight(piece: trimesh.Trimesh) -> float:
@@ -202,12 +188,6 @@ def _welded(vertices: Array, faces: NDArray[np.int64], pitch: float) -> trimesh.
     kept = corners[(corners != np.roll(corners, 1, axis=1)).all(axis=1)]
     _, first = np.unique(np.sort(kept, axis=1), axis=0, return_index=True)
     return trimesh.Trimesh(means, kept[np.sort(first)], process=False)
-
-
-def _nearest_paint(name: str, colour: Array) -> str:
-    paints = EXAMPLES[name].paints
-    away = np.linalg.norm(np.array(list(paints), float) - np.asarray(colour, float), axis=1)
-    return list(paints.values())[int(np.argmin(away))]
 
 
 def _thinned(piece: trimesh.Trimesh, count: int) -> trimesh.Trimesh:

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 import pinocchio as pin
 
-from controllers.errors import BadSetting, LazyText
+from controllers.errors import BadSetting, LazyText, first_line
 from scenes.lwr.facts import JOINT_LABELS
 from scenes.robots.description import Capsule, Robot
 from scenes.settings import RobotName
@@ -174,12 +174,11 @@ def load_example(example: Example, kind: pin.GeometryType | None = None) -> tupl
         if kind is not None:
             shapes = pin.buildGeomFromUrdf(model, file, kind, package_dirs=[str(folder.parent.parent)])
     except (ValueError, RuntimeError) as error:
-        reason = str(error).splitlines()[0]
         raise BadSetting(
             "{robot}: {package} is damaged ({reason}). {remedy}",
             robot=example.name,
             package=PACKAGE,
-            reason=reason,
+            reason=first_line(error),
             remedy=_REMEDY,
         ) from error
     reference = pin.neutral(model)

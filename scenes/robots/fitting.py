@@ -9,7 +9,7 @@ from scipy.optimize import minimize
 from scipy.spatial import ConvexHull
 
 from controllers.kinematics import Array
-from scenes.robots.description import Capsule, Robot, joint_axis
+from scenes.robots.description import Capsule, joint_axis
 from scenes.robots.example_data import COLUMN_RADIUS, Example, load_example
 
 TURNS: Final = 32
@@ -22,8 +22,8 @@ FINE: Final = 0.008
 """Longest edge of the triangles when a link is covered by two capsules [m]."""
 
 
-def build_example(example: Example) -> Robot:
-    """Return a robot of the package.
+def fit_example(example: Example) -> tuple[Capsule, ...]:
+    """Return the capsules of a robot of the package.
 
     Raises:
         BadSetting: the package is not installed, or not all of it.
@@ -40,13 +40,14 @@ def build_example(example: Example) -> Robot:
         if segment.rolled is not None:
             rolled = shapes[segment.rolled]
             if segment.without:
-                rolled = _beyond(_refined(rolled), segment.without)
+                fine = _refined(rolled)
+                rolled = fine[np.linalg.norm(fine, axis=2).max(axis=1) > segment.without]
             points.append(swept(model, rolled.reshape(-1, 3), segment.rolled, segment.joint))
         if segment.ball is not None:
             joint, radius = segment.ball
             points.append(data.oMi[segment.joint].actInv(data.oMi[joint]).translation + _sphere(radius))
         capsules.append(Capsule(segment.name, segment.joint, *enclosing_capsule(np.vstack(points))))
-    return example.robot(model, tuple(capsules))
+    return tuple(capsules)
 
 
 def link_triangles(shapes: pin.GeometryModel, joint: int) -> Array:
@@ -95,11 +96,6 @@ def column_rim(height: float) -> Array:
     return np.column_stack([r * np.cos(angle), r * np.sin(angle), np.zeros(TURNS)])
 
 
-def _beyond(triangles: Array, radius: float) -> Array:
-    """Return the triangles that are not wholly inside a ball about the origin."""
-    return triangles[np.linalg.norm(triangles, axis=2).max(axis=1) > radius]
-
-
 def swept(model: pin.Model, points: Array, joint: int, carrier: int) -> Array:
     """Return points, in the frame of a neighbouring carrier, with a hull around all that a joint's link sweeps against it."""
     points = points[ConvexHull(points).vertices]
@@ -136,15 +132,15 @@ def enclosing_capsule(points: Array) -> tuple[Array, Array, float]:
     centre = (hull.min(axis=0) + hull.max(axis=0)) / 2.0
     principal = np.linalg.svd(hull - hull.mean(axis=0), full_matrices=False)[2]
     candidates = [_searched(hull, centre, axis) for axis in principal]
-    start, end = min(candidates, key=lambda ends: _volume(hull, *ends))
-    start, end = _lengthened(_on_grid(start), _on_grid(end))
+    best = min(candidates, key=lambda ends: _volume(hull, *ends))
+    # Adding zero turns −0 into 0.
+    start, end = (np.round(point / GRID) * GRID + 0.0 for point in best)
+    length = float(np.linalg.norm(end - start))
+    if length < SHORTEST:
+        # What was inside stays inside.
+        end = start + SHORTEST * ((end - start) / length if length else np.array([0.0, 0.0, 1.0]))
     # The tiny slack keeps a radius that is a whole number of grid steps from being rounded up by its last bit.
     return start, end, float(np.ceil(_radius(hull, start, end) / GRID - 1e-6) * GRID)
-
-
-def _on_grid(point: Array) -> Array:
-    # Adding zero turns −0 into 0.
-    return np.round(point / GRID) * GRID + 0.0
 
 
 def _searched(points: Array, centre: Array, axis: Array) -> tuple[Array, Array]:
@@ -192,13 +188,3 @@ def _radius(points: Array, start: Array, end: Array) -> float:
 def _volume(points: Array, start: Array, end: Array) -> float:
     r = _radius(points, start, end)
     return np.pi * r * r * (float(np.linalg.norm(end - start)) + 4.0 / 3.0 * r)
-
-
-def _lengthened(start: Array, end: Array) -> tuple[Array, Array]:
-    """Return ends at least SHORTEST apart; what was inside stays inside."""
-    axis = end - start
-    length = float(np.linalg.norm(axis))
-    if length >= SHORTEST:
-        return start, end
-    direction = axis / length if length else np.array([0.0, 0.0, 1.0])
-    return start, start + SHORTEST * direction

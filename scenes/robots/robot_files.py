@@ -1,15 +1,17 @@
 """Robots from URDF files that were given when this process started: the setting `robot` names them by file name and content."""
 
 import hashlib
+import io
 import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 from xml.etree import ElementTree
 
-from controllers.errors import BadInputFile
-from scenes.files import read_file
+from controllers.errors import BadInputFile, first_line
+from scenes.files import input_content
 from scenes.given_choices import add_choice, added_choices
+from scenes.robots.urdf_chain import chain_model, find_chain
 
 if TYPE_CHECKING:
     import yourdfpy
@@ -58,9 +60,7 @@ def robot_file(path: Path) -> RobotFile:
     Raises:
         BadInputFile: it cannot be read, is no URDF, is too large, has no suitable chain of joints, or one of its meshes is missing.
     """
-    from scenes.robots.urdf_chain import chain_model, find_chain
-
-    text = _content(path, LARGEST_URDF)
+    text = input_content(path, LARGEST_URDF, larger=_too_large(path, LARGEST_URDF))
     urdf = parsed(text, str(path))
     chain = find_chain(urdf, str(path))
     chain_model(text, chain, str(path))
@@ -73,7 +73,7 @@ def robot_file(path: Path) -> RobotFile:
     digest, meshes, left = hashlib.sha256(text), {}, LARGEST_MESHES
     for name in names:
         file = _mesh_file(path, name)
-        content = _content(file, left, f"{path}: its meshes")
+        content = input_content(file, left, larger=_too_large(f"{path}: its meshes", LARGEST_MESHES))
         left -= len(content)
         digest.update(content)
         meshes[name] = file
@@ -104,26 +104,17 @@ def parsed(text: bytes, name: str) -> "yourdfpy.URDF":
     Raises:
         BadInputFile: it is no URDF.
     """
-    import io
-
     import yourdfpy
 
-    bare = {
-        "load_meshes": False,
-        "load_collision_meshes": False,
-        "build_scene_graph": False,
-        "build_collision_scene_graph": False,
-    }
+    bare = dict.fromkeys(("load_meshes", "load_collision_meshes", "build_scene_graph", "build_collision_scene_graph"), False)
     try:
         _check_xml(text, name)
-        urdf = yourdfpy.URDF.load(io.BytesIO(text), **bare)
+        return yourdfpy.URDF.load(io.BytesIO(text), **bare)
     except BadInputFile:
         raise
     except Exception as error:
         # On a damaged file lxml and yourdfpy raise nearly every kind there is.
-        reason = str(error).splitlines()[0][:80] if str(error) else type(error).__name__
-        raise BadInputFile("{name}: is no URDF file ({reason}).", name=name, reason=reason) from None
-    return urdf
+        raise BadInputFile("{name}: is no URDF file ({reason}).", name=name, reason=first_line(error)) from None
 
 
 def _check_xml(text: bytes, name: str) -> None:
@@ -148,18 +139,12 @@ def _check_xml(text: bytes, name: str) -> None:
         raise BadInputFile("{name}: is no URDF file with a robot: it has no links.", name=name)
 
 
-def _content(path: Path, most: int, whole: str = "") -> bytes:
-    try:
-        return read_file(path, most)
-    except OSError as error:
-        if str(error.strerror).startswith("larger"):
-            limit = LARGEST_MESHES if whole else most
-            raise BadInputFile(
-                "{name}: larger than {size} MB, more than can be drawn here; give a robot with simpler meshes.",
-                name=whole or path,
-                size=limit // 1_000_000,
-            ) from None
-        raise BadInputFile("{name}: cannot be read ({reason}).", name=path, reason=error.strerror) from None
+def _too_large(name: Path | str, limit: int) -> BadInputFile:
+    return BadInputFile(
+        "{name}: larger than {size} MB, more than can be drawn here; give a robot with simpler meshes.",
+        name=name,
+        size=limit // 1_000_000,
+    )
 
 
 def _mesh_file(urdf: Path, name: str) -> Path:

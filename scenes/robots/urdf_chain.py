@@ -9,9 +9,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pinocchio as pin
 
-from controllers.errors import BadInputFile
+from controllers.errors import BadInputFile, first_line
 from controllers.kinematics import Array
-from scenes.robots.description import joint_axis
 
 if TYPE_CHECKING:
     import yourdfpy
@@ -176,19 +175,19 @@ def chain_model(text: bytes, chain: tuple[str, ...], name: str) -> tuple[pin.Mod
     try:
         model = pin.buildModelFromXML(ElementTree.tostring(robot, encoding="unicode"))
     except (ValueError, RuntimeError) as error:
-        raise BadInputFile("{name}: is no URDF file ({reason}).", name=name, reason=str(error).splitlines()[0][:80]) from None
+        raise BadInputFile("{name}: is no URDF file ({reason}).", name=name, reason=first_line(error)) from None
     data = model.createData()
-    pin.forwardKinematics(model, data, np.zeros(model.nq))
-    _check_arm(model, data, name)
+    axes = pin.computeJointJacobians(model, data, np.zeros(model.nq))[3:]
+    _check_arm(data, axes, name)
     column = max(0.0, round(SHOULDER_HEIGHT - float(data.oMi[2].translation[2]), 3))
     if not column:
         return model, 0.0
     return pin.appendModel(pin.Model(), model, 0, pin.SE3(np.eye(3), np.array([0.0, 0.0, column]))), column
 
 
-def _check_arm(model: pin.Model, data: pin.Data, name: str) -> None:
-    """Refuse an arm in other units than metres, and one that can only move in a plane; `data` is up to date."""
-    places = [data.oMi[j].translation for j in range(1, model.njoints)]
+def _check_arm(data: pin.Data, axes: Array, name: str) -> None:
+    """Refuse an arm in other units than metres, and one that can only move in a plane. `axes`: of the joints (3, n), as `data` has them."""
+    places = [placement.translation for placement in data.oMi[1:]]
     length = float(sum(np.linalg.norm(b - a) for a, b in pairwise(places)))
     if not SHORTEST <= length <= LONGEST:
         raise BadInputFile(
@@ -198,7 +197,6 @@ def _check_arm(model: pin.Model, data: pin.Data, name: str) -> None:
             least=SHORTEST,
             most=LONGEST,
         )
-    axes = np.array([data.oMi[j].rotation @ joint_axis(model, j) for j in range(1, model.njoints)])
     if np.linalg.matrix_rank(axes, tol=1e-3) < 2:
         raise BadInputFile("{name}: all its axes are parallel, so that its hand stays in a plane.", name=name)
 
@@ -210,29 +208,26 @@ def landmarks(model: pin.Model) -> tuple[int, int, int]:
     most; the wrist is the next one that bends.
     """
     data, random = model.createData(), np.random.default_rng(2)
-    axes = [joint_axis(model, joint) for joint in range(1, model.njoints)]
     stretch = np.zeros(model.njoints)
     bend = np.zeros(model.njoints)
     postures = random.uniform(-1.5, 1.5, (64, model.nq))
     last = model.njoints - 1
-    pin.forwardKinematics(model, data, np.zeros(model.nq))
-    world = [data.oMi[j].rotation @ axes[j - 1] for j in range(1, model.njoints)]
-    shoulder = next((j for j in range(2, last - 2) if np.linalg.norm(np.cross(world[0], world[j - 1])) > 0.5), 2)
+    axes = pin.computeJointJacobians(model, data, np.zeros(model.nq))[3:].T
+    shoulder = next((j for j in range(2, last - 2) if np.linalg.norm(np.cross(axes[0], axes[j - 1])) > 0.5), 2)
     for q in postures:
-        pin.forwardKinematics(model, data, q)
+        axes = pin.computeJointJacobians(model, data, q)[3:].T
         points = [data.oMi[j].translation.copy() for j in range(model.njoints)]
         way = points[last] - points[shoulder]
+        way /= max(float(np.linalg.norm(way)), 1e-9)
         for j in range(shoulder + 1, last - 1):
-            axis = data.oMi[j].rotation @ axes[j - 1]
-            stretch[j] += abs(float(np.cross(axis, points[last] - points[j]) @ way)) / max(float(np.linalg.norm(way)), 1e-9)
+            stretch[j] += abs(float(np.cross(axes[j - 1], points[last] - points[j]) @ way))
     elbow = int(np.argmax(stretch))
     for q in postures:
-        pin.forwardKinematics(model, data, q)
+        axes = pin.computeJointJacobians(model, data, q)[3:].T
         for j in range(elbow + 1, model.njoints):
             link = data.oMi[j].translation - data.oMi[elbow].translation
             length = float(np.linalg.norm(link))
-            axis = data.oMi[j].rotation @ axes[j - 1]
-            bend[j] += abs(float(axis @ link)) / length if length > 1e-6 else 1.0
+            bend[j] += abs(float(axes[j - 1] @ link)) / length if length > 1e-6 else 1.0
     wrist = next((j for j in range(elbow + 1, last) if bend[j] / len(postures) < ROLL), last - 1)
     return shoulder, elbow, wrist
 
@@ -246,9 +241,3 @@ def hand_frame(model: pin.Model) -> str:
             if part in frame.name.lower():
                 return frame.name
     return max(frames, key=lambda frame: float(np.linalg.norm(frame.placement.translation))).name
-
-
-def frame_pose(model: pin.Model, link: str) -> tuple[int, Array]:
-    """Return the joint that carries a link, and the link's pose (4, 4) in its frame."""
-    frame = model.frames[model.getFrameId(link, pin.FrameType.BODY)]
-    return frame.parentJoint, frame.placement.homogeneous

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 
-from controllers.errors import BadInputFile
+from controllers.errors import BadInputFile, first_line
 from controllers.kinematics import Array
 from scenes.robots.description import Capsule, Robot
 from scenes.robots.robot_files import FILES, RobotFile, parsed
-from scenes.robots.urdf_chain import chain_model, frame_pose, hand_frame, landmarks
+from scenes.robots.urdf_chain import chain_model, hand_frame, landmarks
 
 if TYPE_CHECKING:
     import trimesh
@@ -72,7 +74,8 @@ def solids(arm: FileArm, kind: ShapeKind) -> Iterator[tuple[int, trimesh.Trimesh
     colours = {m.name: m.color.rgba for m in arm.urdf.robot.materials if m.color is not None}
     left = MOST_TRIANGLES
     for link in arm.urdf.robot.links:
-        joint, pose = frame_pose(arm.model, link.name)
+        frame = arm.model.frames[arm.model.getFrameId(link.name, pin.FrameType.BODY)]
+        pose = frame.placement.homogeneous
         for part in getattr(link, kind):
             paint = None
             if kind == "visuals" and part.material is not None:
@@ -88,7 +91,7 @@ def solids(arm: FileArm, kind: ShapeKind) -> Iterator[tuple[int, trimesh.Trimesh
                         count=MOST_TRIANGLES,
                     )
                 mesh.apply_transform(place)
-                yield joint, mesh, colour if paint is None else 255.0 * np.asarray(paint[:3], float)
+                yield frame.parentJoint, mesh, colour if paint is None else 255.0 * np.asarray(paint[:3], float)
 
 
 def _meshes(file: RobotFile, shape: Any) -> Iterator[tuple[trimesh.Trimesh, Array]]:
@@ -105,30 +108,31 @@ def _meshes(file: RobotFile, shape: Any) -> Iterator[tuple[trimesh.Trimesh, Arra
     elif shape.sphere is not None:
         yield trimesh.creation.icosphere(subdivisions=3, radius=shape.sphere.radius), grey
     elif shape.mesh is not None:
-        path = file.meshes[shape.mesh.filename]
+        path, triangles = file.meshes[shape.mesh.filename], 0
         try:
-            scene = trimesh.load_scene(str(path))
             scale = np.ones(3) if shape.mesh.scale is None else np.broadcast_to(np.asarray(shape.mesh.scale, float), 3)
-            for node in scene.graph.nodes_geometry:
-                placement, key = scene.graph[node]
-                piece = scene.geometry[key]
-                if isinstance(piece, trimesh.Trimesh):
-                    bare = trimesh.Trimesh(
-                        trimesh.transform_points(piece.vertices, placement) * scale, piece.faces, process=False
-                    )
-                    yield bare, _colour(piece)
-            if not any(isinstance(piece, trimesh.Trimesh) and len(piece.faces) for piece in scene.geometry.values()):
+            for vertices, faces, colour in mesh_pieces(path):
+                triangles += len(faces)
+                yield trimesh.Trimesh(vertices * scale, faces, process=False), colour
+            if not triangles:
                 raise ValueError("no triangles in it")
         except Exception as error:
             # trimesh's readers raise nearly every kind there is.
-            reason = str(error).splitlines()[0][:80] if str(error) else type(error).__name__
-            raise BadInputFile("{name}: cannot be read ({reason}).", name=path, reason=reason) from None
+            raise BadInputFile("{name}: cannot be read ({reason}).", name=path, reason=first_line(error)) from None
 
 
-def _colour(piece: trimesh.Trimesh) -> Array:
-    visual: Any = piece.visual
-    material = getattr(visual, "material", None)
-    return np.asarray((visual if material is None else material).main_color[:3], float)
+def mesh_pieces(path: Path) -> Iterator[tuple[Array, NDArray[np.int64], Array]]:
+    """Yield of every mesh in a file: its vertices in the frame of the file (k, 3), its faces (l, 3), its colour (3,) in 0 … 255."""
+    import trimesh
+
+    scene = trimesh.load_scene(str(path))
+    for node in scene.graph.nodes_geometry:
+        placement, key = scene.graph[node]
+        piece = scene.geometry[key]
+        if isinstance(piece, trimesh.Trimesh):
+            visual: Any = piece.visual
+            colour = (getattr(visual, "material", None) or visual).main_color[:3]
+            yield trimesh.transform_points(piece.vertices, placement), np.asarray(piece.faces), np.asarray(colour, float)
 
 
 def fit_capsules(arm: FileArm) -> tuple[Capsule, ...]:

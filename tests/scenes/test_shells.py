@@ -14,13 +14,14 @@ from trimesh.visual.texture import TextureVisuals
 
 from scenes import glb, rigs, room_shells
 from scenes.lwr import facts, shells
+from scenes.robots.drawing import robot_glbs
 from scenes.surfaces import mesh, revolve, rounded, skin, smooth_max, smooth_min
 from tests.scenes.helpers import beyond, glb_head, own_cache
 
 
 @pytest.fixture(autouse=True)
 def cache_folder(tmp_path: Path) -> Iterator[Path]:
-    with own_cache(tmp_path / "cache", shells.link_glbs, room_shells.torso_glb, room_shells.table_glb) as folder:
+    with own_cache(tmp_path / "cache", robot_glbs, room_shells.torso_glb, room_shells.table_glb) as folder:
         yield folder
 
 
@@ -134,11 +135,11 @@ def test_sizes_and_colours_of_files() -> None:
     assert_allclose(np.asarray(loaded.vertices)[loaded.faces[0]], points[faces[0]], atol=1e-5)
     assert_allclose(glb.Material("#ff8000", 0.5).linear(), (1, 0.21586, 0, 1), atol=1e-5)
     assert_allclose(glb.Material("#0a0a0a", 0.5).linear()[:3], 10 / 255 / 12.92)
-    materials = {m["name"]: m for m in glb_head(shells.link_glbs("orange")[1])["materials"]}
+    materials = {m["name"]: m for m in glb_head(robot_glbs("lwr", "orange")[1])["materials"]}
     factor = np.array(materials["body"]["pbrMetallicRoughness"]["baseColorFactor"])
     shown = np.where(factor[:3] <= 0.0031308, 12.92 * factor[:3], 1.055 * factor[:3] ** (1 / 2.4) - 0.055)
     assert_allclose(shown * 255, [int(shells.ORANGE[i : i + 2], 16) for i in (1, 3, 5)], atol=0.1)
-    for ghost, solid in zip(shells.link_glbs("ghost"), shells.link_glbs("orange"), strict=True):
+    for ghost, solid in zip(robot_glbs("lwr", "ghost"), robot_glbs("lwr", "orange"), strict=True):
         assert glb_head(ghost)["accessors"][0]["max"][0] < glb_head(solid)["accessors"][0]["max"][0]
     names = {name for parts in shells.link_meshes() for name in parts}
     assert {"orange", "silver", "ghost"} <= set(shells.PALETTES)
@@ -147,7 +148,7 @@ def test_sizes_and_colours_of_files() -> None:
 
 @pytest.mark.parametrize("link", range(8))
 def test_glbs_load_back(link: int) -> None:
-    scene = trimesh.load_scene(io.BytesIO(shells.link_glbs("orange")[link]), file_type="glb")
+    scene = trimesh.load_scene(io.BytesIO(robot_glbs("lwr", "orange")[link]), file_type="glb")
     parts = shells.link_meshes()[link]
     assert set(scene.geometry) == set(parts)
     for name, loaded in scene.geometry.items():
@@ -163,12 +164,12 @@ def test_glbs_load_back(link: int) -> None:
 
 @pytest.mark.parametrize("link", range(8))
 def test_coarse_links_are_one_mesh_with_light_painted_on_their_materials_colours(link: int) -> None:
-    (loaded,) = trimesh.load_scene(io.BytesIO(shells.link_glbs("orange", coarse=True)[link]), file_type="glb").geometry.values()
+    (loaded,) = trimesh.load_scene(io.BytesIO(robot_glbs("lwr", "orange", coarse=True)[link]), file_type="glb").geometry.values()
     parts = shells.link_meshes(True)[link]
     assert isinstance(loaded, trimesh.Trimesh)
     assert len(loaded.faces) == sum(len(part.faces) for part in parts.values())
     assert len(loaded.faces) < 0.3 * sum(len(part.faces) for part in shells.link_meshes()[link].values())
-    head = glb_head(shells.link_glbs("orange", coarse=True)[link])
+    head = glb_head(robot_glbs("lwr", "orange", coarse=True)[link])
     (primitive,) = head["meshes"][0]["primitives"]
     assert head["materials"][primitive["material"]]["extensions"] == {glb.UNLIT: {}} and head["extensionsUsed"] == [glb.UNLIT]
     accessor = head["accessors"][primitive["attributes"]["COLOR_0"]]
@@ -211,14 +212,14 @@ def test_what_has_a_key_is_built_once_and_a_damaged_file_again(cache_folder: Pat
 def test_shells_come_from_the_cache_until_a_source_changes(monkeypatch: pytest.MonkeyPatch) -> None:
     built = []
     monkeypatch.setattr(glb, "glb", lambda *args, real=glb.glb: built.append(1) or real(*args))
-    first = shells.link_glbs("orange")
+    first = robot_glbs("lwr", "orange")
     assert len(built) == 8
-    shells.link_glbs.cache_clear()
-    assert shells.link_glbs("orange") == first
+    robot_glbs.cache_clear()
+    assert robot_glbs("lwr", "orange") == first
     assert len(built) == 8
     monkeypatch.setattr(glb, "source_key", lambda *_: "the sources have changed")
-    shells.link_glbs.cache_clear()
-    assert shells.link_glbs("orange") == first
+    robot_glbs.cache_clear()
+    assert robot_glbs("lwr", "orange") == first
     assert len(built) == 16
 
 

@@ -18,7 +18,7 @@ from scenes.rigs import place_bases
 from scenes.robots import FILES, RobotName, robot
 from scenes.robots.drawing import robot_glbs
 from scenes.robots.example_data import EXAMPLES, urdf_files
-from scenes.robots.fitting import build_example
+from scenes.robots.fitting import fit_example
 from scenes.robots.robot_files import LARGEST_MESHES, register, robot_file
 from scenes.robots.start_search import start_posture
 from scenes.robots.urdf_chain import landmarks
@@ -63,7 +63,7 @@ def test_robots_by_name() -> None:
     with pytest.raises(BadSetting, match=r"'r2d2'.*lwr, panda, ur5"):
         robot("r2d2")  # pyright: ignore[reportArgumentType]
     with pytest.raises(BadSetting, match=r"damaged.*pip install"):
-        build_example(replace(EXAMPLES["ur5"], urdf="ur_description/urdf/gone.urdf"))
+        fit_example(replace(EXAMPLES["ur5"], urdf="ur_description/urdf/gone.urdf"))
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -84,10 +84,10 @@ def test_missing_packages_are_named_with_their_remedy(monkeypatch: pytest.Monkey
 
     monkeypatch.setattr("importlib.metadata.files", missing)
     with pytest.raises(BadSetting, match="pip install example-robot-data"):
-        build_example(EXAMPLES["panda"])
+        fit_example(EXAMPLES["panda"])
     monkeypatch.setattr("importlib.metadata.files", lambda _: [])
     with pytest.raises(BadSetting, match=r"without its robots.*pip install"):
-        build_example(EXAMPLES["panda"])
+        fit_example(EXAMPLES["panda"])
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)

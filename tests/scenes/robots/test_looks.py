@@ -12,11 +12,10 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 from controllers.kinematics import Array
-from scenes.lwr import shells
 from scenes.robots import RobotName, drawing, robot
 from scenes.robots.drawing import joint_frames, robot_glbs, robot_link_meshes
 from scenes.robots.example_data import EXAMPLES
-from scenes.robots.fitting import GRID, SHORTEST, build_example, enclosing_capsule
+from scenes.robots.fitting import GRID, SHORTEST, enclosing_capsule, fit_example
 from tests.scenes.helpers import beyond, glb_head, own_cache
 from tests.scenes.robots.helpers import NAMES, OTHERS, away, collision_points, link_poses, outside, postures
 
@@ -25,7 +24,7 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module", autouse=True)
 def cache_folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    with own_cache(tmp_path_factory.mktemp("cache"), robot_glbs, shells.link_glbs) as folder:
+    with own_cache(tmp_path_factory.mktemp("cache"), robot_glbs) as folder:
         yield folder
 
 
@@ -140,7 +139,7 @@ def test_fitting_by_example() -> None:
     start, end, radius = enclosing_capsule(corners)
     assert np.linalg.norm(end - start) >= SHORTEST - 1e-9
     assert radius <= 0.02 * np.sqrt(3) + 2 * GRID
-    for a, b in zip(robot("ur5").capsules, build_example(EXAMPLES["ur5"]).capsules, strict=True):
+    for a, b in zip(robot("ur5").capsules, fit_example(EXAMPLES["ur5"]), strict=True):
         assert_array_equal(np.r_[a.start, a.end, a.radius], np.r_[b.start, b.end, b.radius])
 
 
