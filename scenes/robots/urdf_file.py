@@ -149,9 +149,10 @@ def fit_capsules(arm: FileArm) -> tuple[Capsule, ...]:
     shapes: list[list[Array]] = [[] for _ in range(model.njoints)]
     for joint, mesh, _ in solids(arm, "collisions"):
         shapes[joint].append(np.asarray(mesh.vertices))
-    if not all(shapes):
+    bare = {joint for joint, points in enumerate(shapes) if not points}
+    if bare:
         for joint, mesh, _ in solids(arm, "visuals"):
-            if joint in (j for j, points in enumerate(shapes) if not points):
+            if joint in bare:
                 shapes[joint].append(np.asarray(mesh.vertices))
     points = [np.vstack(found) if found else np.zeros((0, 3)) for found in shapes]
     if sum(map(len, points[1:])) == 0:

@@ -147,6 +147,17 @@ def test_an_arm_of_boxes_gets_landmarks_capsules_and_links_to_draw(box_arm: str)
     assert len(robot_glbs(box_arm, "silver", coarse=True)) == 7
 
 
+def test_a_link_without_collision_shapes_gets_a_capsule_around_all_that_is_drawn_of_it(tmp_path: Path, registry: None) -> None:
+    head, link, rest = arm_urdf().partition('<link name="l2">')
+    seen, _, rest = rest.partition("<collision>")
+    knob = '<visual><origin xyz="0.2 0 0"/><geometry><sphere radius="0.04"/></geometry></visual>'
+    text = head + link + seen + knob + rest.partition("</collision>")[2]
+    (tmp_path / "bare.urdf").write_text(text, encoding="utf-8")
+    upper = robot(register(tmp_path / "bare.urdf")).capsules[1]
+    assert upper.name == "link 2"
+    assert beyond(np.array([[0.24, 0.0, 0.0], [0.0, 0.0, LENGTHS[1]]]), upper.start, upper.end, upper.radius).max() <= 1e-9
+
+
 @pytest.mark.parametrize("rig", ["torso", "table"])
 @pytest.mark.parametrize("pair", ["lwr_panda", "ur5_panda", "file", "lwr_file", "file_ur5"])
 def test_two_arms_start_clear_and_keep_clear(pair: str, rig: str, box_arm: str) -> None:
