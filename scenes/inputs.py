@@ -278,7 +278,7 @@ class InputsLog:
         self._expected = self._turn = simulation.steps
         self._settings, self._roles, self._law = simulation.settings, simulation.roles, law
 
-    def window(self, seconds: float) -> Recorded | None:
+    def window(self, seconds: float = KEEP) -> Recorded | None:
         """Return the newest piece of the run: `seconds` long, up to `CHAPTER` longer, or all that there is; None if that is nothing."""
         length, chapters = 0.0, []
         open_stretch = [self._open_stretch()] if self._codes else []
