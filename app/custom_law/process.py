@@ -118,7 +118,7 @@ class LawProcess:
 
     Attributes:
         wants_all_pairs, has_activation: what the file says, once it is ready.
-        seconds: time of the newest call inside the law, without the way there and back [s].
+        seconds: time of the newest call inside the law, without the way there and back [s]; nan before the first answer.
         end: ends it and everything that it started; can be called again.
     """
 
