@@ -8,10 +8,8 @@ from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Final
 
-from tqdm import tqdm
-
 from app.cli.options import Flat, RunOptions, settings_of_options
-from app.cli.sweep import cores
+from app.cli.sweep import cores, progress
 from app.runtime.terminal import INTERRUPTED, ending_at_once
 from controllers.errors import BadSetting
 from scenes.files import check_writable, written
@@ -72,7 +70,7 @@ def falsify(command: Falsify) -> int:
     found: dict[int, Found] = {}
     interrupted = False
     try:
-        with tqdm(total=round(command.seconds), unit="s", disable=None, leave=False) as bar:
+        with progress(round(command.seconds), "s") as bar:
             for index, one in computed(searched, calls, workers):
                 found[index] = one
                 elapsed = monotonic() - begin

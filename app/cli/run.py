@@ -8,9 +8,8 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tqdm import tqdm
-
 from app.cli.options import Flat, StartOptions, settings_of_options
+from app.cli.sweep import progress
 from app.runtime.terminal import ending_at_once
 from app.version import duet_version
 from controllers.errors import BadInputFile, BadSetting
@@ -75,7 +74,7 @@ def simulate(command: RunCommand) -> int:
     steps = round(command.seconds / settings.dt)
     with contextlib.ExitStack() as stack:
         law = None if command.law_file is None else stack.enter_context(CustomLaw(command.law_file, waits=True))
-        bar = stack.enter_context(tqdm(total=steps, unit="step", disable=None, delay=1.0, leave=False))
+        bar = stack.enter_context(progress(steps, "step", delay=1.0))
         done = simulate(settings, command.seconds, source, start, on_progress=bar.update, law=law)
         if law is not None and law.problem is not None:
             # From there on the arm stood still, so that the rest is no result.
