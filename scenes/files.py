@@ -142,6 +142,8 @@ def writable(path: Path, option: str) -> Iterator[None]:
 
 def check_writable(path: Path, option: str) -> None:
     """Raise the `BadSetting` of an option if its file cannot be written: better before long work than after it."""
+    if not os.path.isdir(path.absolute().parent):
+        raise BadSetting(f"{option} = {path}: there is no folder {path.absolute().parent}; make it first.")
     with writable(path, option):
         if path.exists():
             _check_replaceable(path)

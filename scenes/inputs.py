@@ -114,11 +114,18 @@ class RecordedPerson:
         targets = joined_targets([stretch.targets for stretch in recorded.stretches])
         times = np.concatenate([stretch.targets.counts * stretch.settings.dt for stretch in recorded.stretches])
         self._targets, self._offsets, self._ends = targets, targets.offsets, np.cumsum(times)
+        self._steps = np.cumsum(targets.counts, dtype=np.int64)
 
     def target(self, time: float) -> Target | None:
         """Return the recorded target at a time since the beginning of the log [s]."""
         # A time that was added up from steps may lie a few bits before the step that it belongs to.
-        i = min(int(np.searchsorted(self._ends, time + 1e-6, side="right")), len(self._ends) - 1)
+        return self._different(min(int(np.searchsorted(self._ends, time + 1e-6, side="right")), len(self._ends) - 1))
+
+    def target_of_step(self, step: int) -> Target | None:
+        """Return the recorded target of a step, from 0."""
+        return self._different(int(np.searchsorted(self._steps, step, side="right")))
+
+    def _different(self, i: int) -> Target | None:
         code, begin = int(self._targets.codes[i]), int(self._offsets[i])
         return decoded(code, self._targets.numbers[begin : begin + WIDTHS[code]])
 
@@ -271,7 +278,7 @@ class InputsLog:
         self._expected = self._turn = simulation.steps
         self._settings, self._roles, self._law = simulation.settings, simulation.roles, law
 
-    def window(self, seconds: float) -> Recorded | None:
+    def window(self, seconds: float = KEEP) -> Recorded | None:
         """Return the newest piece of the run: `seconds` long, up to `CHAPTER` longer, or all that there is; None if that is nothing."""
         length, chapters = 0.0, []
         open_stretch = [self._open_stretch()] if self._codes else []

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, Final
 
-from tqdm import tqdm
-
 from app.cli.options import Flat, RunOptions, settings_of_options
-from app.cli.sweep import cores
+from app.cli.sweep import cores, progress
 from app.runtime.terminal import INTERRUPTED, ending_at_once
 from controllers.errors import BadSetting
-from scenes.files import written
+from scenes.files import check_writable, written
 from scenes.settings import RunSettings, specs
 
 if TYPE_CHECKING:
@@ -63,17 +60,17 @@ def falsify(command: Falsify) -> int:
         raise BadSetting(f"seconds = {command.seconds:g} is out of range; give a number above 0 and up to {LONGEST:g}.")
     if min(command.starts, command.skip, command.workers) < 0:
         raise BadSetting("falsify needs starts and skip from 0, and workers from 1, or 0 for one a core.")
-    if command.out is not None and command.out.suffix != ".npz":
-        raise BadSetting(f"out = {command.out}: a run file ends in .npz; give a name like worst.npz.")
-    if command.out is not None and not os.path.isdir(command.out.parent):
-        raise BadSetting(f"out = {command.out}: there is no folder {command.out.absolute().parent}; make it first.")
+    if command.out is not None:
+        if command.out.suffix != ".npz":
+            raise BadSetting(f"out = {command.out}: a run file ends in .npz; give a name like worst.npz.")
+        check_writable(command.out, "out")
     begin, workers = monotonic(), command.workers or cores()
     most = command.starts or max(1, round(FASTEST * command.seconds)) * workers
     calls = ((settings, settings.seed, command.skip + place, begin + command.seconds) for place in range(most))
     found: dict[int, Found] = {}
     interrupted = False
     try:
-        with tqdm(total=round(command.seconds), unit="s", disable=None, leave=False) as bar:
+        with progress(round(command.seconds), "s") as bar:
             for index, one in computed(searched, calls, workers):
                 found[index] = one
                 elapsed = monotonic() - begin

@@ -4,9 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from tqdm import tqdm
-
-from app.cli.sweep import computing
+from app.cli.sweep import computing, progress
 from app.runtime.terminal import ending_at_once
 from controllers.errors import BadSetting
 from scenes.files import written
@@ -51,9 +49,9 @@ def draw_figures(command: Figures) -> int:
     except OSError as error:
         raise BadSetting(f"out = {command.out}: cannot be made ({error.strerror}); give another folder.") from None
     sections: list[tuple[FigureEntry, Sequence[str]]] = []
-    bar = tqdm(total=len(entries), unit="figure", disable=None, leave=False)
+    bar = progress(len(entries), "figure")
     # The second bar counts the simulated steps of one figure.
-    steps = tqdm(unit="step", unit_scale=True, disable=None, leave=False, position=1, mininterval=0.2)
+    steps = progress(None, "step", unit_scale=True, position=1, mininterval=0.2)
     with bar, steps, computing(command.workers, None) as compute:
         plan = Plan(seed, command.quick, steps.update, compute)
         for entry in entries:

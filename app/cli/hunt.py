@@ -9,9 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tqdm import tqdm
-
-from app.cli.sweep import cores
+from app.cli.sweep import cores, progress
 from app.runtime.terminal import INTERRUPTED, ending_at_once
 from controllers.errors import BadSetting
 from scenes.files import written
@@ -58,7 +56,7 @@ def hunt(command: Hunt) -> int:
     verdicts: list[RunVerdict] = []
     interrupted = False
     try:
-        for _, found in tqdm(done, total=command.runs, unit="run", disable=None, leave=False):
+        for _, found in progress(command.runs, "run", iterable=done):
             verdicts.append(found)
     except KeyboardInterrupt:
         interrupted = True

@@ -8,10 +8,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import tyro
-from tqdm import tqdm
 
 from app.cli.grade import ISOLATION, handed_in
-from app.cli.sweep import computing
+from app.cli.sweep import computing, progress
 from app.runtime.terminal import INTERRUPTED, ending_at_once
 from controllers.errors import BadSetting
 from scenes.files import written
@@ -65,11 +64,7 @@ def league(command: League) -> int:
         if missing:
             limits = FenceLimits(seconds=command.seconds)
             calls = [(entrant, schedule, event, limits) for entrant, event in missing]
-            with (
-                place as compute,
-                files.recording() as add,
-                tqdm(total=len(missing), unit="scene", disable=None, leave=False) as bar,
-            ):
+            with place as compute, files.recording() as add, progress(len(missing), "scene") as bar:
                 if any(entrant.text is not None for entrant, _ in missing):
                     # Where they are played, which may be another computer.
                     for _, level in compute(isolation_of, [(limits,)]):

@@ -15,10 +15,10 @@ from app.lessons import FOLDER
 from app.runtime.terminal import ending_at_once
 from app.settings import LANGUAGES, Language
 from controllers.errors import BadSetting
-from scenes.files import writable, written
+from scenes.files import check_writable, writable, written
 
 if TYPE_CHECKING:
-    from app.lessons.lesson import LessonBook
+    from app.lessons.lesson import LessonBook, LessonProblem
 
 
 @dataclass(frozen=True)
@@ -61,9 +61,9 @@ def lessons(command: Lessons) -> int:
         for lesson in chosen:
             steps = f"{len(lesson.steps)} step{'s' if len(lesson.steps) > 1 else ''}"
             print(f"{lesson.number:2d}  {lesson.id:24s} {steps}, {lesson.minutes} min  {lesson.title}")
-        return _last_line(len({problem.file for problem in problems}), len(problems), 0)
-    if command.out is not None and not os.path.isdir(command.out.absolute().parent):
-        raise BadSetting(f"out = {command.out}: there is no folder {command.out.absolute().parent}; make it first.")
+        return _last_line(problems, 0)
+    if command.out is not None:
+        check_writable(command.out, "out")
     walks = [walk for lesson in chosen for walk in check_lesson(book, lesson)]
     print(table_text(walks))
     if command.out is not None:
@@ -73,7 +73,7 @@ def lessons(command: Lessons) -> int:
             # Bytes of a file's name that are no Unicode become escapes of JSON.
             new.write_text(text, encoding="utf-8", errors="backslashreplace", newline="\n")
     failed = sum(not walk.ok for walk in walks)
-    return _last_line(len({problem.file for problem in problems}), len(problems), failed) if walks or problems else 1
+    return _last_line(problems, failed) if walks or problems else 1
 
 
 def _book(folder: Path, playlist: Path | None, language: Language = "en") -> "LessonBook":
@@ -92,11 +92,11 @@ def _book(folder: Path, playlist: Path | None, language: Language = "en") -> "Le
     return in_language(Library(None if folder == FOLDER else folder, playlist).book, language)
 
 
-def _last_line(files: int, faults: int, failed: int) -> int:
-    """Print what is wrong as one line, red on a terminal; return the exit code."""
-    if not (faults or failed):
+def _last_line(problems: "tuple[LessonProblem, ...]", failed: int) -> int:
+    """Print what is wrong as one line, red on a terminal; return the exit code. `failed`: how many paths do not go as declared."""
+    if not (problems or failed):
         return 0
-    parts = [f"{faults} faults in {files} files"] if faults else []
+    parts = [f"{len(problems)} faults in {len({problem.file for problem in problems})} files"] if problems else []
     parts += [f"{failed} paths do not go as declared"] if failed else []
     text = f"NOT RIGHT: {'; '.join(parts)}."
     print(f"\x1b[31m{text}\x1b[0m" if sys.stdout.isatty() and "NO_COLOR" not in os.environ else text)

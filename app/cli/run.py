@@ -8,14 +8,13 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tqdm import tqdm
-
 from app.cli.options import Flat, StartOptions, settings_of_options
+from app.cli.sweep import progress
 from app.runtime.terminal import ending_at_once
 from app.version import duet_version
 from controllers.errors import BadInputFile, BadSetting
 from scenes.experiments import IMITATION
-from scenes.files import readable, written
+from scenes.files import check_writable, readable, written
 from scenes.settings import RunSettings, specs, values
 
 if TYPE_CHECKING:
@@ -66,16 +65,16 @@ def simulate(command: RunCommand) -> int:
     start = None if start_file is None else read_start(start_file, room_of(settings))
     check_length(settings, command.seconds)
     source = _target_source(command, settings)
-    if command.csv is not None and not os.path.isdir(command.csv.parent):
-        raise BadSetting(f"csv = {command.csv}: there is no folder {command.csv.absolute().parent}; make it first.")
-    read = (command.inputs, command.bvh, command.video, command.pose_model, command.law_file, start_file)
-    there = [path for path in read if path is not None and os.path.exists(path)]
-    if command.csv is not None and os.path.exists(command.csv) and any(os.path.samefile(command.csv, path) for path in there):
-        raise BadSetting(f"csv = {command.csv}: the run reads this file; give another name.")
+    if command.csv is not None:
+        check_writable(command.csv, "csv")
+        read = (command.inputs, command.bvh, command.video, command.pose_model, command.law_file, start_file)
+        there = [path for path in read if path is not None and os.path.exists(path)]
+        if os.path.exists(command.csv) and any(os.path.samefile(command.csv, path) for path in there):
+            raise BadSetting(f"csv = {command.csv}: the run reads this file; give another name.")
     steps = round(command.seconds / settings.dt)
     with contextlib.ExitStack() as stack:
         law = None if command.law_file is None else stack.enter_context(CustomLaw(command.law_file, waits=True))
-        bar = stack.enter_context(tqdm(total=steps, unit="step", disable=None, delay=1.0, leave=False))
+        bar = stack.enter_context(progress(steps, "step", delay=1.0))
         done = simulate(settings, command.seconds, source, start, on_progress=bar.update, law=law)
         if law is not None and law.problem is not None:
             # From there on the arm stood still, so that the rest is no result.

@@ -244,12 +244,9 @@ def _serve_with_workers(command: Serve, options: ServeOptions, most: int) -> Non
         dispatcher = Dispatcher(listener, WorkerStart(replace(options, port=port), given), most)
         try:
             dispatcher.run(lambda places: _announce(command, options.key, port, places))
-        except Exception:
-            # A lecture goes on with the next server.
-            dispatcher.close(True)
-            raise
-        except BaseException:
-            dispatcher.close(terminated())
+        except BaseException as error:
+            # After a fault a lecture goes on with the next server, as it does after SIGTERM.
+            dispatcher.close(isinstance(error, Exception) or terminated())
             raise
 
 

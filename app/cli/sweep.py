@@ -68,11 +68,7 @@ def sweep(command: Sweep) -> int:
         missing = files.missing()
         if missing:
             kept = grid.size - len(missing)
-            with (
-                place as compute,
-                files.recording() as add,
-                tqdm(total=grid.size, initial=kept, unit="run", disable=None, leave=False) as bar,
-            ):
+            with place as compute, files.recording() as add, progress(grid.size, "run", initial=kept) as bar:
                 for index, figures in run_points(grid, missing, compute):
                     add(index, figures)
                     bar.update()
@@ -106,6 +102,11 @@ def computing(workers: int, scheduler: str | None) -> AbstractContextManager[Com
             "--workers is for this computer, and a cluster has workers of its own; leave out --workers or --scheduler."
         )
     return nullcontext(partial(computed, workers=workers or cores())) if scheduler is None else on_dask(scheduler)
+
+
+def progress(total: int | None, unit: str, **more: Any) -> tqdm[Any]:
+    """Return a bar that is drawn on a terminal only, and gone at the end. `more`: for tqdm."""
+    return tqdm(total=total, unit=unit, disable=None, leave=False, **more)
 
 
 def cores() -> int:

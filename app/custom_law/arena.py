@@ -5,7 +5,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
-from typing import Final, Protocol
+from typing import Final, Literal, Protocol
 
 import numpy as np
 
@@ -35,7 +35,7 @@ class TrialCurve:
         lines: name ("" for none) → values, SI; None where there is none.
     """
 
-    quantity: str
+    quantity: Literal["d", "e", "dq_step"]
     seconds: float
     limit: float | None
     lines: dict[str, list[float | None]]

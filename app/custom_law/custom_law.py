@@ -97,8 +97,6 @@ class CustomLaw(LawOfFile):
         """How long calls may still wait [s]."""
         self._since: float | None = None
         """Since when a call has waited."""
-        self._answered = False
-        """Whether the present process has given velocities."""
         self._missed = 0
 
     def __enter__(self) -> Self:
@@ -218,10 +216,11 @@ class CustomLaw(LawOfFile):
         process = self._ready(False)
         if process is None:
             return
-        if not self._answered and self._question is None:
-            self.problem = None
-        elif not self._answered and self._question is not None and not process.asked(VelocityQuestion):
-            self._post(process, self._question)
+        if math.isnan(process.seconds):
+            if self._question is None:
+                self.problem = None
+            elif not process.asked(VelocityQuestion):
+                self._post(process, self._question)
         while self._take_in(process, 0.0):
             pass
         if not process.busy:
@@ -331,7 +330,7 @@ class CustomLaw(LawOfFile):
             return True
         self._answers[question] = values
         if isinstance(question, VelocityQuestion):
-            self._answered, self.problem = True, None
+            self.problem = None
             self.need += (process.seconds - self.need) * (0.1 if self.need else 1.0)
         return True
 
@@ -344,7 +343,7 @@ class CustomLaw(LawOfFile):
         self._known.clear()
         self._answers.clear()
         self._curves.clear()
-        self._answered, self._since, self.need = False, None, 0.0
+        self._since, self.need = None, 0.0
         process, self._process = self._process, None
         if process is not None:
             process.end()

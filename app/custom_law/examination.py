@@ -15,14 +15,11 @@ from app.custom_law.custom_law import CustomLaw, read_law
 from app.custom_law.law_limits import LawLimits, without_core
 from app.custom_law.trials import TRIALS, advice, verdict_on
 from app.runtime.job_pool import Job, Jobs
-from controllers.errors import DuetError, LazyText
+from controllers.errors import LazyText
 from controllers.kinematics import Array
 from controllers.laws.situation import Situation
 from scenes.files import readable
-
-
-class Dropped(DuetError):
-    """The tests were given up."""
+from scenes.rerun import Stopped, never
 
 
 def examine(
@@ -30,7 +27,7 @@ def examine(
     limits: LawLimits = LawLimits(),  # noqa: B008 (frozen)
     only: Sequence[str] | None = None,
     text: bytes | None = None,
-    stopped: Callable[[], bool] = lambda: False,
+    stopped: Callable[[], bool] = never,
 ) -> Iterator[TrialResult]:
     """Yield the verdict of each test on a file as soon as it is known; a law that fails in one is restarted for the next one.
 
@@ -41,7 +38,7 @@ def examine(
 
     Raises:
         BadInputFile: there is no such file, or it cannot be read.
-        Dropped: it was `stopped`.
+        Stopped: it was `stopped`.
     """
     with _Examined(path, limits, text, stopped) as law:
         if not law.load():
@@ -76,7 +73,7 @@ class _Examined(CustomLaw):
 
     def __call__(self, situation: Situation) -> Array:
         if self._stopped():
-            raise Dropped("The tests were given up.")
+            raise Stopped
         begin = perf_counter() - self._without_core
         velocities = super().__call__(situation)
         # Its process may wait for a core while this one still works, which then counts twice.
@@ -110,13 +107,13 @@ class ExaminationProgress(NamedTuple):
     """How far the tests are.
 
     Attributes:
-        file: name of the file that is tested; None if there is none.
+        file: name of the file that is tested; None where there is nothing to be tested.
         verdicts: known so far, in the order of `TRIALS`; empty if the tests were never made.
         running: whether there are more to come.
         message: why they could not be made; "" if all is well.
     """
 
-    file: str | None
+    file: str | None = None
     verdicts: tuple[TrialResult, ...] = ()
     running: bool = False
     message: str = ""
@@ -124,10 +121,6 @@ class ExaminationProgress(NamedTuple):
     @property
     def finished(self) -> bool:
         return len(self.verdicts) == len(TRIALS)
-
-
-NO_FILE = ExaminationProgress(None)
-"""Where there is nothing to be tested."""
 
 
 class Examination:

@@ -18,14 +18,13 @@ from functools import partial
 from pathlib import Path
 from typing import IO, Any, Final
 
-import app
 from app.custom_law.isolation import PROCESSES, guard_memory
 from app.custom_law.law_limits import LawLimits
+from app.custom_law.process import ROOT, kill_group
 from controllers.compiled import READ, loops_folder
 from controllers.errors import LazyText
 from scenes.children import ONE_THREAD
 
-_ROOT: Final = Path(app.__file__).resolve().parent.parent
 _LOOK: Final = 0.05
 """Time between two looks at what a file has started [s]."""
 _MOST: Final = 2**20
@@ -107,7 +106,7 @@ def say(answer: Mapping[str, object]) -> None:
 
 def _started(folder: str, work: list[str], token: str, limits: FenceLimits) -> "subprocess.Popen[bytes]":
     environment = {key: os.environ[key] for key in _KEPT if key in os.environ} | ONE_THREAD
-    environment |= {"PYTHONPATH": str(_ROOT), "PYTHONDONTWRITEBYTECODE": "1", "PYTHONUTF8": "1", _TOKEN: token}
+    environment |= {"PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1", "PYTHONUTF8": "1", _TOKEN: token}
     environment[READ] = str(loops_folder().parent)
     environment |= dict.fromkeys(("HOME", "TMPDIR", "TEMP", "TMP"), folder)
     python = [sys.executable, "-P", "-m"]
@@ -118,7 +117,7 @@ def _started(folder: str, work: list[str], token: str, limits: FenceLimits) -> "
         stderr=subprocess.DEVNULL,
         start_new_session=True,
         env=environment,
-        cwd=_ROOT,
+        cwd=ROOT,
     )
 
 
@@ -128,7 +127,7 @@ def _seen() -> str:
     libraries = map(Path, filter(os.path.isabs, os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)))
     paths = [
         *(python / part for python in pythons for part in ("bin", "lib", "lib64", "pyvenv.cfg")),
-        *(_ROOT / part for part in ("app", "controllers", "scenes")),
+        *(ROOT / part for part in ("app", "controllers", "scenes")),
         *(Path(place) for place in sys.path if Path(place).name in ("site-packages", "dist-packages")),
         *libraries,
         loops_folder(),
@@ -223,12 +222,7 @@ def _memory(process: int) -> int:
 def _end(process: "subprocess.Popen[bytes]", token: str) -> None:
     """Kill a process and everything that it started."""
     members = _members(token, process.pid)
-    if hasattr(os, "killpg"):
-        # Its id is its own until it is waited for.
-        with contextlib.suppress(OSError):
-            os.killpg(process.pid, signal.SIGKILL)
-    else:
-        process.kill()
+    kill_group(process)
     _kill(members)
     process.wait()
     end = time.monotonic() + 5.0

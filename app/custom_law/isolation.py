@@ -47,17 +47,14 @@ def main() -> None:
     """Run the command in the best isolation that there is; its last argument becomes the name of that."""
     wanted, folder, seen, *command = sys.argv[1:]
     limit_resources()
-    levels: list[tuple[str, Callable[[], None]]] = [("none", lambda: os.chdir(folder))]
+    levels: list[tuple[str, Callable[[], None]]] = [("none", lambda: None)]
     if sys.platform == "linux":
         _prctl(_DEATH_SIGNAL, signal.SIGKILL)
         # A process without a parent comes below this one, where it is counted.
         _prctl(_ADOPTING, 1)
         if wanted == "all":
-            levels = [
-                ("full", lambda: _own_world(folder, seen.split(os.pathsep))),
-                ("network", lambda: _own_network(folder)),
-                *levels,
-            ]
+            full = ("full", lambda: _own_world(folder, seen.split(os.pathsep)))
+            levels = [full, ("network", lambda: _enter(_USER | _NETWORK)), *levels]
     if os.name != "posix":
         os.chdir(folder)
         os.execv(command[0], [*command, "none"])
@@ -66,6 +63,9 @@ def main() -> None:
         if child == 0:
             try:
                 enter()
+                os.chdir(folder)
+                if level != "none":
+                    _prctl(_NO_NEW_PRIVILEGES, 1)
             except (OSError, AttributeError):
                 os._exit(UNAVAILABLE)
             os.execv(command[0], [*command, level])
@@ -119,10 +119,8 @@ def _own_world(folder: str, seen: list[str]) -> None:
     with contextlib.suppress(OSError), open("/proc/sys/kernel/pid_max", "w", encoding="ascii") as file:
         # Since Linux 6.14 each of these namespaces has a number of its own; 301 is the least.
         file.write(str(300 + PROCESSES))
-    os.chdir(folder)
     # Of this user namespace. Linux does not count those of root, and before 5.14 it counts all of the user.
     resource.setrlimit(resource.RLIMIT_NPROC, (PROCESSES, PROCESSES))
-    _prctl(_NO_NEW_PRIVILEGES, 1)
 
 
 def _mount(kind: bytes, place: str, options: str = "") -> None:
@@ -142,12 +140,6 @@ def _show(path: str, place: str) -> None:
     else:
         open(place, "ab").close()
     _call("mount", os.fsencode(path), os.fsencode(place), None, ctypes.c_ulong(_BIND), None)
-
-
-def _own_network(folder: str) -> None:
-    _enter(_USER | _NETWORK)
-    os.chdir(folder)
-    _prctl(_NO_NEW_PRIVILEGES, 1)
 
 
 def _enter(namespaces: int) -> None:

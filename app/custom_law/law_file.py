@@ -87,7 +87,8 @@ class LawFile:
         try:
             code = compile(text, FILENAME, "exec", dont_inherit=True)
         except SyntaxError as error:
-            raise Wrong(*_syntax(error)) from None
+            what = f"{type(error).__name__}: {error.msg}"
+            raise Wrong(joined((what, quoted(text, error.lineno)), ""), error.lineno) from None
         except ValueError as error:
             raise Wrong("this is no Python text: {error}", error=str(error)) from None
         except (RecursionError, MemoryError):
@@ -259,11 +260,6 @@ def quoted(text: bytes, line: int | None) -> str:
     except (SyntaxError, UnicodeDecodeError):
         return ""
     return LazyText(", in “{text}”", text=lines[line - 1].strip()) if line is not None and 0 < line <= len(lines) else ""
-
-
-def _syntax(error: SyntaxError) -> tuple[str, int | None]:
-    text = LazyText(", in “{text}”", text=error.text.strip()) if error.text and error.text.strip() else ""
-    return joined((f"{type(error).__name__}: {error.msg}", text), ""), error.lineno
 
 
 def _line_of(function: object) -> int | None:

@@ -12,7 +12,7 @@ import msgspec
 from app.custom_law.arena import PIECES, TrialCurve
 from app.custom_law.examination import examine
 from app.custom_law.fence import FenceLimits, fenced, fenced_input, say
-from app.custom_law.trials import QUANTITIES, TRIALS
+from app.custom_law.trials import TRIALS
 from app.i18n.speaking import set_language, tr
 from app.settings import Language
 
@@ -81,11 +81,7 @@ def _read_curve(said: object) -> TrialCurve:
     curve = msgspec.convert(said, TrialCurve)
     numbers = [value for line in curve.lines.values() for value in line if value is not None]
     small = len(curve.lines) <= 2 and all(len(line) == PIECES and len(name) <= 40 for name, line in curve.lines.items())
-    if (
-        curve.quantity not in QUANTITIES
-        or not small
-        or not all(map(math.isfinite, (curve.seconds, curve.limit or 0.0, *numbers)))
-    ):
+    if not small or not all(map(math.isfinite, (curve.seconds, curve.limit or 0.0, *numbers))):
         raise ValueError("no curve")
     return curve
 

@@ -27,7 +27,8 @@ from controllers.errors import LazyText, joined
 from scenes.children import ONE_THREAD
 from scenes.files import readable
 
-_ROOT: Final = str(Path(app.__file__).resolve().parent.parent)
+ROOT: Final = Path(app.__file__).resolve().parent.parent
+"""Where the packages are."""
 _TRACE: Final = 0.2
 """Time that a process has for reporting where it is, before it is ended [s]; while it waits for a core it has more."""
 _IN_FILE: Final = re.compile(rb'File "' + re.escape(FILENAME).encode() + rb'", line (\d+)')
@@ -39,102 +40,29 @@ _STALLED: Final = 1
 """Time after which a message that is only half there, or half sent, breaks the connection [s]."""
 
 
-class Child:
-    """A process that runs `app.custom_law.worker`. It ends at the latest when this object is collected, or when this process ends.
-
-    Args:
-        memory: that the law may take [bytes].
-    """
-
-    def __init__(self, path: Path, memory: int) -> None:
-        self.line, theirs = multiprocessing.Pipe()
-        self._poll: select.poll | None = None
-        handle, posix = theirs.fileno(), os.name == "posix"
-        if posix:
-            self._poll = select.poll()
-            self._poll.register(self.line, select.POLLIN)
-            _break_when_stalled(self.line)
-        else:
-            os.set_handle_inheritable(handle, True)  # pyright: ignore[reportAttributeAccessIssue]
-        known = [_ROOT, *filter(None, [os.environ.get("PYTHONPATH")])]
-        self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "app.custom_law.worker", str(handle), str(memory), str(path)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            pass_fds=(handle,) if posix else (),
-            close_fds=posix,
-            # Ctrl+C is for the page, and what the law starts goes with it.
-            start_new_session=True,
-            env=os.environ | ONE_THREAD | {"PYTHONPATH": os.pathsep.join(known)},
-            cwd=path.parent,
-        )
-        theirs.close()
-        self._end = weakref.finalize(self, _end, self._process, self.line)
-
-    def receive(self, seconds: float) -> bytes | None:
-        """Return the next message; None if it is not there in time [s].
-
-        Raises:
-            OSError, EOFError: the connection is broken.
-        """
-        # `Connection.poll` makes a selector at every call, which costs more than the message.
-        there = self.line.poll(seconds) if self._poll is None else self._poll.poll(1e3 * seconds)
-        return self.line.recv_bytes(_LARGEST) if there else None
-
-    @property
-    def pid(self) -> int:
-        return self._process.pid
-
-    def end(self) -> None:
-        """End it and everything that it started; can be called again."""
-        self._end()
-
-    def place(self) -> int | None:
-        """Return the line of the file that runs now; None if unknown. End it next."""
-        if not hasattr(signal, "SIGUSR1"):
-            return None
-        with contextlib.suppress(OSError):
-            self._process.send_signal(signal.SIGUSR1)
-        return _line_in(self._trace())
-
-    def last_words(self) -> tuple[int | None, str, int | None]:
-        """Return its exit code (minus the signal that ended it; None if it lives), its last output, and the line of the file that ran;
-        to be called when the connection is broken."""
-        patience = Patience(self.pid, _TRACE)
-        while self._alive() and not patience.over:
-            time.sleep(0.001)
-        if not self._alive():
-            # What it started, as long as its id is still its own.
-            _kill(self._process)
-        code, trace = self._process.poll(), self._trace()
-        return code, trace.decode(errors="replace").strip(), _line_in(trace)
-
-    def _alive(self) -> bool:
-        """Return whether it runs; where the system can tell, without releasing its id."""
-        if not hasattr(os, "waitid"):
-            return self._process.poll() is None
-        return os.waitid(os.P_PID, self.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None
-
-    def _trace(self) -> bytes:
-        """Return its report of a crash or of its place: as soon as that names a line, or the process has ended, or `_TRACE` is over."""
-        stream, report, patience = self._process.stderr, b"", Patience(self.pid, _TRACE)
-        assert stream is not None
-        if os.name != "posix":
-            return stream.read() if self._process.poll() is not None else b""
-        os.set_blocking(stream.fileno(), False)
-        while len(report) < _MOST and _line_in(report) is None:
-            try:
-                piece = os.read(stream.fileno(), _MOST)
-            except BlockingIOError:
-                if patience.over or self._process.poll() is not None:
-                    break
-                time.sleep(0.001)
-                continue
-            if not piece:
-                break
-            report += piece
-        return report
+def _started(path: Path, memory: int) -> "tuple[subprocess.Popen[bytes], Connection]":
+    """Start a process for a file, which may take so much memory [bytes]; return it, and our end of the line to it."""
+    ours, theirs = multiprocessing.Pipe()
+    handle, posix = theirs.fileno(), os.name == "posix"
+    if posix:
+        _break_when_stalled(ours)
+    else:
+        os.set_handle_inheritable(handle, True)  # pyright: ignore[reportAttributeAccessIssue]
+    known = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
+    process = subprocess.Popen(
+        [sys.executable, "-P", "-m", "app.custom_law.worker", str(handle), str(memory), str(path)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        pass_fds=(handle,) if posix else (),
+        close_fds=posix,
+        # Ctrl+C is for the page, and what the law starts goes with it.
+        start_new_session=True,
+        env=os.environ | ONE_THREAD | {"PYTHONPATH": os.pathsep.join(known)},
+        cwd=path.parent,
+    )
+    theirs.close()
+    return process, ours
 
 
 def _break_when_stalled(line: Connection) -> None:
@@ -151,7 +79,7 @@ def _line_in(trace: bytes) -> int | None:
 
 def _end(process: "subprocess.Popen[bytes]", line: Connection) -> None:
     line.close()
-    _kill(process)
+    kill_group(process)
     with contextlib.suppress(subprocess.TimeoutExpired):
         process.wait(10.0)
     for stream in filter(None, (process.stdin, process.stderr)):
@@ -159,8 +87,8 @@ def _end(process: "subprocess.Popen[bytes]", line: Connection) -> None:
             stream.close()
 
 
-def _kill(process: "subprocess.Popen[bytes]") -> None:
-    """Kill a process and its descendants, unless it was reaped: then its id may belong to another process."""
+def kill_group(process: "subprocess.Popen[bytes]") -> None:
+    """Kill a process that began a session, and its descendants, unless it was reaped: then its id may belong to another process."""
     if process.returncode is not None:
         return
     with contextlib.suppress(OSError):
@@ -184,19 +112,27 @@ class LawFailed(Exception):
         self.problem = problem
 
 
-class LawProcess(Child):
-    """A process with one version of a file.
+class LawProcess:
+    """A process that runs `app.custom_law.worker` with one version of a file. It ends at the latest when this object is collected, or when
+    this process ends.
 
     Attributes:
         wants_all_pairs, has_activation: what the file says, once it is ready.
-        seconds: time of the newest call inside the law, without the way there and back [s].
+        seconds: time of the newest call inside the law, without the way there and back [s]; nan before the first answer.
+        end: ends it and everything that it started; can be called again.
     """
 
     def __init__(self, path: Path, text: bytes, limits: LawLimits) -> None:
         self.wants_all_pairs, self.has_activation = True, False
         self.seconds = float("nan")
         self._name, self._text, self._limits = readable(path.name), text, limits
-        super().__init__(path, limits.memory)
+        self._process, self._line = _started(path, limits.memory)
+        self._poll: select.poll | None = None
+        if os.name == "posix":
+            self._poll = select.poll()
+            self._poll.register(self._line, select.POLLIN)
+        self.pid = self._process.pid
+        self.end = weakref.finalize(self, _end, self._process, self._line)
         self._phase: Literal["starting", "loading", "ready"] = "starting"
         self._patience = Patience(self.pid, limits.start)
         self._asked: deque[LawQuestion] = deque()
@@ -300,13 +236,16 @@ class LawProcess(Child):
 
     def _send(self, message: LoadFile | LawQuestion) -> None:
         try:
-            self.line.send_bytes(encode(message))
+            self._line.send_bytes(encode(message))
         except OSError:
             raise self._died() from None
 
     def _body(self, seconds: float) -> bytes | None:
+        """Return the next message; None if it is not there in time [s]."""
         try:
-            return self.receive(seconds)
+            # `Connection.poll` makes a selector at every call, which costs more than the message.
+            there = self._line.poll(seconds) if self._poll is None else self._poll.poll(1e3 * seconds)
+            return self._line.recv_bytes(_LARGEST) if there else None
         except (OSError, EOFError):
             raise self._died() from None
 
@@ -322,7 +261,7 @@ class LawProcess(Child):
                     limit=limit,
                 )
             )
-        line = self.place()
+        line = self._place()
         parts = {"limit": limit * 1e3, "where": quoted(self._text, line)}
         if self._phase == "loading":
             what = LazyText("reading the file did not end within {limit:g} ms{where}. Is there an endless loop?", **parts)
@@ -331,7 +270,7 @@ class LawProcess(Child):
         return self._lost(what, line)
 
     def _died(self) -> LawFailed:
-        code, words, line = self.last_words()
+        code, words, line = self._last_words()
         if self._phase == "starting":
             why = words.splitlines()[-1] if words else LazyText("exit code {code}", code=code)
             return self._lost(LazyText("its process could not be started: {error}", error=why))
@@ -346,6 +285,52 @@ class LawProcess(Child):
         else:
             what = LazyText("its process crashed ({signal})", signal=_signal_name(-code))
         return self._lost(joined((what, quoted(self._text, line)), ""), line)
+
+    def _place(self) -> int | None:
+        """Return the line of the file that runs now; None if unknown. End it next."""
+        if not hasattr(signal, "SIGUSR1"):
+            return None
+        with contextlib.suppress(OSError):
+            self._process.send_signal(signal.SIGUSR1)
+        return _line_in(self._trace())
+
+    def _last_words(self) -> tuple[int | None, str, int | None]:
+        """Return its exit code (minus the signal that ended it; None if it lives), its last output, and the line of the file that ran;
+        to be called when the connection is broken."""
+        patience = Patience(self.pid, _TRACE)
+        while self._alive() and not patience.over:
+            time.sleep(0.001)
+        if not self._alive():
+            # What it started, as long as its id is still its own.
+            kill_group(self._process)
+        code, trace = self._process.poll(), self._trace()
+        return code, trace.decode(errors="replace").strip(), _line_in(trace)
+
+    def _alive(self) -> bool:
+        """Return whether it runs; where the system can tell, without releasing its id."""
+        if not hasattr(os, "waitid"):
+            return self._process.poll() is None
+        return os.waitid(os.P_PID, self.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None
+
+    def _trace(self) -> bytes:
+        """Return its report of a crash or of its place: as soon as that names a line, or the process has ended, or `_TRACE` is over."""
+        stream, report, patience = self._process.stderr, b"", Patience(self.pid, _TRACE)
+        assert stream is not None
+        if os.name != "posix":
+            return stream.read() if self._process.poll() is not None else b""
+        os.set_blocking(stream.fileno(), False)
+        while len(report) < _MOST and _line_in(report) is None:
+            try:
+                piece = os.read(stream.fileno(), _MOST)
+            except BlockingIOError:
+                if patience.over or self._process.poll() is not None:
+                    break
+                time.sleep(0.001)
+                continue
+            if not piece:
+                break
+            report += piece
+        return report
 
 
 def _signal_name(number: int) -> str:

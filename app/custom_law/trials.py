@@ -190,9 +190,6 @@ WHY: Final[dict[str, str]] = {
 }
 """Why each of them is asked for."""
 
-QUANTITIES: Final = ("d", "e", "dq_step")
-"""Of a `TrialCurve`."""
-
 GATES: Final = ("keeps its distance", "gets out")
 """The others count only for a law that passes these: an arm that stands still is smooth, bounded and quick as well."""
 

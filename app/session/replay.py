@@ -17,7 +17,7 @@ import numpy as np
 
 from controllers.kinematics import Array
 from scenes.history import COLUMN, History
-from scenes.inputs import WIDTHS, Recorded, decoded
+from scenes.inputs import Recorded, RecordedPerson
 from scenes.rerun import LOOK, Stopped, begun, never
 from scenes.simulation import Simulation, Snapshot
 from scenes.targets import Target
@@ -119,6 +119,7 @@ class Replay:
         playing: whether `advance` goes on.
         speed: simulated over wall time.
         step: how many of the `steps` are made at this moment, from 1; read only.
+        target: of the newest step; read only.
     """
 
     def __init__(self, recorded: Recorded, kept: RecordedFilm | None = None) -> None:
@@ -131,10 +132,10 @@ class Replay:
         self._starts = [0, *itertools.accumulate(counts)]
         lengths = (count * stretch.settings.dt for count, stretch in zip(counts, stretches, strict=True))
         self._times = list(itertools.accumulate(lengths, initial=recorded.begin))
-        self._ends = [np.cumsum(stretch.targets.counts.astype(np.int64)) for stretch in stretches]
-        self._offsets = [stretch.targets.offsets for stretch in stretches]
+        self._person = RecordedPerson(recorded)
         self._debt = 0.0
         self.step = 0
+        self.target: Target | None = None
         self._stretch = 0
         self._traced: tuple[float, Simulation] | None = None
         self.simulation = begun(recorded, CAPACITY)
@@ -179,11 +180,6 @@ class Replay:
         """When d is smallest [s]; None where there is nothing to keep clear of."""
         d = self._film.rows[:, COLUMN["d"]]
         return self.moment(int(self._film.row_steps[d.argmin()]) + 1) if np.isfinite(d).all() else None
-
-    @property
-    def target(self) -> Target | None:
-        """The target of the newest step."""
-        return self._target(self.step - 1)
 
     def moment(self, step: int) -> float:
         """Return the time after so many steps [s]."""
@@ -235,13 +231,6 @@ class Replay:
     def _stretch_of(self, step: int) -> int:
         return min(bisect_right(self._starts, step), len(self._starts) - 1) - 1
 
-    def _target(self, step: int) -> Target | None:
-        i = self._stretch_of(step)
-        targets = self.recorded.stretches[i].targets
-        place = int(np.searchsorted(self._ends[i], step - self._starts[i], side="right"))
-        code, begin = int(targets.codes[place]), int(self._offsets[i][place])
-        return decoded(code, targets.numbers[begin : begin + WIDTHS[code]])
-
     def _go(self, step: int) -> None:
         # The state before the step itself, so that there always is a newest step.
         mark = int(np.searchsorted(self._film.marks, step - 1, side="right")) - 1
@@ -255,7 +244,8 @@ class Replay:
         if stretch != self._stretch:
             self._stretch = stretch
             self.simulation.apply(self.recorded.stretches[stretch].settings)
-        self.simulation.step(self._target(self.step))
+        self.target = self._person.target_of_step(self.step)
+        self.simulation.step(self.target)
         self.step += 1
 
     def _jump(self, mark: int) -> None:

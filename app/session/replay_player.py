@@ -13,7 +13,7 @@ from app.session.replay import RecordedFilm, Replay, make_film, make_films
 from app.session.student_law import LawStatus
 from app.settings import Settings
 from controllers.errors import LazyText
-from scenes.inputs import Recorded
+from scenes.inputs import InputsLog, Recorded
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 from scenes.targets import Target
@@ -44,14 +44,11 @@ class Live(Protocol):
     settings: Settings
     simulation: Simulation
     halt: Halt
+    inputs: InputsLog
 
     @property
     def traced(self) -> "tuple[Simulation, Simulation | None]":
         """The run and its ghost, as plots over time draw them."""
-        ...
-
-    def recorded(self, seconds: float) -> Recorded | None:
-        """Return the newest piece of the run [s] as it can be made again; None if there is none."""
         ...
 
     def ghost_recorded(self, seconds: float) -> Recorded | None:
@@ -160,7 +157,7 @@ class ReplayPlayer:
         if self.replay is not None and not self.reviewing:
             return self.replay.recorded
         # After a reset the log still has the run before, until the first step.
-        return self._session.recorded(seconds) if self._session.simulation.history.count else None
+        return self._session.inputs.window(seconds) if self._session.simulation.history.count else None
 
     def watch(self, seconds: float) -> None:
         """Replay the last `seconds` [s] of the live run, which pauses meanwhile."""

@@ -21,7 +21,7 @@ from app.session.studies import Who
 from app.settings import Settings
 from controllers.kinematics import Arm, Array
 from controllers.laws.situation import Law, Unanswered
-from scenes.inputs import KEEP, InputsLog, Recorded
+from scenes.inputs import InputsLog, Recorded
 from scenes.roles import TargetSource
 from scenes.room import room_of
 from scenes.run_text import on_grid
@@ -321,12 +321,8 @@ class Session:
         self.halt.go_on()
         self._hurries_to = until
 
-    def recorded(self, seconds: float = KEEP) -> Recorded | None:
-        """Return the newest piece of the run as it can be made again, see `InputsLog.window`."""
-        return self.inputs.window(seconds)
-
     def ghost_recorded(self, seconds: float) -> Recorded | None:
-        """Return the newest piece of the ghost's run, see `recorded`."""
+        """Return the newest piece of the ghost's run, see `InputsLog.window`."""
         return None if self.ghost is None else self._ghost.inputs.window(seconds)
 
     def measure_smoothness(self) -> None:

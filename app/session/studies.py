@@ -170,9 +170,8 @@ class Studies:
     def forget(self) -> None:
         """Drop all questions and answers: they were about another run."""
         self._jobs.close()
-        self._rested = self.what_if = self.smoothness = None
-        self._moved = False
-        self.message = ""
+        self.forget_what_if()
+        self.smoothness, self.message = None, ""
 
     def forget_what_if(self) -> None:
         """Drop "what if" alone."""

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Final, NamedTuple
 
-from app.i18n.speaking import N_, tr
+from app.i18n.speaking import tr
 from scenes.experiments import BALL, HOLD, IMITATION, MASTER_SLAVE, SOLO
 from scenes.settings import RunSettings
 
@@ -12,74 +12,60 @@ class ExperimentTexts(NamedTuple):
     """What is said of an experiment, in the reader's language.
 
     Attributes:
-        tip: returns one or two sentences on what to do and what to watch; the second argument says whether it runs by itself.
-        watched: returns what to watch alone, without who moves the orange arm.
+        tip: one or two sentences on what to do and what to watch.
+        watched: what to watch alone, without who moves the orange arm.
     """
 
-    tip: Callable[[RunSettings, bool], str]
-    watched: Callable[[RunSettings], str]
+    tip: str
+    watched: str
 
 
-SWINGS: Final = N_("The elbow moves in the null space of the hand: |e| stays small.")
-
-
-def _solo_tip(run: RunSettings, itself: bool) -> str:
+def _solo(run: RunSettings, itself: bool) -> ExperimentTexts:
     if run.path == "circle":
-        return tr("The hand draws a circle. Take K down to 0 and it drifts; raise K times and dt until K dt > 2.")
+        circle = tr("The hand draws a circle. Take K down to 0 and it drifts; raise K times and dt until K dt > 2.")
+        return ExperimentTexts(circle, tr("The hand draws a circle."))
     drag = tr("Pull the arm at its elbow, or its hand to another place.")
     does = tr("The autopilot swings the elbow; pull the arm anywhere to take over.") if itself else drag
-    return f"{does} {tr(SWINGS)}"
+    swings = tr("The elbow moves in the null space of the hand: |e| stays small.")
+    return ExperimentTexts(f"{does} {swings}", swings)
 
 
-def _solo(run: RunSettings) -> str:
-    return tr("The hand draws a circle.") if run.path == "circle" else tr(SWINGS)
-
-
-def _ball_tip(run: RunSettings, itself: bool) -> str:
-    crosses = itself and run.ball == "cross"
-    return f"{_ball(run)} {tr('The ball crosses the path by itself; drag it.') if crosses else tr('Drag the ball.')}"
-
-
-def _ball(run: RunSettings) -> str:
+def _ball(run: RunSettings, itself: bool) -> ExperimentTexts:
     what = {"hand": tr("its hand"), "elbow": tr("its elbow"), "arm": tr("all of it")}[run.point]
-    return tr("The arm takes its hand from A to B and back, and keeps {what} clear of the ball.", what=what)
+    watched = tr("The arm takes its hand from A to B and back, and keeps {what} clear of the ball.", what=what)
+    crosses = itself and run.ball == "cross"
+    drag = tr("The ball crosses the path by itself; drag it.") if crosses else tr("Drag the ball.")
+    return ExperimentTexts(f"{watched} {drag}", watched)
 
 
-def _hold_tip(run: RunSettings, itself: bool) -> str:
+def _hold(run: RunSettings, itself: bool) -> ExperimentTexts:
     takes_over = tr("The autopilot moves the orange arm; pull it anywhere to take over.")
-    return f"{takes_over if itself else tr('Pull the orange arm anywhere.')} {_hold(run)}"
-
-
-def _hold(run: RunSettings) -> str:
     if run.avoid == "guided":
-        return tr("It keeps clear of the silver arm, which keeps its hand in the ring.")
-    if run.avoid == "both":
-        return tr("The silver arm keeps its hand in the ring as long as it can, and both keep clear.")
-    return tr("The silver arm keeps its hand in the ring as long as it can, and keeps clear.")
+        watched = tr("It keeps clear of the silver arm, which keeps its hand in the ring.")
+    elif run.avoid == "both":
+        watched = tr("The silver arm keeps its hand in the ring as long as it can, and both keep clear.")
+    else:
+        watched = tr("The silver arm keeps its hand in the ring as long as it can, and keeps clear.")
+    return ExperimentTexts(f"{takes_over if itself else tr('Pull the orange arm anywhere.')} {watched}", watched)
 
 
-def _master_slave_tip(run: RunSettings, itself: bool) -> str:
+def _master_slave(run: RunSettings, itself: bool) -> ExperimentTexts:
     takes_over = tr("The autopilot moves the orange arm, the master; pull it anywhere to take over.")
-    return f"{takes_over if itself else tr('Pull the orange arm, the master, anywhere.')} {_master_slave(run)}"
-
-
-def _master_slave(run: RunSettings) -> str:
     avoids = _avoids(run, tr("keeps clear"), tr("the master keeps clear"))
     if run.following == "mirrored":
-        return tr("The silver arm follows it in a mirror, and {avoids}.", avoids=avoids)
-    return tr("The silver arm follows it joint by joint, and {avoids}.", avoids=avoids)
+        watched = tr("The silver arm follows it in a mirror, and {avoids}.", avoids=avoids)
+    else:
+        watched = tr("The silver arm follows it joint by joint, and {avoids}.", avoids=avoids)
+    return ExperimentTexts(f"{takes_over if itself else tr('Pull the orange arm, the master, anywhere.')} {watched}", watched)
 
 
-def _imitation_tip(run: RunSettings, itself: bool) -> str:
+def _imitation(run: RunSettings, itself: bool) -> ExperimentTexts:
     del itself
-    return f"{_imitation(run)} {tr('Pull the arms of the figure anywhere.')}"
-
-
-def _imitation(run: RunSettings) -> str:
-    return tr(
+    watched = tr(
         "Both arms follow the person by four angles each, and {avoids}. See-through: where they ought to be.",
         avoids=_avoids(run, tr("the other one keeps clear"), tr("your own one keeps clear")),
     )
+    return ExperimentTexts(f"{watched} {tr('Pull the arms of the figure anywhere.')}", watched)
 
 
 def _avoids(run: RunSettings, free: str, guided: str) -> str:
@@ -87,11 +73,11 @@ def _avoids(run: RunSettings, free: str, guided: str) -> str:
     return tr("both keep clear of each other") if run.both_avoid else {"free": free, "guided": guided}[run.avoid]
 
 
-EXPERIMENT_TEXTS: Final[dict[str, ExperimentTexts]] = {
-    SOLO: ExperimentTexts(_solo_tip, _solo),
-    BALL: ExperimentTexts(_ball_tip, _ball),
-    HOLD: ExperimentTexts(_hold_tip, _hold),
-    MASTER_SLAVE: ExperimentTexts(_master_slave_tip, _master_slave),
-    IMITATION: ExperimentTexts(_imitation_tip, _imitation),
+EXPERIMENT_TEXTS: Final[dict[str, Callable[[RunSettings, bool], ExperimentTexts]]] = {
+    SOLO: _solo,
+    BALL: _ball,
+    HOLD: _hold,
+    MASTER_SLAVE: _master_slave,
+    IMITATION: _imitation,
 }
-"""Name → what is said of it."""
+"""Name → what is said of it; the second argument is whether it runs by itself."""

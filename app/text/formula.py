@@ -23,14 +23,13 @@ _COLOURS: Final = {name: getattr(PALETTES["light"], field) for name, field in SY
 """Class of the style sheet → colour that stands for it while a formula is drawn."""
 
 _SYMBOLS: Final = re.compile(
-    r"(?P<lam>\\lambda(?![A-Za-z]))|(?P<dm>d_m(?![A-Za-z])|d_\{m\})|(?<![\\A-Za-z_^])(?P<letter>[vuw])(?![A-Za-z])"
+    r"(?P<words>\\(?:text|mathrm|operatorname|mathbb|mathbf|textcolor)\s*\{[^{}]*\})"
+    r"|(?P<lam>\\lambda(?![A-Za-z]))|(?P<dm>d_m(?![A-Za-z])|d_\{m\})|(?<![\\A-Za-z_^])(?P<letter>[vuw])(?![A-Za-z])"
     # Not the index of J_d, nor d^* and d_i, nor the rate of d.
     r"|(?<![\\A-Za-z_^])(?<!_\{)(?<!dot )(?<!dot\{)(?P<d>d)(?![A-Za-z_]|\^\*)"
 )
-"""How a symbol is written that is coloured wherever it stands."""
+"""How a symbol is written that is coloured wherever it stands, but in what holds none: words, and the names of colours."""
 
-_WORDS: Final = re.compile(r"\\(?:text|mathrm|operatorname|mathbb|mathbf|textcolor)\s*\{[^{}]*\}")
-"""What holds no symbols: words, and the names of colours."""
 _PAIRS: Final = (("{", "}"), (r"\begin{", r"\end{"), (r"\left", r"\right"))
 """What begins and ends, so that no formula can break in between."""
 
@@ -64,15 +63,11 @@ def formula(tex: str, inline: bool, size: float = SIZE) -> str:
 
 def _coloured(tex: str) -> str:
     """Return LaTeX with the symbols in their colours; words in it are left alone."""
-    pieces, end = [], 0
-    for words in _WORDS.finditer(tex):
-        pieces += [_colour(tex[end : words.start()]), words[0]]
-        end = words.end()
-    return "".join([*pieces, _colour(tex[end:])])
 
+    def replaced(found: re.Match[str]) -> str:
+        return found[0] if found["words"] else coloured(found["letter"] or str(found.lastgroup), found[0])
 
-def _colour(tex: str) -> str:
-    return _SYMBOLS.sub(lambda found: coloured(found["letter"] or str(found.lastgroup), found[0]), tex)
+    return _SYMBOLS.sub(replaced, tex)
 
 
 def coloured(name: str, symbol: str) -> str:

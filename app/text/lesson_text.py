@@ -19,7 +19,7 @@ from markdown_it.rules_inline import StateInline
 from markupsafe import Markup
 
 from app.text.formula import display_formula, formula, plain_formula
-from app.text.picture import PICTURE, NoPicture, read_picture
+from app.text.picture import PICTURE, NoPicture, picture_html
 
 log = logging.getLogger("duet.lessons")
 
@@ -103,17 +103,13 @@ def _picture(state: StateBlock, start: int, _end: int, silent: bool) -> bool:
 
 
 def _picture_html(words: str, name: str, folder: Path | None) -> str:
-    label = html.escape(words)
     try:
         if folder is None:
             raise NoPicture("there is no folder")
-        picture = read_picture(folder, name)
+        return picture_html(folder, name, words)
     except NoPicture as problem:
         log.warning("a picture cannot be shown: %s", problem)
-        return f"<p>{label}</p>"
-    if picture.svg:
-        return picture.svg.replace("<svg ", f'<svg class="picture" role="img" aria-label="{label}" ', 1)
-    return f'<img alt="{label}" src="{picture.address}">'
+        return f"<p>{html.escape(words)}</p>"
 
 
 def _link_open(renderer: Any, tokens: Any, at: int, options: Any, env: Any) -> str:

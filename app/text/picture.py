@@ -2,11 +2,12 @@
 
 import base64
 import errno
+import html
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final
 
 from scenes.files import path_inside, read_file
 
@@ -27,20 +28,14 @@ class NoPicture(Exception):
     """A picture that the page cannot show; the message names the remedy."""
 
 
-class EmbeddedPicture(NamedTuple):
-    """A picture as it is embedded in a page.
+def picture_html(folder: Path, name: str, words: str) -> str:
+    """Return a picture that lies in a lesson's folder or below, as it is embedded in a page.
 
-    Attributes:
-        svg: an `<svg>` element of shapes and text alone, which takes its colours from the page; "" for any other picture.
-        address: everything else, for an `<img>`, in which nothing runs or loads.
-    """
+    An SVG of shapes and text alone is an element that takes its colours from the page; everything else is an `<img>`, in which nothing
+    runs or loads.
 
-    svg: str
-    address: str
-
-
-def read_picture(folder: Path, name: str) -> EmbeddedPicture:
-    """Return a picture that lies in a lesson's folder or below.
+    Args:
+        words: what is seen.
 
     Raises:
         NoPicture: it lies elsewhere, is not there, is too large, or is not a picture.
@@ -58,8 +53,10 @@ def read_picture(folder: Path, name: str) -> EmbeddedPicture:
         raise NoPicture(f"the picture {quoted} cannot be read ({error.strerror}).") from None
     if path.suffix == ".png" and not data.startswith(_PNG):
         raise NoPicture(f"the picture {quoted} is not a PNG; save it as one.")
-    svg = _plain(_root(data, quoted)) if path.suffix == ".svg" else ""
-    return EmbeddedPicture(svg, "" if svg else f"data:{_KINDS[path.suffix]};base64,{base64.b64encode(data).decode()}")
+    label = html.escape(words)
+    if path.suffix == ".svg" and (svg := _plain(_root(data, quoted))):
+        return svg.replace("<svg ", f'<svg class="picture" role="img" aria-label="{label}" ', 1)
+    return f'<img alt="{label}" src="data:{_KINDS[path.suffix]};base64,{base64.b64encode(data).decode()}">'
 
 
 def _root(data: bytes, quoted: str) -> ET.Element:
@@ -111,6 +108,6 @@ def picture_problems(line: str, folder: Path, alone: bool = True) -> Iterator[st
     if not found[1].strip():
         yield f"the picture {found[2][:60]!r} says nothing to those who do not see it; write what is seen into the [ ]."
     try:
-        read_picture(folder, found[2])
+        picture_html(folder, found[2], found[1])
     except NoPicture as problem:
         yield str(problem)

@@ -8,7 +8,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Final
 
-from app.custom_law.examination import NO_FILE, ExaminationProgress
+from app.custom_law.examination import ExaminationProgress
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_
 from app.lessons.bookmark import Phase
@@ -439,7 +439,7 @@ class LessonSession:
     def law_tests(self) -> ExaminationProgress:
         """Return how far the tests of the custom law are, in a lesson or beside the lessons."""
         examination = self._session.law.examination
-        return NO_FILE if examination is None else examination.progress
+        return ExaminationProgress() if examination is None else examination.progress
 
     def live(self, simulation: Simulation, book: LessonBook | None = None) -> tuple[tuple[str, str], ...]:
         """Return label and value of the step's numbers, as they are at the moment of the run that is shown.

@@ -146,7 +146,7 @@ class StepRunner:
         """Measure the run, and keep it where it is the one that answers the step's question."""
         showing, step = walk.showing, (walk.lesson.id, walk.step.id)
         if walk.observe(self._session.simulation).complete and not showing and self._session.student_law.file is None:
-            recorded = self._session.recorded(LONGEST)
+            recorded = self._session.inputs.window(LONGEST)
             if recorded is not None:
                 self.seen[step] = recorded
 
@@ -168,7 +168,7 @@ class StepRunner:
             None if number is None else number / UNITS[forecast.measurement.unit].factor
             for forecast, number in zip(challenge.forecasts, typed, strict=False)
         ]
-        recorded = session.recorded() if challenge.keep or walk.duel else None
+        recorded = session.inputs.window() if challenge.keep or walk.duel else None
         person = RecordedPerson(recorded) if recorded is not None and recorded.begin == 0.0 else None
         walk.attempt(session.simulation, forecasts, person)
 

@@ -147,12 +147,12 @@ def tip_text(session: Shown, operated: bool = True) -> str:
         return tr("What you see is over. Space plays it and rests, . goes one step, R goes back to live.")
     run = session.settings.run
     itself = session.settings.page.autopilot and session.held is None
-    texts = EXPERIMENT_TEXTS[run.scene]
+    tip, watched = EXPERIMENT_TEXTS[run.scene](run, itself)
     if not operated:
         who = tr("The autopilot moves the orange arm.") if itself else tr("The teacher moves the orange arm.")
         led = run.experiment.moves == "arm" and run.experiment.obstacle == "arm"
-        return f"{who} {texts.watched(run)}" if led else texts.watched(run)
-    return f"{texts.tip(run, itself)}{_fifth_joint(session.simulation)}"
+        return f"{who} {watched}" if led else watched
+    return f"{tip}{_fifth_joint(session.simulation)}"
 
 
 def _fifth_joint(simulation: Simulation) -> str:

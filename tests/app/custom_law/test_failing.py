@@ -214,13 +214,13 @@ def test_it_goes_with_the_page(file: Path, end: str) -> None:
     page = f"""
         import os, sys
         from pathlib import Path
-        from app.custom_law.process import Child
-        from app.custom_law.wire import LoadFile, encode
+        from app.custom_law.law_limits import LawLimits
+        from app.custom_law.process import LawProcess
         path = Path({str(file)!r})
-        child = Child(path, 2**28)
-        assert child.receive(60.0) is not None
-        child.line.send_bytes(encode(LoadFile(path.read_bytes())))
-        print(child.pid, flush=True)
+        process = LawProcess(path, path.read_bytes(), LawLimits(start=60.0))
+        while process._phase == "starting":
+            process.ready(False)
+        print(process.pid, flush=True)
         {end}
     """
     command, root = [sys.executable, "-c", textwrap.dedent(page)], Path(__file__).parents[3]

@@ -112,7 +112,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Recorded, Array]:
         ran(session, 80)
         session.change("k", 3.0)
         ran(session, 160)
-        recorded = session.recorded()
+        recorded = session.inputs.window()
         assert recorded is not None
         return recorded, session.simulation.history.table(recorded.steps)
 
@@ -168,7 +168,7 @@ def test_a_run_has_one_kind_of_law(file: Path) -> None:
             simulation.use(other)
             before = simulation.steps
             ran(session, before + 20)
-            recorded = session.recorded()
+            recorded = session.inputs.window()
             assert recorded is not None and recorded.snapshot.steps == before and (recorded.law is None) == (other is None)
             assert rerun(recorded).table[-1].tobytes() == simulation.history.table(1).tobytes()
 
@@ -178,7 +178,7 @@ def test_answers_count_for_the_bound_of_memory(file: Path) -> None:
         session.inputs = InputsLog(most_bytes=60_000)
         ran(session, 1400)
         assert session.inputs.nbytes < 110_000
-        recorded = session.recorded()
+        recorded = session.inputs.window()
         assert recorded is not None and recorded.seconds < 4.0
         assert rerun(recorded).table[-1].tobytes() == session.simulation.history.table(1).tobytes()
 
@@ -218,7 +218,7 @@ def test_a_file_with_wrong_answers_is_refused(made: tuple[Recorded, Array], chan
 def recorded_about(session: Session) -> str:
     """What a file without such a law says of itself; it has no part for answers."""
     session.advance(0.05)
-    recorded = session.recorded()
+    recorded = session.inputs.window()
     assert recorded is not None and recorded.settings == RunSettings()
     with np.load(io.BytesIO(recorded_bytes(recorded))) as arrays:
         assert "answers" not in arrays.files

@@ -80,7 +80,7 @@ def test_a_run_waits_for_its_law_and_comes_out_the_same(file: Path, tmp_path: Pa
         session.toggle_pause()
         # Its tenth call, which was a long one, is still in the average.
         advanced(session, lambda: session.simulation.steps >= 60 and "runs my_law.py" in custom_law_html(session.student_law))
-        recorded, made = session.recorded(), session.simulation.steps
+        recorded, made = session.inputs.window(), session.simulation.steps
         assert recorded is not None and recorded.steps == made
         with CustomLaw(file, waits=True) as law:
             reference = run(session.settings.run, made * session.settings.run.dt, law=law)
@@ -101,7 +101,7 @@ def test_a_ghost_that_is_waited_for_keeps_the_run_beside_it(file: Path, tmp_path
         gate.touch()
         advanced(session, lambda: session.simulation.steps >= 60)
         assert session.ghost.steps == session.simulation.steps
-        recorded = session.recorded()
+        recorded = session.inputs.window()
         assert recorded is not None and recorded.snapshot.steps == 0
         assert rerun(recorded).table.tobytes() == session.simulation.history.table().tobytes()
 

@@ -16,7 +16,7 @@ from app.cli.grade import LawTest, NewLaw, law_test, new_law
 from app.custom_law import examination as examination_module
 from app.custom_law import template
 from app.custom_law.arena import TrialResult
-from app.custom_law.examination import NO_FILE, Dropped, Examination, ExaminationProgress, examine, examine_one
+from app.custom_law.examination import Examination, ExaminationProgress, examine, examine_one
 from app.custom_law.law_file import LawFile
 from app.custom_law.law_limits import LawProblem
 from app.custom_law.trials import TRIALS, WHY, verdict_on
@@ -32,6 +32,7 @@ from app.settings import Language, Settings
 from controllers.errors import BadInputFile, BadSetting, LazyText
 from controllers.kinematics import Array
 from controllers.laws.situation import Law, Situation
+from scenes.rerun import Stopped
 from scenes.settings import LawSettings, changed
 from tests.app.custom_law.helpers import PAPER, received, session_of, situation, write
 from tests.app.inline import Inline
@@ -127,7 +128,7 @@ def test_through_another_process(tmp_path: Path) -> None:
         return asked > 30
 
     path = write(tmp_path / "my_law.py", TASK_ONLY)
-    with pytest.raises(Dropped):
+    with pytest.raises(Stopped):
         examine_one(path, path.read_bytes(), KEEPS, stopped)
     assert asked == 31
 
@@ -319,10 +320,10 @@ def test_without_a_file() -> None:
     session = Session(Settings())
     run = LessonSession(session, load_lessons())
     to_challenge(session, run)
-    assert run.own_tests == NO_FILE
+    assert run.own_tests == ExaminationProgress()
     run.act(Check())
     run.decide()
-    assert run.walk.done.attempts == 0 and run.own_tests == NO_FILE
+    assert run.walk.done.attempts == 0 and run.own_tests == ExaminationProgress()
 
 
 def to_challenge(session: Session, run: LessonSession) -> None:

@@ -199,7 +199,7 @@ def test_a_session_goes_on_to_the_same_bits(keys: dict[str, object], history: fl
     assert back.state is not None
     other = Session(back.settings)
     list(other.go_on_from(back.state, history))
-    logged, kept = other.recorded(), session.recorded()
+    logged, kept = other.inputs.window(), session.inputs.window()
     assert other.paused and logged is not None and kept is not None and logged.seconds == pytest.approx(kept.seconds)
     if history:
         assert other.simulation.history.table().tobytes() == session.simulation.history.table().tobytes()
@@ -211,7 +211,7 @@ def test_a_session_goes_on_to_the_same_bits(keys: dict[str, object], history: fl
     for mine, theirs in [pair for pair in pairs if pair[0] is not None]:
         assert theirs is not None and mine is not None and mine.steps > 500
         assert (mine.steps, mine.time, mine.positions.tobytes()) == (theirs.steps, theirs.time, theirs.positions.tobytes())
-    recorded = other.recorded()
+    recorded = other.inputs.window()
     assert recorded is not None and recorded.begin == 0.0 and recorded.steps == other.simulation.steps
     assert rerun(recorded).table[-1].tobytes() == other.simulation.history.table()[-1].tobytes()
 

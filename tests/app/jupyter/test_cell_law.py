@@ -77,7 +77,7 @@ def test_a_step_of_a_cell_is_part_of_the_run(tmp_path: Path) -> None:
         assert session.paused and session.simulation.time == pytest.approx(before + 0.025)
         joints = session.simulation.avoiding.joints
         np.testing.assert_allclose(session.simulation.velocities[joints], 0.1)
-        recorded = session.recorded()
+        recorded = session.inputs.window()
         assert recorded is not None
         np.testing.assert_array_equal(rerun(recorded).table, session.simulation.history.table())
         assert saved_from(saved_bytes(recorded), "it").recorded.steps == 5

@@ -117,7 +117,7 @@ def test_at_the_lever_the_law_plays_the_same_attack_unseen_until_the_end_and_all
     assert own[-1, COLUMN["lambda"]] == 0.1 and len(set(own[:, COLUMN["lambda"]])) == 5
     lost = tuple(max(0.1 - float(table[:, COLUMN["d"]].min()), 0.0) for table in (own, law))
     assert outcome.values[0] == lost and lost[0] > lost[1] == 0.0, "the law keeps what this hand does not"
-    recorded = session.recorded(60.0)
+    recorded = session.inputs.window(60.0)
     assert recorded is not None and recorded.steps == 6000
     assert_array_equal(rerun(recorded).table, own)
     run.leave()

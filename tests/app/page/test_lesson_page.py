@@ -30,7 +30,7 @@ from app.session.session import Session
 from app.settings import LANGUAGES, Language, Settings
 from app.text.formula import formula, plain_formula
 from app.text.lesson_text import left_dollar, lesson_html, plain
-from app.text.picture import PICTURE, read_picture
+from app.text.picture import PICTURE, picture_html
 from app.text.templates import macros
 from scenes.settings import changed, values
 from tests.app.conftest import Arrive, OpenHouse, ask
@@ -68,13 +68,13 @@ def test_every_picture_and_formula_of_every_step_that_a_student_walks_is_drawn(l
     shown += [lesson_html(text) for lesson in book.lessons for text in (lesson.goal, lesson.promise, lesson.learned)]
     made = "".join(shown)
     assert "![" not in made and "$" not in made and "\\" not in made, "every picture and every formula is drawn"
-    named = {name for step in steps for _, name in PICTURE.findall(f"{step.observe}\n{step.explain}")}
-    assert {name.removesuffix(".svg").removesuffix(f".{language}") for name in named} == {
+    named = {found for step in steps for found in PICTURE.findall(f"{step.observe}\n{step.explain}")}
+    assert {name.removesuffix(".svg").removesuffix(f".{language}") for _, name in named} == {
         f"pictures/{name}" for name in ("elbow", "jump", "line", "lever", "kinks")
     }
-    for name in named:
-        picture = read_picture(FOLDER, name).svg
-        assert 'class="d' in picture and "currentColor" in picture and picture.removeprefix("<svg ") in made
+    for words, name in named:
+        picture = picture_html(FOLDER, name, words)
+        assert 'class="d' in picture and "currentColor" in picture and picture.startswith("<svg ") and picture in made
 
 
 def test_a_formula_goes_on_in_the_next_line() -> None:

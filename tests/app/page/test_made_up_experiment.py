@@ -68,7 +68,7 @@ class MadeUp(BallInTheWay):
 
 
 ENTRY = Experiment(NAME, LABEL, SHORT, f"{NAME}:MadeUp", "ball", "ball", "nothing", ("robot", "task", "point"))
-TEXTS = ExperimentTexts(lambda run, itself: TIP, lambda run: WATCHED)
+TEXTS = ExperimentTexts(TIP, WATCHED)
 
 
 @pytest.fixture(autouse=True)
@@ -76,7 +76,7 @@ def made_up(monkeypatch: pytest.MonkeyPatch) -> None:
     """The made-up experiment in the register, as long as a test lasts. Nothing else of the product is touched."""
     monkeypatch.setitem(sys.modules, f"scenes.{NAME}", sys.modules[__name__])
     monkeypatch.setitem(EXPERIMENTS, NAME, ENTRY)
-    monkeypatch.setitem(EXPERIMENT_TEXTS, NAME, TEXTS)
+    monkeypatch.setitem(EXPERIMENT_TEXTS, NAME, lambda run, itself: TEXTS)
 
 
 def pushed() -> tuple[Simulation, Settings]:

@@ -226,7 +226,7 @@ def test_what_is_seen_is_the_history_and_the_finer_steps_are_a_rerun(desk: Inlin
     assert found.steps.values.tobytes() == rates[rows, found.joint].tobytes()
     jumps = np.abs(np.diff(rates, axis=0))[ECHO:]
     assert found.steps.largest == pytest.approx(jumps.max())
-    recorded = session.recorded()
+    recorded = session.inputs.window()
     assert recorded is not None
     again = rerun(recorded, substeps=2).table
     place = int(np.searchsorted(again[:, COLUMN["t"]], found.finer.times[0] - 1e-9))

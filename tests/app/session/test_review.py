@@ -174,7 +174,7 @@ def test_a_moment_outside_of_the_plots_has_its_words_and_no_line() -> None:
 def test_the_axis_of_a_long_replay_stands_still_for_a_while() -> None:
     watched = Watched(Settings(RunSettings(scene="imitation", dt=0.01)))
     watched.run(34.0)
-    recorded = watched.session.recorded(600.0)
+    recorded = watched.session.inputs.window(600.0)
     assert recorded is not None
     replay = Replay(recorded)
     ends: list[float] = []
@@ -186,7 +186,7 @@ def test_the_axis_of_a_long_replay_stands_still_for_a_while() -> None:
         assert replay.time - 0.05 <= ends[-1] + 0.04 and replay.time > ends[-1] - AHEAD - 0.1
     assert len(set(ends)) == 4
     # A short one is there as a whole.
-    short = watched.session.recorded(15.0)
+    short = watched.session.inputs.window(15.0)
     assert short is not None
     replay = Replay(short)
     replay.seek(replay.begin)

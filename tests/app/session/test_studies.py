@@ -75,7 +75,7 @@ def test_a_short_answer_comes_while_the_slider_moves_and_the_long_one_when_it_re
     assert answer.settings == session.settings.run and answer.settings.law.critical_distance == 0.12
     # The curves are of the run's own clock, and what they are compared with is the run itself.
     table = session.simulation.history.table()
-    recorded = session.recorded(WINDOW)
+    recorded = session.inputs.window(WINDOW)
     assert recorded is not None and recorded.steps == len(table) == 1000
     assert answer.times.tobytes() == table[:, COLUMN["t"]].tobytes()
     again = rerun(recorded, {"dm": 0.12})

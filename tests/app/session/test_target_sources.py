@@ -73,7 +73,7 @@ def test_what_is_taken_hold_of_takes_over_at_once(session: Session, target: Targ
     session.hold(target)
     assert not session.settings.page.autopilot and session.target() is target
     session.advance(0.1)
-    recorded = session.recorded()
+    recorded = session.inputs.window()
     assert recorded is not None
     assert [type(t) for t in recorded.targets()][-20:] == [type(target)] * 20
     session.hold(None)

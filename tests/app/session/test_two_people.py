@@ -64,7 +64,7 @@ def test_the_guest_moves_the_ring_and_neither_arm_touches_the_other() -> None:
     session.advance(0.1)
     place = session.simulation.place
     assert place is not None and np.array_equal(place, moved) and guest.held is None
-    recorded = session.recorded(60.0)
+    recorded = session.inputs.window(60.0)
     assert recorded is not None
     again = recorded_from(recorded_bytes(recorded), "two")
     replay = Replay(again)
@@ -107,7 +107,7 @@ def test_a_file_with_an_impossible_second_hand_is_refused(second: HandTarget | L
     session, guest = two()
     guest.hold(HandTarget(np.zeros(3)))
     session.advance(0.05)
-    recorded = session.recorded(60.0)
+    recorded = session.inputs.window(60.0)
     assert recorded is not None
     code, numbers = encoded(PairTarget(None, second))
     targets = recorded.stretches[0].targets._replace(
