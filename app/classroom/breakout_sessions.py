@@ -232,7 +232,10 @@ class BreakoutSessions:
                     one.show(self._classroom, None, page.view, page.lessons)
             if lead is not None and lead.visitor is not None:
                 lead.visitor.beside = tuple(one.member for one in members if one.member is not None)
-                self._frame(lead.client.client_id, lead.visitor, now, elapsed)
+                with self._context.apart(self._errors, "a frame of a student's page failed", lead.client.client_id):
+                    lead.visitor.session.halt.set("teacher", self._classroom.paused)
+                    lead.visitor.lessons.pace = self._classroom.pace
+                    lead.visitor.frame(now, elapsed)
 
     def _seat(self, group: str, members: list[Participant], now: float) -> Participant | None:
         """Let one member of a group operate the session and the others watch; return the one. `now`: wall time [s]."""
@@ -263,13 +266,3 @@ class BreakoutSessions:
         if not one.moved:
             one.moved = True
             self._context.server.send_elsewhere(one.client)
-
-    def _frame(self, client_id: int, visitor: Visitor, now: float, elapsed: float) -> None:
-        try:
-            visitor.session.halt.set("teacher", self._classroom.paused)
-            visitor.lessons.pace = self._classroom.pace
-            visitor.frame(now, elapsed)
-        except Exception as error:
-            # One broken page must not stop the others; a tab that is just closing ends up here too.
-            if client_id in self._context.server.get_clients():
-                self._errors.exception("a frame of a student's page failed", error, client_id)

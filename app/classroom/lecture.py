@@ -155,13 +155,8 @@ class LectureHost:
         operator = self.controls.operator
         teachers = [one for one in self.participants.values() if one.page is not None]
         for teacher in sorted(teachers, key=lambda one: one is not operator):
-            try:
+            with self._context.apart(self._errors, "a frame of a teacher's page failed", teacher.client.client_id):
                 self._show_teacher(teacher, frame)
-            except Exception as error:
-                # A tab that is just closing has no page any more; the others must not lose a frame.
-                client_id = teacher.client.client_id
-                if client_id in self._context.server.get_clients():
-                    self._errors.exception("a frame of a teacher's page failed", error, client_id)
         for audience, page in self.shared.pages.items():
             page.cover(self._address("screens"), (self.classroom.heads[0], self.control.presenter.expected))
             if audience.screen and self.control.presenter.frozen and page.shown:

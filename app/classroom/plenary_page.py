@@ -121,7 +121,7 @@ class GroupMember:
     """
 
     def __init__(self, context: AppContext, client: viser.ClientHandle, lead: Visitor) -> None:
-        self.client, self._server, self._errors = client, context.server, ThrottledLog(log)
+        self.client, self._context, self._errors = client, context, ThrottledLog(log)
         self._session, self.lessons = lead.session, lead.lessons
         look = look_of(request_query(client), browser_language(client), context.options.settings)
         with client.atomic():
@@ -150,10 +150,6 @@ class GroupMember:
     def show(self, frame: Frame) -> None:
         """Draw a frame."""
         set_language(self.language)
-        try:
+        with self._context.apart(self._errors, "a frame of a member's page failed", self.client.client_id):
             self._page.show(frame, None)
             self._page.flush()
-        except Exception as error:
-            # A tab that is just closing has no page any more; the others must not lose a frame.
-            if self.client.client_id in self._server.get_clients():
-                self._errors.exception("a frame of a member's page failed", error, self.client.client_id)

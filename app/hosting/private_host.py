@@ -60,13 +60,9 @@ class PrivateHost:
         self.admission.advance()
         self._bring_guests()
         for client_id, visitor in list(self.visitors.items()):
-            try:
+            with self._context.apart(self._errors, "a frame of a visitor's page failed", client_id):
                 visitor.frame(now, elapsed)
                 self._show_notes(client_id, visitor)
-            except Exception as error:
-                # One broken page must not stop the others; a tab that is just closing ends up here too.
-                if client_id in self._context.server.get_clients():
-                    self._errors.exception("a frame of a visitor's page failed", error, client_id)
 
     def _listen(self, link: WorkerLink) -> None:
         """Send guests to their host, and tabs that wait for their pages to another worker, once there is one with more room."""
