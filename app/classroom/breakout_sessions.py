@@ -207,7 +207,8 @@ class BreakoutSessions:
             visitor.session.close()
 
     def leave(self, participant: Participant) -> None:
-        """Keep the session of a student who has disconnected."""
+        """Keep what a student who has disconnected has done, and the session."""
+        participant.leave()
         self._errors.forget(participant.client.client_id)
         if participant.visitor is not None:
             participant.visitor.leave()

@@ -55,7 +55,9 @@ class LectureHost:
         self.control = TeacherControl(self.classroom, self.session, self.lessons, self._breakouts.hurry)
         if context.link is not None:
             context.link.wake = context.wake
-            self._breakouts.workers = BreakoutWorkers(context.link, self.classroom, self.control.post_work, self._breakouts.hurry)
+            self._breakouts.workers = BreakoutWorkers(
+                context.link, self.classroom, self.control.answers.put, self._breakouts.hurry
+            )
         self.control.presenter.expected = context.options.students
         self._leader = Leader(context.options.key)
         self._recorder = LectureRecorder(context, interrupted, self.control, self._leader)
@@ -133,7 +135,7 @@ class LectureHost:
         self._recorder.save(now)
         self._tell_trouble()
         if (run := run_of(self.participants.values(), self.classroom.wanted)) is not None:
-            self.control.post_work(run)
+            self.control.answers.put(run)
         self._breakouts.frames(list(self.participants.values()), now, elapsed)
 
     def _tell_trouble(self) -> None:
@@ -209,7 +211,7 @@ class LectureHost:
         """Give a browser its page; one with a breakout session takes part once the page is whole."""
         client_id = client.client_id
         audience = self.audiences.audience_of(client_id)
-        participant = Participant(client, self._leader.holds(client_id), audience, self.control.post_work)
+        participant = Participant(client, self._leader.holds(client_id), audience, self.control.answers.put)
         if not participant.teacher and participant.audience is None and self._breakouts.expects(participant.query):
             begin = self._begin(participant.id)
             participant.group = self.classroom.places.groups[participant.id]
@@ -249,7 +251,6 @@ class LectureHost:
         participant = self.participants.pop(client_id, None)
         self.classroom.leave(client_id)
         if participant is not None:
-            participant.leave()
             self._breakouts.leave(participant)
             if participant is self.controls.operator:
                 self.controls.release()
