@@ -14,6 +14,15 @@ ROOM: Final = 2.5
 
 Node = TypeVar("Node", bound=viser.SceneNodeHandle)
 
+Quaternion = tuple[float, float, float, float]
+"""(w, x, y, z)"""
+
+
+def quaternion(rotation: Array) -> Quaternion:
+    """Return a rotation (3, 3) as viser takes it."""
+    turn = pin.Quaternion(rotation)
+    return turn.w, turn.x, turn.y, turn.z
+
 
 def checked_point(position: object) -> Array | None:
     """Return a place (3,) inside the room of what a browser sent, None if it is not one."""
@@ -37,8 +46,7 @@ def put(handle: viser.SceneNodeHandle, place: Array, rotation: Array | None = No
     if np.abs(np.asarray(handle.position) - place).max() > 1e-5:
         handle.position = place
     if rotation is not None:
-        turn = pin.Quaternion(rotation)
-        wxyz = (turn.w, turn.x, turn.y, turn.z)
+        wxyz = quaternion(rotation)
         if np.abs(np.asarray(handle.wxyz) - wxyz).max() > 1e-5:
             handle.wxyz = wxyz
 
