@@ -76,10 +76,10 @@ def league_rows(
     known = {(one.name, one.event.scene): one for one in outcomes if (one.event.level, one.event.robot) == (level, robot)}
     rows = [_row(entrant, known, schedule, half) for entrant in entrants]
 
-    def place(row: LeagueRow) -> tuple[float, float, float]:
+    def place(row: LeagueRow) -> tuple[float, float]:
         e2 = math.inf if row.e2 is None else row.e2
         lost = math.inf if row.lost is None else round(row.lost, 4)
-        return (lost, e2, 0.0) if level == "default" else (e2, lost, 0.0)
+        return (lost, e2) if level == "default" else (e2, lost)
 
     return sorted(rows, key=place)
 

@@ -1,6 +1,5 @@
 """The marks as files: a table of all that was handed in, one row a student for Moodle or Canvas, and the result of one at Gradescope."""
 
-import csv
 import json
 from collections.abc import Sequence
 from itertools import groupby
@@ -10,7 +9,7 @@ from typing import Final, NamedTuple
 from app.custom_law.trials import TRIALS
 from app.export.report_record import StepRecord
 from app.marks.graded_file import REPORT, GradedFile, Student, points_of
-from scenes.files import csv_cell
+from scenes.files import csv_text
 
 
 class StudentMarks(NamedTuple):
@@ -105,5 +104,4 @@ def _number(value: float) -> str:
 
 
 def _write(path: Path, rows: Sequence[Sequence[object]]) -> None:
-    with path.open("w", encoding="utf-8", newline="") as file:
-        csv.writer(file, lineterminator="\n").writerows([csv_cell(value) for value in row] for row in rows)
+    path.write_text(csv_text(rows), encoding="utf-8", newline="\n")
