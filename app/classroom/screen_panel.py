@@ -86,7 +86,8 @@ def next_station_label(presenter: Presenter, following: Station | None) -> str:
 def state_html(presenter: Presenter, in_lesson: bool) -> Markup:
     """Return what the projectors show, and how many there are."""
     pills = [("", tr("On the screen: {what}", what=tr(STATION_NAMES[presenter.station])))] if in_lesson else []
-    return _pills_html(*pills, ("", tr("screens: {count}", count=presenter.screens)))
+    pills.append(("", tr("screens: {count}", count=presenter.screens)))
+    return macros("page/panels/pills.html").in_class([pills], live=True)
 
 
 def covers_html(presenter: Presenter) -> Markup:
@@ -105,11 +106,7 @@ def covers_html(presenter: Presenter) -> Markup:
         pills.append(("go", tr("time left: {time}", time=clock_text(presenter.left))))
     elif presenter.asked_for is not None:
         pills.append(("", tr("asked for {time}", time=clock_text(presenter.asked_for))))
-    return _pills_html(*pills) if pills else Markup()
-
-
-def _pills_html(*pills: tuple[str, str]) -> Markup:
-    return macros("page/panels/pills.html").in_class([pills], live=True)
+    return macros("page/panels/pills.html").in_class([pills], live=True) if pills else Markup()
 
 
 def open_html(page: PageSettings, keyed: bool) -> Markup:

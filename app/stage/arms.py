@@ -37,7 +37,8 @@ class ArmView:
         glbs, solid = robot_glbs(robot, palette, coarse=not fine), palette not in SEEN_THROUGH
         add = partial(scene.add_glb, cast_shadow=solid, receive_shadow=solid)
         path = f"{name}/base"
-        self._root = fresh(add(path, glbs[0], wxyz=quaternion(base.rotation), position=tuple(base.translation.tolist())))
+        self.root = fresh(add(path, glbs[0], wxyz=quaternion(base.rotation), position=tuple(base.translation.tolist())))
+        """The node of the base."""
         self.links: list[viser.GlbHandle] = []
         """The node that turns with each joint, from the base on."""
         self._turns: list[tuple[Quaternion, Quaternion]] = []
@@ -60,18 +61,10 @@ class ArmView:
 
     def link(self, joint: int) -> str:
         """Return the name of the node that turns with a joint, 0 for the base; what hangs on it goes with it."""
-        return (self._root, *self.links)[joint].name
-
-    @property
-    def visible(self) -> bool:
-        return self._root.visible
-
-    @visible.setter
-    def visible(self, visible: bool) -> None:
-        self._root.visible = visible
+        return (self.root, *self.links)[joint].name
 
     def remove(self) -> None:
-        self._root.remove()
+        self.root.remove()
 
 
 DIFFERENT: Final = 0.02
@@ -113,8 +106,8 @@ class TranslucentArms(StagePart):
                 name = f"/{self._palette}/{arm.name}"
                 view = ArmView(self._scene, name, base, self._palette, self._fine, made.key)
                 self._arms[arm.name] = view
-            view.visible = away > (SAME if view.visible else DIFFERENT)
-            if view.visible:
+            view.root.visible = away > (SAME if view.root.visible else DIFFERENT)
+            if view.root.visible:
                 view.show(q)
 
     def remove(self) -> None:
