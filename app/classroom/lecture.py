@@ -201,7 +201,12 @@ class LectureHost:
         """Remove the browsers that have disconnected, and go on building the pages of those that have connected."""
         arrivals, departures = self.admission.changes()
         for client_id in departures:
-            self._leave(client_id)
+            participant = self.participants.pop(client_id, None)
+            self.classroom.leave(client_id)
+            if participant is not None:
+                self._breakouts.leave(participant)
+                if participant is self.controls.operator:
+                    self.controls.release()
         self.shared.update(self.audiences)
         for client in arrivals:
             self.admission.come(client)
@@ -246,11 +251,3 @@ class LectureHost:
         # A browser that has disconnected before its page was there is no error.
         if client.client_id in self._context.server.get_clients():
             log.exception("a page could not be built")
-
-    def _leave(self, client_id: int) -> None:
-        participant = self.participants.pop(client_id, None)
-        self.classroom.leave(client_id)
-        if participant is not None:
-            self._breakouts.leave(participant)
-            if participant is self.controls.operator:
-                self.controls.release()
