@@ -23,11 +23,10 @@ class ScreenPanel:
 
     Args:
         control: carries out what the teacher asks for.
-        page: of the teacher; a projector that is opened from here looks the same.
         keyed: whether the teacher has a key, which that projector is given.
     """
 
-    def __init__(self, gui: viser.GuiApi, control: TeacherControl, page: PageSettings, keyed: bool) -> None:
+    def __init__(self, gui: viser.GuiApi, control: TeacherControl, keyed: bool) -> None:
         self._presenter, self._lessons, act = control.presenter, control.lessons, control.post
         self._shown: object = None
         self._state = gui.add_html("")
@@ -55,7 +54,7 @@ class ScreenPanel:
             N_("With panels: lesson and plots beside the stage, as students see them."),
             lambda i: act(_LAYOUTS[i]),
         )
-        gui.add_html(open_html(page, keyed))
+        gui.add_html(open_html(control.session.settings.page, keyed))
         on_press(self._on, lambda: act("on"))
         on_press(self._back, lambda: act("back"))
 
@@ -111,7 +110,7 @@ def covers_html(presenter: Presenter) -> Markup:
 
 def open_html(page: PageSettings, keyed: bool) -> Markup:
     """Return the button that opens a projector's window, with the teacher's key if there is one, and how to go on; see the script
-    `presenter.js`."""
+    `presenter.js`. `page`: of the teacher; the projector looks the same."""
     query = {"screen": "1", "profile": "projector"} | ({} if page.language == "auto" else {"lang": page.language})
     how = tr("Drag the new window to the projector and press F11.")
     keys = tr("By key or clicker, here and in that window:") if keyed else tr("By key or clicker, here:")

@@ -17,7 +17,6 @@ from app.i18n.speaking import N_, tr
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.hotkeys import PRESENTER_KEYS
 from app.page.panels.teachers_tab import ORDER, NotesView, TeachersTab
-from app.settings import PageSettings
 from app.text.templates import macros
 from app.web.address import Address
 from app.web.control_events import on_command, on_entry, on_press
@@ -44,7 +43,6 @@ class TeacherPanel:
     Args:
         control: carries out the teacher's actions.
         notes: Markdown by lesson id; None for a teacher without a key.
-        page: of the teacher; a projector that is opened from here looks the same.
         downloads: of the class's reports.
     """
 
@@ -54,7 +52,6 @@ class TeacherPanel:
         control: TeacherControl,
         address: Address,
         notes: Mapping[str, str] | None,
-        page: PageSettings,
         downloads: ClassDownloads,
     ) -> None:
         self._gui, self._control, self._downloads = client.gui, control, downloads
@@ -84,7 +81,7 @@ class TeacherPanel:
             self._pause = self._button(tr("Pause everybody"), "pause", "gray", viser.Icon.HAND_STOP)
             downloads.build()
         with tabs.add_tab(tr("Screen"), viser.Icon.PRESENTATION):
-            self._screen = ScreenPanel(gui, control, page, notes is not None)
+            self._screen = ScreenPanel(gui, control, notes is not None)
         self._notes: NotesView | None = None
         if notes is not None:
             with tabs.add_tab(tr("Notes"), viser.Icon.NOTEBOOK):
