@@ -21,7 +21,7 @@ from app.page.lessons.lesson_html import record_html
 from app.page.lessons.lesson_panel import ORDER
 from app.page.view import View
 from app.runtime.throttled_log import ThrottledLog
-from app.session.frame import Frame, Shown
+from app.session.frame import Frame
 from app.session.session import Session
 from app.settings import Language, Look
 from app.web.address import Address
@@ -40,7 +40,6 @@ class PlenaryPage:
         look: of the page; None for that of the stage's settings, which is the operator's.
         clients: returns the clients to which the camera belongs.
         presenter: of a projector's page; None for all others.
-        tip: see `app.page.view.View`.
 
     Attributes:
         language, book: of the page, and the lessons in it.
@@ -57,14 +56,13 @@ class PlenaryPage:
         look: Look | None,
         clients: Callable[[], list[viser.ClientHandle]],
         presenter: Presenter | None = None,
-        tip: Callable[[Shown], str] | None = None,
     ) -> None:
         self._host, self.book = host, in_language(book, language)
         self._clients, self.shown = clients, False
         self.language: Language = language
         set_language(language)
         with host.atomic():
-            self.view = View(host, session, clients, lessons, look, self.book, folds=False, tip=tip)
+            self.view = View(host, session, clients, lessons, look, self.book, folds=False)
             self._screen = None if presenter is None else ScreenView(host.gui, presenter, lessons, self.book)
         self._poll: viser.GuiHtmlHandle | None = None
         self._shown: tuple[Poll | None, float | None] = None, None
@@ -124,20 +122,14 @@ class GroupMember:
         self.client, self._context, self._errors = client, context, ThrottledLog(log)
         self._session, self.lessons = lead.session, lead.lessons
         look = look_of(request_query(client), browser_language(client), context.options.settings)
+        self.language, book = look.language, in_language(context.book, look.language)
+        set_language(self.language)
         with client.atomic():
             # After a page of an earlier session.
             client.gui.reset()
-            self._page = PlenaryPage(
-                client,
-                lead.session,
-                lead.lessons,
-                context.book,
-                look.language,
-                look,
-                lambda: [client],
-                tip=lambda _: tr(WATCHING),
+            self.view = View(
+                client, lead.session, lambda: [client], lead.lessons, look, book, folds=False, tip=lambda _: tr(WATCHING)
             )
-            self.view, self.language = self._page.view, look.language
             self.view.welcome(client)
 
     def watches(self, lead: Visitor) -> bool:
@@ -151,5 +143,6 @@ class GroupMember:
         """Draw a frame."""
         set_language(self.language)
         with self._context.apart(self._errors, "a frame of a member's page failed", self.client.client_id):
-            self._page.show(frame, None)
-            self._page.flush()
+            with self.client.atomic():
+                self.view.show(frame)
+            self.client.flush()
