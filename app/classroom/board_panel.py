@@ -8,7 +8,7 @@ import viser
 
 from app.classroom.progress_board import BoardRow
 from app.classroom.teacher_control import TeacherControl
-from app.i18n.speaking import N_, tr
+from app.i18n.speaking import tr
 from app.lessons.bookmark import Bookmark
 from app.lessons.open_steps import LONGEST
 from app.text.templates import macros
@@ -18,7 +18,6 @@ PERIOD: Final = 1.0
 """Time between two looks at the board [s]."""
 
 NO_ONE: Final = "–"
-PACE: Final = N_("2 or 2-3: no other step opens for those who work alone. Empty: all steps.")
 
 
 class BoardPanel:
@@ -29,7 +28,8 @@ class BoardPanel:
         self._next, self._shown = 0.0, None
         self._folder = gui.add_folder(tr("Who is where"), visible=False)
         with self._folder:
-            pace = gui.add_text(tr("only steps"), "", hint=tr(PACE))
+            hint = tr("2 or 2-3: no other step opens for those who work alone. Empty: all steps.")
+            pace = gui.add_text(tr("only steps"), "", hint=hint)
             self._pace, self._table = gui.add_html(""), gui.add_html("")
             self._student = gui.add_dropdown(tr("student"), _names(()))
             answer = gui.add_button(tr("Show this one"), icon=viser.Icon.PRESENTATION)

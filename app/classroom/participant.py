@@ -6,7 +6,7 @@ import viser
 
 from app.classroom.class_messages import PostWork, Progressed
 from app.classroom.classroom import Classroom, Poll
-from app.classroom.classroom_html import EXPLORING, FOLLOWING, HALTED, NAMED, NAMELESS, OPERATING, TOGETHER, WATCHING
+from app.classroom.classroom_html import WATCHING
 from app.classroom.overlays import Invitation
 from app.classroom.plenary_page import GroupMember, PlenaryPage
 from app.classroom.student_page import Answers, Banner, HandInBox, is_narrow
@@ -145,12 +145,15 @@ class Participant:
         """Return kind and text of the banner."""
         own = "own" if self.member is None else "own watches"
         if classroom.paused:
-            return f"{own} halt" if self.group else "halt", tr(HALTED)
+            return f"{own} halt" if self.group else "halt", tr("The teacher has paused everybody.")
         if self.group:
             pace = () if classroom.pace is None else (tr(classroom.pace.words),)
-            who = tr(OPERATING) if self.member is None else tr(WATCHING)
-            begin = (tr(EXPLORING),) if self.mates == 1 else (tr(TOGETHER, count=self.mates), who)
-            return own, " ".join((*begin, *pace, tr(NAMED, name=self.name)))
+            if self.mates == 1:
+                begin = (tr("Explore freely: this is your own session, and its settings are kept for the next time."),)
+            else:
+                who = tr("You operate it.") if self.member is None else tr(WATCHING)
+                begin = (tr("You are {count} at this robot, and answer together.", count=self.mates), who)
+            return own, " ".join((*begin, *pace, tr("For the teacher you are {name}.", name=self.name)))
         if classroom.free and not self.lasting:
-            return "wait", tr(NAMELESS)
-        return "follow", tr(FOLLOWING)
+            return "wait", tr("Your browser blocks storage for this page, so you can only watch.")
+        return "follow", tr("You follow the teacher: everybody sees this stage.")

@@ -14,7 +14,7 @@ from app.classroom.classroom_html import TAKE_OVER, banner_html, mine_html
 from app.classroom.student_work import LONGEST_NAME, clean_name
 from app.classroom.teacher_control import Answer, Because, TeacherControl
 from app.export.class_summary import HandIn
-from app.i18n.speaking import N_, tr
+from app.i18n.speaking import tr
 from app.lessons.progress import LONGEST_REASON
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.tally import Ballot, QuestionId
@@ -38,11 +38,6 @@ _OWN: Final = (
 def is_narrow(client: viser.ClientHandle) -> bool:
     """Return whether a window has no room for lesson, stage and controls beside each other."""
     return canvas_size(client)[0] < NARROW
-
-
-ONE_LINE: Final = N_(
-    "Optional: one line of at most {count} characters. The teacher reads it, and may show it to all without your name."
-)
 
 
 class Banner:
@@ -116,9 +111,12 @@ class Answers:
         """Offer the line for a reason from the vote until the reveal. As for who works alone, no two questions share one."""
         asked = (poll.question, poll.round) if poll is not None and poll.open and mine != Ballot() else None
         if asked is not None and asked not in self._reasons and self._panel.tab is not None:
-            hint, order = tr(ONE_LINE, count=LONGEST_REASON), ORDER["choices"] + 8.7
+            hint = tr(
+                "Optional: one line of at most {count} characters. The teacher reads it, and may show it to all without your name.",
+                count=LONGEST_REASON,
+            )
             with self._panel.tab:
-                box = self._client.gui.add_text(tr("Because …"), mine.reason, hint=hint, order=order)
+                box = self._client.gui.add_text(tr("Because …"), mine.reason, hint=hint, order=ORDER["choices"] + 8.7)
             put, student, question = self._control.answers.put, self._student, asked[0]
             self._reasons[asked] = on_entry(box, lambda text: put(Because(student, question, text[:LONGEST_REASON])))
         for place, box in self._reasons.items():
@@ -152,16 +150,6 @@ class Answers:
         self._texts[1].content, self._texts[2].content = ("", line) if over else (line, "")
 
 
-WHAT: Final = N_(
-    "The teacher gets what is in your lab report (answers, reasons, drawings, outcomes, challenges, own words) and the name that you "
-    "type, if any. Until the class ends you can take it back."
-)
-"""What is handed in, in one line."""
-
-_IN_PANEL: Final = -29.0
-_IN_LESSON: Final = ORDER["hints"] + 7.5
-
-
 class _Form:
     """The folder with name and buttons. The caller has opened its container.
 
@@ -173,7 +161,11 @@ class _Form:
     def __init__(self, gui: viser.GuiApi, order: float, hand_in: Callable[[str], None], take_back: Callable[[], None]) -> None:
         self.folder = gui.add_folder(tr("Hand in my report"), order=order, expand_by_default=False)
         with self.folder:
-            gui.add_html(macros("page/panels/pills.html").note(tr(WHAT)))
+            what = tr(
+                "The teacher gets what is in your lab report (answers, reasons, drawings, outcomes, challenges, own words) and the name "
+                "that you type, if any. Until the class ends you can take it back."
+            )
+            gui.add_html(macros("page/panels/pills.html").note(what))
             self._name = gui.add_text(tr("Name"), "")
             self._state = gui.add_html("")
             self._send = gui.add_button(tr("Hand in"), icon=viser.Icon.SEND)
@@ -243,7 +235,7 @@ class HandInBox:
         self._shown = shown
         in_lesson = tab is not None
         if offered and in_lesson not in self._forms:
-            order = _IN_LESSON if in_lesson else _IN_PANEL
+            order = ORDER["hints"] + 7.5 if in_lesson else -29.0
             take_back = partial(self._post_work, TakenBack(self._student))
             with tab or nullcontext():
                 # The progress belongs to the thread that calls `post`.

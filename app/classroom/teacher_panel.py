@@ -168,9 +168,6 @@ class TeacherPanel:
         self._downloads.close()
 
 
-ASSISTING: Final = N_("You assist: another tab of the teacher leads. One tab leads at a time.")
-
-
 class AssistantPanel:
     """What a teacher's tab has while another one leads: a line that says so, a button, and the notes.
 
@@ -184,7 +181,8 @@ class AssistantPanel:
         self, gui: viser.GuiApi, control: TeacherControl, notes: Mapping[str, str] | None, take_over: Callable[[], None]
     ) -> None:
         self._control = control
-        gui.add_html(banner_html("wait", tr(ASSISTING)), order=ORDER - 0.5)
+        said = tr("You assist: another tab of the teacher leads. One tab leads at a time.")
+        gui.add_html(banner_html("wait", said), order=ORDER - 0.5)
         on_press(gui.add_button(tr(TAKE_OVER), order=ORDER - 0.4, icon=viser.Icon.HAND_GRAB), take_over)
         self._notes = None if notes is None else TeachersTab(gui, notes)
 
