@@ -25,7 +25,7 @@ class BoardPanel:
 
     def __init__(self, gui: viser.GuiApi, control: TeacherControl) -> None:
         self._control, self._classroom, self._lessons, act = control, control.classroom, control.lessons, control.post
-        self._next, self._shown = 0.0, None
+        self._next = 0.0
         self._folder = gui.add_folder(tr("Who is where"), visible=False)
         with self._folder:
             hint = tr("2 or 2-3: no other step opens for those who work alone. Empty: all steps.")
@@ -49,10 +49,6 @@ class BoardPanel:
         place = walk.lesson.id, walk.step_index
         at = Bookmark(walk.book).at(*(place if pace is None else (pace.lesson, pace.nearest(*place))))
         rows = classroom.board.rows(classroom.groups, at, now)
-        shown = rows, at.lesson, pace, self._control.refused
-        if shown == self._shown:
-            return
-        self._shown = shown
         said = tr("Every step is open.") if pace is None else tr(pace.words)
         self._pace.content = macros("page/panels/pills.html").note(" ".join(filter(None, (tr(self._control.refused), said))))
         self._table.content = macros("classroom/board.html").board(rows, len(at.lesson.steps))

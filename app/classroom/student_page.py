@@ -199,7 +199,6 @@ class HandInBox:
         self._forms: dict[bool, _Form] = {}
         self._names: deque[str] = deque(maxlen=1)
         self._version = -1
-        self._shown: tuple[bool, bool, HandIn | None] | None = None
 
     def post(self, own: LessonSession | None, operates: bool) -> None:
         """Post the report if the student has asked for it, and the progress in the student's own session whenever it has changed.
@@ -229,10 +228,6 @@ class HandInBox:
             report: that is handed in; None for none.
             tab: of the lesson, in place of folded controls.
         """
-        shown = offered, tab is not None, report
-        if shown == self._shown:
-            return
-        self._shown = shown
         in_lesson = tab is not None
         if offered and in_lesson not in self._forms:
             order = ORDER["hints"] + 7.5 if in_lesson else -29.0

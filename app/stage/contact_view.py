@@ -51,7 +51,8 @@ class ClosestLine(StagePart):
         """Draw the pair that is closest now."""
         sample = frame.sample
         seen = self._on and sample.pair >= 0
-        self._see(seen)
+        for node in self.nodes:
+            node.visible = seen
         if not seen:
             return
         a, b = frame.simulation.detector.witness_points(sample.pair)

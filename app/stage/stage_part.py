@@ -25,12 +25,6 @@ class StagePart(ABC):
     def show(self, frame: Frame) -> None:
         """Draw a frame."""
 
-    def _see(self, seen: bool) -> None:
-        """Show all its nodes, or none; what does not change costs nothing."""
-        if seen != self.nodes[0].visible:
-            for node in self.nodes:
-                node.visible = seen
-
     def remove(self) -> None:
         """Take it out of the scene."""
         for node in self.nodes:

@@ -100,7 +100,8 @@ class GripMark(StagePart):
             target = target.second if self._of_guest else target.first
         elif self._of_guest:
             target = None
-        self._see(isinstance(target, LinkTarget))
+        for node in self.nodes:
+            node.visible = isinstance(target, LinkTarget)
         if isinstance(target, LinkTarget):
             arm = simulation.avoiding if self._of_guest else simulation.guided
             placement = simulation.kinematics.data.oMi[arm.joint(target.joint)]
