@@ -26,7 +26,6 @@ from app.i18n.speaking import set_language
 from app.lessons.loading import in_language
 from app.lessons.progress import SavedLesson
 from app.lessons.session.lesson_session import LessonSession
-from app.runtime.throttled_log import ThrottledLog
 from app.session.frame import Frame, make_frame
 from app.session.session import Session
 from app.settings import Look
@@ -64,7 +63,6 @@ class LectureHost:
         self.controls = PlenaryControls(context, self.control, self._summaries)
         self.participants: dict[int, Participant] = {}
         self.shared = PlenaryAudiences(context, self.control, self.participants)
-        self._errors = ThrottledLog(log)
         self._attention, self._heard, self._told = Attention(), (0, 0), (None, None)
         self.audiences = Audiences(context.server, self._look, self._leader.gone)
         self.admission = Admission(context, self._admit, self._not_built)
@@ -157,7 +155,7 @@ class LectureHost:
         operator = self.controls.operator
         teachers = [one for one in self.participants.values() if one.page is not None]
         for teacher in sorted(teachers, key=lambda one: one is not operator):
-            with self._context.apart(self._errors, "a frame of a teacher's page failed", teacher.client.client_id):
+            with self._context.apart("a frame of a teacher's page failed", teacher.client.client_id):
                 self._show_teacher(teacher, frame)
         for audience, page in self.shared.pages.items():
             page.cover(self._address("screens"), (self.classroom.heads[0], self.control.presenter.expected))

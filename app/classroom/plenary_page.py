@@ -1,7 +1,6 @@
 """The pages of those who watch: the plenary of a lecture in the language and look of one audience, or of one teacher, with the class's
 answers; and the session of a group, which another member operates."""
 
-import logging
 from collections.abc import Callable
 
 import viser
@@ -20,15 +19,12 @@ from app.lessons.session.lesson_session import LessonSession
 from app.page.lessons.lesson_html import record_html
 from app.page.lessons.lesson_panel import ORDER
 from app.page.view import View
-from app.runtime.throttled_log import ThrottledLog
 from app.session.frame import Frame
 from app.session.session import Session
 from app.settings import Language, Look
 from app.web.address import Address
 from app.web.audiences import Audience
 from app.web.request import browser_language, request_query
-
-log = logging.getLogger("duet.lecture")
 
 
 class PlenaryPage:
@@ -119,7 +115,7 @@ class GroupMember:
     """
 
     def __init__(self, context: AppContext, client: viser.ClientHandle, lead: Visitor) -> None:
-        self.client, self._context, self._errors = client, context, ThrottledLog(log)
+        self.client, self._context = client, context
         self._session, self.lessons = lead.session, lead.lessons
         look = look_of(request_query(client), browser_language(client), context.options.settings)
         self.language, book = look.language, in_language(context.book, look.language)
@@ -142,7 +138,7 @@ class GroupMember:
     def show(self, frame: Frame) -> None:
         """Draw a frame."""
         set_language(self.language)
-        with self._context.apart(self._errors, "a frame of a member's page failed", self.client.client_id):
+        with self._context.apart("a frame of a member's page failed", self.client.client_id):
             with self.client.atomic():
                 self.view.show(frame)
             self.client.flush()

@@ -28,6 +28,7 @@ class AppContext:
         library: of the lessons and of the teacher's notes, which are not read where there is no key.
         store: what visitors who have gone left behind.
         workload: what the rounds take, and how many private sessions there may be at once.
+        errors: logs what fails in the pages' frames.
         link: to the other processes of a lecture; None where there is one process.
         frame_due: set to ask for a frame at once.
     """
@@ -39,6 +40,7 @@ class AppContext:
     library: Library
     store: SessionStore
     workload: Workload
+    errors: ThrottledLog
     link: WorkerLink | None = None
     frame_due: threading.Event = field(default_factory=threading.Event)
 
@@ -52,10 +54,10 @@ class AppContext:
         self.frame_due.set()
 
     @contextmanager
-    def apart(self, errors: ThrottledLog, what: str, client_id: int) -> Iterator[None]:
+    def apart(self, what: str, client_id: int) -> Iterator[None]:
         """Log an exception of one browser's page: the others must not lose a frame. A tab that is just closing has no page any more."""
         try:
             yield
         except Exception as error:
             if client_id in self.server.get_clients():
-                errors.exception(what, error, client_id)
+                self.errors.exception(what, error, client_id)

@@ -13,7 +13,6 @@ from app.hosting.visitor_record import same_tab, tab_id
 from app.hosting.worker_messages import Invited, LetGo, MakeRoom, WorkerLink
 from app.page.panels.teachers_tab import TeachersTab, name_mistake
 from app.page.view import View
-from app.runtime.throttled_log import ThrottledLog
 from app.settings import GUEST, from_query
 from app.web.request import request_query
 
@@ -29,7 +28,6 @@ class PrivateHost:
         self._notes: dict[int, tuple[View, TeachersTab]] = {}
         self._guests: dict[int, Guest] = {}
         self._announced: set[str] = set()
-        self._errors = ThrottledLog(log)
         self.admission = Admission(context, self._admit, lambda _: log.exception("a visitor's page could not be built"))
 
     def close(self) -> None:
@@ -47,7 +45,7 @@ class PrivateHost:
         self._context.store.tidy()
         for client_id in departures:
             self._notes.pop(client_id, None)
-            self._errors.forget(client_id)
+            self._context.errors.forget(client_id)
             if client_id in self._guests:
                 self._guests.pop(client_id).leave()
             if client_id in self.visitors:
@@ -60,7 +58,7 @@ class PrivateHost:
         self.admission.advance()
         self._bring_guests()
         for client_id, visitor in list(self.visitors.items()):
-            with self._context.apart(self._errors, "a frame of a visitor's page failed", client_id):
+            with self._context.apart("a frame of a visitor's page failed", client_id):
                 visitor.frame(now, elapsed)
                 self._show_notes(client_id, visitor)
 
