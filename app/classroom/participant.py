@@ -9,16 +9,18 @@ from app.classroom.classroom import Classroom, Poll
 from app.classroom.classroom_html import WATCHING
 from app.classroom.overlays import Invitation
 from app.classroom.plenary_page import GroupMember, PlenaryPage
-from app.classroom.student_page import Answers, Banner, HandInBox, is_narrow
+from app.classroom.student_page import Answers, Banner, HandInBox
 from app.classroom.teacher_panel import AssistantPanel, TeacherPanel
 from app.hosting.visitor import Visitor
 from app.hosting.visitor_record import tab_id
 from app.i18n.speaking import tr
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.tally import Ballot
+from app.page.picture_size import canvas_size
 from app.page.view import View
 from app.session.session import Session
 from app.settings import LOOKS, Settings, from_query
+from app.theme import NARROW
 from app.web.address import Address
 from app.web.audiences import SCREEN, Audience
 from app.web.request import request_query
@@ -56,7 +58,7 @@ class Participant:
         self.query = request_query(client)
         tab = tab_id(self.query)
         self.id, self.lasting = tab or f"tab {client.client_id}", tab is not None
-        self.screen, self.narrow, self.moved = SCREEN in self.query, is_narrow(client), False
+        self.screen, self.narrow, self.moved = SCREEN in self.query, canvas_size(client)[0] < NARROW, False
         self.page: PlenaryPage | None = None
         self.banner: Banner | None = None
         self.answers: Answers | None = None
@@ -137,7 +139,8 @@ class Participant:
                 expand_for(self.client, view.lesson_panel.panel)
             self.hand_in.show(self.worked, report, tab)
             if self.answers is not None:
-                self.answers.fold(lessons.open)
+                if self.narrow:
+                    self.answers.fold(lessons.open)
                 first = Ballot() if poll is None else classroom.ballots.first_ballot_of(poll.question, self.id)
                 self.answers.show(poll, mine, first)
 

@@ -23,7 +23,6 @@ from app.page.lessons.lesson_html import choice_label
 from app.page.lessons.lesson_panel import ORDER, LessonPanel
 from app.page.picture_size import PHONE, canvas_size
 from app.text.templates import macros
-from app.theme import NARROW
 from app.web.control_events import on_command, on_entry, on_press
 from app.web.viser_internals import HotkeyKey, expand_for
 
@@ -33,11 +32,6 @@ _OWN: Final = (
     "<style>.duet-l-drawing:not(:has(.duet-draw)),.duet-l-choices,.duet-l-verdict,.duet-tied{display:none!important}</style>"
 )
 """Hides the projector's axes and list of choices, and the class's verdict, as the student has a board, buttons and an own verdict."""
-
-
-def is_narrow(client: viser.ClientHandle) -> bool:
-    """Return whether a window has no room for lesson, stage and controls beside each other."""
-    return canvas_size(client)[0] < NARROW
 
 
 class Banner:
@@ -79,11 +73,11 @@ class Answers:
         self._texts: list[viser.GuiHtmlHandle] = []
         self._reasons: dict[tuple[QuestionId, int], viser.GuiTextHandle] = {}
         self._shown: tuple[Any, ...] = ()
-        self._narrow, self._phone, self._folded = is_narrow(client), canvas_size(client)[0] <= PHONE, False
+        self._phone, self._folded = canvas_size(client)[0] <= PHONE, False
 
     def fold(self, folded: bool) -> None:
-        """On a narrow window fold the main panel while a lesson is open; the student can unfold it."""
-        if not self._narrow or folded == self._folded or (folded and self._panel.panel is None):
+        """Fold the main panel of a narrow window while a lesson is open; the student can unfold it."""
+        if folded == self._folded or (folded and self._panel.panel is None):
             return
         self._folded = folded
         if not folded:

@@ -49,7 +49,7 @@ class LeagueRow(NamedTuple):
             (self.lost, 1e3, ".1f"), (self.d_min, 1e3, ".0f"), (self.e2, 1.0, ".2f"),
             (self.dq_step, 1.0, ".3g"), (self.at_bounds, 1e2, ".1f"), (self.step_us, 1.0, ".0f"),
         )  # fmt: skip
-        said = ("–" if value is None else _minus(f"{value * scale:{form}}") for value, scale, form in numbers)
+        said = ("–" if value is None else f"{value * scale:{form}}".replace("-", "−") for value, scale, form in numbers)
         return (self.entrant.label, *said, "; ".join(filter(None, (self._knob(), *self.notes))))
 
     def _knob(self) -> str:
@@ -60,7 +60,7 @@ class LeagueRow(NamedTuple):
         if key != "offset":
             spec = specs()[key]
             label, unit, scale = spec.label, spec.page_unit or spec.unit, spec.page_scale
-        low, high = (_minus(f"{value * scale:.3g}") for value in (min(self.values), max(self.values)))
+        low, high = (f"{value * scale:.3g}".replace("-", "−") for value in (min(self.values), max(self.values)))
         return f"{label} = {low if low == high else f'{low} to {high}'} {unit}".rstrip()
 
 
@@ -142,7 +142,3 @@ def markdown(tables: Sequence[tuple[str, list[LeagueRow]]]) -> str:
         lines += [f"| {' | '.join(cell.replace('|', '¦') for cell in row.cells())} |" for row in rows]
         lines.append("")
     return "\n".join(lines)
-
-
-def _minus(text: str) -> str:
-    return text.replace("-", "−")
