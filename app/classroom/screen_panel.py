@@ -1,21 +1,17 @@
 """The teacher's remote control of the projector: what it shows and what comes next, the timer, blank and freeze."""
 
-from typing import Final
 from urllib.parse import urlencode
 
 import viser
 from markupsafe import Markup
 
-from app.classroom.presenter import STATION_NAMES, TIMERS, Presenter, ScreenAction, Station, clock_text
+from app.classroom.presenter import STATION_NAMES, TIMERS, Presenter, Station, clock_text
 from app.classroom.teacher_control import TeacherControl
 from app.i18n.speaking import N_, tr
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.settings import PageSettings
 from app.text.templates import macros
 from app.web.control_events import on_press
-
-_PICTURES: Final[tuple[ScreenAction, ...]] = ("live", "freeze", "blank")
-_LAYOUTS: Final[tuple[ScreenAction, ...]] = ("stage", "panels")
 
 
 class ScreenPanel:
@@ -45,14 +41,14 @@ class ScreenPanel:
             "screen",
             (N_("Live"), N_("Frozen"), N_("Black")),
             N_("Frozen: the screen keeps its picture while you prepare something. Page ↓ brings it back."),
-            lambda i: act(_PICTURES[i]),
+            lambda i: act(("live", "freeze", "blank")[i]),
         )
         self._layout = ChoiceButtons(
             gui,
             "shows",
             (N_("Stage alone"), N_("With panels")),
             N_("With panels: lesson and plots beside the stage, as students see them."),
-            lambda i: act(_LAYOUTS[i]),
+            lambda i: act(("stage", "panels")[i]),
         )
         gui.add_html(open_html(control.session.settings.page, keyed))
         on_press(self._on, lambda: act("on"))

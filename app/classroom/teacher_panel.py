@@ -34,8 +34,6 @@ COMMANDS: Final[tuple[tuple[str, HotkeyKey, TeacherAction], ...]] = (
 LONGEST_QUOTE: Final = 40
 """Characters of a list of reasons for the screen."""
 
-INVITING: Final[tuple[TeacherAction, ...]] = ("hide", "invite", "invite all")
-
 
 class TeacherPanel:
     """A teacher's tabs.
@@ -96,7 +94,7 @@ class TeacherPanel:
                 "shown",
                 (N_("Nowhere"), N_("On the screen"), N_("On every page")),
                 N_("On the screen: where there is no projector, this page shows it. × here or Page ↓ takes it away everywhere."),
-                lambda i: act(INVITING[i]),
+                lambda i: act(("hide", "invite", "invite all")[i]),
             )
         for name, key, action in COMMANDS:
             self._command(name, key, action)
