@@ -10,8 +10,7 @@ import pinocchio as pin
 import viser
 
 from app.session.frame import Frame
-from app.stage.poses import Quaternion, fresh, quaternion
-from app.stage.stage_part import StagePart
+from app.stage.stage_part import Quaternion, StagePart, fresh, quaternion
 from app.web.viser_internals import turn
 from controllers.kinematics import Array
 from scenes.lwr.shells import SEEN_THROUGH

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from app.session.frame import Frame
 from app.settings import PageSettings
 from app.stage.arms import ArmView
-from app.stage.poses import fresh, quaternion
-from app.stage.stage_part import StagePart
+from app.stage.stage_part import StagePart, fresh, quaternion
 from app.theme import PALETTES, Rgb, blend, rgb, scale
 from app.web.pages import PageAssets
 from scenes.room import Room

@@ -8,8 +8,7 @@ import viser
 from app.session.frame import Frame
 from app.settings import PageSettings
 from app.stage.contact_view import grid_faces
-from app.stage.poses import fresh, quaternion
-from app.stage.stage_part import StagePart
+from app.stage.stage_part import StagePart, fresh, quaternion
 from app.theme import BRAND, PALETTES, rgb, scale
 from controllers.kinematics import Array
 from scenes.targets import LinkTarget, PairTarget

@@ -10,7 +10,7 @@ import viser
 
 from app.session.actions import Drag
 from app.session.second_hand import Holder
-from app.stage.poses import checked_pose, fresh, put
+from app.stage.stage_part import checked_pose, fresh, put
 from controllers.kinematics import Array
 from scenes.simulation import Simulation
 from scenes.targets import BallTarget, HandTarget, Target
