@@ -22,6 +22,7 @@ from app.hosting.workload import Workload, places, step_seconds
 from app.lessons.library import Library
 from app.page.page_assets import loading_html, page_assets
 from app.runtime.job_pool import JobPool, Jobs
+from app.runtime.throttled_log import ThrottledLog
 from app.session.input_source import find_input_sources
 from app.text.documents import DOCUMENTS, PREFIX, document_page
 from app.web.server import DuetServer
@@ -130,7 +131,8 @@ def start_app(
         server.app_state = lambda: {"store": kept.state._asdict(), **workload.everywhere._asdict()}
         server.may_measure = partial(is_teacher, options.key)
         server.proof = options.proof
-        context = AppContext(server, options, jobs or JobPool(), sources, library, kept, workload, link)
+        errors = ThrottledLog(logging.getLogger("duet.lecture" if options.lecture else "duet.hosts"))
+        context = AppContext(server, options, jobs or JobPool(), sources, library, kept, workload, errors, link)
         if not options.lecture:
             # A lecture goes on with the lessons that it began with.
             library.watch(context.wake)

@@ -1,11 +1,13 @@
 """Files that the user names: read only if they are files of a bearable size, and written whole or not at all, with a line that says why."""
 
+import csv
 import errno
+import io
 import os
 import secrets
 import stat
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
@@ -103,6 +105,14 @@ def csv_cell(value: object) -> str:
     """Return a value as one line that a spreadsheet does not take for a formula."""
     text = "".join(c if c.isprintable() else " " for c in str(value))[:LONGEST_CELL].strip()
     return f"'{text}" if text[:1] in _FORMULA else text
+
+
+def csv_text(rows: Iterable[Iterable[object]], end: str = "\n") -> str:
+    """Return rows as CSV: numbers as they read back, every other value as `csv_cell` has it. `end`: of a line."""
+    out = io.StringIO()
+    cells = ([repr(value) if isinstance(value, int | float) else csv_cell(value) for value in row] for row in rows)
+    csv.writer(out, lineterminator=end).writerows(cells)
+    return out.getvalue()
 
 
 def path_inside(folder: Path, name: str) -> Path | None:

@@ -4,13 +4,11 @@ where they come from."""
 from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
+from app.hosting.visitor_record import ClassRecord
 from app.lessons.lesson import LAST, LessonBook
 from app.lessons.tally import Ballot, QuestionId, Switch, Tally, switches_between, tally_of
 from app.plots.curve_chart import Curve
 from app.web.connection import FilteredConnection
-
-Round = Mapping[str, Ballot]
-"""By the id of a student's tab."""
 
 
 class Counts(NamedTuple):
@@ -51,16 +49,11 @@ class Ballots:
         """Return the ballots of the rounds before, oldest first."""
         return dict(self._earlier)
 
-    def restore(
-        self,
-        ballots: Mapping[QuestionId, Round],
-        revealed: Collection[QuestionId],
-        earlier: Mapping[QuestionId, tuple[Round, ...]],
-    ) -> None:
+    def restore(self, record: ClassRecord) -> None:
         """Take up what `everything` and `earlier` have returned."""
-        self._ballots = {question: dict(given) for question, given in ballots.items()}
-        self._earlier = {question: tuple(map(dict, rounds)) for question, rounds in earlier.items()}
-        self._revealed = set(revealed)
+        self._ballots = {question: dict(given) for question, given in record.ballots.items()}
+        self._earlier = {question: tuple(map(dict, rounds)) for question, rounds in record.earlier.items()}
+        self._revealed = set(record.revealed)
         self._counts.clear()
 
     @property

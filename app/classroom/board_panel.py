@@ -1,14 +1,12 @@
 """The teacher's view of those who work alone: the board, who of them is shown on the projector, and which steps are open."""
 
-from collections.abc import Sequence
 from time import monotonic
 from typing import Final
 
 import viser
 
-from app.classroom.progress_board import BoardRow
 from app.classroom.teacher_control import TeacherControl
-from app.i18n.speaking import N_, tr
+from app.i18n.speaking import tr
 from app.lessons.bookmark import Bookmark
 from app.lessons.open_steps import LONGEST
 from app.text.templates import macros
@@ -17,8 +15,7 @@ from app.web.control_events import on_entry, on_press
 PERIOD: Final = 1.0
 """Time between two looks at the board [s]."""
 
-NO_ONE: Final = "–"
-PACE: Final = N_("2 or 2-3: no other step opens for those who work alone. Empty: all steps.")
+NO_ONE: Final[str] = "–"
 
 
 class BoardPanel:
@@ -26,12 +23,13 @@ class BoardPanel:
 
     def __init__(self, gui: viser.GuiApi, control: TeacherControl) -> None:
         self._control, self._classroom, self._lessons, act = control, control.classroom, control.lessons, control.post
-        self._next, self._shown = 0.0, None
+        self._next = 0.0
         self._folder = gui.add_folder(tr("Who is where"), visible=False)
         with self._folder:
-            pace = gui.add_text(tr("only steps"), "", hint=tr(PACE))
+            hint = tr("2 or 2-3: no other step opens for those who work alone. Empty: all steps.")
+            pace = gui.add_text(tr("only steps"), "", hint=hint)
             self._pace, self._table = gui.add_html(""), gui.add_html("")
-            self._student = gui.add_dropdown(tr("student"), _names(()))
+            self._student = gui.add_dropdown(tr("student"), (NO_ONE,))
             answer = gui.add_button(tr("Show this one"), icon=viser.Icon.PRESENTATION)
             run = gui.add_button(tr("Show this run"), icon=viser.Icon.PLAYER_PLAY, color="gray")
         on_entry(pace, lambda text: act("pace", text[:LONGEST]))
@@ -49,21 +47,12 @@ class BoardPanel:
         place = walk.lesson.id, walk.step_index
         at = Bookmark(walk.book).at(*(place if pace is None else (pace.lesson, pace.nearest(*place))))
         rows = classroom.board.rows(classroom.groups, at, now)
-        shown = rows, at.lesson, pace, self._control.refused
-        if shown == self._shown:
-            return
-        self._shown = shown
         said = tr("Every step is open.") if pace is None else tr(pace.words)
         self._pace.content = macros("page/panels/pills.html").note(" ".join(filter(None, (tr(self._control.refused), said))))
         self._table.content = macros("classroom/board.html").board(rows, len(at.lesson.steps))
-        names = _names(rows)
+        names = NO_ONE, *(row.name for row in rows)
         if self._student.value not in names:
             # A student who is away for a moment stays chosen.
             names += (self._student.value,)
         if names != tuple(self._student.options):
             self._student.options = names
-
-
-def _names(rows: Sequence[BoardRow]) -> tuple[str, ...]:
-    """Return what can be chosen: no one, and every name."""
-    return NO_ONE, *(row.name for row in rows)

@@ -5,13 +5,16 @@ import logging
 import viser
 
 from app.classroom.breakout_sessions import BreakoutSessions, run_of
-from app.classroom.class_messages import ClassState, Exploring, PostsToPlenary, Present
+from app.classroom.class_messages import ClassState, Exploring, Present, Progressed, Reported, TakenBack, WorkAction
 from app.classroom.classroom import Classroom
 from app.classroom.participant import Participant
+from app.classroom.student_work import clean_name
+from app.export.class_summary import HandIn
 from app.hosting.admission import Admission, Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.visitor_record import tab_id
 from app.hosting.worker_messages import Replaced, WorkerLink
+from app.session.actions import Action, ActionQueue
 from app.session.session import Session
 from app.web.request import request_query
 
@@ -26,7 +29,7 @@ class BreakoutHost:
         link.wake = context.wake
         self.classroom = Classroom(context.workload.places)
         self.participants: dict[int, Participant] = {}
-        self._posts = PostsToPlenary(link, self.classroom)
+        self._work = ActionQueue(self._take_work)
         self._breakouts = BreakoutSessions(context, self.classroom)
         self._expected: dict[str, Exploring] = {}
         self._early: list[viser.ClientHandle] = []
@@ -50,7 +53,7 @@ class BreakoutHost:
         """Advance and draw every session."""
         self._listen()
         self._connect()
-        self._posts.queue.do()
+        self._work.do()
         self._context.store.tidy()
         self._breakouts.frames(list(self.participants.values()), now, elapsed)
         if (run := run_of(self.participants.values(), self.classroom.wanted)) is not None:
@@ -61,6 +64,23 @@ class BreakoutHost:
         if said != self._said:
             self._said = said
             self._link.to_plenary(said)
+
+    def _post_work(self, work: WorkAction) -> None:
+        """Send what a student hands in to the plenary's process, and queue it for this one's pages; from any thread."""
+        self._link.to_plenary(work)
+        self._work.put(work)
+
+    def _take_work(self, action: Action) -> None:
+        match action:
+            case Progressed(student, progress):
+                self.classroom.work.note(student, progress)
+            case Reported(student, name, progress):
+                # The plenary makes the whole report; the student's page shows that there is one.
+                self.classroom.work.hand_in(student, HandIn(clean_name(name), progress))
+            case TakenBack(student):
+                self.classroom.work.hand_ins.pop(student, None)
+            case _:
+                raise TypeError(f"nothing here does {action!r}")
 
     def _listen(self) -> None:
         for message in self._link.received():
@@ -93,7 +113,6 @@ class BreakoutHost:
         for client_id in departures:
             participant = self.participants.pop(client_id, None)
             if participant is not None:
-                participant.leave()
                 self._breakouts.leave(participant)
         # The plenary's message may come after the student.
         waiting = [client for client in self._early if client.client_id not in departures] + arrivals
@@ -108,7 +127,7 @@ class BreakoutHost:
         self.admission.advance()
 
     def _admit(self, client: viser.ClientHandle) -> Pieces:
-        participant = Participant(client, False, None, self._posts.post_work)
+        participant = Participant(client, False, None, self._post_work)
         expected = self._expected.get(participant.id)
         if expected is None:
             # The teacher has called all back meanwhile.

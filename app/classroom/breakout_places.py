@@ -70,7 +70,3 @@ class BreakoutPlaces:
 
     def take_all(self) -> None:
         self._holders.clear()
-
-    def part(self) -> None:
-        """Forget the groups: there is a place for everybody."""
-        self.groups.clear()

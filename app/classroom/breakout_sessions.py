@@ -1,6 +1,5 @@
 """Breakout sessions: a student or a group explores beside the plenary, in this process or in another one."""
 
-import logging
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
 from itertools import count
@@ -19,7 +18,6 @@ from app.hosting.visitor_record import VisitorRecord, tab_id
 from app.hosting.worker_messages import ForgetTabs, Replaced, WorkerLink
 from app.i18n.speaking import set_language
 from app.page.panels.server_load import ServerLoad, combined
-from app.runtime.throttled_log import ThrottledLog
 from app.session.actions import RestoreSettings
 from app.settings import LOOKS
 from app.web.audiences import SCREEN
@@ -94,8 +92,6 @@ class BreakoutWorkers:
         self._changed()
 
 
-log = logging.getLogger("duet.lecture")
-
 AWAY: Final = 5.0
 """How long a group waits for the member who operates its session [s]; then another one does."""
 
@@ -126,7 +122,6 @@ class BreakoutSessions:
     def __init__(self, context: AppContext, classroom: Classroom) -> None:
         self._context, self._classroom = context, classroom
         self.workers: BreakoutWorkers | None = None
-        self._errors = ThrottledLog(log)
         self._next = 0.0
         self._operators: dict[str, str] = {}
         self._left: dict[str, float] = {}
@@ -207,8 +202,9 @@ class BreakoutSessions:
             visitor.session.close()
 
     def leave(self, participant: Participant) -> None:
-        """Keep the session of a student who has disconnected."""
-        self._errors.forget(participant.client.client_id)
+        """Keep what a student who has disconnected has done, and the session."""
+        participant.leave()
+        self._context.errors.forget(participant.client.client_id)
         if participant.visitor is not None:
             participant.visitor.leave()
 
@@ -232,7 +228,10 @@ class BreakoutSessions:
                     one.show(self._classroom, None, page.view, page.lessons)
             if lead is not None and lead.visitor is not None:
                 lead.visitor.beside = tuple(one.member for one in members if one.member is not None)
-                self._frame(lead.client.client_id, lead.visitor, now, elapsed)
+                with self._context.apart("a frame of a student's page failed", lead.client.client_id):
+                    lead.visitor.session.halt.set("teacher", self._classroom.paused)
+                    lead.visitor.lessons.pace = self._classroom.pace
+                    lead.visitor.frame(now, elapsed)
 
     def _seat(self, group: str, members: list[Participant], now: float) -> Participant | None:
         """Let one member of a group operate the session and the others watch; return the one. `now`: wall time [s]."""
@@ -263,13 +262,3 @@ class BreakoutSessions:
         if not one.moved:
             one.moved = True
             self._context.server.send_elsewhere(one.client)
-
-    def _frame(self, client_id: int, visitor: Visitor, now: float, elapsed: float) -> None:
-        try:
-            visitor.session.halt.set("teacher", self._classroom.paused)
-            visitor.lessons.pace = self._classroom.pace
-            visitor.frame(now, elapsed)
-        except Exception as error:
-            # One broken page must not stop the others; a tab that is just closing ends up here too.
-            if client_id in self._context.server.get_clients():
-                self._errors.exception("a frame of a student's page failed", error, client_id)

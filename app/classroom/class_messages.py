@@ -1,16 +1,13 @@
-"""What the processes of a lecture say to each other: the plenary's and those with breakout sessions; and where a student's work goes."""
+"""What the processes of a lecture say to each other: the plenary's and those with breakout sessions; and what students hand in."""
 
 from collections.abc import Callable, Hashable
 from typing import NamedTuple
 
-from app.classroom.classroom import Classroom
-from app.classroom.student_work import clean_name
 from app.export.class_summary import HandIn
 from app.hosting.visitor_record import VisitorRecord
-from app.hosting.worker_messages import WorkerLink
 from app.lessons.open_steps import OpenSteps
 from app.page.panels.server_load import ServerLoad
-from app.session.actions import Action, ActionQueue
+from app.session.actions import Action
 from scenes.inputs import Recorded
 
 
@@ -88,34 +85,3 @@ WorkAction = Progressed | Reported | TakenBack | Ran
 
 PostWork = Callable[[WorkAction], None]
 """Queues what a student hands in, or shows, for the next frame; from any thread."""
-
-
-class PostsToPlenary:
-    """Sends what students hand in to the plenary's process, and keeps it in this process for their pages.
-
-    Args:
-        classroom: of this process.
-
-    Attributes:
-        queue: what the thread that `classroom` belongs to has to do.
-    """
-
-    def __init__(self, link: WorkerLink, classroom: Classroom) -> None:
-        self._link, self._classroom = link, classroom
-        self.queue = ActionQueue(self._handle)
-
-    def post_work(self, work: WorkAction) -> None:
-        self._link.to_plenary(work)
-        self.queue.put(work)
-
-    def _handle(self, action: Action) -> None:
-        match action:
-            case Progressed(student, progress):
-                self._classroom.work.note(student, progress)
-            case Reported(student, name, progress):
-                # The plenary makes the whole report; the student's page shows that there is one.
-                self._classroom.work.hand_in(student, HandIn(clean_name(name), progress))
-            case TakenBack(student):
-                self._classroom.work.hand_ins.pop(student, None)
-            case _:
-                raise TypeError(f"nothing here does {action!r}")

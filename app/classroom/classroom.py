@@ -94,28 +94,24 @@ class Classroom:
         self.voters = Voters()
         self.board, self.wanted = ProgressBoard(), ""
         self.pace: OpenSteps | None = None
-        self._here: dict[int, str] = {}
-        self._origins: dict[int, FilteredConnection] = {}
+        self._here: dict[int, tuple[str, FilteredConnection | None]] = {}
         self._texts: dict[str, tuple[Step, StepOutcome | None, _Texts]] = {}
 
     # ---- the students -------------------------------------------------------------------------------------------------------
 
     def enter(self, client_id: int, student: str, origin: FilteredConnection | None = None) -> None:
         """Add a student's connection. `student`: id of the tab; `origin`: the connection, where it can vote."""
-        self._here[client_id] = student
-        if origin is not None:
-            self._origins[client_id] = origin
-            self._look_at_voters(student)
+        self._here[client_id] = student, origin
+        self._look_at_voters(student)
 
     def leave(self, client_id: int) -> None:
         """Remove a connection, if it is a student's."""
         self._here.pop(client_id, None)
-        self._origins.pop(client_id, None)
 
     def _look_at_voters(self, student: str) -> None:
         """Note where a student comes from, before a vote counts."""
-        for client_id, origin in self._origins.items():
-            if self._here.get(client_id) == student:
+        for one, origin in self._here.values():
+            if one == student and origin is not None:
                 self.voters.note(student, origin)
         self.ballots.leave_out(self.voters.left_out)
 
@@ -131,7 +127,7 @@ class Classroom:
     @property
     def here(self) -> tuple[str, ...]:
         """All students, each once, in the order of arrival."""
-        return tuple(dict.fromkeys(self._here.values()))
+        return tuple(dict.fromkeys(student for student, _ in self._here.values()))
 
     @property
     def heads(self) -> tuple[int, int]:
@@ -148,7 +144,7 @@ class Classroom:
     def explore(self) -> None:
         """Send all students to breakout sessions; with a place for everybody there are no groups."""
         if not self.free and len(self.here) <= self.places.most:
-            self.places.part()
+            self.places.groups.clear()
         self.free = True
 
     def follow(self) -> None:

@@ -16,16 +16,8 @@ from app.plots.curve_chart import Curve
 from app.text.templates import element, macros, tr_html
 from app.web.address import Address, qr_svg
 
-FOLLOWING: Final = N_("You follow the teacher: everybody sees this stage.")
-EXPLORING: Final = N_("Explore freely: this is your own session, and its settings are kept for the next time.")
-TOGETHER: Final = N_("You are {count} at this robot, and answer together.")
-OPERATING: Final = N_("You operate it.")
 WATCHING: Final = N_("Another one of you operates it.")
 TAKE_OVER: Final = N_("Take over")
-NAMED: Final = N_("For the teacher you are {name}.")
-NAMELESS: Final = N_("Your browser blocks storage for this page, so you can only watch.")
-HALTED: Final = N_("The teacher has paused everybody.")
-"""Banner of a student's page."""
 
 _NONE: Final = Ballot()
 

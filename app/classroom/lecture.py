@@ -26,7 +26,6 @@ from app.i18n.speaking import set_language
 from app.lessons.loading import in_language
 from app.lessons.progress import SavedLesson
 from app.lessons.session.lesson_session import LessonSession
-from app.runtime.throttled_log import ThrottledLog
 from app.session.frame import Frame, make_frame
 from app.session.session import Session
 from app.settings import Look
@@ -55,14 +54,15 @@ class LectureHost:
         self.control = TeacherControl(self.classroom, self.session, self.lessons, self._breakouts.hurry)
         if context.link is not None:
             context.link.wake = context.wake
-            self._breakouts.workers = BreakoutWorkers(context.link, self.classroom, self.control.post_work, self._breakouts.hurry)
+            self._breakouts.workers = BreakoutWorkers(
+                context.link, self.classroom, self.control.answers.put, self._breakouts.hurry
+            )
         self.control.presenter.expected = context.options.students
         self._leader = Leader(context.options.key)
         self._recorder = LectureRecorder(context, interrupted, self.control, self._leader)
         self.controls = PlenaryControls(context, self.control, self._summaries)
         self.participants: dict[int, Participant] = {}
         self.shared = PlenaryAudiences(context, self.control, self.participants)
-        self._errors = ThrottledLog(log)
         self._attention, self._heard, self._told = Attention(), (0, 0), (None, None)
         self.audiences = Audiences(context.server, self._look, self._leader.gone)
         self.admission = Admission(context, self._admit, self._not_built)
@@ -133,7 +133,7 @@ class LectureHost:
         self._recorder.save(now)
         self._tell_trouble()
         if (run := run_of(self.participants.values(), self.classroom.wanted)) is not None:
-            self.control.post_work(run)
+            self.control.answers.put(run)
         self._breakouts.frames(list(self.participants.values()), now, elapsed)
 
     def _tell_trouble(self) -> None:
@@ -155,13 +155,8 @@ class LectureHost:
         operator = self.controls.operator
         teachers = [one for one in self.participants.values() if one.page is not None]
         for teacher in sorted(teachers, key=lambda one: one is not operator):
-            try:
+            with self._context.apart("a frame of a teacher's page failed", teacher.client.client_id):
                 self._show_teacher(teacher, frame)
-            except Exception as error:
-                # A tab that is just closing has no page any more; the others must not lose a frame.
-                client_id = teacher.client.client_id
-                if client_id in self._context.server.get_clients():
-                    self._errors.exception("a frame of a teacher's page failed", error, client_id)
         for audience, page in self.shared.pages.items():
             page.cover(self._address("screens"), (self.classroom.heads[0], self.control.presenter.expected))
             if audience.screen and self.control.presenter.frozen and page.shown:
@@ -204,7 +199,12 @@ class LectureHost:
         """Remove the browsers that have disconnected, and go on building the pages of those that have connected."""
         arrivals, departures = self.admission.changes()
         for client_id in departures:
-            self._leave(client_id)
+            participant = self.participants.pop(client_id, None)
+            self.classroom.leave(client_id)
+            if participant is not None:
+                self._breakouts.leave(participant)
+                if participant is self.controls.operator:
+                    self.controls.release()
         self.shared.update(self.audiences)
         for client in arrivals:
             self.admission.come(client)
@@ -214,7 +214,7 @@ class LectureHost:
         """Give a browser its page; one with a breakout session takes part once the page is whole."""
         client_id = client.client_id
         audience = self.audiences.audience_of(client_id)
-        participant = Participant(client, self._leader.holds(client_id), audience, self.control.post_work)
+        participant = Participant(client, self._leader.holds(client_id), audience, self.control.answers.put)
         if not participant.teacher and participant.audience is None and self._breakouts.expects(participant.query):
             begin = self._begin(participant.id)
             participant.group = self.classroom.places.groups[participant.id]
@@ -249,12 +249,3 @@ class LectureHost:
         # A browser that has disconnected before its page was there is no error.
         if client.client_id in self._context.server.get_clients():
             log.exception("a page could not be built")
-
-    def _leave(self, client_id: int) -> None:
-        participant = self.participants.pop(client_id, None)
-        self.classroom.leave(client_id)
-        if participant is not None:
-            participant.leave()
-            self._breakouts.leave(participant)
-            if participant is self.controls.operator:
-                self.controls.release()

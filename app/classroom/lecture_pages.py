@@ -122,8 +122,7 @@ class PlenaryControls:
                 teacher.panel = AssistantPanel(client.gui, self._control, notes, teacher.ask_to_operate)
             elif ALONE not in teacher.query:
                 downloads = ClassDownloads(client, self._session, context.jobs, self._summaries, teacher.page.book, language)
-                page = self._session.settings.page
-                teacher.panel = TeacherPanel(client, self._control, self.address, notes, page, downloads)
+                teacher.panel = TeacherPanel(client, self._control, self.address, notes, downloads)
             teacher.invitation = Invitation(client.gui, teacher.page.view)
             teacher.page.view.welcome(client)
 

@@ -82,8 +82,8 @@ class LectureRecorder:
 
 
 def _take_up(classroom: Classroom, record: ClassRecord) -> None:
-    classroom.ballots.restore(record.ballots, record.revealed, record.earlier)
-    classroom.work.restore(record.passed, record.hand_ins, record.nearest)
+    classroom.ballots.restore(record)
+    classroom.work.restore(record)
     classroom.voters.pageless = set(record.pageless)
     classroom.board.names, classroom.pace = dict(record.names), record.pace
     classroom.places.groups = dict(record.groups)

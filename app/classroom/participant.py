@@ -6,19 +6,21 @@ import viser
 
 from app.classroom.class_messages import PostWork, Progressed
 from app.classroom.classroom import Classroom, Poll
-from app.classroom.classroom_html import EXPLORING, FOLLOWING, HALTED, NAMED, NAMELESS, OPERATING, TOGETHER, WATCHING
+from app.classroom.classroom_html import WATCHING
 from app.classroom.overlays import Invitation
 from app.classroom.plenary_page import GroupMember, PlenaryPage
-from app.classroom.student_page import Answers, Banner, HandInBox, is_narrow
+from app.classroom.student_page import Answers, Banner, HandInBox
 from app.classroom.teacher_panel import AssistantPanel, TeacherPanel
 from app.hosting.visitor import Visitor
 from app.hosting.visitor_record import tab_id
 from app.i18n.speaking import tr
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.tally import Ballot
+from app.page.picture_size import canvas_size
 from app.page.view import View
 from app.session.session import Session
 from app.settings import LOOKS, Settings, from_query
+from app.theme import NARROW
 from app.web.address import Address
 from app.web.audiences import SCREEN, Audience
 from app.web.request import request_query
@@ -56,7 +58,7 @@ class Participant:
         self.query = request_query(client)
         tab = tab_id(self.query)
         self.id, self.lasting = tab or f"tab {client.client_id}", tab is not None
-        self.screen, self.narrow, self.moved = SCREEN in self.query, is_narrow(client), False
+        self.screen, self.narrow, self.moved = SCREEN in self.query, canvas_size(client)[0] < NARROW, False
         self.page: PlenaryPage | None = None
         self.banner: Banner | None = None
         self.answers: Answers | None = None
@@ -137,7 +139,8 @@ class Participant:
                 expand_for(self.client, view.lesson_panel.panel)
             self.hand_in.show(self.worked, report, tab)
             if self.answers is not None:
-                self.answers.fold(lessons.open)
+                if self.narrow:
+                    self.answers.fold(lessons.open)
                 first = Ballot() if poll is None else classroom.ballots.first_ballot_of(poll.question, self.id)
                 self.answers.show(poll, mine, first)
 
@@ -145,12 +148,15 @@ class Participant:
         """Return kind and text of the banner."""
         own = "own" if self.member is None else "own watches"
         if classroom.paused:
-            return f"{own} halt" if self.group else "halt", tr(HALTED)
+            return f"{own} halt" if self.group else "halt", tr("The teacher has paused everybody.")
         if self.group:
             pace = () if classroom.pace is None else (tr(classroom.pace.words),)
-            who = tr(OPERATING) if self.member is None else tr(WATCHING)
-            begin = (tr(EXPLORING),) if self.mates == 1 else (tr(TOGETHER, count=self.mates), who)
-            return own, " ".join((*begin, *pace, tr(NAMED, name=self.name)))
+            if self.mates == 1:
+                begin = (tr("Explore freely: this is your own session, and its settings are kept for the next time."),)
+            else:
+                who = tr("You operate it.") if self.member is None else tr(WATCHING)
+                begin = (tr("You are {count} at this robot, and answer together.", count=self.mates), who)
+            return own, " ".join((*begin, *pace, tr("For the teacher you are {name}.", name=self.name)))
         if classroom.free and not self.lasting:
-            return "wait", tr(NAMELESS)
-        return "follow", tr(FOLLOWING)
+            return "wait", tr("Your browser blocks storage for this page, so you can only watch.")
+        return "follow", tr("You follow the teacher: everybody sees this stage.")

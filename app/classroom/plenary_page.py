@@ -1,7 +1,6 @@
 """The pages of those who watch: the plenary of a lecture in the language and look of one audience, or of one teacher, with the class's
 answers; and the session of a group, which another member operates."""
 
-import logging
 from collections.abc import Callable
 
 import viser
@@ -20,15 +19,12 @@ from app.lessons.session.lesson_session import LessonSession
 from app.page.lessons.lesson_html import record_html
 from app.page.lessons.lesson_panel import ORDER
 from app.page.view import View
-from app.runtime.throttled_log import ThrottledLog
-from app.session.frame import Frame, Shown
+from app.session.frame import Frame
 from app.session.session import Session
 from app.settings import Language, Look
 from app.web.address import Address
 from app.web.audiences import Audience
 from app.web.request import browser_language, request_query
-
-log = logging.getLogger("duet.lecture")
 
 
 class PlenaryPage:
@@ -40,7 +36,6 @@ class PlenaryPage:
         look: of the page; None for that of the stage's settings, which is the operator's.
         clients: returns the clients to which the camera belongs.
         presenter: of a projector's page; None for all others.
-        tip: see `app.page.view.View`.
 
     Attributes:
         language, book: of the page, and the lessons in it.
@@ -57,14 +52,13 @@ class PlenaryPage:
         look: Look | None,
         clients: Callable[[], list[viser.ClientHandle]],
         presenter: Presenter | None = None,
-        tip: Callable[[Shown], str] | None = None,
     ) -> None:
         self._host, self.book = host, in_language(book, language)
         self._clients, self.shown = clients, False
         self.language: Language = language
         set_language(language)
         with host.atomic():
-            self.view = View(host, session, clients, lessons, look, self.book, folds=False, tip=tip)
+            self.view = View(host, session, clients, lessons, look, self.book, folds=False)
             self._screen = None if presenter is None else ScreenView(host.gui, presenter, lessons, self.book)
         self._poll: viser.GuiHtmlHandle | None = None
         self._shown: tuple[Poll | None, float | None] = None, None
@@ -121,23 +115,17 @@ class GroupMember:
     """
 
     def __init__(self, context: AppContext, client: viser.ClientHandle, lead: Visitor) -> None:
-        self.client, self._server, self._errors = client, context.server, ThrottledLog(log)
+        self.client, self._context = client, context
         self._session, self.lessons = lead.session, lead.lessons
         look = look_of(request_query(client), browser_language(client), context.options.settings)
+        self.language, book = look.language, in_language(context.book, look.language)
+        set_language(self.language)
         with client.atomic():
             # After a page of an earlier session.
             client.gui.reset()
-            self._page = PlenaryPage(
-                client,
-                lead.session,
-                lead.lessons,
-                context.book,
-                look.language,
-                look,
-                lambda: [client],
-                tip=lambda _: tr(WATCHING),
+            self.view = View(
+                client, lead.session, lambda: [client], lead.lessons, look, book, folds=False, tip=lambda _: tr(WATCHING)
             )
-            self.view, self.language = self._page.view, look.language
             self.view.welcome(client)
 
     def watches(self, lead: Visitor) -> bool:
@@ -150,10 +138,7 @@ class GroupMember:
     def show(self, frame: Frame) -> None:
         """Draw a frame."""
         set_language(self.language)
-        try:
-            self._page.show(frame, None)
-            self._page.flush()
-        except Exception as error:
-            # A tab that is just closing has no page any more; the others must not lose a frame.
-            if self.client.client_id in self._server.get_clients():
-                self._errors.exception("a frame of a member's page failed", error, self.client.client_id)
+        with self._context.apart("a frame of a member's page failed", self.client.client_id):
+            with self.client.atomic():
+                self.view.show(frame)
+            self.client.flush()

@@ -1,12 +1,11 @@
 """The teacher's remote control of the projector: what it shows and what comes next, the timer, blank and freeze."""
 
-from typing import Final
 from urllib.parse import urlencode
 
 import viser
 from markupsafe import Markup
 
-from app.classroom.presenter import STATION_NAMES, TIMERS, Presenter, ScreenAction, Station, clock_text
+from app.classroom.presenter import STATION_NAMES, TIMERS, Presenter, Station, clock_text
 from app.classroom.teacher_control import TeacherControl
 from app.i18n.speaking import N_, tr
 from app.page.panels.choice_buttons import ChoiceButtons
@@ -14,20 +13,16 @@ from app.settings import PageSettings
 from app.text.templates import macros
 from app.web.control_events import on_press
 
-_PICTURES: Final[tuple[ScreenAction, ...]] = ("live", "freeze", "blank")
-_LAYOUTS: Final[tuple[ScreenAction, ...]] = ("stage", "panels")
-
 
 class ScreenPanel:
     """The controls in the teacher's tab; the caller has opened it.
 
     Args:
         control: carries out what the teacher asks for.
-        page: of the teacher; a projector that is opened from here looks the same.
         keyed: whether the teacher has a key, which that projector is given.
     """
 
-    def __init__(self, gui: viser.GuiApi, control: TeacherControl, page: PageSettings, keyed: bool) -> None:
+    def __init__(self, gui: viser.GuiApi, control: TeacherControl, keyed: bool) -> None:
         self._presenter, self._lessons, act = control.presenter, control.lessons, control.post
         self._shown: object = None
         self._state = gui.add_html("")
@@ -46,16 +41,16 @@ class ScreenPanel:
             "screen",
             (N_("Live"), N_("Frozen"), N_("Black")),
             N_("Frozen: the screen keeps its picture while you prepare something. Page ↓ brings it back."),
-            lambda i: act(_PICTURES[i]),
+            lambda i: act(("live", "freeze", "blank")[i]),
         )
         self._layout = ChoiceButtons(
             gui,
             "shows",
             (N_("Stage alone"), N_("With panels")),
             N_("With panels: lesson and plots beside the stage, as students see them."),
-            lambda i: act(_LAYOUTS[i]),
+            lambda i: act(("stage", "panels")[i]),
         )
-        gui.add_html(open_html(page, keyed))
+        gui.add_html(open_html(control.session.settings.page, keyed))
         on_press(self._on, lambda: act("on"))
         on_press(self._back, lambda: act("back"))
 
@@ -86,7 +81,8 @@ def next_station_label(presenter: Presenter, following: Station | None) -> str:
 def state_html(presenter: Presenter, in_lesson: bool) -> Markup:
     """Return what the projectors show, and how many there are."""
     pills = [("", tr("On the screen: {what}", what=tr(STATION_NAMES[presenter.station])))] if in_lesson else []
-    return _pills_html(*pills, ("", tr("screens: {count}", count=presenter.screens)))
+    pills.append(("", tr("screens: {count}", count=presenter.screens)))
+    return macros("page/panels/pills.html").in_class([pills], live=True)
 
 
 def covers_html(presenter: Presenter) -> Markup:
@@ -105,16 +101,12 @@ def covers_html(presenter: Presenter) -> Markup:
         pills.append(("go", tr("time left: {time}", time=clock_text(presenter.left))))
     elif presenter.asked_for is not None:
         pills.append(("", tr("asked for {time}", time=clock_text(presenter.asked_for))))
-    return _pills_html(*pills) if pills else Markup()
-
-
-def _pills_html(*pills: tuple[str, str]) -> Markup:
-    return macros("page/panels/pills.html").in_class([pills], live=True)
+    return macros("page/panels/pills.html").in_class([pills], live=True) if pills else Markup()
 
 
 def open_html(page: PageSettings, keyed: bool) -> Markup:
     """Return the button that opens a projector's window, with the teacher's key if there is one, and how to go on; see the script
-    `presenter.js`."""
+    `presenter.js`. `page`: of the teacher; the projector looks the same."""
     query = {"screen": "1", "profile": "projector"} | ({} if page.language == "auto" else {"lang": page.language})
     how = tr("Drag the new window to the projector and press F11.")
     keys = tr("By key or clicker, here and in that window:") if keyed else tr("By key or clicker, here:")

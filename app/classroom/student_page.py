@@ -14,7 +14,7 @@ from app.classroom.classroom_html import TAKE_OVER, banner_html, mine_html
 from app.classroom.student_work import LONGEST_NAME, clean_name
 from app.classroom.teacher_control import Answer, Because, TeacherControl
 from app.export.class_summary import HandIn
-from app.i18n.speaking import N_, tr
+from app.i18n.speaking import tr
 from app.lessons.progress import LONGEST_REASON
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.tally import Ballot, QuestionId
@@ -23,7 +23,6 @@ from app.page.lessons.lesson_html import choice_label
 from app.page.lessons.lesson_panel import ORDER, LessonPanel
 from app.page.picture_size import PHONE, canvas_size
 from app.text.templates import macros
-from app.theme import NARROW
 from app.web.control_events import on_command, on_entry, on_press
 from app.web.viser_internals import HotkeyKey, expand_for
 
@@ -33,16 +32,6 @@ _OWN: Final = (
     "<style>.duet-l-drawing:not(:has(.duet-draw)),.duet-l-choices,.duet-l-verdict,.duet-tied{display:none!important}</style>"
 )
 """Hides the projector's axes and list of choices, and the class's verdict, as the student has a board, buttons and an own verdict."""
-
-
-def is_narrow(client: viser.ClientHandle) -> bool:
-    """Return whether a window has no room for lesson, stage and controls beside each other."""
-    return canvas_size(client)[0] < NARROW
-
-
-ONE_LINE: Final = N_(
-    "Optional: one line of at most {count} characters. The teacher reads it, and may show it to all without your name."
-)
 
 
 class Banner:
@@ -84,11 +73,11 @@ class Answers:
         self._texts: list[viser.GuiHtmlHandle] = []
         self._reasons: dict[tuple[QuestionId, int], viser.GuiTextHandle] = {}
         self._shown: tuple[Any, ...] = ()
-        self._narrow, self._phone, self._folded = is_narrow(client), canvas_size(client)[0] <= PHONE, False
+        self._phone, self._folded = canvas_size(client)[0] <= PHONE, False
 
     def fold(self, folded: bool) -> None:
-        """On a narrow window fold the main panel while a lesson is open; the student can unfold it."""
-        if not self._narrow or folded == self._folded or (folded and self._panel.panel is None):
+        """Fold the main panel of a narrow window while a lesson is open; the student can unfold it."""
+        if folded == self._folded or (folded and self._panel.panel is None):
             return
         self._folded = folded
         if not folded:
@@ -116,9 +105,12 @@ class Answers:
         """Offer the line for a reason from the vote until the reveal. As for who works alone, no two questions share one."""
         asked = (poll.question, poll.round) if poll is not None and poll.open and mine != Ballot() else None
         if asked is not None and asked not in self._reasons and self._panel.tab is not None:
-            hint, order = tr(ONE_LINE, count=LONGEST_REASON), ORDER["choices"] + 8.7
+            hint = tr(
+                "Optional: one line of at most {count} characters. The teacher reads it, and may show it to all without your name.",
+                count=LONGEST_REASON,
+            )
             with self._panel.tab:
-                box = self._client.gui.add_text(tr("Because …"), mine.reason, hint=hint, order=order)
+                box = self._client.gui.add_text(tr("Because …"), mine.reason, hint=hint, order=ORDER["choices"] + 8.7)
             put, student, question = self._control.answers.put, self._student, asked[0]
             self._reasons[asked] = on_entry(box, lambda text: put(Because(student, question, text[:LONGEST_REASON])))
         for place, box in self._reasons.items():
@@ -152,16 +144,6 @@ class Answers:
         self._texts[1].content, self._texts[2].content = ("", line) if over else (line, "")
 
 
-WHAT: Final = N_(
-    "The teacher gets what is in your lab report (answers, reasons, drawings, outcomes, challenges, own words) and the name that you "
-    "type, if any. Until the class ends you can take it back."
-)
-"""What is handed in, in one line."""
-
-_IN_PANEL: Final = -29.0
-_IN_LESSON: Final = ORDER["hints"] + 7.5
-
-
 class _Form:
     """The folder with name and buttons. The caller has opened its container.
 
@@ -173,7 +155,11 @@ class _Form:
     def __init__(self, gui: viser.GuiApi, order: float, hand_in: Callable[[str], None], take_back: Callable[[], None]) -> None:
         self.folder = gui.add_folder(tr("Hand in my report"), order=order, expand_by_default=False)
         with self.folder:
-            gui.add_html(macros("page/panels/pills.html").note(tr(WHAT)))
+            what = tr(
+                "The teacher gets what is in your lab report (answers, reasons, drawings, outcomes, challenges, own words) and the name "
+                "that you type, if any. Until the class ends you can take it back."
+            )
+            gui.add_html(macros("page/panels/pills.html").note(what))
             self._name = gui.add_text(tr("Name"), "")
             self._state = gui.add_html("")
             self._send = gui.add_button(tr("Hand in"), icon=viser.Icon.SEND)
@@ -207,7 +193,6 @@ class HandInBox:
         self._forms: dict[bool, _Form] = {}
         self._names: deque[str] = deque(maxlen=1)
         self._version = -1
-        self._shown: tuple[bool, bool, HandIn | None] | None = None
 
     def post(self, own: LessonSession | None, operates: bool) -> None:
         """Post the report if the student has asked for it, and the progress in the student's own session whenever it has changed.
@@ -237,13 +222,9 @@ class HandInBox:
             report: that is handed in; None for none.
             tab: of the lesson, in place of folded controls.
         """
-        shown = offered, tab is not None, report
-        if shown == self._shown:
-            return
-        self._shown = shown
         in_lesson = tab is not None
         if offered and in_lesson not in self._forms:
-            order = _IN_LESSON if in_lesson else _IN_PANEL
+            order = ORDER["hints"] + 7.5 if in_lesson else -29.0
             take_back = partial(self._post_work, TakenBack(self._student))
             with tab or nullcontext():
                 # The progress belongs to the thread that calls `post`.

@@ -1,9 +1,9 @@
 """What students have done in sessions of their own, and the reports that they have handed in, by the id of each student's tab."""
 
-from collections.abc import Iterable, Mapping
 from typing import Final
 
 from app.export.class_summary import HandIn
+from app.hosting.visitor_record import ClassRecord
 from app.lessons.progress import from_json
 from app.lessons.tally import QuestionId
 from app.web.traffic_limits import remember
@@ -62,15 +62,13 @@ class StudentWork:
         """Return the students who have passed each challenge."""
         return {question: tuple(sorted(students)) for question, students in self._passed.items()}
 
-    def restore(
-        self, passed: Mapping[QuestionId, Iterable[str]], hand_ins: Mapping[str, HandIn], nearest: Mapping[QuestionId, float]
-    ) -> None:
+    def restore(self, record: ClassRecord) -> None:
         """Take up what `passed` has returned, `hand_ins` and `nearest`."""
-        self.nearest = dict(nearest)
-        self._passed = {question: set(students) for question, students in passed.items()}
-        self.hand_ins = dict(hand_ins)
+        self.nearest = dict(record.nearest)
+        self._passed = {question: set(students) for question, students in record.passed.items()}
+        self.hand_ins = dict(record.hand_ins)
         # What is handed in again is no less than before.
-        self._progress = {student: report.progress for student, report in hand_ins.items()}
+        self._progress = {student: report.progress for student, report in record.hand_ins.items()}
 
 
 def clean_name(text: str, longest: int = LONGEST_NAME) -> str:

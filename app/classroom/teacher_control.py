@@ -5,7 +5,7 @@ from collections.abc import Callable, Hashable
 from time import monotonic
 from typing import Final, Literal
 
-from app.classroom.class_messages import Progressed, Ran, Reported, TakenBack, WorkAction
+from app.classroom.class_messages import Progressed, Ran, Reported, TakenBack
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.presenter import MOST_QUOTES, TIMERS, Presenter, ScreenAction, ShownWork, Station
 from app.i18n.speaking import N_, tr
@@ -73,7 +73,8 @@ class TeacherControl:
 
     Attributes:
         classroom, session, lessons: the class, and the plenary's.
-        answers: the students' answers; they are done before the teacher's actions, and are not lost with the teacher's tab.
+        answers: the students' answers, and what they hand in; they are done before the teacher's actions, and are not lost with the
+            teacher's tab.
         presenter: what the projectors show.
         refused: why the steps that the teacher has typed last are none of the lesson's; "" where they are.
     """
@@ -102,10 +103,6 @@ class TeacherControl:
     def post(self, action: TeacherAction, value: str = "") -> None:
         """Queue an action of the teacher's for the next frame; from any thread. `value`: see `Teach`."""
         self.session.post(Teach(action, value))
-
-    def post_work(self, work: WorkAction) -> None:
-        """Queue what a student hands in for the next frame; from any thread."""
-        self.answers.put(work)
 
     def _take_answer(self, action: Action) -> None:
         classroom = self.classroom

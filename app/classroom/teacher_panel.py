@@ -17,7 +17,6 @@ from app.i18n.speaking import N_, tr
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.hotkeys import PRESENTER_KEYS
 from app.page.panels.teachers_tab import ORDER, NotesView, TeachersTab
-from app.settings import PageSettings
 from app.text.templates import macros
 from app.web.address import Address
 from app.web.control_events import on_command, on_entry, on_press
@@ -35,8 +34,6 @@ COMMANDS: Final[tuple[tuple[str, HotkeyKey, TeacherAction], ...]] = (
 LONGEST_QUOTE: Final = 40
 """Characters of a list of reasons for the screen."""
 
-INVITING: Final[tuple[TeacherAction, ...]] = ("hide", "invite", "invite all")
-
 
 class TeacherPanel:
     """A teacher's tabs.
@@ -44,7 +41,6 @@ class TeacherPanel:
     Args:
         control: carries out the teacher's actions.
         notes: Markdown by lesson id; None for a teacher without a key.
-        page: of the teacher; a projector that is opened from here looks the same.
         downloads: of the class's reports.
     """
 
@@ -54,7 +50,6 @@ class TeacherPanel:
         control: TeacherControl,
         address: Address,
         notes: Mapping[str, str] | None,
-        page: PageSettings,
         downloads: ClassDownloads,
     ) -> None:
         self._gui, self._control, self._downloads = client.gui, control, downloads
@@ -84,7 +79,7 @@ class TeacherPanel:
             self._pause = self._button(tr("Pause everybody"), "pause", "gray", viser.Icon.HAND_STOP)
             downloads.build()
         with tabs.add_tab(tr("Screen"), viser.Icon.PRESENTATION):
-            self._screen = ScreenPanel(gui, control, page, notes is not None)
+            self._screen = ScreenPanel(gui, control, notes is not None)
         self._notes: NotesView | None = None
         if notes is not None:
             with tabs.add_tab(tr("Notes"), viser.Icon.NOTEBOOK):
@@ -99,7 +94,7 @@ class TeacherPanel:
                 "shown",
                 (N_("Nowhere"), N_("On the screen"), N_("On every page")),
                 N_("On the screen: where there is no projector, this page shows it. × here or Page ↓ takes it away everywhere."),
-                lambda i: act(INVITING[i]),
+                lambda i: act(("hide", "invite", "invite all")[i]),
             )
         for name, key, action in COMMANDS:
             self._command(name, key, action)
@@ -171,9 +166,6 @@ class TeacherPanel:
         self._downloads.close()
 
 
-ASSISTING: Final = N_("You assist: another tab of the teacher leads. One tab leads at a time.")
-
-
 class AssistantPanel:
     """What a teacher's tab has while another one leads: a line that says so, a button, and the notes.
 
@@ -187,7 +179,8 @@ class AssistantPanel:
         self, gui: viser.GuiApi, control: TeacherControl, notes: Mapping[str, str] | None, take_over: Callable[[], None]
     ) -> None:
         self._control = control
-        gui.add_html(banner_html("wait", tr(ASSISTING)), order=ORDER - 0.5)
+        said = tr("You assist: another tab of the teacher leads. One tab leads at a time.")
+        gui.add_html(banner_html("wait", said), order=ORDER - 0.5)
         on_press(gui.add_button(tr(TAKE_OVER), order=ORDER - 0.4, icon=viser.Icon.HAND_GRAB), take_over)
         self._notes = None if notes is None else TeachersTab(gui, notes)
 

@@ -131,12 +131,11 @@ def grade(command: Grade) -> int:
     """
     with ending_at_once():
         from app.custom_law.fence import FenceLimits
-        from app.marks import mark_tables
-        from app.marks.feedback import write_feedback
+        from app.marks import mark_files
         from app.marks.graded_file import weights_of
     if command.jobs < 0 or not 1.0 <= command.seconds <= 3600.0:
         raise BadSetting("grade needs jobs from 1, or 0 for half of the cores, and seconds from 1 to 3600.")
-    for option in ("csv", *mark_tables.WRITERS):
+    for option in ("csv", *mark_files.WRITERS):
         path: Path | None = getattr(command, option)
         if path is not None:
             check_writable(path, option)
@@ -152,15 +151,15 @@ def grade(command: Grade) -> int:
             check_writable(command.feedback / "feedback.html", "feedback")
         with written(command.csv, "csv") as new:
             rows = _graded(replace(command, folder=folder), paths, limits, weights)
-            mark_tables.write_marks(new, rows)
-    students = mark_tables.by_student(rows)
-    for option, write in mark_tables.WRITERS.items():
+            mark_files.write_marks(new, rows)
+    students = mark_files.by_student(rows)
+    for option, write in mark_files.WRITERS.items():
         if (path := getattr(command, option)) is not None:
             with written(path, option) as new:
                 write(new, students)
     if command.feedback is not None:
         with writable(command.feedback, "feedback"):
-            write_feedback(command.feedback, students, command.lang)
+            mark_files.write_feedback(command.feedback, students, command.lang)
     print(f"{command.csv}: {len(rows)} files.")
     return 0
 

@@ -1,7 +1,5 @@
 """What a class leaves behind as a table: one row a question and round, one row a challenge, and one column a report that was handed in."""
 
-import csv
-import io
 from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
@@ -12,7 +10,7 @@ from app.i18n.speaking import set_language
 from app.lessons.lesson import MOST_CHOICES, Lesson
 from app.lessons.progress import StepProgress, from_json
 from app.lessons.tally import QuestionId
-from scenes.files import csv_cell
+from scenes.files import csv_text
 from scenes.rerun import never
 
 COLUMNS: Final = (
@@ -27,12 +25,9 @@ def class_table_bytes(summary: ClassSummary, lessons: Sequence[Lesson], stopped:
     """Return the table as CSV in UTF-8, with the mark by which spreadsheets know it; for the columns see `app/documents/class.md`."""
     del stopped
     set_language("en")
-    out = io.StringIO()
-    table = csv.writer(out, lineterminator="\r\n")
-    table.writerow(map(csv_cell, (*COLUMNS, *report_names(summary.hand_ins))))
-    for cells, marks in (*_rows(summary, lessons), *_gain_rows(summary, lessons)):
-        table.writerow(map(csv_cell, (*(cells.get(column, "") for column in COLUMNS), *marks)))
-    return out.getvalue().encode("utf-8-sig")
+    found = (*_rows(summary, lessons), *_gain_rows(summary, lessons))
+    rows = ([*(cells.get(column, "") for column in COLUMNS), *marks] for cells, marks in found)
+    return csv_text([(*COLUMNS, *report_names(summary.hand_ins)), *rows], "\r\n").encode("utf-8-sig")
 
 
 _Row = tuple[dict[str, object], list[object]]

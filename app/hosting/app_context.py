@@ -1,6 +1,8 @@
 """What a running app is made of, handed to every host and visitor as one object."""
 
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from app.hosting.serve_options import ServeOptions
@@ -10,6 +12,7 @@ from app.hosting.workload import Workload
 from app.lessons.lesson import LessonBook
 from app.lessons.library import Library
 from app.runtime.job_pool import Jobs
+from app.runtime.throttled_log import ThrottledLog
 from app.session.input_source import InputSources
 from app.web.server import DuetServer
 
@@ -25,6 +28,7 @@ class AppContext:
         library: of the lessons and of the teacher's notes, which are not read where there is no key.
         store: what visitors who have gone left behind.
         workload: what the rounds take, and how many private sessions there may be at once.
+        errors: logs what fails in the pages' frames.
         link: to the other processes of a lecture; None where there is one process.
         frame_due: set to ask for a frame at once.
     """
@@ -36,6 +40,7 @@ class AppContext:
     library: Library
     store: SessionStore
     workload: Workload
+    errors: ThrottledLog
     link: WorkerLink | None = None
     frame_due: threading.Event = field(default_factory=threading.Event)
 
@@ -47,3 +52,12 @@ class AppContext:
     def wake(self) -> None:
         """Ask for a frame at once; from any thread."""
         self.frame_due.set()
+
+    @contextmanager
+    def apart(self, what: str, client_id: int) -> Iterator[None]:
+        """Log an exception of one browser's page: the others must not lose a frame. A tab that is just closing has no page any more."""
+        try:
+            yield
+        except Exception as error:
+            if client_id in self.server.get_clients():
+                self.errors.exception(what, error, client_id)

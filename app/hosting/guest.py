@@ -1,6 +1,5 @@
 """A guest: another visitor's session as they see it, with the handles of one arm, and nothing else."""
 
-import logging
 from contextlib import suppress
 from time import perf_counter
 from typing import Final
@@ -18,7 +17,6 @@ from app.page.panels.hotkeys import hotkeys
 from app.page.panels.scene_words import SceneWords
 from app.page.panels.title_bar import configure_theme
 from app.page.view import View
-from app.runtime.throttled_log import ThrottledLog
 from app.session.actions import Action, Describe, FirstView, Nudge, SwingElbow
 from app.session.frame import Frame, Shown, freeze
 from app.session.second_hand import SecondHand
@@ -33,8 +31,6 @@ AWAY: Final = N_("Your host is away. As soon as they are back, this page goes on
 TAKEN: Final = N_("Another guest holds this arm. As soon as they leave, it is yours.")
 ENDED: Final = N_("Your host has ended this invitation.")
 
-log = logging.getLogger("duet.hosts")
-
 
 class Guest:
     """One guest. Belongs to the frame loop's thread. `word`: of the link."""
@@ -42,7 +38,7 @@ class Guest:
     def __init__(self, context: AppContext, client: viser.ClientHandle) -> None:
         query = request_query(client)
         self.client, self.word, self._tab = client, query.get(GUEST, ""), tab_id(query)
-        self._server, self._errors = context.server, ThrottledLog(log)
+        self._server, self._errors = context.server, context.errors
         self._look = look_of(query, browser_language(client), context.options.settings)
         self._hand: SecondHand | None = None
         self._host: Visitor | None = None

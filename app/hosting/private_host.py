@@ -12,7 +12,6 @@ from app.hosting.visitor import Visitor
 from app.hosting.visitor_record import same_tab, tab_id
 from app.hosting.worker_messages import Invited, LetGo, MakeRoom, WorkerLink
 from app.page.panels.teachers_tab import name_mistake
-from app.runtime.throttled_log import ThrottledLog
 from app.settings import GUEST, from_query
 from app.web.request import request_query
 
@@ -27,7 +26,6 @@ class PrivateHost:
         self.visitors: dict[int, Visitor] = {}
         self._guests: dict[int, Guest] = {}
         self._announced: set[str] = set()
-        self._errors = ThrottledLog(log)
         self.admission = Admission(context, self._admit, lambda _: log.exception("a visitor's page could not be built"))
 
     def close(self) -> None:
@@ -43,7 +41,7 @@ class PrivateHost:
         arrivals, departures = self.admission.changes()
         self._context.store.tidy()
         for client_id in departures:
-            self._errors.forget(client_id)
+            self._context.errors.forget(client_id)
             if client_id in self._guests:
                 self._guests.pop(client_id).leave()
             if client_id in self.visitors:
@@ -56,12 +54,8 @@ class PrivateHost:
         self.admission.advance()
         self._bring_guests()
         for client_id, visitor in list(self.visitors.items()):
-            try:
+            with self._context.apart("a frame of a visitor's page failed", client_id):
                 visitor.frame(now, elapsed)
-            except Exception as error:
-                # One broken page must not stop the others; a tab that is just closing ends up here too.
-                if client_id in self._context.server.get_clients():
-                    self._errors.exception("a frame of a visitor's page failed", error, client_id)
 
     def _listen(self, link: WorkerLink) -> None:
         """Send guests to their host, and tabs that wait for their pages to another worker, once there is one with more room."""

@@ -1,8 +1,6 @@
 """What the league keeps in a folder: every outcome at once while it plays, and at the end a table of all runs and one of settings."""
 
-import csv
 import hashlib
-import io
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,7 +11,7 @@ import msgspec
 from app.league.entrants import Entrant
 from app.sweep.dask_cluster import environment
 from controllers.errors import BadInputFile, BadSetting
-from scenes.files import csv_cell, input_content, writable, written
+from scenes.files import csv_text, input_content, writable, written
 from scenes.league_runs import (
     CRITICAL_DISTANCE,
     EDITION,
@@ -74,9 +72,8 @@ class LeagueFiles:
 
     def missing(self, seconds: float) -> list[tuple[Entrant, Event]]:
         """Return what is still to be played; what was given up is, where it now has longer. `seconds`: how long a file has [s]."""
-        everything = [(entrant, event) for entrant in self.entrants for event in events()]
         done = {key for key, one in self._known.items() if not 0.0 < one.outcome.given_up < seconds}
-        return [(one, event) for one, event in everything if (one.name, one.sha256, event) not in done]
+        return [(one, event) for one in self.entrants for event in events() if (one.name, one.sha256, event) not in done]
 
     @contextmanager
     def recording(self) -> Iterator[Callable[[Entrant, Event, Outcome], None]]:
@@ -167,18 +164,9 @@ def _runs_table(outcomes: Sequence[Played]) -> bytes:
         rows += [(*about, *run, "") for run in outcome.runs]
         if outcome.problem:
             rows.append((*about, *("",) * len(LeagueRun._fields), outcome.problem))
-    return _csv((*columns, *figures), rows)
+    return csv_text([(*columns, *figures), *rows]).encode()
 
 
 def _times_table(outcomes: Sequence[Played]) -> bytes:
     rows = [(one.name, *one.event, "" if one.outcome.step_us is None else one.outcome.step_us) for one in outcomes]
-    return _csv(("law", "scene", "robot", "level", "step_us"), rows)
-
-
-def _csv(columns: Sequence[str], rows: Sequence[Sequence[object]]) -> bytes:
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(columns)
-    for row in rows:
-        writer.writerow([repr(value) if isinstance(value, float) else csv_cell(value) for value in row])
-    return out.getvalue().encode()
+    return csv_text([("law", "scene", "robot", "level", "step_us"), *rows]).encode()

@@ -49,7 +49,7 @@ class LeagueRow(NamedTuple):
             (self.lost, 1e3, ".1f"), (self.d_min, 1e3, ".0f"), (self.e2, 1.0, ".2f"),
             (self.dq_step, 1.0, ".3g"), (self.at_bounds, 1e2, ".1f"), (self.step_us, 1.0, ".0f"),
         )  # fmt: skip
-        said = ("–" if value is None else _minus(f"{value * scale:{form}}") for value, scale, form in numbers)
+        said = ("–" if value is None else f"{value * scale:{form}}".replace("-", "−") for value, scale, form in numbers)
         return (self.entrant.label, *said, "; ".join(filter(None, (self._knob(), *self.notes))))
 
     def _knob(self) -> str:
@@ -60,7 +60,7 @@ class LeagueRow(NamedTuple):
         if key != "offset":
             spec = specs()[key]
             label, unit, scale = spec.label, spec.page_unit or spec.unit, spec.page_scale
-        low, high = (_minus(f"{value * scale:.3g}") for value in (min(self.values), max(self.values)))
+        low, high = (f"{value * scale:.3g}".replace("-", "−") for value in (min(self.values), max(self.values)))
         return f"{label} = {low if low == high else f'{low} to {high}'} {unit}".rstrip()
 
 
@@ -76,10 +76,10 @@ def league_rows(
     known = {(one.name, one.event.scene): one for one in outcomes if (one.event.level, one.event.robot) == (level, robot)}
     rows = [_row(entrant, known, schedule, half) for entrant in entrants]
 
-    def place(row: LeagueRow) -> tuple[float, float, float]:
+    def place(row: LeagueRow) -> tuple[float, float]:
         e2 = math.inf if row.e2 is None else row.e2
         lost = math.inf if row.lost is None else round(row.lost, 4)
-        return (lost, e2, 0.0) if level == "default" else (e2, lost, 0.0)
+        return (lost, e2) if level == "default" else (e2, lost)
 
     return sorted(rows, key=place)
 
@@ -142,7 +142,3 @@ def markdown(tables: Sequence[tuple[str, list[LeagueRow]]]) -> str:
         lines += [f"| {' | '.join(cell.replace('|', '¦') for cell in row.cells())} |" for row in rows]
         lines.append("")
     return "\n".join(lines)
-
-
-def _minus(text: str) -> str:
-    return text.replace("-", "−")

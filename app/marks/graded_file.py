@@ -197,18 +197,15 @@ def _take_marks(row: GradedFile, text: bytes, marks: LawMarks, weights: Mapping[
 
 def returned_line(text: bytes) -> tuple[str, ...]:
     """Return a sentence with the line on which a file's `law` gives its last result; () where it has none."""
-    found = [node for node in _parsed(text) if isinstance(node, ast.FunctionDef) and node.name == "law"]
+    try:
+        body = ast.parse(text).body
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return ()
+    found = [node for node in body if isinstance(node, ast.FunctionDef) and node.name == "law"]
     lines = [node.lineno for node in ast.walk(found[-1]) if isinstance(node, ast.Return)] if found else []
     if not lines:
         return ()
     return (tr("Your law gives its result on line {line}{quoted}.", line=max(lines), quoted=tr(quoted(text, max(lines)))),)
-
-
-def _parsed(text: bytes) -> list[ast.stmt]:
-    try:
-        return ast.parse(text).body
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return []
 
 
 def _take_records(row: GradedFile, records: tuple[StepRecord, ...]) -> None:

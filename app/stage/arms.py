@@ -1,6 +1,7 @@
 """Drawn arms: nested nodes of which only the rotations change; and translucent copies of them where a ghost or a wish differs."""
 
 import math
+from collections.abc import Callable
 from functools import partial
 from typing import Final, Literal
 
@@ -9,16 +10,11 @@ import pinocchio as pin
 import viser
 
 from app.session.frame import Frame
-from app.stage.poses import fresh
-from app.stage.stage_part import StagePart
+from app.stage.stage_part import Quaternion, StagePart, fresh, quaternion
 from app.web.viser_internals import turn
 from controllers.kinematics import Array
 from scenes.lwr.shells import SEEN_THROUGH
 from scenes.robots.drawing import joint_frames, robot_glbs
-from scenes.simulation import Simulation
-
-Quaternion = tuple[float, float, float, float]
-"""(w, x, y, z)"""
 
 
 class ArmView:
@@ -39,9 +35,9 @@ class ArmView:
     def __init__(self, scene: viser.SceneApi, name: str, base: pin.SE3, palette: str, fine: bool, robot: str = "lwr") -> None:
         glbs, solid = robot_glbs(robot, palette, coarse=not fine), palette not in SEEN_THROUGH
         add = partial(scene.add_glb, cast_shadow=solid, receive_shadow=solid)
-        path, stands = f"{name}/base", pin.Quaternion(base.rotation)
-        root = add(path, glbs[0], wxyz=(stands.w, stands.x, stands.y, stands.z), position=tuple(base.translation.tolist()))
-        self._root = fresh(root)
+        path = f"{name}/base"
+        self.root = fresh(add(path, glbs[0], wxyz=quaternion(base.rotation), position=tuple(base.translation.tolist())))
+        """The node of the base."""
         self.links: list[viser.GlbHandle] = []
         """The node that turns with each joint, from the base on."""
         self._turns: list[tuple[Quaternion, Quaternion]] = []
@@ -64,18 +60,10 @@ class ArmView:
 
     def link(self, joint: int) -> str:
         """Return the name of the node that turns with a joint, 0 for the base; what hangs on it goes with it."""
-        return (self._root, *self.links)[joint].name
-
-    @property
-    def visible(self) -> bool:
-        return self._root.visible
-
-    @visible.setter
-    def visible(self, visible: bool) -> None:
-        self._root.visible = visible
+        return (self.root, *self.links)[joint].name
 
     def remove(self) -> None:
-        self._root.remove()
+        self.root.remove()
 
 
 DIFFERENT: Final = 0.02
@@ -90,19 +78,23 @@ class TranslucentArms(StagePart):
 
     Args:
         scene: where to draw.
+        palette: bluish for the ghost, reddish for a desired posture ("wish").
         fine: with every triangle, see `ArmView`.
+        posture: returns the joints q (nv,) of a frame's copies [rad]; None where there are none.
     """
 
-    palette: Literal["ghost", "wish"]
-    """Bluish for the ghost, reddish for a desired posture ("wish")."""
-
-    def __init__(self, scene: viser.SceneApi, fine: bool) -> None:
-        self._scene, self._fine = scene, fine
+    def __init__(
+        self, scene: viser.SceneApi, palette: Literal["ghost", "wish"], fine: bool, posture: Callable[[Frame], Array | None]
+    ) -> None:
+        self._scene, self._palette, self._fine, self._posture = scene, palette, fine, posture
         self._arms: dict[str, ArmView] = {}
 
-    def _draw(self, simulation: Simulation, positions: Array) -> None:
-        """Draw every arm with joints q (nv,) [rad] that differ from those of the run; nan differs from nothing."""
-        room = simulation.room
+    def show(self, frame: Frame) -> None:
+        """Draw every arm with joints that differ from those of the run; nan differs from nothing."""
+        positions, simulation, room = self._posture(frame), frame.simulation, frame.simulation.room
+        if positions is None:
+            self.remove()
+            return
         for arm, base, made in zip(room.arms, room.bases(), room.robots, strict=True):
             q: Array = positions[arm.joints]
             away = float(np.abs(q - simulation.positions[arm.joints]).max())
@@ -110,11 +102,11 @@ class TranslucentArms(StagePart):
             if view is None:
                 if not away > DIFFERENT:
                     continue
-                name = f"/{self.palette}/{arm.name}"
-                view = ArmView(self._scene, name, base, self.palette, self._fine, made.key)
+                name = f"/{self._palette}/{arm.name}"
+                view = ArmView(self._scene, name, base, self._palette, self._fine, made.key)
                 self._arms[arm.name] = view
-            view.visible = away > (SAME if view.visible else DIFFERENT)
-            if view.visible:
+            view.root.visible = away > (SAME if view.root.visible else DIFFERENT)
+            if view.root.visible:
                 view.show(q)
 
     def remove(self) -> None:
@@ -123,25 +115,7 @@ class TranslucentArms(StagePart):
         self._arms.clear()
 
 
-class GhostView(TranslucentArms):
-    """The arms of the ghost's run, where there is one in the same room."""
-
-    palette = "ghost"
-
-    def show(self, frame: Frame) -> None:
-        """Draw the present posture."""
-        ghost = frame.ghost
-        if ghost is not None and ghost.room is frame.simulation.room:
-            self._draw(frame.simulation, ghost.positions)
-        else:
-            self.remove()
-
-
-class WishView(TranslucentArms):
-    """The desired posture q_d of the followers."""
-
-    palette = "wish"
-
-    def show(self, frame: Frame) -> None:
-        """Draw q_d of the newest step."""
-        self._draw(frame.simulation, frame.sample.desired)
+def ghost_posture(frame: Frame) -> Array | None:
+    """Return the joints of the ghost's run, where there is one in the same room."""
+    ghost = frame.ghost
+    return ghost.positions if ghost is not None and ghost.room is frame.simulation.room else None

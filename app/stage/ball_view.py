@@ -6,8 +6,7 @@ import viser
 from app.session.frame import Frame
 from app.settings import PageSettings
 from app.stage.arms import ArmView
-from app.stage.poses import fresh
-from app.stage.stage_part import StagePart
+from app.stage.stage_part import StagePart, fresh
 from app.theme import BRAND, PALETTES, rgb
 from scenes.ball import BALL_RADIUS, POINT_RADIUS
 from scenes.room import Room

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from app.session.frame import Frame
 from app.settings import PageSettings
 from app.stage.arms import ArmView
-from app.stage.poses import fresh
-from app.stage.stage_part import StagePart
+from app.stage.stage_part import StagePart, fresh, quaternion
 from app.theme import PALETTES, Rgb, blend, rgb, scale
 from app.web.pages import PageAssets
 from scenes.room import Room
@@ -38,7 +37,6 @@ class ClosestLine(StagePart):
         ]
         self._label = scene.add_label("/closest/distance", "", anchor="bottom-center", visible=False)
         self.nodes = (self._line, *self._ends, self._label)
-        self._seen = False
         self._colour: Rgb | None = None
 
     def dress(self, page: PageSettings) -> None:
@@ -52,10 +50,8 @@ class ClosestLine(StagePart):
         """Draw the pair that is closest now."""
         sample = frame.sample
         seen = self._on and sample.pair >= 0
-        if seen != self._seen:
-            self._seen = seen
-            for node in self.nodes:
-                node.visible = seen
+        for node in self.nodes:
+            node.visible = seen
         if not seen:
             return
         a, b = frame.simulation.detector.witness_points(sample.pair)
@@ -171,7 +167,6 @@ class ContactSkin(StagePart):
         shell = self._shells.get(key)
         if shell is None:
             node, placement = self._node(body)
-            turn = pin.Quaternion(placement.rotation)
             handle = self._scene.add_mesh_simple(
                 f"{node}/{key[1]}_of_{body.name.replace(' ', '_')}",
                 *capsule_mesh(body.geometry, growth),
@@ -179,7 +174,7 @@ class ContactSkin(StagePart):
                 opacity=0.0,
                 cast_shadow=False,
                 receive_shadow=False,
-                wxyz=(turn.w, turn.x, turn.y, turn.z),
+                wxyz=quaternion(placement.rotation),
                 position=tuple(placement.translation.tolist()),
             )
             shell = self._shells[key] = _Shell(fresh(handle), growth)

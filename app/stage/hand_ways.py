@@ -32,7 +32,7 @@ class PathLine(StagePart):
             else (scene.add_label("/path/A", "A", anchor="center-right"), scene.add_label("/path/B", "B", anchor="center-left"))
         )
         self.nodes = (self._line, *self._labels)
-        self._home: tuple[float, ...] | None = None
+        self._home: list[float] | None = None
 
     def dress(self, page: PageSettings) -> None:
         palette = PALETTES[page.theme]
@@ -44,9 +44,9 @@ class PathLine(StagePart):
     def show(self, frame: Frame) -> None:
         """Draw the path where it begins now."""
         home = frame.simulation.home
-        if home is None or tuple(home.tolist()) == self._home:
+        if home is None or home.tolist() == self._home:
             return
-        self._home = tuple(home.tolist())
+        self._home = home.tolist()
         way = frame.simulation.way
         self._line.points = np.stack([way[:-1], way[1:]], axis=1).astype(np.float32)
         for label, point, side in zip(self._labels, way[[0, -1]], (-1.0, 1.0), strict=False):
@@ -73,7 +73,7 @@ class Trace(StagePart):
         self._arm, (self._count, self._period) = arm, TRAVEL if travels else STAY
         self._points: deque[Array] = deque(maxlen=self._count)
         self._time = -np.inf
-        self._home: Array | None = None
+        self._home: list[float] | None = None
         # Always of one length: the browser does not follow when points and colours change their number one after the other.
         line = np.zeros((self._count - 1, 2, 3), np.float32)
         self._line = scene.add_line_segments("/trace", line, (0, 0, 0), thickness=3, thickness_units="screen", visible=False)
@@ -91,10 +91,9 @@ class Trace(StagePart):
         simulation, points = frame.simulation, self._points
         time = simulation.time
         # A new beginning is a new trace.
-        home = simulation.home
-        other = home is not self._home and (home is None or self._home is None or not np.array_equal(home, self._home))
-        self._home = home
-        if time < self._time or other:
+        home = None if simulation.home is None else simulation.home.tolist()
+        if time < self._time or home != self._home:
+            self._home = home
             points.clear()
             self._time = -np.inf
             self._line.visible = False

@@ -8,8 +8,7 @@ import viser
 from app.i18n.speaking import tr
 from app.session.frame import Frame
 from app.settings import PageSettings
-from app.stage.poses import fresh
-from app.stage.stage_part import StagePart
+from app.stage.stage_part import StagePart, fresh
 from app.theme import scale
 from controllers.kinematics import Array
 from scenes.person.body import SHOULDER_HEIGHT, body_parts, body_poses

@@ -5,7 +5,7 @@ import viser
 
 from app.session.frame import Frame
 from app.settings import PageSettings
-from app.stage.arms import ArmView, GhostView, WishView
+from app.stage.arms import ArmView, TranslucentArms, ghost_posture
 from app.stage.ball_view import BallView
 from app.stage.contact_view import ClosestLine, ContactSkin
 from app.stage.hand_ways import PathLine, Trace
@@ -78,7 +78,7 @@ class Stage:
         """What the visitor can take hold of; another one with every experiment."""
         self.guests: ArmView | None = None
         """What a second person can take hold of; None in most experiments."""
-        self._room: viser.GlbHandle | None = None
+        self._room: tuple[viser.GlbHandle, ...] = ()
         self._arms: tuple[ArmView, ...] = ()
         self._parts: tuple[StagePart, ...] = ()
         self._built: tuple[object, ...] | None = None
@@ -110,38 +110,32 @@ class Stage:
             part.show(frame)
 
     def _clear(self) -> None:
-        if self._room is not None:
-            self._room.remove()
-            self._room = None
         # A part that hangs on an arm goes before it.
-        for part in self._parts:
-            part.remove()
-        for arm in self._arms:
-            arm.remove()
-        self._parts, self._arms = (), ()
+        for one in (*self._parts, *self._arms, *self._room):
+            one.remove()
+        self._parts = self._arms = self._room = ()
 
     def _build(self, simulation: Simulation, fine: bool) -> None:
         """Put up the room with its arms; what is yours is orange, everything else is silver."""
-        room, moves, coarse = simulation.room, simulation.settings.experiment.moves, not fine
-        self._room = self.scene.add_glb("/room", furniture_glb(room.rig, coarse))
+        room, experiment = simulation.room, simulation.settings.experiment
+        self._room = (self.scene.add_glb("/room", furniture_glb(room.rig, coarse=not fine)),)
         yours = simulation.guided if room.ball is None else None
         self._arms = tuple(
             ArmView(self.scene, f"/arms/{arm.name}", base, "orange" if arm is yours else "silver", fine, made.key)
             for arm, base, made in zip(room.arms, room.bases(), room.robots, strict=True)
         )
         views = {arm.name: view for arm, view in zip(room.arms, self._arms, strict=True)}
-        for_two = simulation.settings.experiment.for_two
         self.yours = None if yours is None else views[yours.name]
-        self.guests = views[simulation.avoiding.name] if for_two else None
+        self.guests = views[simulation.avoiding.name] if experiment.for_two else None
         parts: list[StagePart] = [ContactSkin(self.scene, room, self._arms), ClosestLine(self.scene)]
-        if self.yours is not None and moves != "person":
+        if self.yours is not None and experiment.moves != "person":
             parts.append(GripMark(self.scene))
         if self.guests is not None:
             parts.append(GripMark(self.scene, of_guest=True))
         if simulation.place is not None:
             parts.append(TargetPlace(self.scene))
         moving = len(simulation.way) > 0
-        if moves != "person":
+        if experiment.moves != "person":
             parts.append(Trace(self.scene, simulation.avoiding, moving))
         if moving:
             parts.append(PathLine(self.scene, simulation.way))
@@ -149,9 +143,10 @@ class Stage:
             self.yours = BallView(self.scene, room, self._arms[0])
             parts.append(self.yours)
         if any(mover.desired is not None for mover in simulation.roles.tasks):
-            parts.append(WishView(self.scene, fine))
-        parts.append(GhostView(self.scene, fine))
-        if moves == "person":
+            # q_d of the followers.
+            parts.append(TranslucentArms(self.scene, "wish", fine, lambda frame: frame.sample.desired))
+        parts.append(TranslucentArms(self.scene, "ghost", fine, ghost_posture))
+        if experiment.moves == "person":
             self.yours = FigureView(self.scene)
             parts.append(self.yours)
         self._parts = tuple(parts)

@@ -1,12 +1,17 @@
-"""What all parts of the stage have in common."""
+"""What the parts of the stage have in common: how a part is drawn, and its poses: what the browser sends is kept in the room, and what it
+shows is written only when it differs."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import Final, TypeVar
 
+import numpy as np
+import pinocchio as pin
 import viser
 
 from app.session.frame import Frame
 from app.settings import PageSettings
+from controllers.kinematics import Array
 
 
 class StagePart(ABC):
@@ -29,3 +34,51 @@ class StagePart(ABC):
         """Take it out of the scene."""
         for node in self.nodes:
             node.remove()
+
+
+ROOM: Final = 2.5
+"""Half the edge of the box in which anything can be wanted [m]; whatever is dragged beyond counts as its edge."""
+
+Node = TypeVar("Node", bound=viser.SceneNodeHandle)
+
+Quaternion = tuple[float, float, float, float]
+"""(w, x, y, z)"""
+
+
+def quaternion(rotation: Array) -> Quaternion:
+    """Return a rotation (3, 3) as viser takes it."""
+    turn = pin.Quaternion(rotation)
+    return turn.w, turn.x, turn.y, turn.z
+
+
+def in_room(position: Iterable[float]) -> Array:
+    """Return a place (3,) that a browser sent, inside the room; it is one, see `app.web.schemas`."""
+    return np.clip(np.array([*position], float), -ROOM, ROOM)
+
+
+def rotation_of(wxyz: Iterable[float]) -> Array:
+    """Return a turn that a browser sent, a quaternion about as long as 1, as a rotation (3, 3)."""
+    w, x, y, z = map(float, wxyz)
+    return pin.Quaternion(w, x, y, z).normalized().toRotationMatrix()
+
+
+def put(handle: viser.SceneNodeHandle, place: Array, rotation: Array | None = None) -> None:
+    """Move a node, unless it is there already."""
+    if np.abs(np.asarray(handle.position) - place).max() > 1e-5:
+        handle.position = place
+    if rotation is not None:
+        wxyz = quaternion(rotation)
+        if np.abs(np.asarray(handle.wxyz) - wxyz).max() > 1e-5:
+            handle.wxyz = wxyz
+
+
+def fresh(handle: Node) -> Node:
+    """Return a node that was just made, after telling the browser its pose even if it is the usual one.
+
+    A node that takes the name of one removed in the same frame would otherwise stand, in the browser, where that one stood.
+    """
+    wxyz, position = np.array(handle.wxyz, float), np.array(handle.position, float)
+    # Only news is sent; of several pieces of news in one frame the last one.
+    handle.wxyz, handle.position = np.roll(wxyz, 1), position + 1.0
+    handle.wxyz, handle.position = wxyz, position
+    return handle

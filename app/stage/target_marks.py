@@ -3,14 +3,12 @@
 from typing import Final
 
 import numpy as np
-import pinocchio as pin
 import viser
 
 from app.session.frame import Frame
 from app.settings import PageSettings
 from app.stage.contact_view import grid_faces
-from app.stage.poses import fresh
-from app.stage.stage_part import StagePart
+from app.stage.stage_part import StagePart, fresh, quaternion
 from app.theme import BRAND, PALETTES, rgb, scale
 from controllers.kinematics import Array
 from scenes.targets import LinkTarget, PairTarget
@@ -56,8 +54,7 @@ class TargetPlace(StagePart):
         if self._shown is None or place is not self._shown[0] or rotation is not self._shown[1]:
             self._shown = place, rotation
             self._ball.position = self._ring.position = place
-            turn = pin.Quaternion(rotation)
-            self._ring.wxyz = (turn.w, turn.x, turn.y, turn.z)
+            self._ring.wxyz = quaternion(rotation)
         hand = simulation.kinematics.hand_pose(simulation.avoiding).translation
         way = hand - place
         away = self._error.visible = float(way.dot(way)) > AWAY**2
@@ -87,7 +84,6 @@ class GripMark(StagePart):
         line, name = np.zeros((1, 2, 3), np.float32), "/guest_grip" if of_guest else "/grip"
         self._of_guest = of_guest
         self._line = scene.add_line_segments(f"{name}/line", line, BRAND, thickness=2, thickness_units="screen", visible=False)
-        self._seen = False
         look = {"subdivisions": 2, "cast_shadow": False, "visible": False}
         self._point = scene.add_icosphere(f"{name}/point", radius=0.018, color=WHITE, **look)
         self._place = scene.add_icosphere(f"{name}/place", radius=0.009, color=BRAND, **look)
@@ -103,11 +99,8 @@ class GripMark(StagePart):
             target = target.second if self._of_guest else target.first
         elif self._of_guest:
             target = None
-        pulled = isinstance(target, LinkTarget)
-        if pulled != self._seen:
-            self._seen = pulled
-            for node in self.nodes:
-                node.visible = pulled
+        for node in self.nodes:
+            node.visible = isinstance(target, LinkTarget)
         if isinstance(target, LinkTarget):
             arm = simulation.avoiding if self._of_guest else simulation.guided
             placement = simulation.kinematics.data.oMi[arm.joint(target.joint)]

@@ -12,7 +12,7 @@ from app.session.session import Session
 from app.stage.arms import ArmView
 from app.stage.ball_view import BallView
 from app.stage.person_figure import FigureView, on_person
-from app.stage.poses import in_room
+from app.stage.stage_part import in_room
 from controllers.kinematics import Array
 from scenes.person.figure import Figure, Grasp
 from scenes.settings import ArmName

@@ -10,7 +10,7 @@ import viser
 
 from app.session.actions import Drag
 from app.session.second_hand import Holder
-from app.stage.poses import fresh, in_room, put, rotation_of
+from app.stage.stage_part import fresh, in_room, put, rotation_of
 from controllers.kinematics import Array
 from scenes.targets import BallTarget, HandTarget, Target
 

@@ -13,7 +13,7 @@ from app.lessons.room_places import mark_places
 from app.lessons.session.lesson_session import LessonSession
 from app.session.frame import Frame
 from app.settings import PageSettings
-from app.stage.poses import fresh
+from app.stage.stage_part import fresh
 from app.theme import PALETTES, rgb, scale
 from scenes.simulation import Simulation
 

@@ -14,6 +14,7 @@ from app.classroom.breakout_places import HOLD, BreakoutPlaces, group_size
 from app.classroom.classroom import Classroom
 from app.classroom.classroom_html import join_html, mine_html, poll_html
 from app.hosting.teacher_key import is_mistaken, is_teacher
+from app.hosting.visitor_record import ClassRecord
 from app.lessons.bookmark import Phase
 from app.lessons.library import Library
 from app.lessons.outcomes import reference
@@ -83,7 +84,7 @@ def test_a_round_is_never_changed_by_a_later_one(rounds: list[dict[str, int]], r
     for student in first:
         assert ballots.first_ballot_of(PLACE, student).choice == first[student]
     again = Ballots()
-    again.restore(*ballots.everything, ballots.earlier)
+    again.restore(ClassRecord(0.0, *ballots.everything, False, None, (), ballots.earlier))
     assert again.rounds_of(PLACE) == ballots.rounds_of(PLACE) and again.ballots_of("ann") == ballots.ballots_of("ann")
 
 

@@ -32,7 +32,7 @@ def test_a_lecture_that_breaks_off_goes_on_and_one_that_has_ended_does_not(house
     host.control.post("again")
     teacher.wait_for(lambda _: host.classroom.ballots.earlier)
     host.control.answers.put(Answer(STUDENT, 1))
-    host.control.post_work(Reported(STUDENT, "Ann"))
+    host.control.answers.put(Reported(STUDENT, "Ann"))
     teacher.wait_for(lambda _: host.classroom.work.hand_ins and any(host.classroom.ballots.everything[0].values()))
     asked, _ = host.classroom.ballots.everything
     place = ask(host.session, lambda _: (host.lessons.walk.lesson.id, host.lessons.walk.step.id))

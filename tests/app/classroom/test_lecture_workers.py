@@ -11,7 +11,7 @@ from time import monotonic
 import pytest
 
 from app.classroom.breakout_sessions import BreakoutWorkers
-from app.classroom.class_messages import ClassState, Exploring, PostsToPlenary, Present
+from app.classroom.class_messages import ClassState, Exploring, Present
 from app.classroom.classroom import Classroom
 from app.export.class_summary import HandIn
 from app.hosting import visitor as visitor_module
@@ -190,7 +190,7 @@ def test_students_explore_in_other_processes_and_the_teacher_reaches_them(served
 def test_a_process_in_place_of_another_one_knows_what_was_handed_in_meanwhile() -> None:
     sent: list[object] = []
     link, classroom = WorkerLink(0, sent.append), Classroom(8)
-    workers = BreakoutWorkers(link, classroom, PostsToPlenary(link, classroom).post_work, lambda: None)
+    workers = BreakoutWorkers(link, classroom, link.to_plenary, lambda: None)
 
     def told(*messages: object) -> list[tuple[str, HandIn | None]]:
         """Students and their reports, as the plenary sends them to other processes after some messages."""

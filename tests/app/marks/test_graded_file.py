@@ -14,7 +14,7 @@ from app.i18n.catalogue import words_of
 from app.lessons.loading import load_lessons
 from app.marks import graded_file
 from app.marks.graded_file import GradedFile, Student, graded, returned_line, student_of, weights_of
-from app.marks.mark_tables import StudentMarks
+from app.marks.mark_files import StudentMarks
 from app.settings import Language
 from controllers.errors import DuetError, LazyText
 

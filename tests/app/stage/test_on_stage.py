@@ -283,7 +283,7 @@ def test_nodes_stand_where_the_links_are_and_a_joint_that_rests_is_not_sent(
             pin.forwardKinematics(model, data, q)
             visitor.wait_for(lambda _: stands())
         assert visitor.received.messages["SetOrientationMessage"] == before + 1
-    arm.visible = False
+    arm.root.visible = False
     visitor.wait_for(lambda v: not v.mirror.nodes["/arm/base"].get("visible", True))
     arm.remove()
     visitor.wait_for(lambda v: not [node for node in v.mirror.nodes if node.startswith("/arm/")])

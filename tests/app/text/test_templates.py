@@ -42,9 +42,8 @@ from app.lessons.progress import Progress, StepProgress, Try, to_json
 from app.lessons.question import Choice
 from app.lessons.step_view import LessonEntry, StepPosition, StepView, make_view
 from app.lessons.tally import Ballot, Tally
-from app.marks.feedback import feedback_page
 from app.marks.graded_file import GradedFile, Remark, Student
-from app.marks.mark_tables import StudentMarks
+from app.marks.mark_files import StudentMarks, feedback_page
 from app.page.lessons.drawing_board import board_html
 from app.page.lessons.lesson_html import blocks_html, law_html
 from app.page.panels.readout import custom_law_html
