@@ -11,7 +11,7 @@ from matplotlib.patheffects import withStroke
 
 from app.figures import fig5_hold as hold
 from app.figures.drawn_figure import Drawn, Plan, csv_head
-from app.figures.fig6_fig7_followers import imitation_seconds, imitation_settings
+from app.figures.fig6_fig7_followers import imitation_run
 from app.figures.figure_style import COLOURS, INK, sheet
 from app.figures.render import Mesh, Viewpoint, arms, furniture, meshes, render
 from app.theme import blend
@@ -39,8 +39,7 @@ OUTLINE: Final = withStroke(linewidth=2.6, foreground="white", alpha=0.85)
 
 
 def film(plan: Plan) -> Drawn:
-    length = imitation_seconds(plan)
-    run = plan.shared(imitation_settings(plan), length)
+    run, length = imitation_run(plan)
     table = run.table[_moments(run)]
     size = plan.either((640, 400), (128, 80))
     figure = sheet(3.3, 10.4)
