@@ -146,23 +146,20 @@ def is_fresh(recorded: Recorded, stopped: Callable[[], bool] = never) -> bool:
     Args:
         stopped: see `as_python`.
     """
-    stretch, *others = recorded.stretches
-    if recorded.snapshot.steps or others:
+    if recorded.snapshot.steps or len(recorded.stretches) > 1:
         return False
     simulation = Simulation(recorded.settings, 1)
     start, there = simulation.snapshot(), recorded.snapshot
     if start.positions.tobytes() != there.positions.tobytes() or there.velocities.any():
         return False
     person = simulation.source()
-    step, time = 0, 0.0
-    for target, count in stretch.targets.runs():
-        wanted = encoded(target)
-        for _ in range(count):
-            if step % LOOK == 0 and stopped():
-                raise Stopped
-            if encoded(person.target(time)) != wanted:
-                return False
-            step, time = step + 1, time + recorded.settings.dt
+    time = 0.0
+    for step, target in enumerate(recorded.targets()):
+        if step % LOOK == 0 and stopped():
+            raise Stopped
+        if encoded(person.target(time)) != encoded(target):
+            return False
+        time += recorded.settings.dt
     return True
 
 
