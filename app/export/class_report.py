@@ -22,7 +22,7 @@ from app.lessons.progress import StepProgress, from_json
 from app.lessons.tally import QuestionId, Tally
 from app.recording.run_file import made_here
 from app.settings import Language
-from scenes.rerun import Stopped, never
+from scenes.rerun import never, while_wanted
 
 
 def class_report_bytes(
@@ -125,9 +125,7 @@ class _Question(PaperStep):
 
 def _questions(summary: ClassSummary, lessons: Sequence[Lesson], stopped: Callable[[], bool]) -> Iterator[_Question]:
     asked = summary.asked_in(lessons)
-    for lesson, index in _steps(lessons, asked):
-        if stopped():
-            raise Stopped
+    for lesson, index in while_wanted(_steps(lessons, asked), stopped):
         step = lesson.steps[index]
         yield _Question(lesson, index, told(step), asked[lesson.id, step.id])
 
@@ -135,9 +133,8 @@ def _questions(summary: ClassSummary, lessons: Sequence[Lesson], stopped: Callab
 def _reports(
     summary: ClassSummary, lessons: Sequence[Lesson], stopped: Callable[[], bool]
 ) -> Iterator[tuple[str, list[ReportEntry]]]:
-    for one, name in zip(summary.hand_ins, report_names(summary.hand_ins), strict=True):
-        if stopped():
-            raise Stopped
+    named = zip(summary.hand_ins, report_names(summary.hand_ins), strict=True)
+    for one, name in while_wanted(named, stopped):
         yield name, list(_entries(one, lessons))
 
 

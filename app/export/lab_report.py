@@ -23,7 +23,7 @@ from app.settings import Language, Settings
 from app.text.lesson_text import inline_html, lesson_html, plain
 from app.text.templates import lowered
 from scenes.inputs import InputsLog, Recorded
-from scenes.rerun import Stopped, never
+from scenes.rerun import never, while_wanted
 from scenes.settings import RunSettings, values
 from scenes.simulation import Simulation
 
@@ -76,9 +76,7 @@ def lab_bytes(done: Sequence[Done], language: Language, stopped: Callable[[], bo
     set_language(language)
     entries: list[ReportEntry] = []
     last: RunSettings | None = None
-    for i, one in enumerate(done):
-        if stopped():
-            raise Stopped
+    for i, one in enumerate(while_wanted(done, stopped)):
         recorded = one.seen or _made_again(one)
         entries.append(step_entry(one, recorded, f"p{i}", stopped))
         last = last if recorded is None else recorded.stretches[-1].settings

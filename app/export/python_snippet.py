@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 from app.recording.run_file import SUFFIX, saved_bytes
 from scenes.inputs import Recorded, encoded
 from scenes.inputs_file import recorded_bytes
-from scenes.rerun import LOOK, Stopped, never, newest_piece, newest_steps
+from scenes.rerun import LOOK, never, newest_piece, newest_steps, while_wanted
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
@@ -154,9 +154,7 @@ def is_fresh(recorded: Recorded, stopped: Callable[[], bool] = never) -> bool:
         return False
     person = simulation.source()
     time = 0.0
-    for step, target in enumerate(recorded.targets()):
-        if step % LOOK == 0 and stopped():
-            raise Stopped
+    for target in while_wanted(recorded.targets(), stopped, LOOK):
         if encoded(person.target(time)) != encoded(target):
             return False
         time += recorded.settings.dt

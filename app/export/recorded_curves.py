@@ -23,7 +23,7 @@ from controllers.kinematics import Array
 from controllers.stability import analyse
 from scenes.history import COLUMN
 from scenes.inputs import Recorded
-from scenes.rerun import Stopped, begun, never
+from scenes.rerun import begun, never, while_wanted
 from scenes.settings import RunSettings
 
 MOMENTS: Final = 240
@@ -161,9 +161,7 @@ class Curves:
             return Panel(title, "", self.times, (), (0.0, 1.0), note=note)
         picked = np.unique(np.linspace(0, len(self._steps) - 1, MOMENTS).astype(int))
         least, survival = [], []
-        for step in self._steps[picked].tolist():
-            if self._stopped():
-                raise Stopped
+        for step in while_wanted(self._steps[picked].tolist(), self._stopped):
             replay.seek_step(step + 1)
             simulation, sample = replay.simulation, replay.simulation.sample()
             _, J = task_error(simulation, sample)

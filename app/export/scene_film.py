@@ -25,7 +25,7 @@ from app.stage.camera_view import view_of
 from app.stage.stage import Stage
 from app.web.server import DuetServer
 from scenes.inputs import Recorded
-from scenes.rerun import Stopped, never
+from scenes.rerun import never, while_wanted
 from scenes.simulation import Simulation
 
 RATE: Final = 20.0
@@ -107,9 +107,7 @@ def film_scene(recorded: Recorded, seconds: float, page: PageSettings, stopped: 
         live = Settings(recorded.settings, page)
         stage.show(freeze(Past(replay, live), times[0]), page)
         serializer = server.get_scene_serializer()
-        for time in times[1:]:
-            if stopped():
-                raise Stopped
+        for time in while_wanted(times[1:], stopped):
             serializer.insert_sleep(1.0)
             replay.seek(time)
             stage.show(freeze(Past(replay, live), time), page)
