@@ -4,8 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from app.figures import equal_safety, slide_loss
-from app.figures import far_bias as bias
+from app.figures import equal_safety
 from app.figures import fig1_path as path
 from app.figures import fig2_activation as activation
 from app.figures import fig4_scheme as scheme
@@ -137,7 +136,7 @@ CATALOGUE: Final = (
         "Loss over v between two pairs",
         "The critical point is the point of the robot closest to the obstacle, and d stays above the threshold; two points that are "
         "equally close are not discussed.",
-        slide_loss.draw,
+        switches.draw_slide_loss,
     ),
     FigureEntry(
         "switches",
@@ -152,7 +151,7 @@ CATALOGUE: Final = (
         0,
         "The far bias over n",
         "While λ is close to 0, eq. (32) leaves the joints free, and the robot can follow its path.",
-        bias.draw,
+        resting.draw_far_bias,
     ),
     FigureEntry(
         "stability",
