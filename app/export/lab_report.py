@@ -110,32 +110,26 @@ def step_entry(one: Done, recorded: Recorded | None = None, name: str = "", stop
     texts = dict(view.texts)
     verdict, attempt = view.verdict, progress.last
     curves = view.drawing if view.drawing is not None and view.drawing.drawn else None
+    right = verdict.right if verdict is not None else None
+    passed = progress.passed if step.challenge is not None else None
+    number = progress.choice + 1 if progress.choice is not None else None
     return ReportEntry(
         title=f"{lesson.number}.{one.index + 1}  {plain(step.title)}",
         question=texts.get("predict", "") if view.choices else "",
         prediction=view.choices[progress.choice] if progress.choice is not None else "",
-        right=verdict.right if verdict is not None else None,
+        right=right,
         verdict=verdict.reply if verdict is not None else "",
         outcome=view.outcome,
         judgements=tuple((sentence(tr(j.text)), j.passed) for j in attempt.judgements) if attempt is not None else (),
         attempts=progress.attempts,
-        passed=progress.passed if step.challenge is not None else None,
+        passed=passed,
         words=progress.words,
         chapter=lesson_title(lesson),
         settings=_settings(recorded.stretches[-1].settings) if recorded is not None else "",
         plot=_svg(recorded, step, name, stopped) if recorded is not None else "",
         drawing=drawing_svg(step.drawing, curves.drawn, curves.truth) if step.drawing is not None and curves is not None else "",
         # A test that is asked twice counts for no marks.
-        record=None
-        if step.asked
-        else StepRecord(
-            lesson.id,
-            step.id,
-            None if progress.choice is None else progress.choice + 1,
-            verdict.right if verdict is not None else None,
-            progress.passed if step.challenge is not None else None,
-            progress.attempts,
-        ),
+        record=None if step.asked else StepRecord(lesson.id, step.id, number, right, passed, progress.attempts),
         drawing_verdict=curves.verdict.text if curves is not None and curves.verdict is not None else "",
         because=progress.because,
     )
