@@ -143,7 +143,7 @@ def write_table(out: TextIO, simulation: Simulation, table: Array, settings: Map
     for key, value in settings.items():
         out.write(f"# {key} = {value}\n")
     header = csv_header(simulation, table)
-    units = {name: unit_of(name, simulation.error_unit) for name in header} | {"pair": "names"}
+    units = {name: unit_of(name, simulation.settings.experiment.error_unit) for name in header} | {"pair": "names"}
     out.write(f"# units = {', '.join(f'{name} [{unit or 1}]' for name, unit in units.items())}\n")
     out.write(",".join(header) + "\n")
     history, pairs = simulation.history, [pair_label(names) for names in simulation.detector.pair_names]

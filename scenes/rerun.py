@@ -2,9 +2,9 @@
 
 import itertools
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
-from typing import Any, Final, cast
+from typing import Any, Final, TypeVar, cast
 
 import pinocchio as pin
 
@@ -19,6 +19,8 @@ from scenes.setting_spec import Spec
 from scenes.settings import HardwareSettings, LawSettings, RunSettings, changed, specs
 from scenes.simulation import Simulation
 from scenes.targets import AnglesTarget, HandTarget, HeldTarget, LinkTarget, PairTarget, Target
+
+T = TypeVar("T")
 
 FIXED: Final = frozenset({"scene", "rig", "robot", "guided", "path", "point", "dt"})
 """Settings that cannot be changed for a recorded piece of a run: they decide on the room, the roles and the clock."""
@@ -37,6 +39,14 @@ class Stopped(Exception):
 def never() -> bool:
     """Return False: the result will be wanted."""
     return False
+
+
+def while_wanted(items: Iterable[T], stopped: Callable[[], bool], every: int = 1) -> Iterator[T]:
+    """Yield the items. `stopped` is asked before each, or before every so many; when it says True, everything ends with `Stopped`."""
+    for number, item in enumerate(items):
+        if number % every == 0 and stopped():
+            raise Stopped
+        yield item
 
 
 @dataclass(frozen=True)
@@ -134,9 +144,8 @@ def rerun(
             seams.append(made)
         simulation.apply(replace(stretch.settings, dt=stretch.settings.dt / substeps))
         before: Target | None = None
-        for target in wishes if substeps == 1 else _finer([*wishes, following[0]], substeps):
-            if made % LOOK == 0 and stopped():
-                raise Stopped
+        targets = wishes if substeps == 1 else _finer([*wishes, following[0]], substeps)
+        for target in while_wanted(targets, stopped, LOOK):
             if made and _kind(target) != _kind(before):
                 seams.append(made)
             before = target
@@ -169,9 +178,7 @@ def newest_piece(recorded: Recorded, seconds: float, stopped: Callable[[], bool]
     simulation = begun(recorded)
     for i, stretch in enumerate(recorded.stretches):
         simulation.apply(stretch.settings)
-        for target in itertools.islice(stretch.targets.each(), ahead):
-            if simulation.steps % LOOK == 0 and stopped():
-                raise Stopped
+        for target in while_wanted(itertools.islice(stretch.targets.each(), ahead), stopped, LOOK):
             simulation.step(target)
         if ahead < stretch.targets.steps:
             return Recorded(simulation.snapshot(), (stretch.since(ahead), *recorded.stretches[i + 1 :]))
@@ -205,9 +212,7 @@ def warm(settings: RunSettings, stopped: Callable[[], bool] = never) -> None:
     load_now()
     simulation = Simulation(settings, 16)
     source = simulation.source()
-    for _ in range(16):
-        if stopped():
-            raise Stopped
+    for _ in while_wanted(range(16), stopped):
         simulation.step(source.target(simulation.time))
 
 

@@ -170,11 +170,6 @@ class Simulation:
         """How the avoiding hand should be turned (3, 3); None if it follows joints."""
         return self.roles.task.place_rotation if isinstance(self.roles.task, HoldTask) else None
 
-    @property
-    def error_unit(self) -> str:
-        """Of the squared error that is recorded."""
-        return self.settings.experiment.error_unit
-
     def source(self) -> TargetSource:
         """Return the experiment's default source of targets, starting from the present state."""
         self.kinematics.update(self.positions)

@@ -17,12 +17,12 @@ from app.export.report_html import ReportEntry, locked_page, plain_svg, report_h
 from app.export.tally_html import cloud_html, drawn_too, switches_text, tie_text
 from app.i18n.speaking import set_language, tr
 from app.lessons.bookmark import fitting
-from app.lessons.lesson import Lesson
+from app.lessons.lesson import Lesson, Step
 from app.lessons.progress import StepProgress, from_json
 from app.lessons.tally import QuestionId, Tally
 from app.recording.run_file import made_here
 from app.settings import Language
-from scenes.rerun import Stopped, never
+from scenes.rerun import never, while_wanted
 
 
 def class_report_bytes(
@@ -64,8 +64,8 @@ def _grid(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[tuple[Le
     """Yield every step in which a report that was handed in has something, with a mark for each report: ✓ or ✗ for the prediction, ★
     for a passed challenge, · for anything else that was done."""
     done = [from_json(one.progress).steps for one in summary.hand_ins]
-    for lesson, index in _steps(_untested(lessons), {step for steps in done for step in steps}):
-        step, marks = lesson.steps[index], list[str]()
+    for lesson, index, step in _steps(_untested(lessons), {step for steps in done for step in steps}):
+        marks: list[str] = []
         for steps in done:
             own = fitting(step, steps.get((lesson.id, step.id), StepProgress()))
             right = None if step.question is None or own.choice is None else own.choice == step.question.right
@@ -78,8 +78,7 @@ def _overview(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[tupl
     """Yield all steps that were asked about, or have a challenge that was passed, each with how many answered and the shares that were
     right in the first and the last round, and how many passed the challenge."""
     asked = summary.asked_in(lessons)
-    for lesson, index in _steps(lessons, {*asked, *summary.passed}):
-        step = lesson.steps[index]
+    for lesson, index, step in _steps(lessons, {*asked, *summary.passed}):
         question = lesson.id, step.id
         answered = ("", "", "")
         one, right = asked.get(question), None if step.question is None else step.question.right
@@ -125,26 +124,21 @@ class _Question(PaperStep):
 
 def _questions(summary: ClassSummary, lessons: Sequence[Lesson], stopped: Callable[[], bool]) -> Iterator[_Question]:
     asked = summary.asked_in(lessons)
-    for lesson, index in _steps(lessons, asked):
-        if stopped():
-            raise Stopped
-        step = lesson.steps[index]
+    for lesson, index, step in while_wanted(_steps(lessons, asked), stopped):
         yield _Question(lesson, index, told(step), asked[lesson.id, step.id])
 
 
 def _reports(
     summary: ClassSummary, lessons: Sequence[Lesson], stopped: Callable[[], bool]
 ) -> Iterator[tuple[str, list[ReportEntry]]]:
-    for one, name in zip(summary.hand_ins, report_names(summary.hand_ins), strict=True):
-        if stopped():
-            raise Stopped
+    named = zip(summary.hand_ins, report_names(summary.hand_ins), strict=True)
+    for one, name in while_wanted(named, stopped):
         yield name, list(_entries(one, lessons))
 
 
 def _entries(report: HandIn, lessons: Sequence[Lesson]) -> Iterator[ReportEntry]:
     steps = from_json(report.progress).steps
-    for lesson, index in _steps(_untested(lessons), steps):
-        step = lesson.steps[index]
+    for lesson, index, step in _steps(_untested(lessons), steps):
         yield step_entry(Done(lesson, index, fitting(step, steps[lesson.id, step.id])))
 
 
@@ -185,9 +179,9 @@ def _untested(lessons: Sequence[Lesson]) -> list[Lesson]:
     return [lesson for lesson in lessons if not lesson.asked]
 
 
-def _steps(lessons: Sequence[Lesson], wanted: Collection[QuestionId]) -> Iterator[tuple[Lesson, int]]:
-    """Yield lesson and index of the wanted steps, in the order of the lessons."""
+def _steps(lessons: Sequence[Lesson], wanted: Collection[QuestionId]) -> Iterator[tuple[Lesson, int, Step]]:
+    """Yield the wanted steps, each with its lesson and its index there, in the order of the lessons."""
     for lesson in lessons:
         for index, step in enumerate(lesson.steps):
             if (lesson.id, step.id) in wanted:
-                yield lesson, index
+                yield lesson, index, step

@@ -23,7 +23,7 @@ from app.settings import Language, Settings
 from app.text.lesson_text import inline_html, lesson_html, plain
 from app.text.templates import lowered
 from scenes.inputs import InputsLog, Recorded
-from scenes.rerun import Stopped, never
+from scenes.rerun import never, while_wanted
 from scenes.settings import RunSettings, values
 from scenes.simulation import Simulation
 
@@ -76,9 +76,7 @@ def lab_bytes(done: Sequence[Done], language: Language, stopped: Callable[[], bo
     set_language(language)
     entries: list[ReportEntry] = []
     last: RunSettings | None = None
-    for i, one in enumerate(done):
-        if stopped():
-            raise Stopped
+    for i, one in enumerate(while_wanted(done, stopped)):
         recorded = one.seen or _made_again(one)
         entries.append(step_entry(one, recorded, f"p{i}", stopped))
         last = last if recorded is None else recorded.stretches[-1].settings
@@ -112,32 +110,26 @@ def step_entry(one: Done, recorded: Recorded | None = None, name: str = "", stop
     texts = dict(view.texts)
     verdict, attempt = view.verdict, progress.last
     curves = view.drawing if view.drawing is not None and view.drawing.drawn else None
+    right = verdict.right if verdict is not None else None
+    passed = progress.passed if step.challenge is not None else None
+    number = progress.choice + 1 if progress.choice is not None else None
     return ReportEntry(
         title=f"{lesson.number}.{one.index + 1}  {plain(step.title)}",
         question=texts.get("predict", "") if view.choices else "",
         prediction=view.choices[progress.choice] if progress.choice is not None else "",
-        right=verdict.right if verdict is not None else None,
+        right=right,
         verdict=verdict.reply if verdict is not None else "",
         outcome=view.outcome,
         judgements=tuple((sentence(tr(j.text)), j.passed) for j in attempt.judgements) if attempt is not None else (),
         attempts=progress.attempts,
-        passed=progress.passed if step.challenge is not None else None,
+        passed=passed,
         words=progress.words,
         chapter=lesson_title(lesson),
         settings=_settings(recorded.stretches[-1].settings) if recorded is not None else "",
         plot=_svg(recorded, step, name, stopped) if recorded is not None else "",
         drawing=drawing_svg(step.drawing, curves.drawn, curves.truth) if step.drawing is not None and curves is not None else "",
         # A test that is asked twice counts for no marks.
-        record=None
-        if step.asked
-        else StepRecord(
-            lesson.id,
-            step.id,
-            None if progress.choice is None else progress.choice + 1,
-            verdict.right if verdict is not None else None,
-            progress.passed if step.challenge is not None else None,
-            progress.attempts,
-        ),
+        record=None if step.asked else StepRecord(lesson.id, step.id, number, right, passed, progress.attempts),
         drawing_verdict=curves.verdict.text if curves is not None and curves.verdict is not None else "",
         because=progress.because,
     )

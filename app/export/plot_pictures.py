@@ -27,7 +27,7 @@ from scenes.history import COLUMN
 from scenes.inputs import Recorded
 from scenes.law_answers import LawAnswers
 from scenes.laws import LAWS
-from scenes.rerun import Stopped, never, newest_steps, rerun
+from scenes.rerun import never, newest_steps, rerun, while_wanted
 from scenes.settings import LawSettings, RunSettings
 
 WIDTH: Final = 7.2
@@ -113,9 +113,7 @@ def _figure(recorded: Recorded, seconds: float, details: Details, stopped: Calla
     grid = figure.subplots(rows, 1, squeeze=False, height_ratios=ratios)[:, 0]
     time_axes = grid[: len(panels)]
     marks = [time for time in sorted({time for time, _, _ in changes(recorded)}) if time > curves.times[0]]
-    for axes, panel in zip(time_axes, panels, strict=True):
-        if stopped():
-            raise Stopped
+    for axes, panel in while_wanted(zip(time_axes, panels, strict=True), stopped):
         axes.sharex(time_axes[0])
         _draw_panel(axes, panel, marks if len(marks) <= MOST_MARKS else [])
         axes.label_outer()

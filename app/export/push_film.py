@@ -11,11 +11,11 @@ from PIL import Image, ImageDraw, ImageFont
 from app.figures.render import Viewpoint, arms, furniture, render
 from app.i18n.speaking import decimal
 from app.session.replay import Replay
-from app.stage.camera_view import view_of
+from app.stage.camera_view import contact_points, view_of
 from app.theme import PALETTES, blend
 from scenes.history import COLUMN
 from scenes.inputs import Recorded
-from scenes.rerun import Stopped, never
+from scenes.rerun import never, while_wanted
 
 SECONDS: Final = 5.0
 RATE: Final = 10.0
@@ -48,11 +48,7 @@ def film_bytes(
     steps = [replay.nearest(min(float(time), replay.end)) for time in times]
     # A picture that stands is drawn once.
     seen = list(dict.fromkeys(steps))
-    frames: list[Image.Image] = []
-    for step in seen:
-        if stopped():
-            raise Stopped
-        frames.append(_frame(replay, step, size))
+    frames = [_frame(replay, step, size) for step in while_wanted(seen, stopped)]
     lengths = [round(1000.0 / rate * steps.count(step)) for step in seen]
     out = io.BytesIO()
     frames[0].save(out, "WEBP", save_all=True, append_images=frames[1:], duration=lengths, loop=0, quality=82)
@@ -70,8 +66,7 @@ def _frame(replay: Replay, step: int, size: tuple[int, int]) -> Image.Image:
     row = simulation.history.table(1)[0]
     distance, critical = float(row[COLUMN["d"]]), simulation.settings.law.critical_distance
     simulation.kinematics.update(simulation.positions)
-    pair = simulation.detector.detect("single").pair
-    ends = Viewpoint(camera, *size).project(np.array(simulation.detector.witness_points(pair)))
+    ends = Viewpoint(camera, *size).project(contact_points(simulation))
     colour = blend(_INK.calm, _INK.activation, float(row[COLUMN["lambda"]]))
     draw = ImageDraw.Draw(picture)
     draw.line([(float(x), float(y)) for x, y in ends], fill=colour, width=max(2, size[1] // 80))

@@ -8,7 +8,7 @@ from typing import Any, Final, NamedTuple
 from app.recording.run_file import SUFFIX, saved_bytes
 from scenes.inputs import Recorded, encoded
 from scenes.inputs_file import recorded_bytes
-from scenes.rerun import LOOK, Stopped, never, newest_piece, newest_steps
+from scenes.rerun import LOOK, never, newest_piece, newest_steps, while_wanted
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
@@ -146,23 +146,18 @@ def is_fresh(recorded: Recorded, stopped: Callable[[], bool] = never) -> bool:
     Args:
         stopped: see `as_python`.
     """
-    stretch, *others = recorded.stretches
-    if recorded.snapshot.steps or others:
+    if recorded.snapshot.steps or len(recorded.stretches) > 1:
         return False
     simulation = Simulation(recorded.settings, 1)
     start, there = simulation.snapshot(), recorded.snapshot
     if start.positions.tobytes() != there.positions.tobytes() or there.velocities.any():
         return False
     person = simulation.source()
-    step, time = 0, 0.0
-    for target, count in stretch.targets.runs():
-        wanted = encoded(target)
-        for _ in range(count):
-            if step % LOOK == 0 and stopped():
-                raise Stopped
-            if encoded(person.target(time)) != wanted:
-                return False
-            step, time = step + 1, time + recorded.settings.dt
+    time = 0.0
+    for target in while_wanted(recorded.targets(), stopped, LOOK):
+        if encoded(person.target(time)) != encoded(target):
+            return False
+        time += recorded.settings.dt
     return True
 
 

@@ -1,6 +1,5 @@
 """The series of a recorded run over its whole time, in the current language: for the pictures, the report and the offline player."""
 
-import math
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -14,7 +13,7 @@ from app.plots.pair_strips import ROWS, pair_name
 from app.plots.plot_choice import cells
 from app.plots.stability_text import keeps_its_task_clear, task_error
 from app.plots.time_plots import LEAST, colour_of, time_plot_of
-from app.plots.time_series import DRIVEN, FARTHEST, JOINTS, resting
+from app.plots.time_series import COLUMNS, signals
 from app.session.elbow_swivel import Swivel
 from app.session.frame import contact
 from app.session.replay import Replay
@@ -24,7 +23,7 @@ from controllers.kinematics import Array
 from controllers.stability import analyse
 from scenes.history import COLUMN
 from scenes.inputs import Recorded
-from scenes.rerun import Stopped, begun, never
+from scenes.rerun import begun, never, while_wanted
 from scenes.settings import RunSettings
 
 MOMENTS: Final = 240
@@ -99,7 +98,11 @@ class Curves:
         """Of at most `POINTS` rows."""
         self._steps = ends + (recorded.steps - len(table))
         bounds = np.cumsum([stretch.targets.steps for stretch in recorded.stretches])
-        self._stretches = np.searchsorted(bounds, self._steps, side="right")
+        places = np.searchsorted(bounds, self._steps, side="right")
+        stretches = enumerate(recorded.stretches)
+        self._columns = np.concatenate(
+            [signals(self._simulation, stretch.settings, self.table[places == i]) for i, stretch in stretches]
+        )
 
     @property
     def times(self) -> Array:
@@ -131,48 +134,11 @@ class Curves:
 
     def column(self, name: str) -> Array:
         """Return the column (k,) of a name of `app.plots.time_series.NAMES`."""
-        table, simulation = self.table, self._simulation
-        own, other = simulation.avoiding.joints, simulation.guided.joints
-        history = simulation.history
-        match name:
-            case "t" | "d" | "e2" | "lambda" | "u" | "w" | "e2_b" | "pair":
-                return table[:, COLUMN[name]].copy()
-            case "e":
-                return np.sqrt(table[:, COLUMN["e2"]])
-            case "d_m":
-                return self._of_settings(lambda run: run.law.critical_distance)
-            case "v":
-                return self._of_settings(lambda run: run.law.nominal_velocity)
-            case "d*":
-                return self._resting()
-            case "elbow":
-                swivel = Swivel(simulation.room, simulation.avoiding)
-                return np.array([swivel.angle(np.ascontiguousarray(q)) for q in history.positions(table)])
-        stem = name.rstrip("0123456789")
-        of_table, joints, most = {
-            "other_qd": (history.desired, other, DRIVEN),
-            "other_q": (history.positions, other, DRIVEN),
-            "qd": (history.desired, own, DRIVEN),
-            "dq": (history.velocities, own, JOINTS),
-            "q": (history.positions, own, JOINTS),
-        }[stem]
-        number = int(name.removeprefix(stem)) - 1
-        inside = number < min(joints.stop - joints.start, most)
-        return of_table(table)[:, joints.start + number].copy() if inside else np.full(len(table), np.nan)
-
-    def _of_settings(self, what: Callable[[RunSettings], float]) -> Array:
-        there = np.array([what(stretch.settings) for stretch in self._recorded.stretches])
-        return there[self._stretches]
-
-    def _resting(self) -> Array:
-        stretches = self._recorded.stretches
-        found = np.full(len(self.table), np.nan)
-        columns = self.table[:, [COLUMN[name] for name in ("u", "w_law", "u_b")]].tolist()
-        for i, (place, (u, w, u_b)) in enumerate(zip(self._stretches.tolist(), columns, strict=True)):
-            run = stretches[place].settings
-            if run.law.entry.rests and self._recorded.law is None:
-                found[i] = min(resting(run, u, w, None if math.isnan(u_b) else u_b), FARTHEST)
-        return found
+        if name != "elbow":
+            return self._columns[:, COLUMNS[name]]
+        swivel = Swivel(self._simulation.room, self._simulation.avoiding)
+        positions = self._simulation.history.positions(self.table)
+        return np.array([swivel.angle(np.ascontiguousarray(q)) for q in positions])
 
     def _pairs(self) -> Panel:
         pairs = self.column("pair").astype(int)
@@ -195,9 +161,7 @@ class Curves:
             return Panel(title, "", self.times, (), (0.0, 1.0), note=note)
         picked = np.unique(np.linspace(0, len(self._steps) - 1, MOMENTS).astype(int))
         least, survival = [], []
-        for step in self._steps[picked].tolist():
-            if self._stopped():
-                raise Stopped
+        for step in while_wanted(self._steps[picked].tolist(), self._stopped):
             replay.seek_step(step + 1)
             simulation, sample = replay.simulation, replay.simulation.sample()
             _, J = task_error(simulation, sample)

@@ -21,11 +21,11 @@ from app.session.frame import freeze
 from app.session.replay import Replay
 from app.session.replay_player import Past
 from app.settings import PageSettings, Settings
-from app.stage.camera_view import view_of
+from app.stage.camera_view import pose_of, view_of
 from app.stage.stage import Stage
 from app.web.server import DuetServer
 from scenes.inputs import Recorded
-from scenes.rerun import Stopped, never
+from scenes.rerun import never, while_wanted
 from scenes.simulation import Simulation
 
 RATE: Final = 20.0
@@ -107,9 +107,7 @@ def film_scene(recorded: Recorded, seconds: float, page: PageSettings, stopped: 
         live = Settings(recorded.settings, page)
         stage.show(freeze(Past(replay, live), times[0]), page)
         serializer = server.get_scene_serializer()
-        for time in times[1:]:
-            if stopped():
-                raise Stopped
+        for time in while_wanted(times[1:], stopped):
             serializer.insert_sleep(1.0)
             replay.seek(time)
             stage.show(freeze(Past(replay, live), time), page)
@@ -119,15 +117,9 @@ def film_scene(recorded: Recorded, seconds: float, page: PageSettings, stopped: 
 
 
 def _look(server: viser.ViserServer, simulation: Simulation) -> None:
-    camera = view_of(simulation)
-    slope = float(np.tan(camera.fov / 2.0))
-    away = max(camera.height, camera.width / ASPECT) / (2.0 * slope)
-    toward = np.array(camera.toward) / np.linalg.norm(camera.toward)
-    start = server.initial_camera
+    start, pose = server.initial_camera, pose_of(view_of(simulation), ASPECT)
     start.up = (0.0, 0.0, 1.0)
-    start.position = np.array(camera.centre) + toward * away
-    start.look_at = np.array(camera.centre)
-    start.fov = camera.fov
+    start.position, start.look_at, start.fov = pose.eye, pose.look_at, pose.fov
 
 
 # --- viser's format ------------------------------------------------------------------------------------------------------------

@@ -30,13 +30,12 @@ def thinned_table(table: Array) -> tuple[Array, np.ndarray]:
     count = len(table)
     if count <= POINTS:
         return table, np.arange(count)
-    signals = np.delete(table, _HIDDEN, axis=1)
-    finite = np.where(np.isfinite(signals), signals, np.nan)
-    keep = ~np.isnan(finite).all(axis=0)
-    finite = finite[:, keep]
-    ranges = np.nanmax(finite, axis=0) - np.nanmin(finite, axis=0)
-    seen = finite[:, ranges > 0.0] / ranges[ranges > 0.0]
-    first = np.flatnonzero(np.isin(np.delete(np.arange(table.shape[1]), _HIDDEN)[keep][ranges > 0.0], _FIRST))
+    finite = np.where(np.isfinite(table), table, np.nan)
+    known = np.delete(np.arange(table.shape[1]), _HIDDEN)
+    known = known[~np.isnan(finite[:, known]).all(axis=0)]
+    ranges = np.nanmax(finite[:, known], axis=0) - np.nanmin(finite[:, known], axis=0)
+    moving, ranges = known[ranges > 0.0], ranges[ranges > 0.0]
+    seen, first = finite[:, moving] / ranges, np.flatnonzero(np.isin(moving, _FIRST))
     edges = np.unique(np.linspace(0, count - 1, BINS + 1).astype(int))
     kept = [edges]
     for begin, end in pairwise(edges.tolist()):
@@ -54,10 +53,9 @@ def _corners(piece: Array, first: np.ndarray) -> np.ndarray:
         piece: signals (rows, columns) over their range.
         first: columns of which the extremes come first.
     """
-    steps, every = np.diff(piece, axis=0), np.arange(piece.shape[1])
+    steps, every = np.abs(np.diff(piece, axis=0)), np.arange(piece.shape[1])
     off = piece - (piece[0] + np.linspace(0.0, 1.0, len(piece))[:, None] * (piece[-1] - piece[0]))
     worth: dict[int, float] = {}
-    steps = np.abs(steps)
     jumps = steps.argmax(axis=0)
     sizes = steps[jumps, every]
     jump = (sizes > VISIBLE) & (sizes * len(piece) > STEEP * np.ptp(piece, axis=0))

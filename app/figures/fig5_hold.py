@@ -78,11 +78,6 @@ def switches(run: Run) -> int:
     return int(np.count_nonzero((np.diff(pair) != 0.0) & (lam[1:] > FELT)))
 
 
-def largest_change(run: Run) -> float:
-    """Return the largest change of any joint's velocity from one time step to the next [rad/s]."""
-    return float(np.abs(np.diff(run.simulation.history.velocities(run.table), axis=0)).max())
-
-
 def approach(run: Run) -> float:
     """Return how fast the other arm came at most, where it mattered [m/s]."""
     near = run.table[:, COLUMN["lambda"]] > 0.5

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from app.figures.drawn_figure import Drawn, Plan, csv_head
-from app.figures.fig5_hold import FELT, kept, largest_change, switches
+from app.figures.fig5_hold import FELT, kept, switches
 from app.figures.figure_style import COLOURS, DASHES, INK, sheet, stack
 from controllers.kinematics import Array
 from scenes.experiments import IMITATION, MASTER_SLAVE
@@ -55,10 +55,8 @@ def master_slave(plan: Plan) -> Drawn:
 
 
 def imitation(plan: Plan) -> Drawn:
-    settings = imitation_settings(plan)
-    length = imitation_seconds(plan)
-    run = plan.shared(settings, length)
-    arms = run.simulation.room.arms
+    run, length = imitation_run(plan)
+    settings, arms = run.simulation.settings, run.simulation.room.arms
     time, d = run.table[:, COLUMN["t"]], run.table[:, COLUMN["d"]]
     figure = sheet(6.6)
     layout: list[Any] = [["d", "d"], *([f"{arm.name}{i}" for arm in arms] for i in range(SHOWN))]
@@ -89,20 +87,19 @@ def imitation(plan: Plan) -> Drawn:
     return Drawn(figure, columns, _rows(run, *blocks), csv_head(settings, seconds=length), found)
 
 
-def imitation_settings(plan: Plan) -> RunSettings:
-    """Return the settings of Figs 7 and 8."""
+def imitation_run(plan: Plan) -> tuple[Run, float]:
+    """Return the run of Figs 7 and 8, and its length [s]."""
     # A short run begins with what brings the arms together.
-    return plan.settings({"pairs": "single"}, scene=IMITATION, clip=plan.either("medley", "clap"))
-
-
-def imitation_seconds(plan: Plan) -> float:
-    """Return the length of the run of Figs 7 and 8 [s]."""
-    return plan.either(40.0, 8.0)
+    settings = plan.settings({"pairs": "single"}, scene=IMITATION, clip=plan.either("medley", "clap"))
+    length = plan.either(40.0, 8.0)
+    return plan.shared(settings, length), length
 
 
 def _smooth(run: Run) -> str:
+    # Of both arms.
+    largest = np.abs(np.diff(run.simulation.history.velocities(run.table), axis=0)).max()
     return (
-        f"The largest step of q̇ is {largest_change(run):.3f} rad/s at dt = {1000 * run.simulation.settings.dt:g} ms, with "
+        f"The largest step of q̇ is {largest:.3f} rad/s at dt = {1000 * run.simulation.settings.dt:g} ms, with "
         f"{switches(run)} changes of the closest pair while λ > {FELT:g}."
     )
 

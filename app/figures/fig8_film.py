@@ -11,9 +11,10 @@ from matplotlib.patheffects import withStroke
 
 from app.figures import fig5_hold as hold
 from app.figures.drawn_figure import Drawn, Plan, csv_head
-from app.figures.fig6_fig7_followers import imitation_seconds, imitation_settings
+from app.figures.fig6_fig7_followers import imitation_run
 from app.figures.figure_style import COLOURS, INK, sheet
 from app.figures.render import Mesh, Viewpoint, arms, furniture, meshes, render
+from app.stage.camera_view import contact_points
 from app.theme import blend
 from controllers.kinematics import Array
 from scenes.headless import Run
@@ -39,8 +40,7 @@ OUTLINE: Final = withStroke(linewidth=2.6, foreground="white", alpha=0.85)
 
 
 def film(plan: Plan) -> Drawn:
-    length = imitation_seconds(plan)
-    run = plan.shared(imitation_settings(plan), length)
+    run, length = imitation_run(plan)
     table = run.table[_moments(run)]
     size = plan.either((640, 400), (128, 80))
     figure = sheet(3.3, 10.4)
@@ -144,8 +144,7 @@ def _frame(axes: Axes, run: Run, row: Array, camera: Camera, size: tuple[int, in
     drawn = [*furniture(simulation.room), *arms(simulation.room, positions, ("silver", "orange")), *more]
     axes.imshow(render(drawn, camera, *size), interpolation="lanczos")
     simulation.kinematics.update(positions)
-    near = simulation.detector.detect("single")
-    ends = Viewpoint(camera, *size).project(np.array(simulation.detector.witness_points(near.pair)))
+    ends = Viewpoint(camera, *size).project(contact_points(simulation))
     lam = float(row[COLUMN["lambda"]])
     colour = tuple(c / 255.0 for c in blend(COLOURS.calm, COLOURS.activation, lam))
     width = 1.0 + 2.4 * lam
@@ -156,7 +155,7 @@ def _frame(axes: Axes, run: Run, row: Array, camera: Camera, size: tuple[int, in
         axes.text(
             x,
             y - 0.045 * size[1],
-            f"{1000.0 * near.distance:.0f} mm",
+            f"{1000.0 * row[COLUMN['d']]:.0f} mm",
             ha="center",
             va="bottom",
             fontsize=11,

@@ -4,8 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from app.figures import equal_safety, slide_loss
-from app.figures import far_bias as bias
+from app.figures import equal_safety
 from app.figures import fig1_path as path
 from app.figures import fig2_activation as activation
 from app.figures import fig4_scheme as scheme
@@ -27,17 +26,17 @@ class FigureEntry:
 
     Attributes:
         name: of the figure and its files.
-        number: in the paper; 0 for ours.
         title: what it shows.
         paper: what the paper says of it, or of what it examines.
         draw: makes it.
+        number: in the paper; 0 for ours.
     """
 
     name: str
-    number: int
     title: str
     paper: str
     draw: Callable[[Plan], Drawn]
+    number: int = 0
 
     @property
     def stem(self) -> str:
@@ -53,64 +52,62 @@ class FigureEntry:
 CATALOGUE: Final = (
     FigureEntry(
         "path",
-        1,
         "past an obstacle from A to B",
         "A drawing: the robot's hand leaves its desired path from A to B where an obstacle is near, and the critical point is the "
         "point of the robot nearest to it.",
         path.draw,
+        1,
     ),
     FigureEntry(
         "activation",
-        2,
         "λ over the distance",
         "λ(d) = (d_m/d)ⁿ, and 1 below d_m, eq. (31), for several n with d_m = 0.1 m: the change of priority is smooth, and n says how "
         "early it begins.",
         activation.draw,
+        2,
     ),
-    FigureEntry("setup", 3, "the two arms", "A photo of two KUKA LWR arms on the bimanual set-up.", film.still),
+    FigureEntry("setup", "the two arms", "A photo of two KUKA LWR arms on the bimanual set-up.", film.still, 3),
     FigureEntry(
         "scheme",
-        4,
         "the control scheme",
         "A block diagram for the direct control of the separate joints: proximity detection gives d, λ(d) weighs the task's joint "
         "velocity q̇_n against the retreat, forward kinematics closes the loop.",
         scheme.draw,
+        4,
     ),
     FigureEntry(
         "hold",
-        5,
         "one arm holds its place, the other is moved by hand",
         "The left arm holds its end-effector position, the right one is guided by hand at random for 50 s. The closest distance never "
         "passes the threshold; the squared tracking error is significant where the arms are close to each other.",
         hold.draw,
+        5,
     ),
     FigureEntry(
         "master_slave",
-        6,
         "master and slave",
         "The left arm follows the joints of the right one, and both avoid each other, 30 s: d is always above the threshold, and the "
         "slave (solid) follows the master (dashed) while they are away from it.",
         followers.master_slave,
+        6,
     ),
     FigureEntry(
         "imitation",
-        7,
         "imitation of a person",
         "Both arms are driven in real time by a person's two arms through a depth camera, four angles an arm, 40 s: d is above the "
         "threshold, and the actual angles (dashed) are similar to the desired ones (solid) when away from it.",
         followers.imitation,
+        7,
     ),
-    FigureEntry("film", 8, "eight frames of the imitation", "Eight photos of the experiment of Fig. 7.", film.film),
+    FigureEntry("film", "eight frames of the imitation", "Eight photos of the experiment of Fig. 7.", film.film, 8),
     FigureEntry(
         "resting",
-        0,
         "The resting distance over n, v and w",
         "The paper gives no resting distance, and neither its v nor the n of its experiments.",
         resting.draw,
     ),
     FigureEntry(
         "threshold",
-        0,
         "The smallest distance over v/w",
         "The closest distance never goes below the threshold in any of the three experiments; the paper does not say up to what speed of "
         "the other arm.",
@@ -118,7 +115,6 @@ CATALOGUE: Final = (
     ),
     FigureEntry(
         "laws",
-        0,
         "All laws side by side",
         "With strict priority, eq. (11), the priority of the tasks cannot be changed in a smooth way; therefore the new law, eq. (12). "
         "No law is measured against another.",
@@ -126,22 +122,19 @@ CATALOGUE: Final = (
     ),
     FigureEntry(
         "equal_safety",
-        0,
         "Laws at equal safety",
         "The new law is not measured against another. A comparison is fair where the laws keep the same distance.",
         equal_safety.draw,
     ),
     FigureEntry(
         "slide_loss",
-        0,
         "Loss over v between two pairs",
         "The critical point is the point of the robot closest to the obstacle, and d stays above the threshold; two points that are "
         "equally close are not discussed.",
-        slide_loss.draw,
+        switches.draw_slide_loss,
     ),
     FigureEntry(
         "switches",
-        0,
         "Changes of the closest pair, and the step of q̇, over dt",
         "The transition between the tasks is smooth in both ways. The critical point is the point of the robot closest to the obstacle; "
         "what happens when another pair of points becomes the closest is not discussed.",
@@ -149,14 +142,12 @@ CATALOGUE: Final = (
     ),
     FigureEntry(
         "bias",
-        0,
         "The far bias over n",
         "While λ is close to 0, eq. (32) leaves the joints free, and the robot can follow its path.",
-        bias.draw,
+        resting.draw_far_bias,
     ),
     FigureEntry(
         "stability",
-        0,
         "Section III along the run of Fig. 5",
         "V̇ = −eᵀ M e, eq. (25). Sufficient for the errors to tend to zero: M is positive definite, which it is if the two tasks are "
         "orthogonal, eq. (16), and the gains positive.",

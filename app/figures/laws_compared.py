@@ -161,7 +161,7 @@ def draw(plan: Plan) -> Drawn:
     _table(panels["table"], runs, steps)
     rows = [
         [law["law"], int("feed_forward" in law), dt, s.d_min, s.share_below, s.e2_max, s.dq_step_max, s.ddq_max, s.pair_switches]
-        for law, summaries in zip(variants().values(), runs.values(), strict=True)
+        for law, summaries in zip(laws.values(), runs.values(), strict=True)
         for dt, s in zip(steps, summaries, strict=True)
     ]
     columns = ["law", "w_added", "dt", "d_min", "share_below", "e2_max", "dq_step_max", "ddq_max", "pair_switches"]

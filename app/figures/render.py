@@ -5,6 +5,7 @@ trimesh casts the rays, with embreex where it is installed. Colours are computed
 """
 
 import io
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from app import theme
+from app.stage.camera_view import axes, pose_of, project
 from controllers.kinematics import Array
 from scenes.glb import GlbPalette
 from scenes.lwr.shells import PALETTES
@@ -89,15 +91,12 @@ class Viewpoint:
 
     def __init__(self, camera: Camera, width: int, height: int) -> None:
         self.width, self.height = width, height
-        slope = float(np.tan(camera.fov / 2.0))
-        away = max(camera.height, camera.width * height / width) / (2.0 * slope)
-        backward = np.array(camera.toward) / np.linalg.norm(camera.toward)
-        right = np.cross([0.0, 0.0, 1.0], backward)
-        right /= np.linalg.norm(right)
-        self.axes = np.stack([right, -np.cross(backward, right), -backward])
+        self._pose = pose_of(camera, width / height)
+        self.eye = self._pose.eye
+        right, up, back = axes(np.array(camera.toward))
+        self.axes = np.stack([right, -up, -back])
         """Rows: to the right, down and forward in the picture, in the world."""
-        self.eye: Array = np.array(camera.centre) + backward * away
-        self.focal = height / (2.0 * slope)
+        self.focal = height / (2.0 * math.tan(camera.fov / 2.0))
         """Focal length [pixels]."""
 
     def directions(self) -> Array:
@@ -108,8 +107,7 @@ class Viewpoint:
 
     def project(self, points: Array) -> Array:
         """Return places in the picture (n, 2) [pixels] of points (n, 3) in the world, before the eye."""
-        local = (points - self.eye) @ self.axes.T
-        return local[:, :2] / local[:, 2:] * self.focal + np.array([self.width / 2.0, self.height / 2.0])
+        return project(self._pose, (self.width, self.height), points)
 
 
 def render(meshes: Sequence[Mesh], camera: Camera, width: int, height: int, samples: int = SAMPLES) -> NDArray[np.uint8]:

@@ -200,7 +200,7 @@ def time_plot_of(name: str, simulation: Simulation) -> TimePlot:
     match name:
         case "error":
             two = run.experiment.follows == "person" and run.both_avoid and not run.one_row
-            return _squared_error(simulation.error_unit, (avoiding, other) if two else ("", ""))
+            return _squared_error(run.experiment.error_unit, (avoiding, other) if two else ("", ""))
         case "distance":
             return _distance(run.law.entry.rests and not isinstance(simulation.law, LawOfFile))
         case "joints":

@@ -67,6 +67,30 @@ def resting(settings: RunSettings, pull: float, approach: float, second_pull: fl
     return resting_distance(d_m, n, v, pull, approach)
 
 
+def signals(simulation: Simulation, run: RunSettings, table: Array) -> Array:
+    """Return the columns of `NAMES` (rows, columns) of rows of a history in which these settings were in force; nan where there is nothing.
+
+    The elbow's angle and the changes of the pair stay nan: they depend on the rows before.
+    """
+    history, c, s = simulation.history, COLUMNS, COLUMN
+    found = np.full((len(table), len(NAMES)), np.nan)
+    found[:, _SAME_COLUMNS] = table[:, _SAME_SCALARS]
+    found[:, c["d_m"]], found[:, c["v"]] = run.law.critical_distance, run.law.nominal_velocity
+    found[:, c["e"]] = np.sqrt(table[:, s["e2"]])
+    if run.law.entry.rests and not isinstance(simulation.law, LawOfFile):
+        columns = table[:, [s["u"], s["w_law"], s["u_b"]]].tolist()
+        found[:, c["d*"]] = [min(resting(run, u, w, None if u_b != u_b else u_b), FARTHEST) for u, w, u_b in columns]
+    q, dq, desired = history.positions(table), history.velocities(table), history.desired(table)
+    own, other = simulation.avoiding.joints, simulation.guided.joints
+    count = min(own.stop - own.start, JOINTS)
+    found[:, c["q1"] : c["q1"] + count] = q[:, own][:, :count]
+    found[:, c["dq1"] : c["dq1"] + count] = dq[:, own][:, :count]
+    followed = ~np.isnan(desired[:, own.start])
+    for name, what, joints in (("qd1", desired, own), ("other_q1", q, other), ("other_qd1", desired, other)):
+        found[followed, c[name] : c[name] + DRIVEN] = what[followed, joints][:, :DRIVEN]
+    return found
+
+
 class RollingSeries:
     """The last 20 s in bins, one column for every entry of `NAMES`."""
 
@@ -104,31 +128,16 @@ class RollingSeries:
 
     def _signals(self, simulation: Simulation, table: Array) -> Array:
         """Return all columns (rows, columns) of so many steps."""
-        run, c, s = simulation.settings, COLUMNS, COLUMN
-        found = np.full((len(table), len(NAMES)), np.nan)
-        found[:, _SAME_COLUMNS] = table[:, _SAME_SCALARS]
-        found[:, c["d_m"]], found[:, c["v"]] = run.law.critical_distance, run.law.nominal_velocity
-        found[:, c["e"]] = np.sqrt(table[:, s["e2"]])
-        if run.law.entry.rests and not isinstance(simulation.law, LawOfFile):
-            columns = table[:, [s["u"], s["w_law"], s["u_b"]]].tolist()
-            found[:, c["d*"]] = [min(resting(run, u, w, None if u_b != u_b else u_b), FARTHEST) for u, w, u_b in columns]
-        pairs = table[:, s["pair"]]
+        found, c = signals(simulation, simulation.settings, table), COLUMNS
+        pairs = found[:, c["pair"]]
         before = np.concatenate([[self._last_pair if self._last_pair >= 0.0 else pairs[0]], pairs[:-1]])
         found[:, c["changes"]] = self._changes + np.cumsum(pairs != before)
         self._changes, self._last_pair = float(found[-1, c["changes"]]), float(pairs[-1])
-        history = simulation.history
-        q, dq, desired = history.positions(table), history.velocities(table), history.desired(table)
-        own, other = simulation.avoiding.joints, simulation.guided.joints
-        count = min(own.stop - own.start, JOINTS)
-        found[:, c["q1"] : c["q1"] + count] = q[:, own][:, :count]
-        found[:, c["dq1"] : c["dq1"] + count] = dq[:, own][:, :count]
         if self._swivel is not None:
             # It takes a look at the whole arm, and moves as smoothly as the arm: once a bin is enough.
-            for row in np.flatnonzero(np.diff(bin_numbers(table[:, s["t"]]), append=-1)).tolist():
-                found[row, c["elbow"]] = self._swivel.angle(np.ascontiguousarray(q[row]))
-        followed = ~np.isnan(desired[:, own.start])
-        for name, what, joints in (("qd1", desired, own), ("other_q1", q, other), ("other_qd1", desired, other)):
-            found[followed, c[name] : c[name] + DRIVEN] = what[followed, joints][:, :DRIVEN]
+            positions = simulation.history.positions(table)
+            for row in np.flatnonzero(np.diff(bin_numbers(table[:, COLUMN["t"]]), append=-1)).tolist():
+                found[row, c["elbow"]] = self._swivel.angle(np.ascontiguousarray(positions[row]))
         return found
 
     def newest(self, columns: list[int]) -> tuple[Array, ...]:

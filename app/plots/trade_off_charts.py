@@ -1,5 +1,6 @@
 """Charts of what safety costs: the trade-off of n and v, and the laws at equal safety."""
 
+import math
 from collections.abc import Iterator
 from itertools import pairwise
 from typing import Final
@@ -16,7 +17,6 @@ from scenes.law_knobs import LawKnob, knobs
 from scenes.laws import LAWS
 from scenes.settings import RunSettings, specs
 from scenes.sweep import TRADE_OFF_ORDERS, TRADE_OFF_VELOCITIES, TradeOff
-from scenes.targets import between
 
 _TICKS: Final = tuple((value, f"{value:g}") for value in (0.0, 0.1, 0.2, 0.3, 0.4))
 FRAME: Final = ChartAxes((0.0, 0.4), (0.0, 0.4), _TICKS, _TICKS)
@@ -59,19 +59,13 @@ def place_on_map(points: tuple[TradeOff, ...], run: RunSettings) -> tuple[float,
     """Return d_min and the largest |e| [m] of the present n and v, between the points of the map; None while it is not complete."""
     if len(points) < len(TRADE_OFF_ORDERS) * len(TRADE_OFF_VELOCITIES):
         return None
-    table = {(p.order, p.nominal_velocity): np.array([p.d_min, p.e2_max**0.5]) for p in points}
-    n0, n1, s = _around(TRADE_OFF_ORDERS, run.law.order)
-    v0, v1, t = _around(TRADE_OFF_VELOCITIES, run.law.nominal_velocity)
-    low = (1.0 - t) * table[n0, v0] + t * table[n0, v1]
-    high = (1.0 - t) * table[n1, v0] + t * table[n1, v1]
-    d, e = ((1.0 - s) * low + s * high).tolist()
+    table = {(p.order, p.nominal_velocity): (p.d_min, p.e2_max**0.5) for p in points}
+    field = np.array([[table[n, v] for v in TRADE_OFF_VELOCITIES] for n in TRADE_OFF_ORDERS])
+    log_n, log_v = (math.log(max(value, 1e-6)) for value in (run.law.order, run.law.nominal_velocity))
+    # Beyond the map's edge both are what they are there.
+    columns = [[np.interp(log_v, np.log(TRADE_OFF_VELOCITIES), row) for row in field[:, :, i]] for i in range(2)]
+    d, e = (float(np.interp(log_n, np.log(TRADE_OFF_ORDERS), column)) for column in columns)
     return d, e
-
-
-def _around(values: tuple[float, ...], value: float) -> tuple[float, float, float]:
-    """Return the two of some values on either side, and the share of the way of their logarithms; beyond the map its edge."""
-    i, j, share = between(np.log(np.array(values)), float(np.log(max(value, 1e-6))))
-    return values[i], values[j], share
 
 
 FAR: Final = 0.3

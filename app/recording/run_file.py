@@ -188,8 +188,8 @@ def verify(saved: SavedRun, stopped: Callable[[], bool] = never) -> Loaded:
     comparison = outcomes.compare_run(saved.outcome, table, outcomes.history_columns(simulation))
     changes = changed_versions(saved.made, made_here())
     verdict: Agreement = "exact" if comparison.exact else "close" if comparison.close else "differs"
-    law, words = saved.recorded.law, _words(verdict, comparison, changes, simulation.error_unit)
-    if law is not None:
+    words = _words(verdict, comparison, changes, simulation.settings.experiment.error_unit)
+    if (law := saved.recorded.law) is not None:
         said = made_with(law.file, law.sha256)
         words = said if verdict == "exact" else joined((said, words), " ")
     return Loaded(saved.recorded, verdict, words, comparison)

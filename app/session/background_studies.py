@@ -1,6 +1,6 @@
 """Everything that is computed beside one session's run, behind one object; the maps and curves come part by part, while they are shown."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Final, Generic, NamedTuple, TypeVar
 
@@ -14,7 +14,7 @@ from scenes import headless
 from scenes.inputs import InputsLog, Recorded
 from scenes.law_knobs import LawKnob, knobs
 from scenes.laws import DEFAULT_LAW
-from scenes.rerun import Stopped
+from scenes.rerun import while_wanted
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 from scenes.sweep import TRADE_OFF_ORDERS, TradeOff, trade_off
@@ -87,7 +87,7 @@ def knob_curve(settings: RunSettings, knob: LawKnob, stopped: Callable[[], bool]
         Stopped: as soon as `stopped()` is true, after the run at work.
     """
     runs = (headless.run(knob.at(settings, value), SECONDS).summary for value in knob.setting.points)
-    found = _while_wanted(runs, stopped)
+    found = while_wanted(runs, stopped)
     return tuple(sorted(SafetyPoint(summary.d_min, summary.e2_max) for summary in found))
 
 
@@ -102,19 +102,12 @@ def trade_off_row(settings: RunSettings, order: float, stopped: Callable[[], boo
     Raises:
         Stopped: as soon as `stopped()` is true, after the run at work.
     """
-    return tuple(_while_wanted(trade_off(settings, SECONDS, order), stopped))
+    return tuple(while_wanted(trade_off(settings, SECONDS, order), stopped))
 
 
 def _any_order(run: RunSettings) -> RunSettings:
     """Return the settings for the map, which does not depend on the present n and v."""
     return replace(run, law=replace(run.law, order=1.0, nominal_velocity=0.1))
-
-
-def _while_wanted(points: Iterable[Result], stopped: Callable[[], bool]) -> Iterator[Result]:
-    for point in points:
-        if stopped():
-            raise Stopped
-        yield point
 
 
 class BackgroundStudies:

@@ -18,7 +18,7 @@ import numpy as np
 from controllers.kinematics import Array
 from scenes.history import COLUMN, History
 from scenes.inputs import Recorded, RecordedPerson
-from scenes.rerun import LOOK, Stopped, begun, never
+from scenes.rerun import LOOK, begun, never, while_wanted
 from scenes.simulation import Simulation, Snapshot
 from scenes.targets import Target
 
@@ -81,9 +81,7 @@ def make_film(recorded: Recorded, stopped: Callable[[], bool] = never) -> Record
     rows: list[Array] = []
     row_steps: list[int] = []
     period = -1
-    for made, target in enumerate(recorded.targets(simulation)):
-        if made % LOOK == 0 and stopped():
-            raise Stopped
+    for made, target in enumerate(while_wanted(recorded.targets(simulation), stopped, LOOK)):
         if made % spacing == 0:
             s = simulation.snapshot()
             state = s.steps, s.time, s.positions, s.velocities, s.memories, s.robot

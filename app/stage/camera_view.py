@@ -82,6 +82,13 @@ def fit(toward: Array, fov: float, size: tuple[float, float], groups: tuple[Ball
     return Pose(eye, eye - (away - float(depth.mean())) * back, fov)
 
 
+def pose_of(camera: Camera, aspect: float) -> Pose:
+    """Return the pose from which a camera shows all that it must. `aspect`: width over height of the picture."""
+    away = max(camera.height, camera.width / aspect) / (2.0 * math.tan(camera.fov / 2.0))
+    centre = np.array(camera.centre)
+    return Pose(centre + axes(np.array(camera.toward))[2] * away, centre, camera.fov)
+
+
 def project(pose: Pose, size: tuple[float, float], points: Array) -> Array:
     """Return where points (k, 3) [m] are seen (k, 2) [px], from the picture's top left corner; nan behind the eye.
 

@@ -109,7 +109,7 @@ def error_html(simulation: Simulation, sample: Sample, ghost: Simulation | None 
 
 
 def _error_text(simulation: Simulation, sample: Sample) -> str:
-    if simulation.error_unit != "rad²":
+    if simulation.settings.experiment.error_unit != "rad²":
         return f"{sample.error * 1000.0:.0f} mm"
     error = math.degrees(sample.error)
     if simulation.settings.experiment.follows == "person" and sample.second is not None:

@@ -89,7 +89,7 @@ def test_another_setting_is_another_run_and_the_first_step_is_named() -> None:
     assert comparison.largest.by == by.max() > CLOSE
     row, column = np.unravel_index(int(by.argmax()), by.shape)
     assert (comparison.largest.step, comparison.largest.column) == (row, history_columns(again)[int(column)])
-    assert comparison.largest.words(again.error_unit) in found.words
+    assert comparison.largest.words(again.settings.experiment.error_unit) in found.words
     assert "Program, libraries and machine are the same; the file or the program was changed" in found.words
 
 

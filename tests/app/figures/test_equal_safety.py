@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from app.figures import equal_safety, fig8_film
 from app.figures.drawn_figure import Plan
-from app.figures.fig6_fig7_followers import imitation, imitation_seconds, imitation_settings
+from app.figures.fig6_fig7_followers import imitation, imitation_run
 from scenes.headless import run
 from scenes.law_knobs import knobs
 from scenes.laws import LAWS
@@ -112,8 +112,7 @@ def test_desired_is_thin_and_dashed_and_actual_is_solid() -> None:
 
 def test_the_frames_of_the_film_differ() -> None:
     """No two frames are as alike as two that are evenly spread over time."""
-    plan = Plan(quick=True)
-    run = plan.shared(imitation_settings(plan), imitation_seconds(plan))
+    run, _ = imitation_run(Plan(quick=True))
 
     def least(rows: list[int]) -> float:
         places = fig8_film._places(run, run.table[rows])

@@ -159,10 +159,10 @@ def test_the_error_of_every_experiment(scene: str) -> None:
     errors = [sample.error] if sample.second is None else [sample.error, math.sqrt(sample.second.squared_error)]
     words = text(error_html(simulation, sample))
     shown = [float(number) for number in re.findall(r"[\d.]+", words)]
-    scale = 180.0 / math.pi if simulation.error_unit == "rad²" else 1000.0
+    scale = 180.0 / math.pi if simulation.settings.experiment.error_unit == "rad²" else 1000.0
     expected = sorted(scale * e for e in errors) if scene == "imitation" else [scale * errors[0]]
     assert sorted(shown) == pytest.approx(expected, abs=0.51)
-    assert words.endswith("mm") == (simulation.error_unit == "m²")
+    assert words.endswith("mm") == (simulation.settings.experiment.error_unit == "m²")
 
 
 @pytest.mark.parametrize(
