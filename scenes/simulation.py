@@ -151,24 +151,14 @@ class Simulation:
         self.law = self.settings.law.made() if law is None else law
 
     @property
-    def place(self) -> Array | None:
-        """Where the avoiding hand should be (3,), world [m]; None if it follows joints."""
-        return self.roles.task.place if isinstance(self.roles.task, HoldTask) else None
-
-    @property
-    def home(self) -> Array | None:
-        """Where the avoiding hand was when everything began (3,), world [m]; None if it follows joints."""
-        return self.roles.task.home if isinstance(self.roles.task, HoldTask) else None
+    def keeper(self) -> HoldTask | None:
+        """The task of the avoiding hand, which has a place; None if it follows joints."""
+        return self.roles.task if isinstance(self.roles.task, HoldTask) else None
 
     @property
     def way(self) -> Array:
         """Points (k, 3) of the way that the task prescribes to the avoiding hand, world [m]; (0, 3) if it prescribes none."""
-        return np.zeros((0, 3)) if self.home is None else self.settings.experiment.scenario.way(self.settings, self.home)
-
-    @property
-    def place_rotation(self) -> Array | None:
-        """How the avoiding hand should be turned (3, 3); None if it follows joints."""
-        return self.roles.task.place_rotation if isinstance(self.roles.task, HoldTask) else None
+        return np.zeros((0, 3)) if self.keeper is None else self.settings.experiment.scenario.way(self.settings, self.keeper.home)
 
     @property
     def error_unit(self) -> str:

@@ -43,10 +43,10 @@ class PathLine(StagePart):
 
     def show(self, frame: Frame) -> None:
         """Draw the path where it begins now."""
-        home = frame.simulation.home
-        if home is None or tuple(home.tolist()) == self._home:
+        keeper = frame.simulation.keeper
+        if keeper is None or tuple(keeper.home.tolist()) == self._home:
             return
-        self._home = tuple(home.tolist())
+        self._home = tuple(keeper.home.tolist())
         way = frame.simulation.way
         self._line.points = np.stack([way[:-1], way[1:]], axis=1).astype(np.float32)
         for label, point, side in zip(self._labels, way[[0, -1]], (-1.0, 1.0), strict=False):
@@ -91,7 +91,7 @@ class Trace(StagePart):
         simulation, points = frame.simulation, self._points
         time = simulation.time
         # A new beginning is a new trace.
-        home = simulation.home
+        home = None if simulation.keeper is None else simulation.keeper.home
         other = home is not self._home and (home is None or self._home is None or not np.array_equal(home, self._home))
         self._home = home
         if time < self._time or other:
