@@ -16,7 +16,7 @@ from scenes.arm_tasks.arm_task import Memory
 from scenes.arm_tasks.hold_task import HoldTask
 from scenes.avoidance_group import AvoidanceGroup, avoidance_groups
 from scenes.hardware import Actuation, Sensing, before_stops, measured_positions
-from scenes.history import History, Sample, Second
+from scenes.history import ArmSample, History, Sample
 from scenes.roles import TargetSource
 from scenes.room import Room, World, room_of
 from scenes.settings import HardwareSettings, RunSettings
@@ -351,7 +351,6 @@ class Simulation:
         q, dq, desired = self.positions.copy(), self.velocities.copy(), np.full(len(self.positions), np.nan)
         rows = [near.row[group.joints] for group in self._groups]
         s, *others = (lever(float(row.dot(row))) for row in rows)
-        second = Second(0.0, 0.0, 0.0, 0.0, 0, -1, others[0]) if others else None
-        return Sample(
-            self.time, near.distance, lam, 0.0, 0.0, 0.0, near.pair, near.law_distance, 0.0, 0, -1, s, second, q, dq, desired
-        )
+        nothing = 0.0, 0.0, 0.0, 0.0, 0, -1
+        second = ArmSample(*nothing, others[0]) if others else None
+        return Sample(*nothing, s, self.time, near.distance, lam, near.pair, near.law_distance, second, q, dq, desired)
