@@ -14,7 +14,7 @@ from controllers.limits import Authority, Bounded
 from controllers.proximity import Proximity, ProximityDetector
 from scenes.arm_tasks.arm_task import Memory
 from scenes.arm_tasks.hold_task import HoldTask
-from scenes.avoidance_group import AvoidanceGroup, avoidance_groups
+from scenes.avoidance_group import AvoidanceGroup
 from scenes.hardware import Actuation, Sensing, before_stops, measured_positions
 from scenes.history import ArmSample, History, Sample
 from scenes.roles import TargetSource
@@ -97,9 +97,10 @@ class Simulation:
         self._form()
 
     def _form(self) -> None:
-        """Form the groups that avoid."""
+        """Form the groups that avoid: each task by a row of its own, or all by one row."""
         tasks, avoiding = self.roles.tasks, self.roles.avoiders(self.settings.avoid)
-        self._groups: tuple[AvoidanceGroup, ...] = avoidance_groups(self.world, tasks, avoiding, self.settings.one_row)
+        groups = [avoiding] if self.settings.one_row else [(task,) for task in avoiding]
+        self._groups = [AvoidanceGroup(self.world, group, tasks) for group in groups]
         nominals = {task.joints.start: group.part(task) for group in self._groups for task in group.tasks}
         # A task that does not avoid moves its joints directly.
         self._asked = [(m, nominals.get(m.joints.start, self.velocities[m.joints])) for m in tasks]
