@@ -52,14 +52,13 @@ class Kinematics:
         self.data = model.createData()
         self.jacobian: Array = self.data.J
         """(6, nv), spatial, world axes and world origin: rows 0–2 linear, 3–5 angular."""
-        self._hands = tuple(arm.hand for arm in arms)
-        self._hand_poses = {hand: self.data.oMf[hand] for hand in self._hands}
+        self._hand_poses = {arm.hand: self.data.oMf[arm.hand] for arm in arms}
 
     def update(self, positions: Array) -> None:
         """Compute every joint and hand pose and the Jacobian at q (nv,) [rad]."""
         model, data = self.model, self.data
         pin.computeJointJacobians(model, data, positions)
-        for hand in self._hands:
+        for hand in self._hand_poses:
             pin.updateFramePlacement(model, data, hand)
 
     def hand_pose(self, arm: Arm) -> pin.SE3:

@@ -188,14 +188,11 @@ class ProximityDetector:
             self._fill_rows(self._rows)
             law_distance = smooth_minimum(self.distances(), self._rows, beta, row)
         else:
-            law_distance = self._fill_convex(beta, epsilon, row)
+            np.concatenate(self._placed, out=self._frames.reshape(-1))
+            bodies, moving = (self._frames, self._halves, self._pairs, self._reach), (kinematics.jacobian, self._signs)
+            law_distance = convex_proximity(*bodies, beta, epsilon, *moving, self._distances, self._rows, row)
         # Until the loop is compiled it returns a number of numpy's.
         return Proximity(distance, pair, law_distance, row, closest)
-
-    def convex_distances(self, epsilon: float) -> Array:
-        """Return the strictly convex distance of every pair (pairs,) at the last `detect` [m]. `epsilon`: ε [m²]."""
-        self._fill_convex(1.0, epsilon, np.empty(self._rows.shape[1]))
-        return self._distances.copy()
 
     def row(self, pair: int) -> Array:
         """Return J_d (nv,) of one pair at the last `detect`, a fresh array."""
@@ -223,8 +220,3 @@ class ProximityDetector:
     def _fill_rows(self, rows: Array) -> None:
         points = np.concatenate([point() for point in self._first_points]).reshape(-1, 3)
         pair_rows(points, np.concatenate(self._normals).reshape(-1, 3), self.kinematics.jacobian, self._signs, rows)
-
-    def _fill_convex(self, beta: float, epsilon: float, row: Array) -> float:
-        np.concatenate(self._placed, out=self._frames.reshape(-1))
-        bodies, moving = (self._frames, self._halves, self._pairs, self._reach), (self.kinematics.jacobian, self._signs)
-        return convex_proximity(*bodies, beta, epsilon, *moving, self._distances, self._rows, row)

@@ -18,7 +18,7 @@ class AvoidanceGroup:
     Args:
         world: where.
         tasks: of the arms; their columns of q are adjacent.
-        others: all other tasks.
+        all_tasks: of the room.
 
     Attributes:
         joints: columns of q.
@@ -27,13 +27,13 @@ class AvoidanceGroup:
         box: bounds of q̇.
     """
 
-    def __init__(self, world: World, tasks: tuple[ArmTask, ...], others: tuple[ArmTask, ...]) -> None:
+    def __init__(self, world: World, tasks: tuple[ArmTask, ...], all_tasks: tuple[ArmTask, ...]) -> None:
         self.tasks = tasks
         self.joints = slice(min(m.joints.start for m in tasks), max(m.joints.stop for m in tasks))
         self.velocities = world.velocities[self.joints]
         self.box = world.bounds.part(self.joints)
         self._positions = world.positions[self.joints]
-        self._others = [(other.joints, world.velocities[other.joints]) for other in others]
+        self._others = [(other.joints, world.velocities[other.joints]) for other in all_tasks if other not in tasks]
         self.nominal = np.zeros(self.joints.stop - self.joints.start)
         self._detector = world.detector
 
@@ -105,11 +105,3 @@ class AvoidanceGroup:
             return bounded
         box = self.box
         return bounded._replace(velocities=saturated(J, wanted, box.lower, box.upper, bounded.velocities, row)[0])
-
-
-def avoidance_groups(
-    world: World, tasks: tuple[ArmTask, ...], avoiding: tuple[ArmTask, ...], one_row: bool
-) -> tuple[AvoidanceGroup, ...]:
-    """Return the groups that avoid: each task by a row of its own, or all by one row."""
-    groups = (avoiding,) if one_row else tuple((task,) for task in avoiding)
-    return tuple(AvoidanceGroup(world, group, tuple(m for m in tasks if m not in group)) for group in groups)

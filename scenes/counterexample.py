@@ -21,12 +21,12 @@ from controllers.errors import BadSetting
 from controllers.kinematics import Array
 from scenes.experiments import EXPERIMENTS
 from scenes.headless import MOST_STEPS
-from scenes.history import COLUMN
+from scenes.history import COLUMN, History
 from scenes.inputs import InputsLog, Recorded
 from scenes.person.clips import REST
 from scenes.promise import Condition, fallen, missing
 from scenes.rerun import Stopped, never
-from scenes.room import Room, World, room_of
+from scenes.room import Room, World, random_bounds, room_of
 from scenes.settings import HardwareSettings, RunSettings, specs
 from scenes.simulation import Simulation
 from scenes.waypoints import SIZES, Waypoints
@@ -99,27 +99,7 @@ class Attack:
 
     def table(self, finer: int = 1) -> Array:
         """Return the history of the run (rows, columns of `scenes.history`) at dt / `finer`."""
-        return self._made(replace(self.settings, dt=self.settings.dt / finer), None)
-
-    def recorded(self) -> Recorded:
-        """Return the run as it can be made again."""
-        log = InputsLog()
-        self._made(self.settings, log)
-        recorded = log.window(SECONDS)
-        assert recorded is not None
-        return recorded
-
-    def _made(self, settings: RunSettings, log: InputsLog | None) -> Array:
-        steps = round(SECONDS / settings.dt)
-        simulation = Simulation(settings, steps)
-        simulation.reset(self.start)
-        person = Waypoints(settings.experiment.moves, self.points, settings.hand_speed)
-        for _ in range(steps):
-            target = person.target(simulation.time)
-            if log is not None:
-                log.record(simulation, target)
-            simulation.step(target)
-        return simulation.history.table()
+        return _made(self, replace(self.settings, dt=self.settings.dt / finer)).table()
 
 
 def attack_of(settings: RunSettings, text: str) -> Attack:
@@ -147,14 +127,29 @@ def attack_of(settings: RunSettings, text: str) -> Attack:
 def replayed(attack: Attack, stopped: Callable[[], bool] = never) -> Recorded:
     """Return the run of an attack as it can be made again; takes as long as the run. `stopped`: not asked, for it is short."""
     del stopped
-    return attack.recorded()
+    log = InputsLog()
+    _made(attack, attack.settings, log)
+    recorded = log.window(SECONDS)
+    assert recorded is not None
+    return recorded
+
+
+def _made(attack: Attack, settings: RunSettings, log: InputsLog | None = None) -> History:
+    steps = round(SECONDS / settings.dt)
+    simulation = Simulation(settings, steps)
+    simulation.reset(attack.start)
+    person = Waypoints(settings.experiment.moves, attack.points, settings.hand_speed)
+    for _ in range(steps):
+        target = person.target(simulation.time)
+        if log is not None:
+            log.record(simulation, target)
+        simulation.step(target)
+    return simulation.history
 
 
 def _box(room: Room) -> tuple[Array, Array]:
     """Return the bounds of a start posture (nv,) [rad, m], in whole units of its text."""
-    low, high = room.model.lowerPositionLimit.copy(), room.model.upperPositionLimit.copy()
-    if room.ball is not None:
-        low[room.ball], high[room.ball] = room.start[room.ball] - 0.8, room.start[room.ball] + 0.8
+    low, high = random_bounds(room)
     unit = 10.0**DIGITS
     return np.ceil(low * unit) / unit, np.floor(high * unit) / unit
 

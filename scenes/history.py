@@ -35,8 +35,8 @@ def unit_of(column: str, error_unit: str) -> str:
 
 
 @dataclass(frozen=True)
-class Second:
-    """What a step meant for the second arm that keeps clear; names and units as in `SCALARS`."""
+class ArmSample:
+    """What a step meant for an arm that keeps clear; names and units as in `SCALARS`."""
 
     squared_error: float
     pull: float
@@ -48,23 +48,16 @@ class Second:
 
 
 @dataclass(frozen=True)
-class Sample:
-    """One step. Names and units as in `SCALARS`; positions, velocities and desired positions (nv,) are those of everything that
-    moves, left first; desired is nan where nothing is followed."""
+class Sample(ArmSample):
+    """One step, and what it meant for the first arm that keeps clear. Positions, velocities and desired positions (nv,) are those of
+    everything that moves, left first; desired is nan where nothing is followed."""
 
     time: float
     distance: float
     activation: float
-    squared_error: float
-    pull: float
-    approach: float
     pair: int
     law_distance: float
-    law_approach: float
-    authority: int
-    joint: int
-    lever: float
-    second: Second | None
+    second: ArmSample | None
     positions: Array
     velocities: Array
     desired: Array
@@ -117,7 +110,8 @@ class History:
         """
         place = self.count % self._capacity
         if place == len(self._rows):
-            self._grow()
+            more = np.full((min(place, self._capacity - place), self._rows.shape[1]), np.nan)
+            self._rows = np.concatenate((self._rows, more))
         row = self._rows[place]
         middle, end = self._middle, self._end
         row[:_FIRST] = scalars
@@ -132,10 +126,6 @@ class History:
             row[end:] = desired
         self.count += 1
 
-    def _grow(self) -> None:
-        more = np.full((min(len(self._rows), self._capacity - len(self._rows)), self._rows.shape[1]), np.nan)
-        self._rows = np.concatenate((self._rows, more))
-
     def last(self) -> Sample:
         """Return the newest step.
 
@@ -146,10 +136,11 @@ class History:
             raise IndexError("the history is empty: no step was made yet")
         row = self._rows[(self.count - 1) % self._capacity]
         t, d, lam, e2, u, w, pair, law_d, law_w, authority, joint, lever = row[:_FIRST].tolist()
-        e2_b, u_b, w_b, law_w_b, authority_b, joint_b, lever_b = row[_FIRST:_HEAD].tolist()
-        second = None if authority_b != authority_b else Second(e2_b, u_b, w_b, law_w_b, int(authority_b), int(joint_b), lever_b)
+        first = e2, u, w, law_w, int(authority), int(joint), lever
+        e2, u, w, law_w, authority, joint, lever = row[_FIRST:_HEAD].tolist()
+        second = None if math.isnan(authority) else ArmSample(e2, u, w, law_w, int(authority), int(joint), lever)
         q, dq, desired = row[_HEAD : self._middle].copy(), row[self._middle : self._end].copy(), row[self._end :].copy()
-        return Sample(t, d, lam, e2, u, w, int(pair), law_d, law_w, int(authority), int(joint), lever, second, q, dq, desired)
+        return Sample(*first, t, d, lam, int(pair), law_d, second, q, dq, desired)
 
     def row(self, step: int) -> Array | None:
         """Return the row of a step, counted from 0 since the last `clear`, a live view; None if it is not kept."""

@@ -2,8 +2,7 @@
 
 from collections import deque
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -44,6 +43,11 @@ class Stretch(NamedTuple):
     settings: RunSettings
     targets: PackedTargets
     answers: LawAnswers | None = None
+
+    @property
+    def seconds(self) -> float:
+        """Length [s]."""
+        return self.targets.steps * self.settings.dt
 
     @property
     def nbytes(self) -> int:
@@ -92,7 +96,12 @@ class Recorded:
     @property
     def seconds(self) -> float:
         """Length [s]."""
-        return sum(stretch.targets.steps * stretch.settings.dt for stretch in self.stretches)
+        return sum(stretch.seconds for stretch in self.stretches)
+
+    @property
+    def nbytes(self) -> int:
+        """Memory that it takes, about [B]."""
+        return _CHAPTER_BYTES + sum(stretch.nbytes for stretch in self.stretches)
 
     def targets(self, simulation: Simulation | None = None) -> Iterator[Target | None]:
         """Yield the target of every step. `simulation`: takes on the settings of each step before its target is given; None for none."""
@@ -130,29 +139,6 @@ class RecordedPerson:
         return decoded(code, self._targets.numbers[begin : begin + WIDTHS[code]])
 
 
-@dataclass
-class _Chapter:
-    """From one snapshot to the next."""
-
-    snapshot: Snapshot
-    stretches: list[Stretch] = field(default_factory=list)
-    seconds: float = 0.0
-    nbytes: int = _CHAPTER_BYTES
-
-    @cached_property
-    def piece(self) -> Recorded:
-        """The chapter as a piece of its own, once it is closed; always the same object."""
-        return Recorded(self.snapshot, tuple(self.stretches))
-
-    @classmethod
-    def of(cls, piece: Recorded) -> "_Chapter":
-        """Return the closed chapter of a piece."""
-        nbytes = _CHAPTER_BYTES + sum(stretch.nbytes for stretch in piece.stretches)
-        chapter = cls(piece.snapshot, list(piece.stretches), piece.seconds, nbytes)
-        chapter.__dict__["piece"] = piece
-        return chapter
-
-
 class InputsLog:
     """The last ten minutes of a run's targets and settings, with a snapshot every second.
 
@@ -163,7 +149,7 @@ class InputsLog:
 
     def __init__(self, keep: float = KEEP, most_bytes: int = MOST_BYTES) -> None:
         self._keep, self._most_bytes = keep, most_bytes
-        self._chapters: deque[_Chapter] = deque()
+        self._pieces: deque[Recorded] = deque()
         self._settings: RunSettings | None = None
         self._roles: Roles | None = None
         self._law: LawOfFile | None = None
@@ -171,8 +157,11 @@ class InputsLog:
 
     def forget(self) -> None:
         """Clear the log."""
-        self._chapters.clear()
+        self._pieces.clear()
         self._seconds, self._nbytes = 0.0, 0
+        self._snapshot: Snapshot | None = None
+        """Beginning of the newest chapter, of which these stretches are closed:"""
+        self._stretches: list[Stretch] = []
         self._expected = self._turn = -1
         self._codes: list[int] = []
         self._counts: list[int] = []
@@ -218,7 +207,10 @@ class InputsLog:
         self._close_stretch()
         self._settings, self._roles, self._law = simulation.settings, simulation.roles, law
         if simulation.steps >= self._turn:
-            self._chapters.append(_Chapter(simulation.snapshot()))
+            if self._stretches:
+                assert self._snapshot is not None
+                self._pieces.append(Recorded(self._snapshot, tuple(self._stretches)))
+            self._snapshot, self._stretches = simulation.snapshot(), []
             self._nbytes += _CHAPTER_BYTES
             self._turn = simulation.steps + max(round(CHAPTER / simulation.settings.dt), 1)
             self._forget_oldest()
@@ -236,21 +228,18 @@ class InputsLog:
     def _close_stretch(self) -> None:
         if not self._codes:
             return
-        stretch, chapter = self._open_stretch(), self._chapters[-1]
-        seconds = stretch.targets.steps * stretch.settings.dt
-        chapter.stretches.append(stretch)
-        chapter.seconds += seconds
-        chapter.nbytes += stretch.nbytes
-        self._seconds += seconds
+        stretch = self._open_stretch()
+        self._stretches.append(stretch)
+        self._seconds += stretch.seconds
         self._nbytes += stretch.nbytes
         self._codes, self._counts, self._numbers, self._answers = [], [], [], []
 
     def _forget_oldest(self) -> None:
-        while len(self._chapters) > 2:
-            first = self._chapters[0]
+        while len(self._pieces) > 1:
+            first = self._pieces[0]
             if self._seconds - first.seconds < self._keep and self._nbytes <= self._most_bytes:
                 return
-            self._chapters.popleft()
+            self._pieces.popleft()
             self._seconds -= first.seconds
             self._nbytes -= first.nbytes
 
@@ -261,10 +250,10 @@ class InputsLog:
         """
         if simulation.steps != self._expected or simulation.roles is not self._roles:
             return simulation.snapshot(), ()
-        if self._codes or self._chapters[-1].stretches:
+        if self._codes or self._stretches:
             self._turn = simulation.steps
             self._turn_over(simulation)
-        return simulation.snapshot(), tuple(chapter.piece for chapter in self._chapters if chapter.stretches)
+        return simulation.snapshot(), tuple(self._pieces)
 
     def restore(self, pieces: Sequence[Recorded], simulation: Simulation) -> None:
         """Take up the pieces that have led a simulation to its present state, see `cut`; none that had a law of another kind."""
@@ -272,26 +261,22 @@ class InputsLog:
         law = law_of_file(simulation)
         if not pieces or (pieces[-1].law is None) != (law is None):
             return
-        self._chapters.extend(map(_Chapter.of, pieces))
-        self._seconds = sum(chapter.seconds for chapter in self._chapters)
-        self._nbytes = sum(chapter.nbytes for chapter in self._chapters)
+        self._pieces.extend(pieces)
+        self._seconds = sum(piece.seconds for piece in pieces)
+        self._nbytes = sum(piece.nbytes for piece in pieces)
         self._expected = self._turn = simulation.steps
         self._settings, self._roles, self._law = simulation.settings, simulation.roles, law
 
     def window(self, seconds: float = KEEP) -> Recorded | None:
         """Return the newest piece of the run: `seconds` long, up to `CHAPTER` longer, or all that there is; None if that is nothing."""
-        length, chapters = 0.0, []
-        open_stretch = [self._open_stretch()] if self._codes else []
-        length = sum(stretch.targets.steps * stretch.settings.dt for stretch in open_stretch)
-        for chapter in reversed(self._chapters):
-            chapters.append(chapter)
-            length += chapter.seconds
+        snapshot, stretches = self._snapshot, [*self._stretches, *([self._open_stretch()] if self._codes else [])]
+        length = sum(stretch.seconds for stretch in stretches)
+        for piece in reversed(self._pieces):
             if length >= seconds * (1.0 - 1e-9):
                 break
-        stretches = [stretch for chapter in reversed(chapters) for stretch in chapter.stretches] + open_stretch
-        if not stretches:
-            return None
-        return Recorded(chapters[-1].snapshot, merged_stretches(stretches))
+            snapshot, stretches = piece.snapshot, [*piece.stretches, *stretches]
+            length += piece.seconds
+        return Recorded(snapshot, merged_stretches(stretches)) if snapshot is not None and stretches else None
 
 
 def law_of_file(simulation: Simulation) -> LawOfFile | None:

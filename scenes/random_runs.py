@@ -11,7 +11,7 @@ from controllers.kinematics import Array
 from scenes.headless import run
 from scenes.history import COLUMN
 from scenes.promise import broken_by
-from scenes.room import Room, World, room_of
+from scenes.room import Room, World, random_bounds, room_of
 from scenes.setting_spec import Spec
 from scenes.settings import HardwareSettings, RunSettings, changed, specs, values
 
@@ -101,11 +101,8 @@ def _start(dice: np.random.Generator, room: Room) -> Array | None:
     if not tries:
         return None
     model = room.model
-    low, high = model.lowerPositionLimit.copy(), model.upperPositionLimit.copy()
-    if room.ball is not None:
-        low[room.ball], high[room.ball] = room.start[room.ball] - 0.8, room.start[room.ball] + 0.8
     world = World(room, 10.0)
-    postures = dice.uniform(low, high, (tries, model.nv)).round(3)
+    postures = dice.uniform(*random_bounds(room), (tries, model.nv)).round(3)
     distances: list[float] = []
     for posture in postures:
         world.kinematics.update(posture)

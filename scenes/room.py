@@ -106,6 +106,14 @@ class World:
         self.bounds.update(self.positions)
 
 
+def random_bounds(room: Room) -> tuple[Array, Array]:
+    """Return the bounds of a start posture that is drawn at random (nv,) [rad, m]: those of the joints, and the ball near its own place."""
+    low, high = room.model.lowerPositionLimit.copy(), room.model.upperPositionLimit.copy()
+    if room.ball is not None:
+        low[room.ball], high[room.ball] = room.start[room.ball] - 0.8, room.start[room.ball] + 0.8
+    return low, high
+
+
 def room_of(settings: RunSettings) -> Room:
     """Return the room that the settings ask for."""
     return settings.experiment.scenario.room(settings)

@@ -98,8 +98,8 @@ def torso_meshes(coarse: bool = False) -> dict[str, trimesh.Trimesh]:
 
 
 @functools.cache
-def table_meshes(separation: float, plates: int = 2) -> dict[str, trimesh.Trimesh]:
-    """Material name → mesh in the world frame [m], with a plate for both arms or only for the left one. Shared: do not change them."""
+def table_meshes(separation: float, plates: int = 2, coarse: bool = False) -> dict[str, trimesh.Trimesh]:
+    """Material name → mesh in the world frame [m], with a plate for both arms or only for the left one; `coarse` as above."""
     half_x, half_y, corner, top = separation / 2 + 0.22, 0.30, 0.045, TABLE_HEIGHT - PLATE
     board = rounded([(0, top - 0.032), (corner, top - 0.032), (corner, top), (0, top)], 0.006, 4)
     apron = [(0.012, top - 0.095), (0.012, top - 0.030)]
@@ -111,7 +111,7 @@ def table_meshes(separation: float, plates: int = 2) -> dict[str, trimesh.Trimes
     leg_x, leg_y = half_x - 0.075, half_y - 0.060
     corners = [(x, y, 0.0) for x in (-leg_x, leg_x) for y in (-leg_y, leg_y)]
     places = [(x, 0.0, 0.0) for x in (-separation / 2, separation / 2)][:plates]
-    return {
+    parts = {
         "light": revolve(board, 40, stretch=(half_x - corner, half_y - corner)),
         "dark": join(
             [revolve(apron, 16, stretch=(leg_x + 0.015, leg_y + 0.015))]
@@ -125,12 +125,13 @@ def table_meshes(separation: float, plates: int = 2) -> dict[str, trimesh.Trimes
             + [moved(revolve(glide, 24), shift=place) for place in corners]
         ),
     }
+    return {name: thinned_mesh(part, COARSE_SHARE) if coarse and name not in BOARDS else part for name, part in parts.items()}
 
 
 @functools.cache
 def torso_glb(coarse: bool = False) -> bytes:
     """The stand of the rig "torso"; coarse for a browser without a graphics card."""
-    return glb.cached(f"torso-{coarse:d}", _key(), lambda: (_packed(torso_meshes(coarse), coarse, tuple(MATERIALS)),))[0]
+    return glb.cached(f"torso-{coarse:d}", _key(), lambda: (_packed(torso_meshes(coarse), coarse),))[0]
 
 
 @functools.cache
@@ -138,7 +139,7 @@ def table_glb(separation: float, coarse: bool = False, plates: int = 2) -> bytes
     """The bench of the rig "table", for bases at x = ± half the separation [m], facing each other, or (`plates` = 1) only for the
     left one; `coarse` as above."""
     name = f"table-{separation:.3f}-{plates}-{coarse:d}"
-    return glb.cached(name, _key(separation, plates), lambda: (_packed(table_meshes(separation, plates), coarse, BOARDS),))[0]
+    return glb.cached(name, _key(separation, plates), lambda: (_packed(table_meshes(separation, plates, coarse), coarse),))[0]
 
 
 @functools.cache
@@ -152,15 +153,11 @@ def stands_glb(feet: tuple[tuple[float, float, float], ...], coarse: bool = Fals
         else:
             foot = [(0.0, 0.0), (0.16, 0.0), (0.16, max(z, 0.002)), (0.0, max(z, 0.002))]
         columns.append(moved(revolve(foot, FEW if coarse else 56), shift=(x, y, 0.0)))
-    return _packed({"dark": join(columns)}, coarse, ("dark",))
+    return _packed({"dark": join(columns)}, coarse)
 
 
-def _packed(parts: dict[str, trimesh.Trimesh], coarse: bool, whole: tuple[str, ...] = ()) -> bytes:
-    """One GLB; of a coarse one, the parts named in `whole` keep all their triangles."""
-    if coarse:
-        few = {name: part if name in whole else thinned_mesh(part, COARSE_SHARE) for name, part in parts.items()}
-        return glb.merged_glb(few, MATERIALS)
-    return glb.glb(parts, MATERIALS)
+def _packed(parts: dict[str, trimesh.Trimesh], coarse: bool) -> bytes:
+    return (glb.merged_glb if coarse else glb.glb)(parts, MATERIALS)
 
 
 def _key(*more: object) -> str:

@@ -14,9 +14,9 @@ from controllers.limits import Authority, Bounded
 from controllers.proximity import Proximity, ProximityDetector
 from scenes.arm_tasks.arm_task import Memory
 from scenes.arm_tasks.hold_task import HoldTask
-from scenes.avoidance_group import AvoidanceGroup, avoidance_groups
+from scenes.avoidance_group import AvoidanceGroup
 from scenes.hardware import Actuation, Sensing, before_stops, measured_positions
-from scenes.history import History, Sample, Second
+from scenes.history import ArmSample, History, Sample
 from scenes.roles import TargetSource
 from scenes.room import Room, World, room_of
 from scenes.settings import HardwareSettings, RunSettings
@@ -97,9 +97,10 @@ class Simulation:
         self._form()
 
     def _form(self) -> None:
-        """Form the groups that avoid."""
+        """Form the groups that avoid: each task by a row of its own, or all by one row."""
         tasks, avoiding = self.roles.tasks, self.roles.avoiders(self.settings.avoid)
-        self._groups: tuple[AvoidanceGroup, ...] = avoidance_groups(self.world, tasks, avoiding, self.settings.one_row)
+        groups = [avoiding] if self.settings.one_row else [(task,) for task in avoiding]
+        self._groups = [AvoidanceGroup(self.world, group, tasks) for group in groups]
         nominals = {task.joints.start: group.part(task) for group in self._groups for task in group.tasks}
         # A task that does not avoid moves its joints directly.
         self._asked = [(m, nominals.get(m.joints.start, self.velocities[m.joints])) for m in tasks]
@@ -151,24 +152,14 @@ class Simulation:
         self.law = self.settings.law.made() if law is None else law
 
     @property
-    def place(self) -> Array | None:
-        """Where the avoiding hand should be (3,), world [m]; None if it follows joints."""
-        return self.roles.task.place if isinstance(self.roles.task, HoldTask) else None
-
-    @property
-    def home(self) -> Array | None:
-        """Where the avoiding hand was when everything began (3,), world [m]; None if it follows joints."""
-        return self.roles.task.home if isinstance(self.roles.task, HoldTask) else None
+    def keeper(self) -> HoldTask | None:
+        """The task of the avoiding hand, which has a place; None if it follows joints."""
+        return self.roles.task if isinstance(self.roles.task, HoldTask) else None
 
     @property
     def way(self) -> Array:
         """Points (k, 3) of the way that the task prescribes to the avoiding hand, world [m]; (0, 3) if it prescribes none."""
-        return np.zeros((0, 3)) if self.home is None else self.settings.experiment.scenario.way(self.settings, self.home)
-
-    @property
-    def place_rotation(self) -> Array | None:
-        """How the avoiding hand should be turned (3, 3); None if it follows joints."""
-        return self.roles.task.place_rotation if isinstance(self.roles.task, HoldTask) else None
+        return np.zeros((0, 3)) if self.keeper is None else self.settings.experiment.scenario.way(self.settings, self.keeper.home)
 
     def source(self) -> TargetSource:
         """Return the experiment's default source of targets, starting from the present state."""
@@ -195,11 +186,11 @@ class Simulation:
         if self.custom_law is None:
             self._advance(target)
             return
-        velocities, memories = self.velocities.copy(), [task.memory() for task in self.roles.tasks]
+        velocities, bites, memories = self.velocities.copy(), self.bound_bites, [task.memory() for task in self.roles.tasks]
         try:
             self._advance(target)
         except Unanswered:
-            self.velocities[:] = velocities
+            self.velocities[:], self.bound_bites = velocities, bites
             for task, memory in zip(self.roles.tasks, memories, strict=True):
                 task.remember(memory)
             raise
@@ -242,33 +233,31 @@ class Simulation:
 
     def _decide(self, near: Proximity, error: float = 0.0) -> tuple[tuple[float, ...], tuple[float, ...] | None]:
         """Command the arms that avoid; return the columns of the history. `error`: of all measured distances [m]."""
-        law = self.law
-        lam = law.activation(near.law_distance)
-        first = self._groups[0]
-        situation = first.situation(law, near, error)
-        w_law = situation.approach
-        w = w_law if near.row is near.pair_row else first.approach(near.pair_row)
-        wanted = law(situation)
-        self.answers = lam, wanted
-        self.bound_bites = False
-        s = _lever(situation.row)
-        bounded = self._bound(first, situation.row, wanted, lam, s)
-        second = self._second_keeps_clear(law, near, lam, error) if len(self._groups) > 1 else None
-        first.velocities[:] = bounded.velocities
-        return (
-            self.time,
-            near.distance,
-            lam,
-            self.roles.task.squared_error,
-            situation.pull,
-            w,
-            near.pair,
-            near.law_distance,
-            w_law,
-            int(bounded.authority),
-            bounded.joint,
-            s,
-        ), second
+        lam = self.law.activation(near.law_distance)
+        self.answers, self.bound_bites = (lam,), False
+        first, second = self._groups[0], None
+        velocities, u, w, w_law, authority, joint, s = self._kept_clear(first, near, lam, error)
+        if len(self._groups) > 1:
+            # What either arm sees of the other's velocity is that of the tick before, so that it does not matter who is asked first.
+            other = self._groups[1]
+            other.velocities[:], *columns = self._kept_clear(other, near, lam, error)
+            second = (other.tasks[0].squared_error, *columns)
+        first.velocities[:] = velocities
+        e2 = self.roles.task.squared_error
+        return (self.time, near.distance, lam, e2, u, w, near.pair, near.law_distance, w_law, authority, joint, s), second
+
+    def _kept_clear(
+        self, group: AvoidanceGroup, near: Proximity, lam: float, error: float
+    ) -> tuple[Array, float, float, float, int, int, float]:
+        """Return q̇ (n,) of arms that keep clear together [rad/s]; then u, w, w along the law's row, authority, joint and lever."""
+        situation = group.situation(self.law, near, error)
+        row, w_law = situation.row, situation.approach
+        w = w_law if near.row is near.pair_row else group.approach(near.pair_row)
+        wanted = self.law(situation)
+        self.answers = *self.answers, wanted
+        s = lever(float(row.dot(row)))
+        velocities, authority, joint = self._bound(group, row, wanted, lam, s)
+        return velocities, situation.pull, w, w_law, int(authority), joint, s
 
     def _decide_by_sensors(self, target: Target | None) -> tuple[tuple[float, ...], tuple[float, ...] | None]:
         """Decide as `_decide`, by what the sensors show: a person's arm moves by what is, the arms that avoid by what is seen."""
@@ -304,22 +293,6 @@ class Simulation:
             self.velocities[j] = np.clip(before_stops(reached[j], self.positions[j], *stops, dt), -top, top)
             stopped[j] = self.velocities[j] != reached[j]
         self._actuation.stop(stopped)
-
-    def _second_keeps_clear(self, law: Law, near: Proximity, lam: float, error: float) -> tuple[float, ...]:
-        """Move the second arm that keeps clear, and return its columns of the history.
-
-        What either arm sees of the other's velocity is that of the tick before, so that it does not matter who is asked first.
-        """
-        second = self._groups[1]
-        situation = second.situation(law, near, error)
-        s = _lever(situation.row)
-        wanted = law(situation)
-        self.answers = *self.answers, wanted
-        bounded = self._bound(second, situation.row, wanted, lam, s)
-        w_law = situation.approach
-        w = w_law if near.row is near.pair_row else second.approach(near.pair_row)
-        second.velocities[:] = bounded.velocities
-        return (second.tasks[0].squared_error, situation.pull, w, w_law, int(bounded.authority), bounded.joint, s)
 
     def _bound(self, group: AvoidanceGroup, row: Array, wanted: Array, lam: float, s: float) -> Bounded:
         """Return the velocities within the bounds that come nearest to what the law wants; s is the lever."""
@@ -372,12 +345,8 @@ class Simulation:
         except Unanswered:
             lam = 0.0
         q, dq, desired = self.positions.copy(), self.velocities.copy(), np.full(len(self.positions), np.nan)
-        s, *others = (_lever(near.row[group.joints]) for group in self._groups)
-        second = Second(0.0, 0.0, 0.0, 0.0, 0, -1, others[0]) if others else None
-        return Sample(
-            self.time, near.distance, lam, 0.0, 0.0, 0.0, near.pair, near.law_distance, 0.0, 0, -1, s, second, q, dq, desired
-        )
-
-
-def _lever(row: Array) -> float:
-    return lever(float(row.dot(row)))
+        rows = [near.row[group.joints] for group in self._groups]
+        s, *others = (lever(float(row.dot(row))) for row in rows)
+        nothing = 0.0, 0.0, 0.0, 0.0, 0, -1
+        second = ArmSample(*nothing, others[0]) if others else None
+        return Sample(*nothing, s, self.time, near.distance, lam, near.pair, near.law_distance, second, q, dq, desired)

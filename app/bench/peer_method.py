@@ -62,7 +62,7 @@ def bake(settings: RunSettings, steps: int) -> Baked:
     done = run(settings, steps * settings.dt)
     simulation, table = done.simulation, done.table
     guided, avoiding = simulation.guided, simulation.avoiding
-    assert simulation.place is not None and simulation.place_rotation is not None
+    assert simulation.keeper is not None
     return Baked(
         settings,
         simulation.room,
@@ -71,8 +71,8 @@ def bake(settings: RunSettings, steps: int) -> Baked:
         avoiding.hand,
         simulation.history.positions(table)[:, guided.joints],
         simulation.history.velocities(table)[:, guided.joints],
-        simulation.place.copy(),
-        simulation.place_rotation.copy(),
+        simulation.keeper.place.copy(),
+        simulation.keeper.place_rotation.copy(),
     )
 
 

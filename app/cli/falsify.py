@@ -53,7 +53,7 @@ def falsify(command: Falsify) -> int:
     with ending_at_once():
         from app.recording.run_file import saved_bytes
         from scenes.children import computed
-        from scenes.counterexample import BROKEN, check, searched
+        from scenes.counterexample import BROKEN, check, replayed, searched
     settings: RunSettings = settings_of_options(command.settings, RunSettings())
     check(settings)
     if not 0.0 < command.seconds <= LONGEST:
@@ -84,7 +84,7 @@ def falsify(command: Falsify) -> int:
         _report(settings, found, monotonic() - begin)
         if command.out is not None:
             with written(command.out, "out") as new:
-                new.write_bytes(saved_bytes(_worst(found).attack.recorded()))
+                new.write_bytes(saved_bytes(replayed(_worst(found).attack)))
             print(command.out)
     if interrupted:
         done = command.skip + next(place for place in range(most + 1) if place not in found)

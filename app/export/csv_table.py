@@ -23,7 +23,7 @@ def changes(recorded: Recorded) -> tuple[tuple[float, str, Any], ...]:
     found: list[tuple[float, str, Any]] = []
     time = recorded.begin
     for before, after in pairwise(recorded.stretches):
-        time += before.targets.steps * before.settings.dt
+        time += before.seconds
         old, new = values(before.settings), values(after.settings)
         found += [(time, key, new[key]) for key in new if new[key] != old[key]]
     return tuple(found)

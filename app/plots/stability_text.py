@@ -170,15 +170,15 @@ def keeps_its_task_clear(simulation: Simulation) -> bool:
 
 def task_error(simulation: Simulation, sample: Sample) -> tuple[Array, Array | None]:
     """Return e_b (m,) of the task shown [m, rad] and its Jacobian J_b (m, n), None for joints."""
-    arm, place, rotation = simulation.avoiding, simulation.place, simulation.place_rotation
-    if place is None or rotation is None:
+    arm, keeper = simulation.avoiding, simulation.keeper
+    if keeper is None:
         return sample.desired[arm.joints] - sample.positions[arm.joints], None
     pose = simulation.kinematics.hand_pose(arm)
-    J = simulation.roles.task.task_jacobian
+    J = keeper.task_jacobian
     if J is None:
         # Nothing was asked of the hand yet.
         J = simulation.kinematics.hand_jacobian(arm)[: TASK_DIMENSION[simulation.room.task(simulation.settings)]]
-    return position_error(pose, place) if len(J) == 3 else pose_error(pose, place, rotation), J
+    return position_error(pose, keeper.place) if len(J) == 3 else pose_error(pose, keeper.place, keeper.place_rotation), J
 
 
 def error_rate(simulation: Simulation) -> float:

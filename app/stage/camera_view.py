@@ -135,8 +135,8 @@ def framed_now(simulation: Simulation) -> tuple[Array, Array]:
     """Return centres (k, 3) and radii (k,) of what has to be seen at this moment [m]: the closest points first, then the hands."""
     contact, places = contact_points(simulation), hands(simulation)
     centres, radii = [*contact, *places], [CONTACT] * len(contact) + [HAND] * len(places)
-    if simulation.place is not None:
-        centres.append(simulation.place)
+    if simulation.keeper is not None:
+        centres.append(simulation.keeper.place)
         radii.append(RING)
     if simulation.room.ball is not None:
         centres.append(simulation.positions[simulation.room.ball])

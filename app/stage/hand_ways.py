@@ -43,10 +43,10 @@ class PathLine(StagePart):
 
     def show(self, frame: Frame) -> None:
         """Draw the path where it begins now."""
-        home = frame.simulation.home
-        if home is None or home.tolist() == self._home:
+        keeper = frame.simulation.keeper
+        if keeper is None or keeper.home.tolist() == self._home:
             return
-        self._home = home.tolist()
+        self._home = keeper.home.tolist()
         way = frame.simulation.way
         self._line.points = np.stack([way[:-1], way[1:]], axis=1).astype(np.float32)
         for label, point, side in zip(self._labels, way[[0, -1]], (-1.0, 1.0), strict=False):
@@ -91,7 +91,7 @@ class Trace(StagePart):
         simulation, points = frame.simulation, self._points
         time = simulation.time
         # A new beginning is a new trace.
-        home = None if simulation.home is None else simulation.home.tolist()
+        home = None if simulation.keeper is None else simulation.keeper.home.tolist()
         if time < self._time or home != self._home:
             self._home = home
             points.clear()

@@ -132,7 +132,7 @@ class Stage:
             parts.append(GripMark(self.scene))
         if self.guests is not None:
             parts.append(GripMark(self.scene, of_guest=True))
-        if simulation.place is not None:
+        if simulation.keeper is not None:
             parts.append(TargetPlace(self.scene))
         moving = len(simulation.way) > 0
         if experiment.moves != "person":

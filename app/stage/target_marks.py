@@ -47,9 +47,9 @@ class TargetPlace(StagePart):
     def show(self, frame: Frame) -> None:
         """Draw the place of the arm with the task that is shown."""
         simulation = frame.simulation
-        place, rotation = simulation.place, simulation.place_rotation
-        if place is None or rotation is None:
+        if simulation.keeper is None:
             return
+        place, rotation = simulation.keeper.place, simulation.keeper.place_rotation
         # A place that moves is another array.
         if self._shown is None or place is not self._shown[0] or rotation is not self._shown[1]:
             self._shown = place, rotation

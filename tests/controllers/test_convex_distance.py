@@ -72,10 +72,8 @@ def test_the_row_is_the_gradient_and_the_distance_is_never_larger_than_the_true_
 def test_the_points_are_the_minimum_of_the_convex_problem(a, b, epsilon: float) -> None:
     """Against a numerical minimiser that knows nothing of clamping."""
     detector, q = two_bodies((0.4, 0.3)), np.array([*a, *b])
-    detector.kinematics.update(q)
-    detector.detect()
-
-    (d,) = detector.convex_distances(epsilon)
+    # One pair alone is its own minimum.
+    d = smooth(detector, q, epsilon)
     first, second = detector.data.oMg
     r = first.translation - second.translation
     u, v = 0.2 * first.rotation[:, 2], 0.15 * second.rotation[:, 2]
@@ -93,12 +91,18 @@ def test_the_points_are_the_minimum_of_the_convex_problem(a, b, epsilon: float) 
 def test_the_smooth_minimum_of_the_arms(rig) -> None:
     """At random, overlapping and upright (parallel) postures: −ln Σ exp(−β d_i)/β of the strictly convex distances, and its gradient."""
     room, kinematics, detector = bodies(rig)
+    singles: list[ProximityDetector] = []
+    for pair in room.geometry.collisionPairs:
+        alone = room.geometry.copy()
+        alone.removeAllCollisionPairs()
+        alone.addCollisionPair(pair)
+        singles.append(ProximityDetector(kinematics, alone))
     upright = np.zeros(14)
     postures = [room.start, upright, *random_postures(room, 8, seed=5), *overlapping_postures(rig, 0.02, 4, seed=6)]
     for q in postures:
         kinematics.update(q)
         near, true = detector.detect("smooth", 80.0), detector.detect("single")
-        each = detector.convex_distances(EPSILON)
+        each = np.array([smooth(single, q) for single in singles])
         assert near.law_distance == pytest.approx(-math.log(np.exp(-80.0 * each).sum()) / 80.0, abs=1e-12)
         assert (near.distance, near.pair) == (true.distance, true.pair) and near.law_distance <= near.distance
         assert_allclose(near.pair_row, true.row, atol=1e-12)

@@ -82,8 +82,8 @@ def avoiding_hand(simulation: Simulation) -> Array:
 
 def place_of(simulation: Simulation) -> Array:
     """Where the avoiding hand should be (3,), a live view [m]."""
-    assert simulation.place is not None
-    return simulation.place
+    assert simulation.keeper is not None
+    return simulation.keeper.place
 
 
 def true_distance(simulation: Simulation, positions: Array) -> float:

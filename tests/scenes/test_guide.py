@@ -12,11 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from controllers.kinematics import Array, Kinematics
-from controllers.limits import VelocityBox
+from controllers.kinematics import Array
 from controllers.proximity import ProximityDetector
-from scenes.guide import TURN_SPEED, Guide, pull
-from scenes.room import build_room
+from scenes.arm_tasks.guided_task import TURN_SPEED, GuidedTask
+from scenes.guide import pull
+from scenes.room import World, build_room
 from scenes.settings import ArmName, RigName, RobotName, RunSettings
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget, LinkTarget
@@ -29,19 +29,17 @@ TOP_SPEED = 0.25
 class Led:
     def __init__(self, rig: RigName = "torso", side: ArmName = "right", robot: RobotName = "lwr") -> None:
         room = build_room(rig, robot)
-        self.room, self.arm, self.robot, self.q = room, room.arm(side), room.robots[0], room.start.copy()
-        self.kinematics, joints, model = Kinematics(room.model, room.arms), self.arm.joints, room.model
+        self.room, self.arm, self.robot, self.world = room, room.arm(side), room.robots[0], World(room, 10.0)
+        self.q, self.kinematics, joints, model = self.world.positions, self.world.kinematics, self.arm.joints, room.model
         limits = (model.lowerPositionLimit, model.upperPositionLimit, model.velocityLimit)
         self.lower, self.upper, self.speed = (limit[joints].copy() for limit in limits)
-        self.box = VelocityBox(self.lower, self.upper, self.speed, 10.0)
-        self.guide = Guide(self.kinematics, self.arm, self.robot, self.box, room.start[joints])
-        self.kinematics.update(self.q)
+        self.task = GuidedTask(self.world, self.arm, self.robot)
+        self.world.update()
 
     def step(self, target: HandTarget | LinkTarget | None, dt: float = DT, top_speed: float = TOP_SPEED) -> Array:
-        joints = self.arm.joints
-        self.box.update(self.q[joints])
-        dq = self.guide.follow(target, self.q[joints], dt, top_speed).copy()
-        self.q[joints] += dq * dt
+        self.world.update()
+        dq = self.task.nominal(target, RunSettings(dt=dt, hand_speed=top_speed), 0.0).copy()
+        self.q[self.arm.joints] += dq * dt
         self.kinematics.update(self.q)
         return dq
 

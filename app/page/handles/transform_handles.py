@@ -154,9 +154,9 @@ def wanted_pose(holder: Holder) -> tuple[Array, Array]:
     """Return where your hand is wanted while it is not moved (3,) [m], and how it is to be turned (3, 3); copies."""
     simulation = holder.simulation
     pose = simulation.kinematics.hand_pose(holder.arm)
-    place, rotation = simulation.place, simulation.place_rotation
-    if keeps_place(holder) and place is not None and rotation is not None:
-        return place.copy(), (rotation if _turn_counts(holder) else pose.rotation).copy()
+    keeper = simulation.keeper
+    if keeps_place(holder) and keeper is not None:
+        return keeper.place.copy(), (keeper.place_rotation if _turn_counts(holder) else pose.rotation).copy()
     return pose.translation.copy(), pose.rotation.copy()
 
 

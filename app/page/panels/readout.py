@@ -157,7 +157,7 @@ def tip_text(session: Shown, operated: bool = True) -> str:
 
 def _fifth_joint(simulation: Simulation) -> str:
     """Return what five joints cost, after a blank; "" for arms with more."""
-    if min(arm.joints.stop - arm.joints.start for arm in simulation.room.arms) > 5 or simulation.place is None:
+    if min(arm.joints.stop - arm.joints.start for arm in simulation.room.arms) > 5 or simulation.keeper is None:
         return ""
     return " " + tr("Five joints keep the hand’s place, not its turn: two are left for everything else, not four.")
 

@@ -15,6 +15,7 @@ from tests.app.hosting.test_workers import come, wait_for_second_worker, worker_
 from tests.app.page.helpers import click, hotkey_uuid, notes, shown
 from tests.app.served import Serve, kept
 from tests.blocking_client import BlockingClient
+from tests.scenes.helpers import place_of
 
 HOLD = Settings(run=RunSettings(scene="hold", avoid="both"))
 HAND_LINK = "/arms/{}/base/j1/j2/j3/j4/j5/j6/j7"
@@ -65,12 +66,12 @@ def test_a_guest_holds_the_silver_arm_and_nothing_else(house: OpenHouse, arrive:
         guest.send({"type": "CommandTriggerMessage", "uuid": describe})
         guest.wait_for(lambda v: any("Arm: Hand" in note for note in notes(v)))
         assert not notes(host.visitor)
-        before = host.ask(lambda s: s.simulation.place.copy())  # pyright: ignore[reportOptionalMemberAccess]
+        before = host.ask(lambda s: place_of(s.simulation).copy())
         hand = host.ask(lambda s: s.simulation.kinematics.hand_pose(s.simulation.avoiding).translation.copy())
         guest.pull(other, "start", hand.tolist(), hand.tolist())
         guest.pull(other, "update", hand.tolist(), (hand + np.array([0.0, 0.0, 0.15])).tolist())
         host.wait(lambda s: isinstance(s.guest_holds, LinkTarget))
-        host.wait(lambda s: s.simulation.place is not None and s.simulation.place[2] > before[2] + 0.01)
+        host.wait(lambda s: place_of(s.simulation)[2] > before[2] + 0.01)
         assert session.held is None, "the host holds nothing"
 
         # What a forged message asks for: the host's controls, keys, buttons and handles, by their own names.

@@ -10,6 +10,7 @@ from tests.app.conftest import OpenHouse, ask, visitor_of
 from tests.app.page.by_hand import drag, run_on, visit
 from tests.app.posted_call import post_call
 from tests.browser import PageAt, screenshot, settled_view, until, world_to_px
+from tests.scenes.helpers import place_of
 
 
 def left_alone(visitor: Visitor) -> bool:
@@ -22,7 +23,7 @@ def test_our_projection_is_the_pages_and_a_visitor_who_turns_the_view_keeps_it(h
     opened = house()
     session = visit(page, opened, "autopilot=0&seed=3")
     settled_view(page)
-    ring = ask(session, lambda s: np.array(s.simulation.place))
+    ring = ask(session, lambda s: np.array(place_of(s.simulation)))
     visitor = visitor_of(opened)
     camera = visitor.client.camera
     box = page.evaluate(

@@ -40,9 +40,9 @@ def test_first_sight_of_every_scene_and_rig(
         nodes += {"ball": ["/ball"], "imitation": [FOREARM]}.get(scene, [])
         see_free(page, nodes, f"{scene}, {rig}")
         if scene == "ball":
-            start = ask(session, lambda s: s.simulation.home)
-            assert start is not None
-            for end in (start, start + PATH):
+            keeper = ask(session, lambda s: s.simulation.keeper)
+            assert keeper is not None
+            for end in (keeper.home, keeper.home + PATH):
                 until(page, lambda end=end: page.evaluate(SEEN, world_to_px(page, end)), "the ball's way in free sight")
         # Somewhere on the way, so that the picture shows what happens.
         run_on(page, session, 2.5 if scene == "ball" else 1.5)
@@ -64,8 +64,9 @@ def test_first_sight_of_every_scene_and_rig(
 
 def ring_share(page: Page, session: Session, colour: str) -> float:
     """The share of 24 points all along the ring at which its colour is seen; the hand and the handles may hide some."""
-    place, rotation = ask(session, lambda s: (s.simulation.place, s.simulation.place_rotation))
-    assert place is not None and rotation is not None
+    keeper = ask(session, lambda s: s.simulation.keeper)
+    assert keeper is not None
+    place, rotation = keeper.place, keeper.place_rotation
     with drawn(page):
         picture = np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB"), float) / 255.0
     wanted = colorsys.rgb_to_hsv(*(c / 255.0 for c in rgb(colour)))[0]

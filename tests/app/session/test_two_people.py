@@ -18,6 +18,7 @@ from scenes.packing import PAIRS, PARTS, WIDTHS, decoded, encoded
 from scenes.rerun import target_between
 from scenes.settings import RunSettings
 from scenes.targets import HandTarget, LinkTarget, PairTarget
+from tests.scenes.helpers import place_of
 
 BOTH = Settings(run=RunSettings(scene="hold", avoid="both"))
 NUMBER = st.floats(-1.0, 1.0)
@@ -46,8 +47,8 @@ def two() -> tuple[Session, SecondHand]:
 
 def test_the_guest_moves_the_ring_and_neither_arm_touches_the_other() -> None:
     session, guest = two()
-    before = session.simulation.place
-    assert before is not None and guest.arm is session.simulation.avoiding and session.arm is session.simulation.guided
+    before = place_of(session.simulation)
+    assert guest.arm is session.simulation.avoiding and session.arm is session.simulation.guided
     # They come for each other.
     mine, theirs = (session.simulation.kinematics.hand_pose(one).translation.copy() for one in (session.arm, guest.arm))
     guest.hold(HandTarget(mine))
@@ -57,13 +58,13 @@ def test_the_guest_moves_the_ring_and_neither_arm_touches_the_other() -> None:
         session.advance(0.01)
         nearest = min(nearest, session.simulation.sample().distance)
     assert nearest > 0.0, "both gave way"
-    moved = session.simulation.place
-    assert moved is not None and np.linalg.norm(moved - before) > 0.1
+    moved = place_of(session.simulation)
+    assert np.linalg.norm(moved - before) > 0.1
     # Let go, the ring stays where it was left.
     guest.hold(None)
     session.advance(0.1)
-    place = session.simulation.place
-    assert place is not None and np.array_equal(place, moved) and guest.held is None
+    place = place_of(session.simulation)
+    assert np.array_equal(place, moved) and guest.held is None
     recorded = session.inputs.window(60.0)
     assert recorded is not None
     again = recorded_from(recorded_bytes(recorded), "two")
@@ -75,13 +76,12 @@ def test_the_guest_moves_the_ring_and_neither_arm_touches_the_other() -> None:
 def test_a_pull_at_the_silver_hand_moves_its_ring_and_a_nudge_too() -> None:
     session, guest = two()
     session.change("autopilot", False)
-    start = session.simulation.place
-    assert start is not None
+    start = place_of(session.simulation)
     hand = session.simulation.kinematics.hand_pose(guest.arm).translation.copy()
     guest.hold(LinkTarget(7, np.zeros(3), hand + np.array([0.0, 0.0, 0.1])))
     for _ in range(50):
         session.advance(0.01)
-    assert session.simulation.place is not None and session.simulation.place[2] > start[2]
+    assert place_of(session.simulation)[2] > start[2]
     guest.nudge(np.array([0.02, 0.0, 0.0]))
     assert isinstance(guest.held, HandTarget) and isinstance(session.target(), PairTarget)
     # Where a second person can hold nothing, what they held has no meaning.

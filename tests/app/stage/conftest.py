@@ -79,8 +79,8 @@ def hand(s: Session) -> Array:
 
 
 def home(s: Session) -> Array:
-    assert s.simulation.home is not None
-    return s.simulation.home.copy()
+    assert s.simulation.keeper is not None
+    return s.simulation.keeper.home.copy()
 
 
 def ball(s: Session) -> Array:

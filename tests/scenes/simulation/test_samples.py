@@ -92,7 +92,7 @@ def test_samples_and_tables() -> None:
     for k in (0, 150, 299):
         assert true_distance(simulation, q[k]) == column(table, "d")[k]
         hand = simulation.kinematics.hand_pose(simulation.avoiding).translation
-        assert float(np.sum((simulation.place - hand) ** 2)) == pytest.approx(column(table, "e2")[k], abs=1e-15)
+        assert float(np.sum((place_of(simulation) - hand) ** 2)) == pytest.approx(column(table, "e2")[k], abs=1e-15)
     assert np.abs(dq).max() > 0.05
     # A simulation that keeps 50 steps makes the same last 50 as one that keeps them all.
     short, long = Simulation(hold_settings(), capacity=50), Simulation(hold_settings())
