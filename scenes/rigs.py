@@ -87,16 +87,14 @@ _TABLE: Final = Rig(
     Camera((0.0, 0.0, 1.27), (0.45, -2.75, 0.67), 1.75, 1.32, FIELD_OF_VIEW),
 )
 
-SHORT: Final = 0.55
-"""Reach from shoulder to hand [m] below which two arms stand nearer on the table …"""
-
-TABLE_REACH: Final = 0.55
-"""… in proportion to this one [m], so that they start clear of each other and meet with their forearms."""
+TABLE_REACH: Final = 0.5
+"""Reach from shoulder to hand [m] below which two arms stand nearer on the table, in proportion, so that they start clear of each other,
+meet, and can still give way."""
 
 
 def for_reach(rig: Rig, reach: float) -> Rig:
     """Return the rig as it is, but for short arms the table with its bases nearer. `reach`: mean of both arms [m]."""
-    if rig is not _TABLE or reach >= SHORT:
+    if rig is not _TABLE or reach >= TABLE_REACH:
         return rig
     share, camera = reach / TABLE_REACH, rig.camera
     x, y, z = camera.centre

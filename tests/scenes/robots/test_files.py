@@ -192,8 +192,9 @@ def test_two_short_arms_of_five_joints_hold_follow_and_keep_clear_on_the_table(n
         done = run(settings, 20.0)
         # They come near each other, for they stand nearer than longer arms do.
         assert settings.law.critical_distance <= column(done.table, "law_d").min() < column(done.table, "d").min() < 0.25
-        assert column(done.table, "lambda").max() > 0.3
-    assert room.bases()[1].translation[0] < 0.45 < room_of(replace(given, robot="lwr")).bases()[1].translation[0]
+        assert column(done.table, "lambda").max() > 0.1
+        assert done.summary.out_of_authority_s < 1.0
+    assert room.bases()[1].translation[0] < 0.46 < room_of(replace(given, robot="lwr")).bases()[1].translation[0]
 
 
 def test_five_joints_keep_a_place_and_not_a_turn(tmp_path: Path, registry: None) -> None:
