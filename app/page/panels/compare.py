@@ -24,7 +24,7 @@ class ComparePanel:
     """The lower part of the tab on comparisons."""
 
     def __init__(self, gui: viser.GuiApi, session: Session) -> None:
-        self._session, self._what_if = session, gui.add_html("")
+        self._what_if = gui.add_html("")
         self._button = ChoiceButtons(
             gui,
             "how smooth",
@@ -56,7 +56,9 @@ class ComparePanel:
 
     def show(self, frame: Frame) -> None:
         """Bring it up to date; hide it where there is nothing to compare."""
-        settings, studies = frame.live.settings, self._session.studies
+        settings, studies = frame.live.settings, frame.studies
+        if studies is None:
+            return
         questions, search, attack = studies.questions, studies.knob_search, studies.counterexample
         visible, asks = matters("ghost", settings), settings.page.what_if
         answers = questions.what_if, questions.smoothness

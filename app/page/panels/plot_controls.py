@@ -112,7 +112,9 @@ class MicroscopeButtons(PagePanel):
 
     def show(self, frame: Frame) -> None:
         """Mark the present signal, and put the slider where the instant is."""
-        microscope = self._session.studies.microscope
+        if frame.studies is None:
+            return
+        microscope = frame.studies.microscope
         shown = "microscope" in self._view.plots.shown and frame.of_live
         self._buttons.show(QUANTITIES.index(microscope.quantity), visible=shown)
         self._scrubber.show(frame.now, microscope.span if shown else None)
