@@ -29,7 +29,7 @@ class Sources:
     """Keeps the session's guest in step with the chosen source."""
 
     def __init__(self, gui: viser.GuiApi, session: Session, notify: Callable[[str, str], None]) -> None:
-        self._session, self._notify = session, notify
+        self._session, self._sources, self._notify = session, session.sources, notify
         self._shown: Source | None = None
         # viser's page shows an upload button though it is not visible; a folder takes it along.
         self._folder = gui.add_folder(tr("Recorded motion"), visible=False)
@@ -51,7 +51,7 @@ class Sources:
         except DuetError as error:
             self._notify("This file cannot be imitated", str(error))
             return
-        self._session.sources = replace(self._session.sources, bvh=person)
+        self._sources = self._session.sources = replace(self._session.sources, bvh=person)
         if self._shown == "file":
             self._say("")
             self._session.set_source(person)
@@ -63,18 +63,19 @@ class Sources:
         if source != self._shown:
             before, self._shown = self._shown, source
             self._change(before, source)
-        if source == "camera" and (camera := self._session.sources.camera) is not None:
+        camera = self._sources.camera
+        if source == "camera" and camera is not None:
             self._say(tr(camera.message))
 
     def _change(self, before: Source | None, source: Source | None) -> None:
         self._folder.visible = source == "file"
         self._state.visible = source in ("file", "camera")
         if source == "file":
-            person = self._session.sources.bvh
+            person = self._sources.bvh
             self._say("" if person else tr("Choose a BVH file; until then the built-in clip goes on."))
             self._session.set_source(person)
         elif source == "camera":
-            camera = self._session.sources.camera
+            camera = self._sources.camera
             if camera is None:
                 self._say(
                     tr("No camera: start the server with --camera 0 (or --video FILE), and {remedy}.", remedy=tr(MODEL_REMEDY))
