@@ -67,7 +67,7 @@ def _gain_rows(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[_Ro
 
 
 def _gain_cells(gain: Gain) -> dict[str, object]:
-    normalised = "" if gain.normalised is None else f"{gain.normalised:.3f}"
+    normalised = "" if gain.normalised is None else round(gain.normalised, 3)
     return {"students": gain.students, "before": gain.before, "after": gain.after, "gain": normalised}
 
 

@@ -37,7 +37,7 @@ class Gain:
     def cells(self) -> tuple[str, str, str, str]:
         """Return students, shares before and after [%] and ⟨g⟩, as texts."""
         before, after = (f"{100.0 * count / self.students:.0f} %" for count in (self.before, self.after))
-        return (str(self.students), before, after, "–" if self.normalised is None else f"{self.normalised:.2f}")
+        return (str(self.students), before, after, "–" if self.normalised is None else f"{self.normalised:.2f}".replace("-", "−"))
 
 
 @dataclass(frozen=True)

@@ -143,7 +143,7 @@ def test_a_test_before_and_after_has_its_gain_from_votes_and_own_sessions_withou
     assert record_from_bytes(record_to_bytes(summary), ClassSummary) == summary
     rows = [one for one in rows_of(summary, book) if one["kind"] in ("gain", "moved")]
     assert [(row["students"], row["before"], row["after"], row["gain"]) for row in rows if row["kind"] == "gain"] == [
-        ("5", "1", "2", "0.250")
+        ("5", "1", "2", "0.25")
     ] * 2
     moved = [[row["round"], *(row[f"answer_{i}"] for i in range(1, 4))] for row in rows if row["kind"] == "moved"]
     assert moved == [["1", "1", "1", "1"], ["2", "0", "1", "0"], ["3", "0", "0", "1"]]
@@ -152,6 +152,10 @@ def test_a_test_before_and_after_has_its_gain_from_votes_and_own_sessions_withou
         text = HtmlReader(page).text
         assert "⟨g⟩" in text and ("0.25" if language == "en" else "0,25") in text and "20 %" in text and "40 %" in text
         assert "validi" in text or "validated" in text
+    # Right answers that are lost are a number of the table, too, and no text.
+    lost = replace(summary, paired={("beliefs", "closed_path"): ((1, 0), (0, 0), (0, 0))})
+    assert {row["gain"] for row in rows_of(lost, book) if row["kind"] == "gain"} == {"-0.5"}
+    assert "−0.50" in HtmlReader(class_report_bytes(lost, book.lessons, "en").decode()).text
 
 
 def test_the_page_begins_with_students_and_steps_and_prints_two_reports_a_page(page_at: PageAt, tmp_path: Path) -> None:
