@@ -2,12 +2,14 @@
 
 import math
 import re
-from functools import cache
+from collections.abc import Iterator
+from functools import cache, lru_cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from app.lessons import check, reference_runs
 from app.lessons.check import Walk, check_lesson, table_text
 from app.lessons.labels import contrast_of
 from app.lessons.lesson import Lesson, Measurement, Step
@@ -29,6 +31,16 @@ pytestmark = pytest.mark.slow
 
 LESSONS = our_book().lessons
 ROOT = Path(__file__).parents[3]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def room_for_the_runs_of_a_lesson() -> Iterator[None]:
+    """A server keeps fewer runs; the walks through a lesson come back to all of them."""
+    kept = lru_cache(maxsize=32)(simulated.__wrapped__)
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (check, reference_runs):
+            patch.setattr(module, "simulated", kept)
+        yield
 
 
 @cache
