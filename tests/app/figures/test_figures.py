@@ -96,8 +96,9 @@ def test_scheme(folder: Path) -> None:
         assert {end[column] for end in ends} >= set(BLOCKS)
 
 
-def test_hold(table: Numbers) -> None:
+def test_hold_and_the_setup_at_its_moment_when_the_arms_are_nearest(table: Numbers) -> None:
     rows = table("hold")
+    assert table("setup")["d"].tolist() == [rows["d"].min()]
     assert rows["d"].min() >= CRITICAL - SLACK and rows["d_soft"].min() >= CRITICAL - SLACK
     assert rows["d"].min() < CRITICAL + 0.05, "nothing was to be avoided"
     assert rows["e2"].max() > 0.01 and rows["e2"][0] == 0.0
@@ -131,10 +132,6 @@ def test_imitation_and_film(table: Numbers) -> None:
     places = np.searchsorted(rows["t"], frames["t"] - 1e-9)
     assert_allclose(frames["right_q2"], rows["right_q2"][places])
     assert_allclose(frames["d"], rows["d"][places])
-
-
-def test_setup_is_the_moment_of_the_hold_run_when_the_arms_are_nearest(table: Numbers) -> None:
-    assert table("setup")["d"].tolist() == [table("hold")["d"].min()]
 
 
 def test_resting(table: Numbers) -> None:
@@ -223,7 +220,7 @@ def test_stability(table: Numbers) -> None:
     assert (rows["survival"] > 0.0).all() and (rows["survival"] <= 1.0).all()
 
 
-def test_report(folder: Path) -> None:
+def test_report_has_a_section_a_figure_and_the_numbers_of_the_files(folder: Path, table: Numbers) -> None:
     text = (folder / "report.md").read_text(encoding="utf-8")
     sections = re.split(r"^## ", text, flags=re.MULTILINE)[1:]
     assert [section.splitlines()[0] for section in sections] == [figure.heading for figure in CATALOGUE]
@@ -235,10 +232,6 @@ def test_report(folder: Path) -> None:
         assert figure.name == "scheme" or re.search(r"\d", found)
         assert "nan" not in found
     assert "Quick" in text and "--seed 1 --quick" in text
-
-
-def test_report_gives_the_numbers_of_the_files(folder: Path, table: Numbers) -> None:
-    text = (folder / "report.md").read_text(encoding="utf-8")
     for name, words in (("hold", "its minimum is"), ("imitation", "its minimum is"), ("path", "the actual one stays")):
         assert f"{words} {1000 * table(name)['d'].min():.1f} mm" in text
     jumps = table("switches")
