@@ -152,20 +152,16 @@ BOOK = our_book()
 ALL = [(i, j) for i, lesson in enumerate(BOOK.lessons) for j in range(len(lesson.steps))]
 
 
-def test_there_and_back() -> None:
+def test_every_step_is_on_the_way_there_and_back_and_is_found_by_place_and_by_name() -> None:
     way = [Bookmark(BOOK)]
     while (after := way[-1].next_to(1)) is not None:
         way.append(after)
     assert [(at.lesson_index, at.step_index) for at in way] == ALL
-    assert [at.step for at in way] == [step for lesson in BOOK.lessons for step in lesson.steps]
     assert way[0].next_to(-1) is None and [at.next_to(-1) for at in way[1:]] == way[:-1]
-
-
-def test_a_step_is_found_by_place_and_by_name() -> None:
-    at = Bookmark(BOOK)
-    for i, j in ALL:
+    at = way[0]
+    for there, (i, j) in zip(way, ALL, strict=True):
         lesson = BOOK.lessons[i]
-        there = Bookmark(BOOK, i, j)
+        assert there.step is lesson.steps[j] and there == Bookmark(BOOK, i, j)
         assert at.at(i, j) == at.at(lesson.id, j) == at.of(lesson.id, lesson.steps[j].id) == there
     assert at.of("no such lesson", "") == at.of(BOOK.lessons[1].id, "no such step") == Bookmark(BOOK)
 
