@@ -18,6 +18,8 @@ from tests.scenes.helpers import with_values
 
 pytestmark = pytest.mark.slow
 
+PLAN = Plan(quick=True)
+
 
 def price(knob_number: int, *e2: float, growth: float = 0.0) -> equal_safety.Price:
     empty = np.zeros((len(e2), 1))
@@ -88,7 +90,7 @@ def test_only_the_closest_pair_is_lost_between_two_pairs(table: Numbers) -> None
 
 
 def test_desired_is_thin_and_dashed_and_actual_is_solid() -> None:
-    figure: Figure = imitation(Plan(quick=True)).figure
+    figure: Figure = imitation(PLAN).figure
     panels = [axes for axes in figure.axes if "q_" in axes.get_ylabel()]
     assert len(panels) == 8
     for axes in panels:
@@ -99,8 +101,7 @@ def test_desired_is_thin_and_dashed_and_actual_is_solid() -> None:
 
 def test_the_frames_of_the_film_differ() -> None:
     """No two frames are as alike as two that are evenly spread over time."""
-    plan = Plan(quick=True)
-    run = plan.shared(imitation_settings(plan), imitation_seconds(plan))
+    run = PLAN.shared(imitation_settings(PLAN), imitation_seconds(PLAN))
 
     def least(rows: list[int]) -> float:
         places = fig8_film._places(run, run.table[rows])
