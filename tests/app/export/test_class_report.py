@@ -158,23 +158,6 @@ def test_a_test_before_and_after_has_its_gain_from_votes_and_own_sessions_withou
     assert "−0.50" in HtmlReader(class_report_bytes(lost, book.lessons, "en").decode()).text
 
 
-def test_the_page_begins_with_students_and_steps_and_prints_two_reports_a_page(page_at: PageAt, tmp_path: Path) -> None:
-    (ann,) = class_of().hand_ins
-    names = [f"Student {i}" for i in range(7)]
-    summary = replace(class_of(), hand_ins=tuple(replace(ann, name=name) for name in names))
-    made = page_of(summary)
-    assert made.index('<table class="grid">') < made.index('<table class="overview') < made.index("Reports handed in")
-    row = re.findall(r"<tr><th>Student 3</th>(.*?)</tr>", made)
-    assert row == ["<td>✗</td><td>★</td>" if "✗" in row[0] else row[0]] and "★" in row[0]
-    path = tmp_path / "report.html"
-    path.write_text(made, encoding="utf-8")
-    page = page_at(fresh=True)
-    page.emulate_media(media="print")
-    page.goto(path.as_uri())
-    page.evaluate("for (const one of [...document.body.children]) if (!one.matches('main')) one.remove()")
-    assert len(re.findall(rb"/Type /Page\b", page.pdf(prefer_css_page_size=True))) == 4, "seven reports"
-
-
 @given(st.text(max_size=80))
 def test_no_cell_is_a_formula(name: str) -> None:
     cell = csv_cell(clean_name(name))
@@ -215,14 +198,24 @@ def test_a_report_that_does_not_fit_the_lessons_is_left_out() -> None:
     assert "Ann" in page and "Bo" in page
 
 
-def test_it_prints_on_paper(page_at: PageAt, tmp_path: Path) -> None:
-    path = tmp_path / "class.html"
-    path.write_text(page_of(class_of(NASTY)), encoding="utf-8")
-    page = page_at(820, 1000)
+def test_the_page_begins_with_students_and_steps_and_prints_two_reports_a_page(page_at: PageAt, tmp_path: Path) -> None:
+    (ann,) = class_of(NASTY).hand_ins
+    summary = replace(class_of(), hand_ins=(ann, *(replace(ann, name=f"Student {i}") for i in range(6))))
+    made, path = page_of(summary), tmp_path / "class.html"
+    assert made.index('<table class="grid">') < made.index('<table class="overview') < made.index("Reports handed in")
+    row = re.findall(r"<tr><th>Student 3</th>(.*?)</tr>", made)
+    assert row == ["<td>✗</td><td>★</td>" if "✗" in row[0] else row[0]] and "★" in row[0]
+    path.write_text(made, encoding="utf-8")
+    page = page_at(820, 1000, fresh=True)
     page.goto(path.as_uri())
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     bars = page.locator(".duet-poll .round div > div")
     # Two rounds of four answers: the second stands below the first, on the same scale.
     assert bars.count() == 8 and len({bars.nth(i).locator("xpath=..").bounding_box()["width"] for i in range(8)}) == 1  # type: ignore[index]
     screenshot(page, "class-report")
-    assert 2 <= len(re.findall(rb"/Type /Page\b", page.pdf(prefer_css_page_size=True))) <= 4
+    page.emulate_media(media="print")
+    sheets = [len(re.findall(rb"/Type /Page\b", page.pdf(prefer_css_page_size=True)))]
+    page.evaluate("for (const one of [...document.body.children]) if (!one.matches('main')) one.remove()")
+    sheets.append(len(re.findall(rb"/Type /Page\b", page.pdf(prefer_css_page_size=True))))
+    assert sheets[1] == 4, "seven reports"
+    assert 1 <= sheets[0] - sheets[1] <= 3

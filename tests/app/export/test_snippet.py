@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.export import python_snippet as snippet_module
-from app.export.python_snippet import Snippet, as_python, is_fresh, settings_python
+from app.export.python_snippet import MOST_CHARACTERS, Snippet, as_python, is_fresh, settings_python
 from app.hosting.visitor import open_link
 from app.lessons.loading import load_lessons
 from app.lessons.session.lesson_session import LessonSession
@@ -96,51 +96,61 @@ def test_a_link_into_a_lesson_opens_its_step_with_what_was_changed_there(step: i
 ROOT = Path(__file__).parents[3]
 
 
-def executed(snippet: Snippet, folder: Path, name: str) -> tuple[str, Array]:
-    """What the lines print, in a process of their own and a folder that holds nothing but what belongs to them, and their d."""
-    if snippet.inputs is not None:
-        (folder / f"{name}.duet.npz").write_bytes(snippet.inputs)
-    (folder / "snippet.py").write_text(
-        snippet.text + "import numpy\nnumpy.save('d.npy', table[:, COLUMN['d']])\n", encoding="utf-8"
-    )
-    environment, command = os.environ | {"PYTHONPATH": str(ROOT)}, [sys.executable, "snippet.py"]
-    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=120, check=False)
+ALL = """
+import os, runpy, sys
+from contextlib import redirect_stdout
+for folder in sys.argv[1:]:
+    os.chdir(folder)
+    with open("said.txt", "w") as said, redirect_stdout(said):
+        runpy.run_path("snippet.py", run_name="__main__")
+"""
+
+
+def executed(snippets: dict[str, Snippet], within: Path) -> dict[str, tuple[str, Array]]:
+    """What the lines print, each in a folder that holds nothing but what belongs to them, and their d. One process starts them all."""
+    folders = {name: within / name for name in snippets}
+    for name, snippet in snippets.items():
+        folders[name].mkdir()
+        if snippet.inputs is not None:
+            (folders[name] / "mine.duet.npz").write_bytes(snippet.inputs)
+        text = snippet.text + "import numpy\nnumpy.save('d.npy', table[:, COLUMN['d']])\n"
+        (folders[name] / "snippet.py").write_text(text, encoding="utf-8")
+    environment, command = os.environ | {"PYTHONPATH": str(ROOT)}, [sys.executable, "-c", ALL, *map(str, folders.values())]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, done.stderr
-    plot = (folder / f"{name}.png").read_bytes()
-    assert plot.startswith(b"\x89PNG") and len(plot) > 10_000
-    return done.stdout, np.load(folder / "d.npy")
+    for folder in folders.values():
+        plot = (folder / "mine.png").read_bytes()
+        assert plot.startswith(b"\x89PNG") and len(plot) > 10_000
+    return {name: ((folder / "said.txt").read_text(), np.load(folder / "d.npy")) for name, folder in folders.items()}
 
 
-@pytest.mark.parametrize("how", ["settings", "in the text", "in a file"])
-def test_the_lines_make_the_chosen_piece_and_plot_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, how: str) -> None:
-    if how == "in a file":
-        monkeypatch.setattr(snippet_module, "MOST_CHARACTERS", 100)
-    whole, table = piece("hold", 2.5, lively=how != "settings")
-    recorded, _ = piece("hold", 2.5, 0.5, lively=how != "settings")
-    assert recorded.seconds > 0.45
-    snippet = as_python(whole, recorded, 0.4, "mine")
-    assert len(snippet.text.splitlines()) <= 30 and (snippet.inputs is not None) == (how == "in a file")
-    assert ("base64" in snippet.text) == (how == "in the text") and ("LawSettings" not in snippet.text or how != "settings")
-    said, d = executed(snippet, tmp_path, "mine")
-    steps = round(0.4 / recorded.stretches[-1].settings.dt)
-    assert d.tobytes() == table[-steps:, COLUMN["d"]].tobytes()
-    assert f"steps={steps}," in said and f"Summary(d_min={float(d.min())!r}," in said
-    if how != "settings":
-        assert f"from t = {table[-steps, COLUMN['t']]:.6g} s to 2.5" in snippet.text
-
-
-def test_a_piece_has_the_settings_that_were_in_force(tmp_path: Path) -> None:
-    whole, table = piece("hold", 2.5, lively=True)
-    snippet = as_python(whole, whole, KEEP, "mine")
-    _, d = executed(snippet, tmp_path, "mine")
-    assert d.tobytes() == table[:, COLUMN["d"]].tobytes()
-
-
-def test_an_arm_alone_is_plotted_without_a_distance(tmp_path: Path) -> None:
-    recorded, _ = piece("solo", 0.5)
-    snippet = as_python(recorded, recorded, 30.0, "alone")
-    assert "d_m" not in snippet.text and "e²" in snippet.text
-    executed(snippet, tmp_path, "alone")
+def test_the_lines_make_the_chosen_piece_with_the_settings_in_force_and_plot_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    snippets, tables = dict[str, Snippet](), dict[str, Array]()
+    for how in ("settings", "in the text", "in a file"):
+        monkeypatch.setattr(snippet_module, "MOST_CHARACTERS", 100 if how == "in a file" else MOST_CHARACTERS)
+        whole, table = piece("hold", 2.5, lively=how != "settings")
+        recorded, _ = piece("hold", 2.5, 0.5, lively=how != "settings")
+        assert recorded.seconds > 0.45
+        snippet = as_python(whole, recorded, 0.4, "mine")
+        assert len(snippet.text.splitlines()) <= 30 and (snippet.inputs is not None) == (how == "in a file")
+        assert ("base64" in snippet.text) == (how == "in the text") and ("LawSettings" not in snippet.text or how != "settings")
+        steps = round(0.4 / recorded.stretches[-1].settings.dt)
+        if how != "settings":
+            assert f"from t = {table[-steps, COLUMN['t']]:.6g} s to 2.5" in snippet.text
+        snippets[how], tables[how] = snippet, table[-steps:]
+    monkeypatch.undo()
+    whole, tables["all of it"] = piece("hold", 2.5, lively=True)
+    snippets["all of it"] = as_python(whole, whole, KEEP, "mine")
+    alone, _ = piece("solo", 0.5)
+    snippets["an arm alone"] = as_python(alone, alone, 30.0, "mine")
+    assert "d_m" not in snippets["an arm alone"].text and "e²" in snippets["an arm alone"].text
+    found = executed(snippets, tmp_path)
+    for how, table in tables.items():
+        said, d = found[how]
+        assert d.tobytes() == table[:, COLUMN["d"]].tobytes(), how
+        assert how == "all of it" or (f"steps={len(d)}," in said and f"Summary(d_min={float(d.min())!r}," in said)
 
 
 def test_only_the_autopilot_from_a_fresh_start_is_fresh() -> None:

@@ -18,22 +18,28 @@ from tests.scenes.helpers import with_values
 
 pytestmark = pytest.mark.slow
 
+PLAN = Plan(quick=True)
 
-def test_every_point_is_the_run_that_it_says(table: Numbers) -> None:
-    """A curve a knob, several persons; a point made once more has the same numbers."""
+
+def price(knob_number: int, *e2: float, growth: float = 0.0) -> equal_safety.Price:
+    empty = np.zeros((len(e2), 1))
+    curve = equal_safety.KnobCurve(knobs()[knob_number], np.zeros(1), empty, empty, [])
+    return equal_safety.Price(curve, 0.1, np.array(e2), 2.0, growth, 10.0)
+
+
+def test_every_point_is_the_run_that_it_says(table: Numbers, folder: Path) -> None:
+    """A curve a knob, several persons; a point made once more has the same numbers. The report has a table at equal distance."""
     rows = table("equal_safety")
     curves = set(zip(rows.columns["law"], rows.columns["w_added"], rows.columns["knob"], strict=True))
     assert curves == {(knob.law, str(int(knob.setting.feed_forward)), knob.setting.key) for knob in knobs()}
-    assert len(set(rows["seed"])) == 2
+    assert len(set(rows["seed"])) == 2 and equal_safety.SEEDS >= 5, "five in the whole figure"
     at = next(i for i, law in enumerate(rows.columns["law"]) if law == "intermediate_value")
     changes = {"law": "intermediate_value", rows.columns["knob"][at]: rows["value"][at]}
     settings = with_values(RunSettings(dt=0.01, seed=int(rows["seed"][at])), **changes)
     summary = run(settings, float(rows.settings["seconds"])).summary
     assert (summary.d_min, summary.e2_max) == (rows["d_min"][at], rows["e2_max"][at])
-
-
-def test_five_persons_in_the_whole_figure() -> None:
-    assert equal_safety.SEEDS >= 5
+    section = (folder / "report.md").read_text(encoding="utf-8").partition("## Laws at equal safety")[2]
+    assert "| Smooth priority, over d_m |" in section and "needs w" in section
 
 
 def test_equal_distance_is_read_between_the_runs_of_each_person() -> None:
@@ -48,14 +54,7 @@ def test_equal_distance_is_read_between_the_runs_of_each_person() -> None:
 
 def test_laws_are_compared_over_the_persons_for_whom_all_keep_the_distance() -> None:
     """A law that keeps it for the easy person only is not better for that."""
-    nan = float("nan")
-
-    def price(knob_number: int, *e2: float) -> equal_safety.Price:
-        empty = np.zeros((len(e2), 1))
-        curve = equal_safety.KnobCurve(knobs()[knob_number], np.zeros(1), empty, empty, [])
-        return equal_safety.Price(curve, 0.1, np.array(e2), 1.0, 0.0, 1.0)
-
-    prices = [price(0, 0.1, 0.3, 0.5), price(1, nan, 0.2, 0.4), price(2, 0.01, 0.4, nan)]
+    prices = [price(0, 0.1, 0.3, 0.5), price(1, np.nan, 0.2, 0.4), price(2, 0.01, 0.4, np.nan)]
     assert equal_safety.common(prices).tolist() == [False, True, False] and equal_safety.common([]).size == 0
     table, sentence, *_ = equal_safety._found([p.curve for p in prices], prices, RunSettings())
     means = [float(line.split("|")[3].split("(")[0]) for line in table.splitlines()[2:]]
@@ -75,20 +74,10 @@ def test_every_law_has_the_knob_that_its_authors_would_take(law: str) -> None:
 
 @pytest.mark.parametrize(("ratio", "words"), [(0.5, "is better"), (1.0, "is as good"), (1.5, "is worse")])
 def test_the_report_says_where_a_rival_is_better_and_its_price(ratio: float, words: str) -> None:
-    def price(knob_number: int, e2: float, growth: float) -> equal_safety.Price:
-        curve = equal_safety.KnobCurve(knobs()[knob_number], np.zeros(1), np.zeros((1, 1)), np.zeros((1, 1)), [])
-        return equal_safety.Price(curve, 0.1, np.array([e2, np.nan]), 2.0, growth, 10.0)
-
     fed = next(i for i, knob in enumerate(knobs()) if knob.law == "barrier_qp" and knob.setting.feed_forward)
-    said = equal_safety._verdict(price(0, 0.1, 0.0), price(fed, 0.1 * ratio, 1.0))
+    said = equal_safety._verdict(price(0, 0.1, np.nan), price(fed, 0.1 * ratio, np.nan, growth=1.0))
     assert words in said and f"{ratio:.2f} times" in said and "of 1 persons" in said
     assert "needs the obstacle's speed w" in said and "q̇ jumps" in said
-
-
-def test_the_report_has_a_table_at_equal_distance(folder: Path) -> None:
-    report = (folder / "report.md").read_text(encoding="utf-8")
-    section = report[report.index("## Laws at equal safety") :]
-    assert "| Smooth priority, over d_m |" in section and "needs w" in section
 
 
 def test_only_the_closest_pair_is_lost_between_two_pairs(table: Numbers) -> None:
@@ -101,7 +90,7 @@ def test_only_the_closest_pair_is_lost_between_two_pairs(table: Numbers) -> None
 
 
 def test_desired_is_thin_and_dashed_and_actual_is_solid() -> None:
-    figure: Figure = imitation(Plan(quick=True)).figure
+    figure: Figure = imitation(PLAN).figure
     panels = [axes for axes in figure.axes if "q_" in axes.get_ylabel()]
     assert len(panels) == 8
     for axes in panels:
@@ -112,7 +101,7 @@ def test_desired_is_thin_and_dashed_and_actual_is_solid() -> None:
 
 def test_the_frames_of_the_film_differ() -> None:
     """No two frames are as alike as two that are evenly spread over time."""
-    run, _ = imitation_run(Plan(quick=True))
+    run, _ = imitation_run(PLAN)
 
     def least(rows: list[int]) -> float:
         places = fig8_film._places(run, run.table[rows])

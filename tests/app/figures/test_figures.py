@@ -46,16 +46,16 @@ def test_files(figure: FigureEntry, folder: Path) -> None:
         assert table.settings and next(iter(table.columns.values()))
 
 
-def test_every_csv_has_the_same_bytes_from_a_plan_of_its_own(folder: Path) -> None:
+OF_OTHER_TESTS = ("threshold", "equal_safety", "setup", "film")
+"""Figures whose numbers other tests repeat: in several processes, one run of the many, and moments of the runs of two other figures."""
+
+
+def test_every_csv_has_the_same_bytes_from_a_plan_of_its_own_and_another_seed_is_another_person(folder: Path) -> None:
     plan = Plan(quick=True)
-    # The runs at equal safety take as long as all others; `test_every_point_is_the_run_that_it_says` makes one of them again.
-    for figure in (figure for figure in CATALOGUE if figure.name != "equal_safety"):
+    for figure in (figure for figure in CATALOGUE if figure.name not in OF_OTHER_TESTS):
         assert csv_text(figure, plan) == (folder / f"{figure.stem}.csv").read_text(encoding="utf-8"), figure.name
-
-
-def test_another_seed_is_another_person() -> None:
     hold = entry("hold")
-    assert csv_text(hold, Plan(1, quick=True)) != csv_text(hold, Plan(2, quick=True))
+    assert csv_text(hold, Plan(2, quick=True)) != csv_text(hold, plan)
 
 
 def test_runs_are_shared_and_progress_counts_every_step() -> None:
@@ -96,8 +96,9 @@ def test_scheme(folder: Path) -> None:
         assert {end[column] for end in ends} >= set(BLOCKS)
 
 
-def test_hold(table: Numbers) -> None:
+def test_hold_and_the_setup_at_its_moment_when_the_arms_are_nearest(table: Numbers) -> None:
     rows = table("hold")
+    assert table("setup")["d"].tolist() == [rows["d"].min()]
     assert rows["d"].min() >= CRITICAL - SLACK and rows["d_soft"].min() >= CRITICAL - SLACK
     assert rows["d"].min() < CRITICAL + 0.05, "nothing was to be avoided"
     assert rows["e2"].max() > 0.01 and rows["e2"][0] == 0.0
@@ -131,10 +132,6 @@ def test_imitation_and_film(table: Numbers) -> None:
     places = np.searchsorted(rows["t"], frames["t"] - 1e-9)
     assert_allclose(frames["right_q2"], rows["right_q2"][places])
     assert_allclose(frames["d"], rows["d"][places])
-
-
-def test_setup_is_the_moment_of_the_hold_run_when_the_arms_are_nearest(table: Numbers) -> None:
-    assert table("setup")["d"].tolist() == [table("hold")["d"].min()]
 
 
 def test_resting(table: Numbers) -> None:
@@ -223,7 +220,7 @@ def test_stability(table: Numbers) -> None:
     assert (rows["survival"] > 0.0).all() and (rows["survival"] <= 1.0).all()
 
 
-def test_report(folder: Path) -> None:
+def test_report_has_a_section_a_figure_and_the_numbers_of_the_files(folder: Path, table: Numbers) -> None:
     text = (folder / "report.md").read_text(encoding="utf-8")
     sections = re.split(r"^## ", text, flags=re.MULTILINE)[1:]
     assert [section.splitlines()[0] for section in sections] == [figure.heading for figure in CATALOGUE]
@@ -235,10 +232,6 @@ def test_report(folder: Path) -> None:
         assert figure.name == "scheme" or re.search(r"\d", found)
         assert "nan" not in found
     assert "Quick" in text and "--seed 1 --quick" in text
-
-
-def test_report_gives_the_numbers_of_the_files(folder: Path, table: Numbers) -> None:
-    text = (folder / "report.md").read_text(encoding="utf-8")
     for name, words in (("hold", "its minimum is"), ("imitation", "its minimum is"), ("path", "the actual one stays")):
         assert f"{words} {1000 * table(name)['d'].min():.1f} mm" in text
     jumps = table("switches")
@@ -263,21 +256,19 @@ def test_no_such_figure(only: str) -> None:
         assert figure.name in message and (not figure.number or str(figure.number) in message)
 
 
-def test_only_what_is_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_only_what_is_asked_for_and_the_same_drawings_each_time(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     before = dict(matplotlib.rcParams)
     out = tmp_path / "new" / "folder"
-    assert draw_figures(Figures(only="2", out=out, quick=True)) == 0
-    assert {path.name for path in out.iterdir()} == {"report.md", *(f"fig2_activation.{kind}" for kind in ("csv", "png", "svg"))}
+    assert draw_figures(Figures(only="2,4", out=out, quick=True)) == 0
+    drawings = {f"{stem}.{kind}" for stem in ("fig2_activation", "fig4_scheme") for kind in ("csv", "png", "svg")}
+    assert {path.name for path in out.iterdir()} == {"report.md", *drawings}
+    for name in drawings:
+        assert (out / name).read_bytes() == (folder / name).read_bytes(), name
     assert str(out / "report.md") in capsys.readouterr().out
     assert dict(matplotlib.rcParams) == before
     assert "λ over the distance" in (out / "report.md").read_text(encoding="utf-8")
-
-
-def test_same_drawing_each_time(tmp_path: Path) -> None:
-    for name in ("a", "b"):
-        assert draw_figures(Figures(only="2,4", out=tmp_path / name, quick=True)) == 0
-    for path in (tmp_path / "a").iterdir():
-        assert path.read_bytes() == (tmp_path / "b" / path.name).read_bytes(), path.name
 
 
 def test_several_processes_find_the_same_numbers(folder: Path, tmp_path: Path) -> None:

@@ -123,12 +123,6 @@ def book_of(folder: Path, text: str = SMALL, name: str = "01-small.md") -> Lesso
     return load_lessons(folder)
 
 
-def small_walk(folder: Path) -> Walkthrough:
-    book = book_of(folder)
-    assert not book.problems, book.problems[0]
-    return Walkthrough(book)
-
-
 def to_challenge(walk: Walkthrough) -> None:
     if walk.locked:
         walk.choose(0)

@@ -3,6 +3,7 @@
 import os
 import re
 from collections.abc import Callable
+from itertools import chain, repeat
 from pathlib import Path
 from threading import Event
 from unittest.mock import MagicMock
@@ -211,15 +212,7 @@ def test_a_visitor_has_the_new_text_without_a_restart_and_is_told_of_a_fault(
 def test_the_files_are_looked_after_though_reading_them_failed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     write(tmp_path / "01-small.md", SMALL)
     library, read = Library(tmp_path), Event()
-    answers = iter((RuntimeError("bad"), True))
-
-    def refresh() -> bool:
-        answer = next(answers, False)
-        if isinstance(answer, RuntimeError):
-            raise answer
-        return answer
-
-    monkeypatch.setattr(library, "refresh", refresh)
+    monkeypatch.setattr(library, "refresh", MagicMock(side_effect=chain((RuntimeError("bad"), True), repeat(False))))
     library.watch(read.set)
     assert read.wait(60.0)
     library.close()

@@ -141,21 +141,23 @@ def looks(visitor: BlockingClient) -> list[tuple[Any, ...]]:
     return [(element["series"][1]["stroke"], element["series"][1]["width"]) for element in bodies(visitor, "GuiUplotMessage")]
 
 
-@pytest.mark.parametrize("change", [("colours", "Dark"), ("text", "Projector"), ("more plots", "q")])
-def test_plots_of_another_look_or_made_while_paused_are_full(house: OpenHouse, arrive: Arrive, change: tuple[str, str]) -> None:
+def test_plots_of_another_look_or_made_while_paused_are_full(house: OpenHouse, arrive: Arrive) -> None:
     one = arrive(house(), "dt=0.02")
     one.run_on(2.0)
     press(one, "pause")
-    old = looks(one.visitor)
-    one.visitor.set_value(*change)
-    one.visitor.wait_for(lambda _: looks(one.visitor) != old)
-    count = 3 if change[0] == "more plots" else 2
-    one.visitor.wait_for(lambda _: len(plots(one.visitor)) == count and all(np.ptp(plot[0]) > 1.5 for plot in plots(one.visitor)))
-    for times, *lines in plots(one.visitor):
-        assert times[0] < 0.2 and np.isfinite(lines[0]).all()
-    press(one, "step")
-    newest = one.ask(lambda s: s.simulation.sample().time)
-    one.visitor.wait_for(lambda _: abs(plots(one.visitor)[0][0][-1] - newest) < 1e-9)
+    for change in (("colours", "Dark"), ("text", "Projector"), ("more plots", "q")):
+        old = looks(one.visitor)
+        one.visitor.set_value(*change)
+        one.visitor.wait_for(lambda _, old=old: looks(one.visitor) != old)
+        count = 3 if change[0] == "more plots" else 2
+        one.visitor.wait_for(
+            lambda _, count=count: len(plots(one.visitor)) == count and all(np.ptp(plot[0]) > 1.5 for plot in plots(one.visitor))
+        )
+        for times, *lines in plots(one.visitor):
+            assert times[0] < 0.2 and np.isfinite(lines[0]).all()
+        press(one, "step")
+        newest = one.ask(lambda s: s.simulation.sample().time)
+        one.visitor.wait_for(lambda _, newest=newest: abs(plots(one.visitor)[0][0][-1] - newest) < 1e-9)
 
 
 def test_traffic_of_the_default_page(house: OpenHouse, arrive: Arrive) -> None:

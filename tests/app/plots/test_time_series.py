@@ -53,13 +53,13 @@ def test_every_plot_of_every_experiment_has_columns_and_colours(scene: str) -> N
     assert unit == ("rad²" if scene in ("master_slave", "imitation") else "m²")
 
 
-@pytest.mark.parametrize("name", ["distance", "error", "joints", "rates", "follow"])
-def test_a_plot_has_the_same_lines_in_every_experiment(name: str) -> None:
+def test_a_plot_has_the_same_lines_in_every_experiment() -> None:
     """The page would make one with other lines again, in the moment in which its data change too."""
     settings = [RunSettings(scene=scene) for scene in ("hold", "master_slave", "imitation")]
     settings += [RunSettings(scene="imitation", avoid="both"), RunSettings(scene="master_slave", robot=get_args(RobotName)[-1])]
-    lines = {tuple(line.column for line in time_plot_of(name, Simulation(s)).lines) for s in settings}
-    assert len(lines) == 1
+    simulations = [Simulation(s) for s in settings]
+    for name in ("distance", "error", "joints", "rates", "follow"):
+        assert len({tuple(line.column for line in time_plot_of(name, one).lines) for one in simulations}) == 1, name
 
 
 def test_a_law_of_ones_own_has_no_resting_distance(tmp_path: Path) -> None:
@@ -167,7 +167,7 @@ def test_a_ghost_lies_at_the_bins_of_the_run(late: int) -> None:
     assert np.isnan(other.bins.at(late_numbers, columns, own.bins.at(late_numbers, columns))).all()
 
 
-@pytest.mark.parametrize(("dt", "batch", "seconds"), [(0.005, 7, 31.0), (0.00125, 50, 8.0), (0.02, 1, 47.0), (0.02, 40, 47.0)])
+@pytest.mark.parametrize(("dt", "batch", "seconds"), [(0.005, 7, 31.0), (0.00125, 50, 8.0), (0.02, 40, 47.0)])
 def test_bins_lose_no_dip(dt: float, batch: int, seconds: float) -> None:
     settings = RunSettings(dt=dt)
     simulation, buffer = Simulation(settings, 100_000), RollingSeries()

@@ -152,20 +152,16 @@ BOOK = our_book()
 ALL = [(i, j) for i, lesson in enumerate(BOOK.lessons) for j in range(len(lesson.steps))]
 
 
-def test_there_and_back() -> None:
+def test_every_step_is_on_the_way_there_and_back_and_is_found_by_place_and_by_name() -> None:
     way = [Bookmark(BOOK)]
     while (after := way[-1].next_to(1)) is not None:
         way.append(after)
     assert [(at.lesson_index, at.step_index) for at in way] == ALL
-    assert [at.step for at in way] == [step for lesson in BOOK.lessons for step in lesson.steps]
     assert way[0].next_to(-1) is None and [at.next_to(-1) for at in way[1:]] == way[:-1]
-
-
-def test_a_step_is_found_by_place_and_by_name() -> None:
-    at = Bookmark(BOOK)
-    for i, j in ALL:
+    at = way[0]
+    for there, (i, j) in zip(way, ALL, strict=True):
         lesson = BOOK.lessons[i]
-        there = Bookmark(BOOK, i, j)
+        assert there.step is lesson.steps[j] and there == Bookmark(BOOK, i, j)
         assert at.at(i, j) == at.at(lesson.id, j) == at.of(lesson.id, lesson.steps[j].id) == there
     assert at.of("no such lesson", "") == at.of(BOOK.lessons[1].id, "no such step") == Bookmark(BOOK)
 
@@ -215,11 +211,11 @@ def test_bad_commands_are_named(tmp_path: Path) -> None:
 
 
 def test_the_check_asks_our_lessons_for_what_the_list_shows() -> None:
+    """What does show it is not named: `test_lessons.py` walks all of ours."""
     lesson = our_book().lessons[0]
-    whole, silent = (dataclasses.replace(lesson, steps=lesson.steps[:1], promise=text) for text in (lesson.promise, ""))
-    book = LessonBook((whole,), ())
-    assert not [walk for walk in check_lesson(book, whole) if walk.name == "list"]
-    (walk,) = [walk for walk in check_lesson(book, silent) if walk.name == "list"]
+    step = dataclasses.replace(lesson.steps[0], challenge=None, trials=())
+    silent = dataclasses.replace(lesson, steps=(step,), promise="")
+    (walk,) = [walk for walk in check_lesson(LessonBook((silent,), ()), silent) if walk.name == "list"]
     assert not walk.ok and "### Promise" in walk.text
 
 
@@ -229,7 +225,8 @@ def test_the_check_finds_a_page_that_shows_the_answer_while_it_asks(monkeypatch:
     told = {lesson.id: list(shown_early(at_step(book, lesson, int(lesson.steps[0].at_lever)))) for lesson in book.lessons}
     assert told["strict-priority"] == told["hold"] == ["λ and what follows from it, on the card of the line of contact"]
     assert told["lambda"][1:] == ["the plot curve"] and told["stability"][1:] == ["the plot stability"]
-    lesson = dataclasses.replace(book.lessons[3], steps=book.lessons[3].steps[:2])
+    steps = tuple(dataclasses.replace(step, challenge=None, trials=()) for step in book.lessons[3].steps[:2])
+    lesson = dataclasses.replace(book.lessons[3], steps=steps)
     (walk,) = [walk for walk in check_lesson(book, lesson) if walk.name == "questions"]
     assert not walk.ok and walk.text.startswith("shown while it is asked: curve: λ")
 

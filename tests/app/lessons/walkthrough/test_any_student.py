@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +17,7 @@ from app.lessons.reference_runs import begin_reference_run, person_of, simulated
 from app.lessons.walkthrough import Walkthrough
 from scenes.settings import changed
 from scenes.simulation import Simulation
-from tests.app.lessons.helpers import SMALL, book_of, run_out, small_walk, to_challenge
-from tests.app.lessons.walkthrough.conftest import two_lessons
+from tests.app.lessons.helpers import SMALL, book_of, run_out, to_challenge
 
 SIMPLE = ("next", "back", "reset", "show_why", "hint", "run_again", "observe", "attempt", "run", "reload", "write")
 ACTIONS = st.lists(
@@ -29,6 +29,13 @@ ACTIONS = st.lists(
     ),
     max_size=25,
 )
+
+
+@cache
+def two_lessons(folder: Path) -> LessonBook:
+    (folder / "two").mkdir(exist_ok=True)
+    book_of(folder / "two")
+    return book_of(folder / "two", name="02-again.md")
 
 
 class Student:
@@ -136,8 +143,7 @@ def test_an_infinite_distance_survives(walk: Walkthrough) -> None:
     assert again.done.outcome is not None and again.done.outcome.values[0][0] == np.inf
 
 
-def test_a_lesson_that_has_changed_meanwhile_keeps_what_still_fits(tmp_path: Path) -> None:
-    walk = small_walk(tmp_path)
+def test_a_lesson_that_has_changed_meanwhile_keeps_what_still_fits(walk: Walkthrough, tmp_path: Path) -> None:
     walk.choose(1)
     run_out(walk)
     walk.hint()
