@@ -140,6 +140,8 @@ def test_a_joint_of_an_arm_that_moves_and_its_box_with_the_caret(house: OpenHous
     line.open.set()
     until(page, lambda: isinstance(session.held, JointTarget), "the arm is led by its joints")
 
+    ask(session, lambda s: s.hurry(s.simulation.time + 10.0))
+
     def there(s: Session) -> bool:
         return abs(np.degrees(s.simulation.positions[arm.joints][0]) - 12.5) < 0.5
 
@@ -184,7 +186,7 @@ def test_a_moment_of_a_replay_that_plays(house: OpenHouse, page_at: PageAt, line
     assert moment.input_value() == f"{entered:g}"
 
 
-def test_a_value_that_comes_while_a_frame_is_made_swings_the_elbow_and_the_hand_stays(
+def test_a_value_that_comes_while_a_frame_is_made_swings_the_elbow_alone(
     house: OpenHouse, page_at: PageAt, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     page = page_at(900, 640)
