@@ -194,7 +194,7 @@ CURVES = """() => Object.fromEntries(Object.values(__viserTestpoints.uplots).fla
 
 def test_the_bead_and_its_height_are_the_runs_and_a_symbol_lights_up_everywhere(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1000, 700)
-    session = visit(page, house())
+    session = visit(page, house(), "speed=2")
     # Near enough that λ has a height to look at.
     until(page, lambda: session.simulation.sample().activation > 0.3, "λ")
     ask(session, lambda s: s.halt.set("visitor"))
@@ -272,7 +272,7 @@ def test_the_bead_and_its_height_are_the_runs_and_a_symbol_lights_up_everywhere(
 
 def test_a_number_has_the_decimal_sign_of_the_language(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1000, 700)
-    session = visit(page, house(), "lang=de")
+    session = visit(page, house(), "lang=de&speed=2")
     until(page, lambda: session.simulation.sample().activation > 0.05, "λ")
     ask(session, lambda s: s.halt.set("visitor"))
     point, parts = re.compile(r"\d\.\d"), ("#duet-contact [role=img]", ".duet-eq", ".duet-status >> nth=0")
