@@ -131,25 +131,34 @@ def _of_tables() -> Iterator[str]:
     yield from (*BODIES, *JOINTS, *OTHERS, *TRIALS, *ALL)
 
 
+@cache
+def _read(path: Path) -> tuple[ast.Module, list[ast.Call]]:
+    """Return a file's tree and its calls."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    return tree, [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
+
+
 def _of_sources(folder: Path = _APP) -> Iterator[str]:
-    trees = [ast.parse(path.read_text(encoding="utf-8")) for path in sorted(folder.rglob("*.py"))]
-    named = {name: value for tree in trees for name, value in _constants(tree)}
-    passed_on = {found for tree in trees for found in _passed_on(tree)}
-    for tree in trees:
+    files = [_read(path) for path in sorted(folder.rglob("*.py"))]
+    named = {name: value for tree, _ in files for name, value in _constants(tree)}
+    passed_on = {found for file in files for found in _passed_on(*file)}
+    for tree, calls in files:
         here = (*_SAID, *(_imported(tree) & {"tr", "N_"}))
-        for node in ast.walk(tree):
-            if isinstance(node, ast.Call) and _name(node.func) in here:
+        for node in calls:
+            if _name(node.func) in here:
                 yield from _texts((*node.args, *(keyword.value for keyword in node.keywords)), named)
-            elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith("notes.append"):
+            elif ast.unparse(node.func).endswith("notes.append"):
                 yield from _texts(node.args, named)
-            elif isinstance(node, ast.Call):
+            else:
                 for _, place, parameter in (found for found in passed_on if found[0] == _name(node.func)):
                     given = [keyword.value for keyword in node.keywords if keyword.arg == parameter]
                     yield from _texts((*node.args[place : place + 1], *given), named)
 
 
-def _passed_on(tree: ast.Module) -> Iterator[tuple[str, int, str]]:
+def _passed_on(tree: ast.Module, calls: list[ast.Call]) -> Iterator[tuple[str, int, str]]:
     """Yield name of a function, place and name of its parameter, for every parameter that it gives to `tr` as it is."""
+    if not any(_name(call.func) in ("tr", "tr_html") and call.args and _name(call.args[0]) for call in calls):
+        return
     for function in ast.walk(tree):
         if isinstance(function, ast.FunctionDef):
             parameters = [argument.arg for argument in function.args.args if argument.arg != "self"]
@@ -177,8 +186,8 @@ def on_the_page() -> Iterator[Path]:
 
 def errors_of(path: Path, plain: bool = True) -> Iterator[ast.expr]:
     """Yield the text of every call that makes an error or a `LazyText`; `plain`: also of an error without parts."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Call) and (name := _name(node.func)) in _TELLING:
+    for node in _read(path)[1]:
+        if (name := _name(node.func)) in _TELLING:
             # The first argument of `_check` is what it checks.
             first = node.args[name == "_check" : 2]
             if first and (plain or node.keywords or name == "LazyText"):

@@ -59,7 +59,7 @@ def choose(guest: Guest, **values: object) -> None:
 
 
 def test_in_pseudo_nothing_is_left_untranslated(house: OpenHouse, arrive: Arrive) -> None:
-    guest = arrive(house(), "lang=pseudo&details=none")
+    guest = arrive(house(), "lang=pseudo&details=none&speed=2")
     assert_all_said(guest.visitor)
     choose(guest, ghost="frozen", whatif=True)
     for scene, plot, law in (

@@ -18,7 +18,9 @@ def left_alone(visitor: Visitor) -> bool:
     return visitor.view._cameras[visitor.client.client_id].left_alone
 
 
-def test_our_projection_is_the_pages_and_a_visitor_who_turns_the_view_keeps_it(house: OpenHouse, page_at: PageAt) -> None:
+def test_our_projection_is_the_pages_a_view_that_is_turned_is_kept_and_folded_plots_leave_their_place(
+    house: OpenHouse, page_at: PageAt
+) -> None:
     page = page_at(900, 640)
     opened = house()
     session = visit(page, opened, "autopilot=0&seed=3")
@@ -63,12 +65,9 @@ def test_our_projection_is_the_pages_and_a_visitor_who_turns_the_view_keeps_it(h
     until(page, lambda: np.linalg.norm(sent() - first) < 0.05, "the first view")
     assert not left_alone(visitor)
 
-
-def test_the_picture_uses_the_place_of_folded_plots(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(1000, 760)
-    opened = house()
-    session = visit(page, opened, "autopilot=0&profile=projector")
-    visitor = visitor_of(opened)
+    # The picture uses the place of folded plots; the title bar of a projector's page is taller.
+    page.set_viewport_size({"width": 1000, "height": 760})
+    ask(session, lambda s: s.change("profile", "projector"))
     plots = page.locator("[data-floating-window]").first
 
     def as_on_the_page() -> bool:
@@ -78,7 +77,6 @@ def test_the_picture_uses_the_place_of_folded_plots(house: OpenHouse, page_at: P
         seen, real = (picture.width, picture.height, picture.open.bottom), (box["width"], box["height"], box["height"] - covered)
         return bool(np.abs(np.subtract(seen, real)).max() < 1.5)
 
-    # The title bar of a projector's page is taller.
     until(page, as_on_the_page, "the picture's real size")
     settled_view(page)
     points = ask(session, lambda s: framed_now(s.simulation)[0])

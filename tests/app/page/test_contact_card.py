@@ -192,9 +192,11 @@ CURVES = """() => Object.fromEntries(Object.values(__viserTestpoints.uplots).fla
 """How opaque the first curves of every plot are, by name."""
 
 
-def test_the_bead_and_its_height_are_the_runs_and_a_symbol_lights_up_everywhere(house: OpenHouse, page_at: PageAt) -> None:
+def test_the_bead_and_its_height_are_the_runs_a_symbol_lights_up_everywhere_and_a_number_is_of_the_language(
+    house: OpenHouse, page_at: PageAt
+) -> None:
     page = page_at(1000, 700)
-    session = visit(page, house())
+    session = visit(page, house(), "speed=2")
     # Near enough that λ has a height to look at.
     until(page, lambda: session.simulation.sample().activation > 0.3, "λ")
     ask(session, lambda s: s.halt.set("visitor"))
@@ -262,6 +264,9 @@ def test_the_bead_and_its_height_are_the_runs_and_a_symbol_lights_up_everywhere(
     until(page, lambda: page.locator(".duet-lit").count() == 0, "darkness")
     until(page, lambda: set(page.evaluate(CURVES).values()) == {1.0}, "all curves as before")
 
+    see_decimal_signs(page, session)
+    ask(session, lambda s: s.change("lang", "en"))
+
     # Folded it stays so in this browser.
     page.get_by_role("button", name="Fold this drawing").click()
     page.reload()
@@ -270,11 +275,8 @@ def test_the_bead_and_its_height_are_the_runs_and_a_symbol_lights_up_everywhere(
     assert not page.locator("#duet-contact .chart").is_visible()
 
 
-def test_a_number_has_the_decimal_sign_of_the_language(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(1000, 700)
-    session = visit(page, house(), "lang=de")
-    until(page, lambda: session.simulation.sample().activation > 0.05, "λ")
-    ask(session, lambda s: s.halt.set("visitor"))
+def see_decimal_signs(page: Page, session: Session) -> None:
+    """A number has the decimal sign of the language, also on a page that stands still."""
     point, parts = re.compile(r"\d\.\d"), ("#duet-contact [role=img]", ".duet-eq", ".duet-status >> nth=0")
     languages: dict[Language, str] = {"de": "Abstand", "sl": "razdalja"}
     for language, word in languages.items():

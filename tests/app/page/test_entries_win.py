@@ -140,6 +140,8 @@ def test_a_joint_of_an_arm_that_moves_and_its_box_with_the_caret(house: OpenHous
     line.open.set()
     until(page, lambda: isinstance(session.held, JointTarget), "the arm is led by its joints")
 
+    ask(session, lambda s: s.hurry(s.simulation.time + 10.0))
+
     def there(s: Session) -> bool:
         return abs(np.degrees(s.simulation.positions[arm.joints][0]) - 12.5) < 0.5
 
@@ -184,7 +186,9 @@ def test_a_moment_of_a_replay_that_plays(house: OpenHouse, page_at: PageAt, line
     assert moment.input_value() == f"{entered:g}"
 
 
-def test_a_value_that_comes_while_a_frame_is_made(house: OpenHouse, page_at: PageAt, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_value_that_comes_while_a_frame_is_made_swings_the_elbow_alone(
+    house: OpenHouse, page_at: PageAt, monkeypatch: pytest.MonkeyPatch
+) -> None:
     page = page_at(900, 640)
     opened = house()
     session, run = enter(page, opened, "lesson=1&step=1")
@@ -200,13 +204,23 @@ def test_a_value_that_comes_while_a_frame_is_made(house: OpenHouse, page_at: Pag
         arrived(lambda: slider.value == 50.0)
         return making(elapsed, budget)
 
-    elbow = world_position(page, ELBOW)
+    def places(s: Session) -> tuple[np.ndarray, np.ndarray]:
+        kinematics, arm = s.simulation.kinematics, s.simulation.guided
+        return kinematics.hand_pose(arm).translation.copy(), kinematics.joint_point(arm.elbow)
+
+    (hand, elbow), drawn = ask(session, places), world_position(page, ELBOW)
     monkeypatch.setattr(session, "step", slow_step)
     swing.fill("50")
     arrived(lambda: slider.value == 50.0)
     monkeypatch.setattr(session, "step", making)
-    until(page, lambda: np.linalg.norm(world_position(page, ELBOW) - elbow) > 0.05, "the elbow on its way")
+    until(page, lambda: np.linalg.norm(world_position(page, ELBOW) - drawn) > 0.05, "the elbow on its way")
     assert swing.input_value() == "50" and slider.value == 50.0
+    # It swings to either side, and the hand stays.
+    way = ask(session, places)[1] - elbow
+    assert np.linalg.norm(ask(session, places)[0] - hand) < 5e-4
+    swing.fill("-50")
+    until(page, lambda: (ask(session, places)[1] - elbow) @ way < -0.05 * np.linalg.norm(way), "the elbow on its other side")
+    assert np.linalg.norm(ask(session, places)[0] - hand) < 5e-4
     # A fresh run begins at 0.
     page.evaluate("document.activeElement.blur()")
     page.keyboard.press("r")

@@ -1,4 +1,4 @@
-"""The page in the system's Firefox: it opens, the orange arm is pulled with the mouse, a lesson runs, and the console stays silent."""
+"""The page in the system’s Firefox: it opens, the orange arm is pulled, a lesson runs in a frame, and the console stays silent."""
 
 import json
 import time
@@ -12,6 +12,7 @@ from app.start import App
 from controllers.kinematics import Array
 from scenes.targets import LinkTarget
 from tests.app.conftest import OpenHouse, ask, live_sessions
+from tests.app.page.conftest import Around
 from tests.browser import CAMERA, STILL, artefacts
 from tests.firefox import TIMEOUT, Firefox, firefox
 
@@ -42,18 +43,24 @@ LINK_PX = f"""(() => {{
 }})()"""
 
 
-def test_a_visit_in_firefox(house: OpenHouse, tmp_path_factory: pytest.TempPathFactory) -> None:
-    opened: App = house()
+def test_a_visit_in_firefox_and_in_a_frame_without_storage(
+    house: OpenHouse, around: tuple[str, Around], tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    origin, write = around
+    opened: App = house(embed_origins=(origin,))
     try:
-        with firefox(tmp_path_factory.mktemp("firefox")) as tab:
+        # 1: whatever is stored by a frame of another site is refused.
+        with firefox(tmp_path_factory.mktemp("firefox"), {"network.cookie.cookieBehavior": 1}) as tab:
             tab.open(f"{opened.url}/?autopilot=0&lang=en&speed=2&wmax=0.5&dm=0.3", 1024, 768)
             tab.until(f"{NODE}['{LINK}/j7'] && {NODE}['/arms/left/base']", "the arms")
             tab.until("__viserMutable.canvas.getContext('webgl2') instanceof WebGL2RenderingContext", "a picture of them")
             tab.until("document.documentElement.matches('.duet-built')", "the whole page")
             pull_the_arm(tab, live_sessions(opened)[max(live_sessions(opened))])
-            tab.open(f"{opened.url}/?lesson=5&lang=de", 1024, 768)
+            tab.open(write(f"{opened.url}/?lesson=5&lang=de&embed=1"), 1024, 768)
+            tab.until("window.length === 1", "the frame")
+            tab.enter_frame()
             tab.until("document.querySelector('.duet-lesson')?.innerText.length > 80", "the lesson")
-            tab.picture(artefacts() / "firefox-lesson.png")
+            assert tab.value("(() => { try { return Boolean(localStorage); } catch { return false; } })()") is False
             assert not tab.complaints
     except FileNotFoundError as error:
         pytest.skip(str(error))

@@ -55,8 +55,7 @@ def test_first_sight_of_every_scene_and_rig(
             ask(session, lambda s, theme=theme: s.change("theme", theme))
             page.wait_for_function("theme => document.documentElement.dataset.mantineColorScheme === theme", arg=theme)
             wait_frames(page, 6)
-            with drawn(page):
-                screenshot(page, f"page-{width}-{scene}-{rig}-{theme}")
+            screenshot(page, f"page-{width}-{scene}-{rig}-{theme}")
             assert lasting(page, lambda: page.evaluate(CUT)) == [], (scene, rig, theme)
         see_free(page, nodes, f"{scene}, {rig}, on the way")
         ask(session, lambda s: s.toggle_pause())

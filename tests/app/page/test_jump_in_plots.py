@@ -25,7 +25,7 @@ def test_a_jump_is_an_edge_and_the_microscope_shows_its_steps(house: OpenHouse, 
     page = page_at(1024, 768)
     session = visit(page, house(), "law=strict_switched&pairs=single&plot=rates&speed=2")
     # From the beginning, as the plots show no more than the last seconds, of which a busy machine may need many to open the page.
-    ask(session, lambda s: s.reset())
+    ask(session, lambda s: [s.reset(), s.hurry(7.0)])
     until(page, lambda: session.simulation.time > 7.0, "the jump")
     # Before the jump leaves the plot.
     ask(session, lambda s: s.toggle_pause())

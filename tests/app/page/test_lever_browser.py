@@ -35,6 +35,7 @@ def test_be_lambda_yourself(house: OpenHouse, page_at: PageAt) -> None:
     assert ask(session, lambda one: (one.settings.run.law.law, one.paused)) == (LEVER_LAW, True)
     screenshot(page, "lever-begins")
     page.get_by_role("button", name="Run", exact=True).click()
+    ask(session, lambda one: one.change("speed", 2.0))
     # The first attack meets an arm that does not give way at all.
     until(page, lambda: ask(session, lambda one: one.simulation.sample().distance) < 0.0, "a touch")
     page.keyboard.press("ArrowUp")

@@ -20,7 +20,7 @@ from app.export.plot_pictures import picture_bytes
 from app.export.python_snippet import as_python
 from app.lessons.scripts import SCRIPTS
 from app.page.panels import contact_card
-from app.page.panels.hotkeys import help_html
+from app.page.panels.hotkeys import help_html, hotkeys
 from app.page.panels.readout import status_html, tip_text
 from app.plots.plot_choice import cells, possible_details, possible_plots
 from app.session.frame import freeze
@@ -41,10 +41,8 @@ from scenes.simulation import Simulation
 from scenes.sweep import FIGURES, Axis, Grid
 from scenes.targets import BallTarget
 from tests.app.cli.test_commands import read
-from tests.app.conftest import ELBOW, HAND, Arrive, OpenHouse, ask
-from tests.app.page.by_hand import LATE_UPDATE, drag_through, visit
-from tests.app.page.helpers import page_label, press
-from tests.browser import PageAt, until, world_position
+from tests.app.conftest import ELBOW, HAND, Arrive, OpenHouse
+from tests.app.page.helpers import page_label, press, shown
 from tests.scenes.helpers import recorded_run
 from tests.test_imports import ROOT
 
@@ -145,40 +143,28 @@ def test_its_plots_are_those_of_an_arm_with_an_obstacle() -> None:
     assert {name for name, one in SCRIPTS.items() if one.fits(NAME)} == {"ball_to", "ball_push", "ball_circle"}
 
 
-def test_a_visitor_walks_it(house: OpenHouse, arrive: Arrive) -> None:
-    one = arrive(house())
+def test_a_visitor_walks_it_and_pulls_its_ball(house: OpenHouse, arrive: Arrive) -> None:
+    one = arrive(house(), "gizmo=1&autopilot=0&speed=2")
     chooser = one.visitor.mirror.labelled(page_label("scene"))
     assert chooser["options"][-1] == LABEL and len(chooser["options"]) == len(EXPERIMENTS)
+    assert [hotkey.key for hotkey in hotkeys() if hotkey.name == NAME] == ["6"]
     press(one, NAME)
     one.wait(lambda s: s.settings.run.scene == NAME and s.simulation.room.ball is not None)
     of_page = lambda key: one.visitor.mirror.labelled(page_label(key))["visible"]  # noqa: E731
     one.visitor.wait_for(lambda _: of_page("point") and of_page("law"))
     one.visitor.wait_for(lambda _: not any(of_page(key) for key in ("ball", "guided", "path", "clip")))
+    one.visitor.wait_for(lambda v: TIP in shown(v))
+    others = {HAND, ELBOW, "/path/line", "/person/body"}
+    one.visitor.wait_for(lambda v: {"/ball", "/gizmo/ball"} <= set(v.mirror.nodes) and not others & set(v.mirror.nodes))
+    goal = one.ask(lambda s: s.simulation.positions[s.simulation.room.ball] + np.array([0.0, 0.0, 0.06]))
+    one.visitor.move_gizmo("/gizmo/ball", phase="start")
+    one.visitor.move_gizmo("/gizmo/ball", tuple(goal.tolist()))
+    one.wait(lambda s: isinstance(s.held, BallTarget))
+    one.visitor.wait_for(lambda v: np.linalg.norm(np.array(v.mirror.nodes["/ball"]["position"]) - goal) < 0.02)
+    one.visitor.move_gizmo("/gizmo/ball", phase="end")
+    one.wait(lambda s: s.held is None)
     one.visitor.set_value(page_label("scene"), specs()["scene"].options()["hold"])
     one.wait(lambda s: s.settings.run.scene == "hold")
-
-
-def test_in_a_browser_key_6_enters_it_and_its_ball_is_pulled(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(960, 720, expect=(LATE_UPDATE,))
-    session = visit(page, house(), "gizmo=1&autopilot=0&speed=2")
-    page.mouse.click(300, 90)
-    page.keyboard.press("6")
-    page.wait_for_function("a => __viserMutable.nodeRefFromName[a]", arg="/arms/arm/base")
-    page.get_by_text(LABEL, exact=True).first.wait_for()
-    page.get_by_text(TIP).first.wait_for(state="attached")
-    there = "names => names.map(name => !!__viserMutable.nodeRefFromName[name])"
-    nodes = ["/ball", HAND, ELBOW, "/path/line", "/person/body"]
-    until(page, lambda: page.evaluate(there, nodes) == [True, False, False, False, False], "its ball, and nothing else")
-    titles = page.locator(".duet-title")
-    until(page, lambda: ["distance" in text for text in titles.all_inner_texts()[:1]] == [True], "its plots")
-    # Along the ball's arrow, upwards; its arrows are 0.2 m long.
-    ball = ask(session, lambda s: s.simulation.positions[s.simulation.room.ball].copy())
-    up = np.array([0.0, 0.0, 1.0])
-    drag_through(page, session, [ball + up * (0.16 + way) for way in np.linspace(0.0, 0.06, 8)])
-    assert isinstance(session.held, BallTarget)
-    until(page, lambda: world_position(page, "/ball")[2] > ball[2] + 0.04, "the ball where it was pulled")
-    page.mouse.up()
-    until(page, lambda: session.held is None, "letting go")
 
 
 def test_exports_and_the_player_name_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

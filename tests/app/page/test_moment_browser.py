@@ -53,8 +53,9 @@ def test_after_a_run_the_page_stands_at_its_moment(house: OpenHouse, page_at: Pa
     session, run = enter(page, house(), "lesson=6&step=1&theme=light")
     # The controls are folded, and the page says how large its picture is all the same.
     page.locator("[data-duet-picture]").first.wait_for(state="attached")
-    ask(session, lambda _: run.act(Choose(0)))
-    ask(session, lambda _: run.act(StartOrPause()))
+    ask(session, lambda _: [run.act(Choose(0)), run.act(StartOrPause())])
+    until(page, lambda: session.simulation.steps > 0, "the run")
+    ask(session, lambda s: s.hurry(3.5))
     until(page, lambda: run.walk.phase is Phase.OBSERVE, "the end of the run")
     until(page, lambda: shown_time(session) is not None, "the moment")
     table = ask(session, lambda s: s.simulation.history.table())
@@ -106,6 +107,7 @@ def test_after_a_run_the_page_stands_at_its_moment(house: OpenHouse, page_at: Pa
 def test_a_visitor_drags_over_a_plot_of_a_paused_run(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1024, 768)
     session = visit(page, house(), "scene=imitation")
+    ask(session, lambda s: s.hurry(3.0))
     until(page, lambda: session.simulation.time > 3.0, "some seconds of the run")
     # While it runs, a plot is only looked at.
     drag_over_plot(page, (0.7, 0.4))

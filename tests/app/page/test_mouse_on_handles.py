@@ -6,6 +6,7 @@ import pinocchio as pin
 from app.page.handles.transform_handles import AUTOPILOT_SIZE, swivel_frame
 from app.session.session import Session
 from scenes.history import COLUMN
+from scenes.settings import RunSettings
 from scenes.targets import HandTarget, LinkTarget
 from tests.app.conftest import ELBOW, HAND, OpenHouse, ask
 from tests.app.page.by_hand import ARC, GIZMO, GRIP, WRIST, best_arrow, control, drag_through, hand, run_on, visit
@@ -13,8 +14,10 @@ from tests.browser import PageAt, point_at, screenshot, settled_view, take_hold,
 from tests.tools.lesson_moves import hands_of
 
 
-def test_a_mouse_takes_over_from_the_autopilot(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(900, 760)
+def test_a_mouse_takes_over_drags_the_hand_and_the_other_arm_yields_and_it_swivels_the_elbow(
+    house: OpenHouse, page_at: PageAt
+) -> None:
+    page = page_at(900, 800)
     # Slow, so that the arrow is still where the mouse goes.
     session = visit(page, house(), "gizmo=1&speed=0.25&wmax=0.05")
     run_on(page, session, 0.1)
@@ -35,10 +38,9 @@ def test_a_mouse_takes_over_from_the_autopilot(house: OpenHouse, page_at: PageAt
     box = control(page, "autopilot").locator("input[type=checkbox]")
     until(page, lambda: not box.is_checked(), "the control without its tick")
 
-
-def test_a_mouse_drags_the_hand_and_the_other_arm_yields_and_it_swivels_the_elbow(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(900, 800)
-    session = visit(page, house(), "gizmo=1&autopilot=0&speed=2")
+    # From the beginning, the hand at its usual speed.
+    ask(session, lambda s: [s.change("speed", 2.0), s.change("wmax", RunSettings().hand_speed), s.reset()])
+    page.mouse.move(40, 420)
     start, other = ask(session, hands_of)
     still = ask(session, lambda s: s.simulation.positions[s.simulation.avoiding.joints].copy())
     arrow, sign = best_arrow(session, (other - start) / np.linalg.norm(other - start))

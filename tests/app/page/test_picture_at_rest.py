@@ -12,6 +12,29 @@ TIMES = {"λ": "activation λ", "q": "joints q [°]", "q̇": "joint speeds q̇ [
 TITLES = TIMES | {"λ(d)": "Fig. 2", "Laws": "what each law", "Pairs": "the closest pair", "M": "section III"}
 
 
+REST = """ms => new Promise(done => {
+  const drawn = __viserTestpoints.rendererInfo.render, first = drawn.frame, begin = performance.now();
+  setTimeout(() => done([drawn.frame - first, performance.now() - begin]), ms);
+})"""
+"""How many pictures are drawn in so much time, and how much it was [ms]."""
+
+MOVED = """() => new Promise(done => {
+  const drawn = __viserTestpoints.rendererInfo.render, pictures = [], begin = performance.now(), all = __viserMutable.nodeRefFromName;
+  const joints = Object.keys(all).filter(name => /^.arms.*j[1-7]$/.test(name));
+  const place = () => joints.flatMap(name => all[name].quaternion.toArray()).join();
+  const first = place();
+  let moved = -1;
+  const look = () => {
+    pictures.push(drawn.frame);
+    if (moved < 0 && place() !== first) moved = pictures.length - 1;
+    if (moved > 0 && pictures.length > moved + 4 || performance.now() - begin > 60000) done([moved, pictures]);
+    else requestAnimationFrame(look);
+  };
+  look();
+})"""
+"""The number of the beat of the screen at which a joint has moved, and how many pictures had been drawn at every beat."""
+
+
 def test_tabs_plots_and_the_picture_at_rest(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(900, 640)
     session = visit(page, house())
@@ -36,6 +59,10 @@ def test_tabs_plots_and_the_picture_at_rest(house: OpenHouse, page_at: PageAt) -
         page.get_by_role("button", name=label, exact=True).click()
         page.get_by_role("button", name=f"● {label}", exact=True).wait_for()
 
+    def moves() -> bool:
+        drawn, passed = page.evaluate(REST, 2000)
+        return drawn > passed / 1000 + 2
+
     # Every plot. A chart needs room, which the squared error makes for it in a narrow window.
     distance, error = "distance d [m]", "error e² [m²]"
     row = page.locator("[data-floating-window] .mantine-Flex-root .mantine-Button-root")
@@ -53,6 +80,8 @@ def test_tabs_plots_and_the_picture_at_rest(house: OpenHouse, page_at: PageAt) -
     for label, speed in (("¼×", 0.25), ("½×", 0.5), ("2×", 2.0), ("1×", 1.0)):
         press(label)
         assert session.settings.page.speed == speed
+    # While the arms move there is a picture for every one of their changes, though there is no graphics card.
+    until(page, moves, "more pictures than its heartbeat")
     # Pause by the button: the picture comes to rest and stays so, to the last pixel. And it moves again afterwards.
     press("Pause")
     page.get_by_text("paused", exact=True).wait_for()
@@ -60,6 +89,19 @@ def test_tabs_plots_and_the_picture_at_rest(house: OpenHouse, page_at: PageAt) -
     # A note may come late on a busy machine, and covers what is looked at.
     page.add_style_tag(content="[class*=Notification-root] { display: none !important }")
     settled_view(page, 10)
+
+    def heartbeat() -> bool:
+        drawn, passed = page.evaluate(REST, 2000)
+        # viser draws one a second, come what may.
+        return drawn <= passed // 1000 + 1
+
+    until(page, heartbeat, "a page that draws nothing but its heartbeat")
+    # One step of the arms is drawn in the beat in which it comes or in the next one.
+    page.evaluate("() => { window.moved = (" + MOVED + ")() }")
+    ask(session, lambda s: [s.single_step() for _ in range(40)])
+    beat, counts = page.evaluate("() => window.moved")
+    assert beat > 0, "nothing has moved"
+    assert counts[beat + 2] > counts[beat - 1]
     pictures: list[bytes] = []
 
     def corner() -> bytes:
@@ -89,54 +131,3 @@ def test_tabs_plots_and_the_picture_at_rest(house: OpenHouse, page_at: PageAt) -
     ask(session, lambda s: s.change("scene", "solo"))
     page.get_by_role("button", name="● None", exact=True).wait_for()
     see_plots(page, ("hand error |e| [mm]", "elbow angle"))
-
-
-REST = """ms => new Promise(done => {
-  const drawn = __viserTestpoints.rendererInfo.render, first = drawn.frame, begin = performance.now();
-  setTimeout(() => done([drawn.frame - first, performance.now() - begin]), ms);
-})"""
-"""How many pictures are drawn in so much time, and how much it was [ms]."""
-
-MOVED = """() => new Promise(done => {
-  const drawn = __viserTestpoints.rendererInfo.render, pictures = [], begin = performance.now(), all = __viserMutable.nodeRefFromName;
-  const joints = Object.keys(all).filter(name => /^.arms.*j[1-7]$/.test(name));
-  const place = () => joints.flatMap(name => all[name].quaternion.toArray()).join();
-  const first = place();
-  let moved = -1;
-  const look = () => {
-    pictures.push(drawn.frame);
-    if (moved < 0 && place() !== first) moved = pictures.length - 1;
-    if (moved > 0 && pictures.length > moved + 4 || performance.now() - begin > 60000) done([moved, pictures]);
-    else requestAnimationFrame(look);
-  };
-  look();
-})"""
-"""The number of the beat of the screen at which a joint has moved, and how many pictures had been drawn at every beat."""
-
-
-def test_without_a_graphics_card_a_picture_is_drawn_for_a_change_alone(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(700, 500)
-    session = visit(page, house())
-
-    # While the arms move there is a picture for every one of their changes.
-    def moves() -> bool:
-        drawn, passed = page.evaluate(REST, 2000)
-        return drawn > passed / 1000 + 2
-
-    until(page, moves, "more pictures than its heartbeat")
-    ask(session, lambda s: s.toggle_pause())
-    page.get_by_text("paused", exact=True).wait_for()
-    settled_view(page, 10)
-
-    def at_rest() -> bool:
-        drawn, passed = page.evaluate(REST, 2000)
-        # viser draws one a second, come what may.
-        return drawn <= passed // 1000 + 1
-
-    until(page, at_rest, "a page that draws nothing but its heartbeat")
-    # One step of the arms is drawn in the beat in which it comes or in the next one.
-    page.evaluate("() => { window.moved = (" + MOVED + ")() }")
-    ask(session, lambda s: [s.single_step() for _ in range(40)])
-    beat, pictures = page.evaluate("() => window.moved")
-    assert beat > 0, "nothing has moved"
-    assert pictures[beat + 2] > pictures[beat - 1]

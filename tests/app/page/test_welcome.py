@@ -3,10 +3,11 @@
 import pytest
 from playwright.sync_api import Page
 
+from app.i18n.catalogue import words_of
 from app.page.panels.welcome import is_for_newcomers
-from app.settings import Settings
+from app.settings import Language, Settings
 from scenes.settings import changed
-from tests.app.conftest import Arrive, Join, OpenHouse, ask
+from tests.app.conftest import Arrive, Join, OpenHouse
 from tests.app.page.by_hand import FREE, WRIST, grab, visit
 from tests.app.page.helpers import open_lessons, shown
 from tests.browser import PageAt, screenshot, settled_view, until, wait_frames
@@ -31,13 +32,19 @@ def comes_not(page: Page) -> None:
 
 
 @pytest.mark.parametrize(
-    ("width", "height", "language", "look"),
-    [(1440, 900, "en", "theme=light"), (1024, 768, "de", "theme=dark&profile=projector"), (390, 844, "sl", "theme=dark")],
+    ("width", "height", "language", "look", "out"),
+    [
+        (1440, 900, "en", "theme=light", "Escape"),
+        (1024, 768, "de", "theme=dark&profile=projector", "Start lesson 1"),
+        (390, 844, "sl", "theme=dark", "Just play"),
+    ],
 )
-def test_it_says_three_lines_and_hides_no_arm(
-    house: OpenHouse, page_at: PageAt, width: int, height: int, language: str, look: str
+def test_it_says_three_lines_hides_no_arm_and_goes_at_a_key_or_button(
+    house: OpenHouse, page_at: PageAt, width: int, height: int, language: Language, look: str, out: str
 ) -> None:
     page = page_at(width, height, newcomer=True)
+    if out == "Just play":
+        page.add_init_script("Object.defineProperty(window, 'localStorage', { get() { throw new DOMException('blocked'); } })")
     session = visit(page, house(STILL), f"lang={language}&{look}")
     card = page.get_by_role("dialog")
     card.get_by_text(WORDS[language]).wait_for()
@@ -58,9 +65,19 @@ def test_it_says_three_lines_and_hides_no_arm(
     page.keyboard.press("Tab")
     first = card.get_by_role("button").first
     assert first.evaluate("button => button === document.activeElement")
-    page.keyboard.press("Escape")
+    before = session.settings
+    if out == "Escape":
+        page.keyboard.press(out)
+    else:
+        page.get_by_role("button", name=words_of(language)(out)).click()
     card.wait_for(state="detached")
-    assert session.settings.run.scene == "hold" and session.held is None
+    assert session.held is None
+    if out == "Start lesson 1":
+        page.locator(".duet-l-head .crumb").get_by_text("Lektion 1").wait_for()
+        return
+    assert session.settings == before
+    page.keyboard.press("ArrowUp")
+    until(page, lambda: session.held is not None, "a key that moves the hand")
 
 
 def test_it_goes_at_the_first_drag_and_never_comes_again(house: OpenHouse, page_at: PageAt) -> None:
@@ -75,23 +92,6 @@ def test_it_goes_at_the_first_drag_and_never_comes_again(house: OpenHouse, page_
     again = page.context.new_page()
     visit(again, opened)
     comes_not(again)
-
-
-def test_its_buttons_open_the_first_lesson_or_just_the_page(house: OpenHouse, page_at: PageAt) -> None:
-    opened = house(STILL)
-    page = page_at(1024, 768, newcomer=True)
-    visit(page, opened)
-    page.get_by_role("button", name="Start lesson 1").click()
-    page.locator(".duet-l-head").get_by_text("Lesson 1 · step 1 of 3").wait_for()
-    page.locator(CARD).wait_for(state="detached")
-    other = page_at(1024, 768, newcomer=True)
-    other.add_init_script("Object.defineProperty(window, 'localStorage', { get() { throw new DOMException('blocked'); } })")
-    session = visit(other, opened)
-    other.get_by_role("button", name="Just play").click()
-    other.locator(CARD).wait_for(state="detached")
-    assert session.settings == ask(session, lambda s: s.settings) and session.held is None
-    other.keyboard.press("ArrowUp")
-    until(other, lambda: session.held is not None, "a key that moves the hand")
 
 
 def test_links_to_something_and_lectures_do_not_greet(house: OpenHouse, arrive: Arrive, join: Join) -> None:

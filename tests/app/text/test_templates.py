@@ -340,17 +340,17 @@ templates."""
 
 def joined_by_hand(source: str) -> list[str]:
     """Texts with more than one tag, and elements in elements, but for texts that are translated."""
-    tree, found = ast.parse(source), list[str]()
+    nodes, found = list(ast.walk(ast.parse(source))), list[str]()
     translated = {
         id(part)
-        for call in ast.walk(tree)
+        for call in nodes
         if isinstance(call, ast.Call) and ast.unparse(call.func) in ("tr", "tr_html", "N_")
         for given in call.args
         for part in ast.walk(given)
     }
-    parts = {id(part) for text in ast.walk(tree) if isinstance(text, ast.JoinedStr) for part in text.values}
-    documented = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
-    for node in ast.walk(tree):
+    parts = {id(part) for text in nodes if isinstance(text, ast.JoinedStr) for part in text.values}
+    documented = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+    for node in nodes:
         if isinstance(node, ast.Call) and ast.unparse(node.func) == "element":
             inner = [one for given in node.args for one in ast.walk(given)]
             if any(isinstance(one, ast.Call) and ast.unparse(one.func) == "element" for one in inner):
