@@ -47,17 +47,13 @@ def test_a_server_that_hangs_is_noticed_and_one_that_rests_is_not(serve: Serve, 
         """Return when the page has asked and been answered so often again."""
         page.wait_for_function("([first, more]) => seen.answers >= first + more", arg=[page.evaluate("seen.answers"), more])
 
-    def hang_and_go_on() -> None:
-        served.process.send_signal(signal.SIGSTOP)
-        expect(note).to_have_text("Der Server antwortet nicht – bitte warten …", timeout=60_000)
-        served.process.send_signal(signal.SIGCONT)
-        expect(note).to_be_empty(timeout=60_000)
-
-    hang_and_go_on()
     page.get_by_role("button", name="Pause", exact=True).click()
     page.get_by_text("angehalten", exact=True).wait_for()
     # Nothing moves any more, so that it is an answer that takes the note away.
-    hang_and_go_on()
+    served.process.send_signal(signal.SIGSTOP)
+    expect(note).to_have_text("Der Server antwortet nicht – bitte warten …", timeout=60_000)
+    served.process.send_signal(signal.SIGCONT)
+    expect(note).to_be_empty(timeout=60_000)
     # Once in a while a busy machine gives the server no core for so long.
     for _ in range(5):
         page.evaluate("seen.said.length = 0")
