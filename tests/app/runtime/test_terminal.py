@@ -145,24 +145,22 @@ OUTPUTS = [["--help"], ["run", "--seconds", "0.05"], ["serve", "--no-open", "--s
 
 
 @pytest.mark.parametrize("arguments", OUTPUTS, ids=" ".join)
-def test_a_reader_that_has_gone_and_a_closed_output_are_no_mistake(arguments: list[str]) -> None:
+def test_a_reader_that_has_gone_and_a_closed_output_are_no_mistake_and_a_full_one_is_named(arguments: list[str]) -> None:
+    command, quiet = [sys.executable, "-m", "app", *arguments], (0, b"")
     reader, writer = os.pipe()
     os.close(reader)
     with open(writer, "wb") as out:
-        done = ended([sys.executable, "-m", "app", *arguments], stdout=out)
-    assert (done.returncode, done.stderr) == (0, b"")
+        done = ended(command, stdout=out)
+    assert (done.returncode, done.stderr) == quiet
     if arguments[0] == "run":
-        done = ended(["sh", "-c", 'exec "$@" <&- >&-', "sh", sys.executable, "-m", "app", *arguments])
-        assert (done.returncode, done.stderr) == (0, b"")
-
-
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
-@pytest.mark.parametrize("arguments", OUTPUTS, ids=" ".join)
-def test_a_full_output_is_named_in_one_line(arguments: list[str]) -> None:
+        done = ended(["sh", "-c", 'exec "$@" <&- >&-', "sh", *command])
+        assert (done.returncode, done.stderr) == quiet
+    if not Path("/dev/full").exists():
+        pytest.skip("no device that is always full")
     with open("/dev/full", "wb") as full:
-        done = ended([sys.executable, "-m", "app", *arguments], stdout=full)
+        done = ended(command, stdout=full)
         # The reason of a failure counts where it cannot be said, too.
-        assert arguments[0] != "run" or ended([sys.executable, "-m", "app", "run", "--dm", "9"], stderr=full).returncode == 2
+        assert arguments[0] != "run" or ended([*command[:3], "run", "--dm", "9"], stderr=full).returncode == 2
     assert done.returncode == 1
     assert done.stderr == b"lwr-duet: the output cannot be written (No space left on device).\n"
 
