@@ -153,7 +153,20 @@ def command(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("environment") / "venv"
     run(sys.executable, "-m", "venv", "--without-pip", place, cwd=place.parent)
     python = place / "bin" / "python"
-    run(sys.executable, "-m", "pip", "--python", python, "install", "-q", "--no-deps", "--no-index", wheel, cwd=place.parent)
+    run(
+        sys.executable,
+        "-m",
+        "pip",
+        "--python",
+        python,
+        "install",
+        "-q",
+        "--no-deps",
+        "--no-index",
+        "--no-compile",
+        wheel,
+        cwd=place.parent,
+    )
     (packages,) = place.glob("lib/python*/site-packages")
     installed = [path for path in sys.path if "site-packages" in path]
     (packages / "installed.pth").write_text("\n".join(installed) + "\n", encoding="utf-8")

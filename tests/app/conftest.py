@@ -16,6 +16,7 @@ from app.hosting.visitor import Visitor
 from app.hosting.worker_messages import WorkerLink
 from app.i18n.speaking import set_language
 from app.lessons.session.lesson_session import LessonSession
+from app.runtime.job_pool import JobPool
 from app.session import session as session_module
 from app.session.session import Session
 from app.settings import Settings
@@ -117,12 +118,34 @@ Arrive = Callable[..., Guest]
 Join = Callable[..., BlockingClient]
 
 
+class LastingPool(JobPool):
+    """Its processes, which take a second to start, are there for the next house."""
+
+    def close(self) -> None:
+        with self._lock:
+            for job in [*self._waiting, *self._running.values()]:
+                self._drop(job)
+
+
+@pytest.fixture(scope="module")
+def jobs() -> Iterator[JobPool]:
+    pool = LastingPool()
+    yield pool
+    JobPool.close(pool)
+
+
 @pytest.fixture
-def house(request: pytest.FixtureRequest) -> OpenHouse:
+def house(request: pytest.FixtureRequest, jobs: JobPool) -> OpenHouse:
     """`house(settings, sessions=…, lecture=…, key=…)` opens a house on a free port; its places do not depend on what else runs."""
 
-    def make(settings: Settings | None = None, link: WorkerLink | None = None, sessions: int | None = 24, **options: Any) -> App:
-        opened = start_app(ServeOptions(settings=settings or Settings(), sessions=sessions, **options), link=link)
+    def make(
+        settings: Settings | None = None,
+        link: WorkerLink | None = None,
+        sessions: int | None = 24,
+        jobs: JobPool = jobs,
+        **options: Any,
+    ) -> App:
+        opened = start_app(ServeOptions(settings=settings or Settings(), sessions=sessions, **options), jobs=jobs, link=link)
         request.addfinalizer(opened.close)
         return opened
 

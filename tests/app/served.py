@@ -13,6 +13,7 @@ from urllib.request import urlopen
 from app.bench.headless_client import HeadlessClient
 from app.hosting.store_file import StoreFile
 from app.hosting.visitor_record import VisitorRecord, record_from_bytes
+from app.runtime.terminal import TERMINATED
 from app.web.server import MOVED_CODE
 from tests.app.runtime.processes import until
 from tests.app.web.conftest import ended
@@ -86,6 +87,13 @@ class Served:
     def health(self) -> dict[str, object]:
         with urlopen(f"{self.url}/healthz", timeout=60.0) as answer:
             return json.load(answer)
+
+    def terminate(self) -> str:
+        """End it as a service is ended, and return what it says of that."""
+        before = self.said()
+        self.process.terminate()
+        assert self.process.wait(60.0) == TERMINATED
+        return self.said().removeprefix(before)
 
     def kill(self) -> None:
         """Kill all its processes at once."""

@@ -343,18 +343,6 @@ def test_more_students_than_places_explore_in_groups_of_which_one_operates(house
     sees(di, "You are 2 at this robot", "Lesson 1 · step 1", "Your prediction")
 
 
-def test_an_own_session_has_the_look_of_the_students_link(house: OpenHouse, come: Come) -> None:
-    classroom = Class(house, come)
-    ask(classroom.host.session, lambda s: s.change("theme", "dark"))
-    classroom.students["ann"] = come(classroom.opened, "ann", query="lang=sl")
-    choose(classroom.teacher, "Explore freely")
-    classroom.is_sent_away("ann")
-    ann = classroom.students["ann"] = come(classroom.opened, "ann", query="lang=sl")
-    sees(ann, 'data-words="sl"')
-    page = classroom.host.sessions[classroom.number("ann")].settings.page
-    assert (page.language, page.theme) == ("sl", "light")
-
-
 def test_a_teachers_second_tab_assists_until_it_takes_over(house: OpenHouse, come: Come) -> None:
     classroom = Class(house, come)
     host, first, (ann,) = classroom.host, classroom.teacher, classroom.come("ann")
@@ -391,9 +379,13 @@ def test_a_teachers_second_tab_assists_until_it_takes_over(house: OpenHouse, com
     first.wait_for(lambda _: "You assist" not in shown(first) or "Sie assistieren" not in shown(second), WAIT)
 
 
-def test_every_button_of_the_teacher_has_a_key(house: OpenHouse, come: Come) -> None:
+def test_every_button_of_the_teacher_has_a_key_and_an_own_session_the_look_of_the_students_link(
+    house: OpenHouse, come: Come
+) -> None:
     classroom = Class(house, come)
-    teacher, (ann,) = classroom.teacher, classroom.come("ann")
+    host, teacher, (ann,) = classroom.host, classroom.teacher, classroom.come("ann")
+    classroom.students["bo"] = come(classroom.opened, "bo", query="lang=sl")
+    ask(host.session, lambda s: s.change("theme", "dark"))
     names = {action: name for name, _, action in COMMANDS}
     # There is nothing to reveal yet; what comes after it is done after it.
     command(teacher, names["reveal"])
@@ -401,15 +393,20 @@ def test_every_button_of_the_teacher_has_a_key(house: OpenHouse, come: Come) -> 
         command(teacher, names[action])
         sees(ann, text)
     command(ann, "Answer 1")
-    sees(teacher, "1 answered · 0 not yet")
+    sees(teacher, "1 answered · 1 not yet")
     for action, text in (("reveal", "The class said"), ("again", "Asked again")):
         command(teacher, names[action])
         sees(ann, text)
     command(teacher, names["free"])
-    classroom.is_sent_away("ann")
-    sees(teacher, "exploring: ")
+    for name in ("ann", "bo"):
+        classroom.is_sent_away(name)
+    bo = classroom.students["bo"] = come(classroom.opened, "bo", query="lang=sl")
+    sees(bo, 'data-words="sl"')
+    page = host.sessions[classroom.number("bo")].settings.page
+    assert (page.language, page.theme) == ("sl", "light")
+    sees(teacher, "exploring: 1")
     command(teacher, names["free"])
-    teacher.wait_for(lambda _: not classroom.host.classroom.free, WAIT)
+    teacher.wait_for(lambda _: not host.classroom.free, WAIT)
 
 
 def test_the_address_is_shown_where_the_teacher_asks_for_it_and_ends_everywhere(house: OpenHouse, come: Come) -> None:
@@ -458,20 +455,12 @@ def test_the_address_is_shown_where_the_teacher_asks_for_it_and_ends_everywhere(
     assert not classroom.host.control.presenter.frozen and "Join the class" not in everything(bo)
     choose(teacher, "On every page")
     sees(bo, "Join the class")
-    choose(teacher, "Nowhere")
-    no_longer(teacher=teacher, screen=screen, ann=ann, bo=bo)
-
-
-def test_a_press_counts_though_the_mark_has_moved_meanwhile(house: OpenHouse, come: Come) -> None:
-    classroom = Class(house, come)
-    teacher, presenter = classroom.teacher, classroom.host.control.presenter
-    choose(teacher, "On every page")
     sees(teacher, "the address is on every page")
     (row,) = (row["uuid"] for row in bodies(teacher, "GuiButtonGroupMessage") if "Nowhere" in row["options"])
     # The page has not been sent yet that the mark is elsewhere; nothing else counts as a press.
     for value in ("On every screen", "", f"{MARK}Nowhere"):
         teacher.send({"type": "GuiUpdateMessage", "uuid": row, "updates": {"value": value}})
-    teacher.wait_for(lambda _: not presenter.inviting, WAIT)
+    no_longer(teacher=teacher, screen=screen, ann=ann, bo=bo)
     assert teacher.closed is None
 
 

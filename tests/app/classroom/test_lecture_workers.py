@@ -239,7 +239,7 @@ def test_what_a_student_did_last_is_kept_when_the_server_ends(
 
 
 @pytest.mark.parametrize("served", [1], indirect=True)
-def test_a_group_has_one_session_in_another_process_and_outlives_it(served: Served, come: Come) -> None:
+def test_a_group_has_one_session_in_another_process_and_outlives_it_and_the_lecture_sigterm(served: Served, come: Come) -> None:
     assert served.process.stdout is not None
     lines = [served.process.stdout.readline() for _ in range(2)]
     assert lines[1] == "3 students, room for 1: groups of 3.\n"
@@ -267,7 +267,7 @@ def test_a_group_has_one_session_in_another_process_and_outlives_it(served: Serv
     ann.set_value("critical distance d_m [mm]", 70.0)
     until(lambda: critical_distance(served.store) == 0.07)
     name = drawn_name(ann)
-    assert len(served.workers) == 2
+    assert len(served.workers) == 2 and served.said() == ""
     served.replace(worker_of(served, ann))
     pages = together("bo", "ann", "cy")
     bo = pages["bo"]
@@ -283,3 +283,7 @@ def test_a_group_has_one_session_in_another_process_and_outlives_it(served: Serv
     choose(teacher, "Explore freely")
     assert {ended(one)[0] for one in followers} == {MOVED_CODE}
     assert drawn_name(together("cy", "ann", "bo")["cy"]) == name
+    # A service that is ended may be started again, and the lecture goes on.
+    assert served.terminate() == ""
+    record = kept(served.store, "lecture")
+    assert record is not None and record.lessons is not None and record.lessons.open

@@ -11,9 +11,7 @@ from app.start import App
 from scenes.settings import RunSettings
 from scenes.targets import LinkTarget
 from tests.app.conftest import Arrive, OpenHouse
-from tests.app.hosting.test_workers import come, wait_for_second_worker, worker_of
 from tests.app.page.helpers import click, hotkey_uuid, notes, shown
-from tests.app.served import Serve, kept
 from tests.blocking_client import BlockingClient
 from tests.scenes.helpers import place_of
 
@@ -132,29 +130,3 @@ def test_the_word_is_found_in_the_first_line_of_a_request() -> None:
     line = b"GET /?guest=0123456789abcdef&resume=fedcba9876543210 HTTP/1.1\r"
     assert tab_of(line, GUEST) == "0123456789abcdef" and tab_of(line) == "fedcba9876543210"
     assert tab_of(b"GET /?noguest=0123456789abcdef HTTP/1.1\r", GUEST) == ""
-
-
-def test_the_guest_comes_to_the_host_s_worker_also_when_that_was_killed(serve: Serve) -> None:
-    served = serve("--workers", "2", "--sessions", "8")
-    with ExitStack() as opened:
-        others = [opened.enter_context(come(served, number)) for number in range(3)]
-        wait_for_second_worker(served)
-        host = opened.enter_context(come(served, 10, "scene=hold&autopilot=0"))
-        others = [one for one in others if worker_of(served, one) == worker_of(served, host)]
-        click(host, INVITE)
-        word = word_on(host)
-        guest = enter(opened, served.url, word, 11)
-        see(guest, ON_STAGE)
-        place = worker_of(served, host)
-        assert worker_of(served, guest) == place
-        elsewhere = next(pid for pid in served.workers if pid != place)
-        host.wait_for(lambda _: (record := kept(served.store, f"{10:032d}")) is not None and record.invitation == word)
-        served.replace(place)
-        # The guest is back first, and is let in as soon as the host is there, with the same word.
-        guest = enter(opened, served.url, word, 11)
-        see(guest, "This invitation is not open")
-        host = opened.enter_context(come(served, 10, "scene=hold&autopilot=0"))
-        guest = came_again(opened, guest, served.url, word, 11)
-        see(guest, ON_STAGE)
-        assert word_on(host) == word and worker_of(served, guest) == worker_of(served, host) != elsewhere
-        see(host, "The second person is here")

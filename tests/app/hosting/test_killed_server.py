@@ -1,18 +1,17 @@
 """A server that is killed or terminated, and started again: its tabs go on where they were."""
 
 import re
+from collections.abc import Callable
 
 import numpy as np
-import pytest
 
 from app.hosting.visitor_record import VisitorRecord
 from app.lessons.progress import Progress, from_json
-from app.runtime.terminal import TERMINATED
 from tests.app.page.helpers import buttons, click, hotkey_uuid
 from tests.app.served import Serve, Served, kept
 from tests.blocking_client import BlockingClient
 
-EXPLORER, STUDENT = "e" * 32, "5" * 32
+EXPLORER, STUDENT, LATE = "e" * 32, "5" * 32, "6" * 32
 JOINT = re.compile(r"^/arms/.*/j[1-7]$")
 
 
@@ -30,17 +29,21 @@ def joints(visitor: BlockingClient) -> np.ndarray:
     return np.array([nodes[name]["wxyz"] for name in sorted(nodes) if JOINT.search(name)])
 
 
-def test_after_a_kill_a_tab_has_its_step_its_answer_and_its_arms(serve: Serve) -> None:
+def answer(student: BlockingClient) -> None:
+    click(student, "2 ")
+    student.wait_for(lambda v: "Run" in buttons(v), 60.0)
+
+
+def test_after_a_kill_a_tab_has_its_step_its_answer_and_its_arms_and_sigterm_writes_what_waits(serve: Serve) -> None:
     served = serve("--workers", "2", "--sessions", "8")
-    store = served.store
-    exploring, learning = f"autopilot=0&resume={EXPLORER}", f"lesson=3&step=2&resume={STUDENT}"
+    store, lesson_link = served.store, "lesson=3&step=2&resume="
+    exploring, learning = f"autopilot=0&speed=2&resume={EXPLORER}", lesson_link + STUDENT
     with served.come(exploring) as explorer, served.come(learning) as student:
         first = joints(explorer)
         for _ in range(4):
             explorer.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(explorer, "up")})
         explorer.wait_for(lambda _: np.abs(joints(explorer) - first).max() > 0.02, 60.0)
-        click(student, "2 ")
-        student.wait_for(lambda v: "Run" in buttons(v), 60.0)
+        answer(student)
         student.wait_for(lambda _: any(done.choice == 1 for done in progress_of(kept(store, STUDENT)).steps.values()), 60.0)
         since = steps_of(kept(store, EXPLORER))
         # The hand has come to rest, and this is in the file.
@@ -49,7 +52,7 @@ def test_after_a_kill_a_tab_has_its_step_its_answer_and_its_arms(serve: Serve) -
         (worker,) = served.workers
         served.replace(worker)
 
-    def go_on(served: Served) -> None:
+    def go_on(served: Served, end: Callable[[], None]) -> None:
         begin = steps_of(kept(store, EXPLORER))
         with served.come(exploring) as explorer, served.come(learning) as student:
             explorer.wait_for(lambda _: steps_of(kept(store, EXPLORER)) > begin, 60.0)
@@ -58,23 +61,17 @@ def test_after_a_kill_a_tab_has_its_step_its_answer_and_its_arms(serve: Serve) -
             explorer.wait_for(lambda _: np.abs(joints(explorer) - moved).max() < 5e-3, 60.0)
             student.wait_for(lambda v: "Run" in buttons(v), 60.0)
             assert progress_of(kept(store, STUDENT)) == lesson and [done.choice for done in lesson.steps.values()] == [1]
-            served.kill()
+            end()
 
-    go_on(served)
+    go_on(served, served.kill)
     again = serve("--workers", "1", "--sessions", "8")
-    go_on(again)
 
+    def end_while_an_answer_waits() -> None:
+        with again.come(lesson_link + LATE) as late:
+            answer(late)
+            assert again.terminate() == ""
 
-@pytest.mark.parametrize(("workers", "lecture"), [("1", False), ("2", True)])
-def test_sigterm_writes_what_waits_and_a_lecture_goes_on(serve: Serve, workers: str, lecture: bool) -> None:
-    served = serve("--workers", workers, *(["--lecture"] if lecture else []))
-    with served.come(f"lesson=3&step=2&resume={STUDENT}") as visitor:
-        if not lecture:
-            click(visitor, "2 ")
-            visitor.wait_for(lambda v: "Run" in buttons(v), 60.0)
-        served.process.terminate()
-        assert served.process.wait(60.0) == TERMINATED
-    assert served.said() == ""
-    record = kept(served.store, "lecture" if lecture else STUDENT)
+    go_on(again, end_while_an_answer_waits)
+    record = kept(store, LATE)
     assert record is not None and record.lessons is not None and record.lessons.open
-    assert [done.choice for done in progress_of(record).steps.values()] == ([] if lecture else [1])
+    assert [done.choice for done in progress_of(record).steps.values()] == [1]

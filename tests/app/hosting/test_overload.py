@@ -81,9 +81,9 @@ def test_a_machine_with_time_to_spare_keeps_the_beat(monkeypatch: pytest.MonkeyP
 def test_frames_fall_evenly_and_gently_and_time_slows_down(monkeypatch: pytest.MonkeyPatch) -> None:
     """Steps take 4 % of the time for each session: a loop that made up for every step would come to a standstill."""
     rates, times = [], []
-    for count in (8, 16, 24, 32):
+    for count in (8, 16, 32):
         machine = Machine(monkeypatch, count, drawing=1.5e-3)
-        rates.append(machine.run(6.0))
+        rates.append(machine.run(4.0))
         assert len(set(machine.counts)) == 1, "all have the same frames"
         run = [session.simulation.time for session in machine.sessions]
         assert max(run) - min(run) < 0.2, "and the same time"
@@ -99,17 +99,20 @@ def test_frames_fall_evenly_and_gently_and_time_slows_down(monkeypatch: pytest.M
 
 
 def test_after_an_overload_all_is_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
-    machine = Machine(monkeypatch, 10, drawing=1e-3)
-    machine.run(5.0)
-    machine.drawing = 20e-3
+    machine = Machine(monkeypatch, 5, drawing=2e-3, step=2.0 * STEP)
+    machine.run(3.0)
+    machine.drawing = 40e-3
     assert machine.run(10.0) < 6.0
     assert all(session.pace.slowed for session in machine.sessions)
-    machine.drawing = 1e-3
+    machine.drawing = 2e-3
+    begin, times = machine.now, [session.simulation.time for session in machine.sessions]
     machine.run(5.0)
+    for session, time in zip(machine.sessions, times, strict=True):
+        assert session.simulation.time - time < 1.03 * (machine.now - begin), "nothing is made up for"
     begin, times = machine.now, [session.simulation.time for session in machine.sessions]
     assert machine.run(5.0) == pytest.approx(1.0 / FRAME, rel=0.02)
     for session, time in zip(machine.sessions, times, strict=True):
-        assert session.simulation.time - time == pytest.approx(machine.now - begin, rel=0.03), "nothing is made up for"
+        assert session.simulation.time - time == pytest.approx(machine.now - begin, rel=0.03)
         assert not session.pace.slowed
 
 

@@ -47,17 +47,13 @@ def test_a_server_that_hangs_is_noticed_and_one_that_rests_is_not(serve: Serve, 
         """Return when the page has asked and been answered so often again."""
         page.wait_for_function("([first, more]) => seen.answers >= first + more", arg=[page.evaluate("seen.answers"), more])
 
-    def hang_and_go_on() -> None:
-        served.process.send_signal(signal.SIGSTOP)
-        expect(note).to_have_text("Der Server antwortet nicht – bitte warten …", timeout=60_000)
-        served.process.send_signal(signal.SIGCONT)
-        expect(note).to_be_empty(timeout=60_000)
-
-    hang_and_go_on()
     page.get_by_role("button", name="Pause", exact=True).click()
     page.get_by_text("angehalten", exact=True).wait_for()
     # Nothing moves any more, so that it is an answer that takes the note away.
-    hang_and_go_on()
+    served.process.send_signal(signal.SIGSTOP)
+    expect(note).to_have_text("Der Server antwortet nicht – bitte warten …", timeout=60_000)
+    served.process.send_signal(signal.SIGCONT)
+    expect(note).to_be_empty(timeout=60_000)
     # Once in a while a busy machine gives the server no core for so long.
     for _ in range(5):
         page.evaluate("seen.said.length = 0")
@@ -70,9 +66,11 @@ def test_a_server_that_hangs_is_noticed_and_one_that_rests_is_not(serve: Serve, 
     assert page.evaluate("seen.said") == [] and page.evaluate("seen.connected") == 1
 
 
-def test_a_frame_that_does_not_end_is_noticed(house: OpenHouse, arrive: Arrive, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_frame_that_does_not_end_is_noticed_and_one_that_takes_long_hangs_when_it_has_worked_too_long(
+    house: OpenHouse, arrive: Arrive, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("app.hosting.frame_loop.STUCK", 0.5)
-    opened, let_go, sticks = house(), threading.Event(), threading.Event()
+    opened, let_go, sticks, rounds = house(), threading.Event(), threading.Event(), itertools.count()
     one = arrive(opened)
 
     def is_well() -> bool:
@@ -81,23 +79,6 @@ def test_a_frame_that_does_not_end_is_noticed(house: OpenHouse, arrive: Arrive, 
     def stick() -> None:
         sticks.set()
         let_go.wait(120.0)
-
-    one.visitor.wait_for(lambda _: is_well())
-    post_call(one.session, stick)
-    assert sticks.wait(60.0)
-    one.visitor.wait_for(lambda _: not is_well())
-    until(opened.hangs)
-    let_go.set()
-    one.visitor.wait_for(lambda _: is_well())
-    assert not opened.hangs()
-
-
-def test_a_frame_that_only_takes_long_hangs_when_it_has_worked_too_long(
-    house: OpenHouse, arrive: Arrive, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("app.hosting.frame_loop.STUCK", 0.5)
-    opened, let_go, rounds = house(), threading.Event(), itertools.count()
-    one = arrive(opened)
 
     def work() -> None:
         while not let_go.is_set():
@@ -109,6 +90,16 @@ def test_a_frame_that_only_takes_long_hangs_when_it_has_worked_too_long(
         until(lambda: next(rounds) > goal)
         return not opened.server.is_at_work()
 
+    one.visitor.wait_for(lambda _: is_well())
+    post_call(one.session, stick)
+    assert sticks.wait(60.0)
+    one.visitor.wait_for(lambda _: not is_well())
+    until(opened.hangs)
+    let_go.set()
+    one.visitor.wait_for(lambda _: is_well())
+    assert not opened.hangs()
+
+    let_go.clear()
     post_call(one.session, work)
     until(is_slow)
     for _ in range(3):

@@ -21,12 +21,16 @@ from app.hosting.dispatcher import MOST_OF_ADDRESS, MOST_OF_TAB, tab_of
 from app.hosting.serve_options import ServeOptions
 from app.hosting.worker_group import FEW, LATE, LOOK, MOST_SILENT, MOST_STARTING, MOST_STOPPING, WorkerGroup
 from app.hosting.worker_messages import WorkerStart
-from app.runtime.terminal import TERMINATED
+from tests.app.hosting.test_guests import INVITE, ON_STAGE, came_again, enter, see, word_on
+from tests.app.page.helpers import click
 from tests.app.runtime.processes import gone, until
-from tests.app.served import Serve, Served
+from tests.app.served import Serve, Served, kept
 from tests.blocking_client import BlockingClient
 
 pytestmark = pytest.mark.slow
+
+HOST, GUEST_TAB = 10, 11
+HOLD = "scene=hold&autopilot=0"
 
 
 def connected(served: Served) -> socket.socket:
@@ -91,54 +95,8 @@ def test_the_tab_is_found_in_the_first_line_of_a_request(line: bytes, tab: str) 
     assert tab_of(line) == tab
 
 
-def test_tabs_are_spread_over_the_workers_and_stay_at_theirs(serve: Serve) -> None:
-    served = serve("--workers", "2", "--sessions", "6")
-    assert len(served.workers) == 1, "one worker is enough for the first"
-    with ExitStack() as opened:
-        visitors = [opened.enter_context(come(served, number)) for number in range(5)]
-        wait_for_second_worker(served)
-        visitors.append(opened.enter_context(come(served, 5)))
-        places = [worker_of(served, visitor) for visitor in visitors]
-        assert set(places) == set(served.workers), "both have tabs"
-        until(lambda: served.health()["clients"] == 6)
-        # In whichever process it arrives, the health is that of all of them.
-        until(lambda: all(served.health()["sessions"] == 6 for _ in range(3)))
-        health = served.health()
-        assert 0 < cast(int, health["frames"]) <= 130 and cast(int, health["load"]) > 0
-        assert health["store"] == {"lasting": True, "problem": "", "set_aside": ""}
-
-        def metrics() -> bytes:
-            with urlopen(f"{served.url}/metrics", timeout=60.0) as answer:
-                return answer.read()
-
-        until(lambda: b"\nduet_sessions 6.0\n" in metrics())
-        # A request that arrives in pieces delays no other, and is answered; one that never arrives makes room.
-        with ExitStack() as slow:
-            pieces = slow.enter_context(connected(served))
-            pieces.sendall(b"GET /heal")
-            assert served.health()["clients"] == 6
-            pieces.sendall(b"thz HTTP/1.1\r\nHost: localhost\r\n\r\n")
-            assert pieces.recv(15) == b"HTTP/1.1 200 OK"
-            silent = [slow.enter_context(connected(served)) for _ in range(MOST_OF_ADDRESS - 2)]
-            for _ in range(3):
-                slow.enter_context(connected(served))
-            assert ended(silent[0]), "the oldest is closed"
-        # Every worker knows that all places are taken, in whichever a request arrives.
-        until(lambda: not served.health()["room"])
-        visitors[0].close()
-        until(lambda: served.health()["room"])
-        visitors[0] = opened.enter_context(come(served, 0))
-        assert worker_of(served, visitors[0]) == places[0]
-    processes = [served.process.pid, *served.workers]
-    # A test run in the background of a shell hands on that Ctrl+C is ignored.
-    served.process.terminate()
-    assert served.process.wait(60.0) == TERMINATED
-    assert all(gone(pid) for pid in processes) and "Traceback" not in served.said()
-
-
-def test_faults_are_answered_and_logged_and_request_lines_without_headers_take_no_worker_s_time(serve: Serve) -> None:
-    served = serve("--workers", "2")
-    host, port = served.url.removeprefix("http://").split(":")
+def answer_what_is_no_request(served: Served) -> None:
+    """Faults are answered and logged."""
     for sent, status in (
         (b"GET /\r\n\r\n", 400),
         (b"GET /" + b"x" * 9000 + b" HTTP/1.1\r\nHost: localhost\r\n\r\n", 414),
@@ -146,8 +104,8 @@ def test_faults_are_answered_and_logged_and_request_lines_without_headers_take_n
         (b"GET / HTTP/1.0\r\n\r\n", 505),
     ):
         # A health check that hangs up.
-        socket.create_connection((host, int(port))).close()
-        with socket.create_connection((host, int(port)), timeout=60.0) as line:
+        connected(served).close()
+        with connected(served) as line:
             line.sendall(sent)
             assert line.recv(12) == f"HTTP/1.1 {status}".encode()
     until(lambda: "faulty request" in served.said())
@@ -155,49 +113,106 @@ def test_faults_are_answered_and_logged_and_request_lines_without_headers_take_n
     when, _, said = served.said().splitlines()[0].partition(" WARNING duet.server: ")
     assert abs(datetime.now() - datetime.strptime(when, "%Y-%m-%d %H:%M:%S,%f")) < timedelta(hours=1)
     assert said == "faulty request: 400 Bad Request, from 127.0.0.1"
-    assert served.process.stdout is not None
-    assert "carries about" in served.process.stdout.readline(), "the places of both, as a worker has measured them"
+
+
+def keep_lines_without_headers_from_the_workers(served: Served) -> None:
+    """A request that arrives in pieces delays no other, and is answered; one that never arrives makes room."""
     with ExitStack() as opened:
         lines = [opened.enter_context(connected(served)) for _ in range(60)]
         for line in lines:
             line.sendall(b"GET /?resume=0123456789abcdef HTTP/1.1\r\n")
         *many, last = lines
-        kept = many[-MOST_OF_TAB + 1 :]
-        assert all(ended(line) for line in many if line not in kept), "the oldest are closed"
+        newest = many[-MOST_OF_TAB + 1 :]
+        assert all(ended(line) for line in many if line not in newest), "the oldest are closed"
         # The newest ones go on when the rest arrives.
         last.sendall(b"Host: localhost\r\n\r\n")
         assert last.recv(15) == b"HTTP/1.1 200 OK"
-        for line in kept:
+        for line in newest:
             line.setblocking(False)
             with pytest.raises(BlockingIOError):
                 line.recv(1)
         assert served.health()["clients"] == 0 and len(served.workers) == 1
-
-
-def test_the_tabs_of_a_killed_worker_and_of_renewed_ones_go_on(serve: Serve) -> None:
-    served = serve("--workers", "2", "--sessions", "8")
     with ExitStack() as opened:
-        visitors = [opened.enter_context(come(served, number)) for number in range(4)]
+        pieces = opened.enter_context(connected(served))
+        pieces.sendall(b"GET /heal")
+        assert served.health()["clients"] == 0
+        pieces.sendall(b"thz HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        assert pieces.recv(15) == b"HTTP/1.1 200 OK"
+        silent = [opened.enter_context(connected(served)) for _ in range(MOST_OF_ADDRESS - 2)]
+        for _ in range(3):
+            opened.enter_context(connected(served))
+        assert ended(silent[0]), "the oldest is closed"
+
+
+def count_the_tabs_of_both(served: Served, opened: ExitStack, tabs: dict[int, BlockingClient]) -> None:
+    """In whichever process it arrives, the health is that of all of them."""
+    until(lambda: served.health()["clients"] == len(tabs))
+    until(lambda: all(served.health()["sessions"] == len(tabs) for _ in range(3)))
+    health = served.health()
+    assert 0 < cast(int, health["frames"]) <= 130 and cast(int, health["load"]) > 0
+    assert health["store"] == {"lasting": True, "problem": "", "set_aside": ""}
+
+    def metrics() -> bytes:
+        with urlopen(f"{served.url}/metrics", timeout=60.0) as answer:
+            return answer.read()
+
+    until(lambda: f"\nduet_sessions {len(tabs)}.0\n".encode() in metrics())
+    # Every worker knows that all places are taken, in whichever a request arrives.
+    until(lambda: not served.health()["room"])
+    place = worker_of(served, tabs[0])
+    tabs[0].close()
+    until(lambda: served.health()["room"])
+    tabs[0] = opened.enter_context(come(served, 0))
+    assert worker_of(served, tabs[0]) == place
+
+
+def test_tabs_are_spread_over_the_workers_stay_at_theirs_and_outlive_them(serve: Serve) -> None:
+    served = serve("--workers", "2", "--sessions", "4")
+    assert len(served.workers) == 1, "one worker is enough for the first"
+    answer_what_is_no_request(served)
+    keep_lines_without_headers_from_the_workers(served)
+    with ExitStack() as opened:
+        tabs = {number: opened.enter_context(come(served, number)) for number in range(3)}
         wait_for_second_worker(served)
-        visitors.append(opened.enter_context(come(served, 4)))
-        first = visitors[0]
-        places = [worker_of(served, visitor) for visitor in visitors]
-        assert places[0] != places[-1]
-        frames = first.received.frames
-        served.replace(places[-1])
-        visitors[4] = opened.enter_context(come(served, 4))
-        assert worker_of(served, visitors[4]) not in places
-        first.wait_for(lambda v: v.received.frames > frames, 60.0)
-        assert worker_of(served, first) == places[0] and served.said().count("has ended with code") == 1
+        tabs[HOST] = opened.enter_context(come(served, HOST, HOLD))
+        places = {number: worker_of(served, visitor) for number, visitor in tabs.items()}
+        assert set(places.values()) == set(served.workers), "both have tabs"
+        count_the_tabs_of_both(served, opened, tabs)
+        # A guest comes to the worker of the host, who is the newest and is not where the first tab is.
+        tabs.pop(2).close()
+        click(tabs[HOST], INVITE)
+        word = word_on(tabs[HOST])
+        guest = enter(opened, served.url, word, GUEST_TAB)
+        see(guest, ON_STAGE)
+        assert worker_of(served, guest) == places[HOST] != places[0]
+        tabs[HOST].wait_for(lambda _: (left := kept(served.store, f"{HOST:032d}")) is not None and left.invitation == word)
+        # The worker is killed: those of the other one do not notice, and the guest, who is back before the host, gets in after the host.
+        frames = tabs[0].received.frames
+        served.replace(places[HOST])
+        guest = enter(opened, served.url, word, GUEST_TAB)
+        see(guest, "This invitation is not open")
+        tabs |= {n: opened.enter_context(come(served, n, HOLD)) for n in tabs if places[n] == places[HOST]}
+        guest = came_again(opened, guest, served.url, word, GUEST_TAB)
+        see(guest, ON_STAGE)
+        see(tabs[HOST], "The second person is here")
+        assert word_on(tabs[HOST]) == word
+        assert worker_of(served, guest) == worker_of(served, tabs[HOST]) not in places.values()
+        tabs[0].wait_for(lambda v: v.received.frames > frames, 60.0)
+        assert worker_of(served, tabs[0]) == places[0] and served.said().count("has ended with code") == 1
         assert "another one takes its place" in served.said()
+        # All are replaced, one after the other.
         before = served.workers
         served.process.send_signal(signal.SIGUSR1)
-        for number, visitor in enumerate(visitors):
+        for number, visitor in tabs.items():
             visitor.wait_for(lambda v: v.closed is not None, 60.0)
-            visitors[number] = opened.enter_context(come(served, number))
+            tabs[number] = opened.enter_context(come(served, number))
         until(lambda: len(served.workers) == 2 and not set(served.workers) & set(before))
-        assert {worker_of(served, visitor) for visitor in visitors} == set(served.workers)
+        assert {worker_of(served, visitor) for visitor in tabs.values()} == set(served.workers)
     assert served.process.poll() is None and served.said().count("has ended with code") == 1
+    processes = [served.process.pid, *served.workers]
+    # A test run in the background of a shell hands on that Ctrl+C is ignored.
+    assert served.terminate() == ""
+    assert all(gone(pid) for pid in processes) and "Traceback" not in served.said()
 
 
 class Group:
@@ -286,29 +301,25 @@ signal.signal(signal.SIGUSR2, hang)
 """
 
 
-def test_a_worker_is_replaced_when_its_frames_alone_hang(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_newcomer_goes_to_a_worker_that_serves_and_one_whose_frames_alone_hang_is_replaced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (tmp_path / "sitecustomize.py").write_text(HANGING, encoding="utf-8")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
     monkeypatch.setattr("app.hosting.worker_group.LOOK", 1.0)
     with ExitStack() as opened:
-        dispatcher = Group(opened)
-        (worker,) = dispatcher.group.workers
-        dispatcher.hear_until(lambda: worker.ready)
-        os.kill(worker.process.pid, signal.SIGUSR2)
-        dispatcher.hear_until(lambda: dispatcher.group.look_after(monotonic()) or dispatcher.group.workers != [worker])
-        assert gone(worker.process.pid)
-
-
-def test_a_newcomer_goes_to_a_worker_that_serves() -> None:
-    with ExitStack() as opened:
         dispatcher = Group(opened, most=2)
-        first, *_ = dispatcher.group.workers
-        dispatcher.hear_until(lambda: first.ready)
+        group, hear_until = dispatcher.group, dispatcher.hear_until
+        first, *_ = group.workers
+        hear_until(lambda: first.ready)
         first.clients = 10 * FEW
-        assert [dispatcher.group.worker_of(tab) for tab in ("", "a", "b")] == [first] * 3
-        _, second = dispatcher.group.workers
-        dispatcher.hear_until(lambda: second.ready)
-        assert dispatcher.group.worker_of("") is second and dispatcher.group.worker_of("a") is first
+        assert [group.worker_of(tab) for tab in ("", "a", "b")] == [first] * 3
+        _, second = group.workers
+        hear_until(lambda: second.ready)
+        assert group.worker_of("") is second and group.worker_of("a") is first
+        os.kill(second.process.pid, signal.SIGUSR2)
+        hear_until(lambda: group.look_after(monotonic()) or group.workers[1] is not second)
+        assert gone(second.process.pid) and group.workers[0] is first
 
 
 def test_a_server_that_cannot_start_says_so_in_one_line(tmp_path: Path) -> None:

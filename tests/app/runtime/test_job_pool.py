@@ -236,7 +236,8 @@ def test_a_worker_does_not_outlive_a_killed_parent(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("lecture", [False, True])
 def test_a_house_computes_for_its_visitors_and_ends_it_all(house: OpenHouse, join: Join, lecture: bool) -> None:
-    opened = house(lecture=lecture)
+    jobs = JobPool()
+    opened = house(lecture=lecture, jobs=jobs)
     others = set(multiprocessing.active_children())
     visitor = join(opened)
     until(lambda: live_sessions(opened))
@@ -254,8 +255,6 @@ def test_a_house_computes_for_its_visitors_and_ends_it_all(house: OpenHouse, joi
     assert answer is not None and answer.settings.law.critical_distance == 0.12
     # Who asks and leaves leaves nothing behind.
     ask(session, lambda s: s.measure_smoothness())
-    jobs = opened.context.jobs
-    assert isinstance(jobs, JobPool)
     if not lecture:
         visitor.close()
         until(lambda: not live_sessions(opened))

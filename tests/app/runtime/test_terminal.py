@@ -98,7 +98,7 @@ INTERRUPTIONS: dict[str, tuple[list[str], Moment]] = {
         ["-X", "importtime", "-c", ENTRY, "serve", "--no-open", "--store", "memory", "--port", "0", "--workers", "1"],
         importing("viser.infra._infra"),
     ),
-    "serve": (["-c", ENTRY, "serve", "--no-open", "--store", "memory", "--port", "0"], answering),
+    "serve": (["-c", ENTRY, "serve", "--no-open", "--store", "memory", "--port", "0", "--workers", "2"], answering),
     "run": (["-c", ENTRY, "run", "--seconds", "4000", "--law-file", "{}/law.py", "--csv", "{}/out.csv"], there("calls")),
     "law-test": (["-c", ENTRY, "law-test", "{}/law.py"], there("calls")),
     "figures": (["-c", ENTRY, "figures", "--only", "2,5", "--out", "{}"], there("fig2_activation.csv")),
@@ -141,28 +141,26 @@ def ended(command: Sequence[str | bytes], **options: object) -> subprocess.Compl
     return subprocess.run(command, cwd=ROOT, timeout=PATIENCE, check=False, **options)  # type: ignore[call-overload]
 
 
-OUTPUTS = [["--help"], ["lessons"], ["run", "--seconds", "0.05"], ["serve", "--no-open", "--store", "memory", "--port", "0"]]
+OUTPUTS = [["--help"], ["run", "--seconds", "0.05"], ["serve", "--no-open", "--store", "memory", "--port", "0"]]
 
 
 @pytest.mark.parametrize("arguments", OUTPUTS, ids=" ".join)
-def test_a_reader_that_has_gone_and_a_closed_output_are_no_mistake(arguments: list[str]) -> None:
+def test_a_reader_that_has_gone_and_a_closed_output_are_no_mistake_and_a_full_one_is_named(arguments: list[str]) -> None:
+    command, quiet = [sys.executable, "-m", "app", *arguments], (0, b"")
     reader, writer = os.pipe()
     os.close(reader)
     with open(writer, "wb") as out:
-        done = ended([sys.executable, "-m", "app", *arguments], stdout=out)
-    assert (done.returncode, done.stderr) == (0, b"")
-    if arguments in OUTPUTS[1:3]:
-        done = ended(["sh", "-c", 'exec "$@" <&- >&-', "sh", sys.executable, "-m", "app", *arguments])
-        assert (done.returncode, done.stderr) == (0, b"")
-
-
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
-@pytest.mark.parametrize("arguments", OUTPUTS, ids=" ".join)
-def test_a_full_output_is_named_in_one_line(arguments: list[str]) -> None:
+        done = ended(command, stdout=out)
+    assert (done.returncode, done.stderr) == quiet
+    if arguments[0] == "run":
+        done = ended(["sh", "-c", 'exec "$@" <&- >&-', "sh", *command])
+        assert (done.returncode, done.stderr) == quiet
+    if not Path("/dev/full").exists():
+        pytest.skip("no device that is always full")
     with open("/dev/full", "wb") as full:
-        done = ended([sys.executable, "-m", "app", *arguments], stdout=full)
+        done = ended(command, stdout=full)
         # The reason of a failure counts where it cannot be said, too.
-        assert arguments != ["lessons"] or ended([sys.executable, "-m", "app", "run", "--dm", "9"], stderr=full).returncode == 2
+        assert arguments[0] != "run" or ended([*command[:3], "run", "--dm", "9"], stderr=full).returncode == 2
     assert done.returncode == 1
     assert done.stderr == b"lwr-duet: the output cannot be written (No space left on device).\n"
 
@@ -175,7 +173,7 @@ def test_without_utf_8_every_command_speaks_and_writes_it(tmp_path: Path) -> Non
         ["new-law", str(law)],
         ["run", "--seconds", "0.1", "--law-file", str(law), "--csv", str(out)],
         ["law-test", str(law)],
-        ["lessons", "--check", "--only", "lambda", "--out", str(again)],
+        ["lessons", "--check", "--only", "strict-priority", "--out", str(again)],
         ["sweep", "--over", "n=1:2", "--seconds", "0.1", "--workers", "1", "--out", str(tmp_path / "δ")],
         ["run", "--inputs", str(tmp_path / "ž.csv")],
     ]
