@@ -21,7 +21,7 @@ import app
 from app.cli.main import main
 from app.custom_law.arena import PIECES
 from app.custom_law.examination import examine
-from app.custom_law.fence import FenceLimits
+from app.custom_law.fence import FenceLimits, isolation_of
 from app.custom_law.law_limits import LawLimits
 from app.custom_law.marked import LawMarks, _take, marked
 from app.custom_law.trials import GATES, TRIALS, TRY
@@ -167,6 +167,7 @@ def test_all_that_a_file_has_started_goes_with_it(isolated: bool) -> None:
 
 def test_less_isolation_is_said_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr("app.custom_law.fence.FenceLimits", partial(FenceLimits, isolated=False))
+    assert isolation_of(FenceLimits(isolated=False)) == "none"
     for name in ("a.py", "b.py"):
         (tmp_path / name).write_text("1/0", encoding="utf-8")
     assert main(["grade", str(tmp_path), "--csv", str(tmp_path / "marks.csv")]) == 0
