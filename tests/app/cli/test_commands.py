@@ -183,10 +183,7 @@ def test_one_line_says_what_is_wrong(capsys: pytest.CaptureFixture[str], tmp_pat
         ("short", b"t,x,y\n0,0,0\n"),
         ("zero", b"t,x,y,z\n0,0.3,zero,1\n"),
         ("noise", bytes(range(256))),
-        (
-            "hand",
-            b"t,x,y,z\n0,0.3,0.1,1\n",
-        ),
+        ("hand", b"t,x,y,z\n0,0.3,0.1,1\n"),
     ):
         (tmp_path / f"{name}.csv").write_bytes(content)
     line = refused(capsys, *arguments.replace("{}", str(tmp_path)).split())
