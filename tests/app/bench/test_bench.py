@@ -80,7 +80,7 @@ def test_a_row_is_printed_before_the_next_one_is_measured(capsys: pytest.Capture
 def test_a_lecture_is_measured_from_outside(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(visitors, "SETTLING", 0.0)
     monkeypatch.setattr(visitors, "CLIENT_PROCESSES", 1)
-    figures = measure_crowd(2, 1.5, lecture=True)
+    figures = measure_crowd(2, 3.0, lecture=True)
     assert 0.0 < figures["least_frames_per_s"] <= figures["frames_per_s"] * (1.0 + 1e-9) and figures["kB_per_s"] > 0.0
     assert all(figures[f"{part}_percent"] > 0.0 for part in PARTS)
     parts = sum(figures[f"{part}_percent"] for part in (*PARTS, "other"))
@@ -94,8 +94,8 @@ needs_proc = pytest.mark.skipif(not Path("/proc").exists(), reason="CPU and memo
 def test_private_sessions_are_measured_with_all_processes_of_the_server(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(visitors, "SETTLING", 0.0)
     # As many as there are places come at once, and are spread over the workers; none is refused on the way to another one.
-    ((name, figures),) = measure_capacity([4], 1.5)
-    assert name == "4 private sessions"
+    ((name, figures),) = measure_capacity([12], 3.0)
+    assert name == "12 private sessions"
     assert 0.0 < figures["least_frames_per_s"] <= figures["frames_per_s"] * (1.0 + 1e-9) and figures["kB_per_s"] > 0.0
     assert figures["cpu_percent_of_a_core"] > 0.0 and figures["memory_MB"] > 50.0 and figures["processes"] >= 1.0
 
@@ -119,7 +119,7 @@ def test_a_neighbour_is_measured_during_disturbances_of_one_server(monkeypatch: 
     started: list[object] = []
     monkeypatch.setattr(fairness, "process", lambda work, *arguments: started.append(work) or process(work, *arguments))
     names = ["600/s of a slider", "600/s of the hand", "30/s of the languages", "600/s of a box"]
-    found = dict(measure_fairness(1.0, names))
+    found = dict(measure_fairness(2.0, names))
     assert list(found) == names and started.count(serve_app) == 1
     for figures in found.values():
         assert figures["frames_per_s"] > 0.0 and figures["longest_gap_ms"] > 0.0 and figures["longest_work_ms"] > 0.0
