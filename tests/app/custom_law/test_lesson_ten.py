@@ -7,7 +7,6 @@ from pathlib import Path
 from app.cli.grade import NewLaw, new_law
 from app.custom_law.trials import TRIALS
 from app.lessons.bookmark import Phase
-from app.page.lessons.lesson_html import COMMANDS
 from scenes.laws import DEFAULT_LAW
 from tests.app.conftest import OpenHouse, ask, visitor_of
 from tests.browser import PageAt, close_software_note, until
@@ -106,18 +105,3 @@ def test_ones_custom_law_is_broken_mended_tested_and_passes(house: OpenHouse, pa
     page.reload()
     area.wait_for()
     until(page, lambda: area.input_value() == f"{written}# mine", "the text that is not saved")
-
-
-def test_without_a_file_the_step_says_what_to_type(house: OpenHouse, page_at: PageAt) -> None:
-    opened = house()
-    page = page_at(1024, 768)
-    page.goto(f"{opened.url}/?lesson=10&step=5")
-    page.locator(".duet-l-head").wait_for()
-    page.get_by_role("button", name="Leave the lessons").wait_for()
-    for _ in range(3):
-        now = page.locator(".duet-l-head .phases .now").inner_text()
-        page.keyboard.press("n")
-        until(page, lambda now=now: page.locator(".duet-l-head .phases .now").inner_text() != now, "the next part")
-    said = page.locator(".duet-l-attempt")
-    until(page, lambda: all(command in said.inner_text() for command in COMMANDS), "what to type")
-    assert page.get_by_role("button", name="Test my law").count() == 0

@@ -21,7 +21,7 @@ import app
 from app.cli.main import main
 from app.custom_law.arena import PIECES
 from app.custom_law.examination import examine
-from app.custom_law.fence import FenceLimits
+from app.custom_law.fence import FenceLimits, isolation_of
 from app.custom_law.law_limits import LawLimits
 from app.custom_law.marked import LawMarks, _take, marked
 from app.custom_law.trials import GATES, TRIALS, TRY
@@ -42,7 +42,8 @@ pytestmark = [pytest.mark.slow, pytest.mark.skipif(os.name != "posix", reason="t
 LAW = "def law(situation):\n    return situation.nominal\n"
 FORKS = "import os, time\nfor _ in range(9):\n    os.fork()\ntime.sleep(60)\n"
 LEAVES = (
-    "import os, time\nif not os.fork():\n    os.setsid()\n    if not os.fork():\n        time.sleep(600)\n    os._exit(0)\n" + LAW
+    "import os, time\nif not os.fork():\n    os.setsid()\n    if not os.fork():\n        time.sleep(600)\n    os._exit(0)\n"
+    "os.wait()\n1 / 0\n"
 )
 
 TOO_MANY = "more than 48 processes|BlockingIOError"
@@ -167,6 +168,7 @@ def test_all_that_a_file_has_started_goes_with_it(isolated: bool) -> None:
 
 def test_less_isolation_is_said_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr("app.custom_law.fence.FenceLimits", partial(FenceLimits, isolated=False))
+    assert isolation_of(FenceLimits(isolated=False)) == "none"
     for name in ("a.py", "b.py"):
         (tmp_path / name).write_text("1/0", encoding="utf-8")
     assert main(["grade", str(tmp_path), "--csv", str(tmp_path / "marks.csv")]) == 0
@@ -251,14 +253,8 @@ def test_a_law_reaches_nothing_of_ours(tmp_path: Path) -> None:
 def test_a_curve_that_a_file_has_made_up_is_left_out() -> None:
     assert PIECES == COLUMNS
     good = {"quantity": "d", "seconds": 8.0, "limit": 0.15, "lines": {"": [0.1] * PIECES}}
-    wrong = (
-        {"quantity": "x"},
-        {"seconds": float("nan")},
-        {"lines": {"": [1.0]}},
-        {"lines": {"": ["<b>"] * PIECES}},
-        {"limit": "a"},
-    )
-    for change in ({}, *wrong):
+    of_lines = ({"lines": {"": [1.0]}}, {"lines": {"": ["<b>"] * PIECES}})
+    for change in ({}, {"quantity": "x"}, {"seconds": float("nan")}, {"limit": "a"}, *of_lines):
         marks = LawMarks()
         said = {"name": "smooth", "passed": False, "reason": "no", "as_template": False, "curve": good | change}
         with suppress(ValueError):
@@ -297,13 +293,9 @@ def test_a_damaged_record_is_refused(steps: object) -> None:
         read_records(page.replace(good, json.dumps(steps).replace('"', "&#34;")).encode())
 
 
-def test_nothing_to_grade(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for arguments in (
-        [str(tmp_path)],
-        [str(tmp_path / "no")],
-        [str(tmp_path), "--jobs", "-1"],
-        [str(tmp_path), "--points", "1", "2"],
-    ):
+def test_nothing_to_grade(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for arguments in (["."], ["no"], [".", "--jobs", "-1"], [".", "--points", "1", "2"]):
         assert main(["grade", *arguments]) == 2
     (tmp_path / "a.py").touch()
     assert main(["grade", str(tmp_path), "--csv", str(tmp_path / "no" / "a.csv")]) == 2

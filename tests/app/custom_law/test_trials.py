@@ -25,7 +25,7 @@ from app.lessons.bookmark import Phase
 from app.lessons.loading import load_lessons
 from app.lessons.session.lesson_actions import Check, GoBack, GoOn
 from app.lessons.session.lesson_session import LessonSession
-from app.page.lessons.lesson_html import law_html
+from app.page.lessons.lesson_html import COMMANDS, law_html
 from app.runtime.job_pool import BUSY, JobPool
 from app.session.session import Session
 from app.settings import Language, Settings
@@ -34,8 +34,10 @@ from controllers.kinematics import Array
 from controllers.laws.situation import Law, Situation
 from scenes.rerun import Stopped
 from scenes.settings import LawSettings, changed
+from tests.app.conftest import Arrive, OpenHouse
 from tests.app.custom_law.helpers import PAPER, received, session_of, situation, write
 from tests.app.inline import Inline
+from tests.app.page.helpers import buttons, shown
 from tests.app.runtime.processes import until
 
 KEEPS, ALONE, OUT, SMOOTH, BOUNDED, QUICK = TRIALS
@@ -324,6 +326,13 @@ def test_without_a_file() -> None:
     run.act(Check())
     run.decide()
     assert run.walk.done.attempts == 0 and run.own_tests == ExaminationProgress()
+
+
+def test_without_a_file_the_step_says_what_to_type(house: OpenHouse, arrive: Arrive) -> None:
+    guest = arrive(house(), "lesson=10&step=5")
+    guest.ask(lambda session: to_challenge(session, guest.lessons))
+    guest.visitor.wait_for(lambda v: "Hint 1 of" in " ".join(buttons(v)) and all(command in shown(v) for command in COMMANDS))
+    assert "Test my law" not in buttons(guest.visitor)
 
 
 def to_challenge(session: Session, run: LessonSession) -> None:
