@@ -13,8 +13,7 @@ from app.plots.pair_strips import ROWS, pair_name
 from app.plots.plot_choice import cells
 from app.plots.stability_text import keeps_its_task_clear, task_error
 from app.plots.time_plots import LEAST, colour_of, time_plot_of
-from app.plots.time_series import COLUMNS, signals
-from app.session.elbow_swivel import Swivel
+from app.plots.time_series import COLUMNS, Swivel, signals
 from app.session.frame import contact
 from app.session.replay import Replay
 from app.settings import Details, Theme

@@ -13,9 +13,9 @@ from app.hosting.visitor_record import tab_id
 from app.i18n.reader_language import look_of, mark_html
 from app.i18n.speaking import N_, set_language, spoken, tr
 from app.page.handles.gizmos import Gizmos
+from app.page.page_assets import configure_theme
 from app.page.panels.hotkeys import hotkeys
 from app.page.panels.scene_words import SceneWords
-from app.page.panels.title_bar import configure_theme
 from app.page.view import View
 from app.session.actions import Action, Describe, FirstView, Nudge, SwingElbow
 from app.session.frame import Frame, Shown, freeze

@@ -12,13 +12,13 @@ from app.custom_law.trials import TRIALS, verdict_on
 from app.lessons import FOLDER
 from app.lessons.attempts import StandIn
 from app.lessons.bookmark import Phase
-from app.lessons.curve_drawing import ENOUGH, Drawing, flat_line
+from app.lessons.curve_drawing import ENOUGH, flat_line
 from app.lessons.lesson import AT_ONCE, Challenge, Lesson, LessonBook, Question, Step, Trial
 from app.lessons.outcomes import reference
 from app.lessons.reference_runs import measured, simulated
 from app.lessons.runs import Input, Setup
 from app.lessons.walkthrough import Walkthrough
-from app.plots.curve_chart import COLUMNS, Curve
+from app.plots.curve_chart import COLUMNS
 from scenes.settings import LawSettings
 
 WRONG_PATHS: Final = 3
@@ -216,7 +216,10 @@ def _drawn(walk: Walkthrough, flat: bool) -> str:
     """Draw the truth, or the flat line that is nearest to it; return the verdict."""
     drawing, truth = walk.step.drawing, reference(walk.step, walk.step.setup).curve
     assert drawing is not None
-    _check_truth(drawing, truth)
+    known = [value for value in truth if value is not None]
+    _ensure(len(known) >= ENOUGH * COLUMNS, f"the run comes to {len(known)} of {COLUMNS} columns; choose another range of x")
+    outside = [value for value in known if not drawing.y.low <= value <= drawing.y.high]
+    _ensure(not outside, f"the truth leaves the axis, {outside[:1]}; choose another range of y")
     _ensure(walk.draw(flat_line(truth) if flat else truth), "the drawing was not taken")
     _ensure(walk.next() and walk.phase is Phase.DO, "a drawing does not unlock the run")
     walk.observe(simulated(walk.setup))
@@ -229,13 +232,6 @@ def _drawn(walk: Walkthrough, flat: bool) -> str:
         f"{'a flat line' if flat else 'the truth'} is judged the wrong way: {curves.verdict.text}",
     )
     return curves.verdict.text
-
-
-def _check_truth(drawing: Drawing, truth: Curve) -> None:
-    known = [value for value in truth if value is not None]
-    _ensure(len(known) >= ENOUGH * COLUMNS, f"the run comes to {len(known)} of {COLUMNS} columns; choose another range of x")
-    outside = [value for value in known if not drawing.y.low <= value <= drawing.y.high]
-    _ensure(not outside, f"the truth leaves the axis, {outside[:1]}; choose another range of y")
 
 
 def _go_to_challenge(walk: Walkthrough) -> None:

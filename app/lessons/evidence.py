@@ -25,7 +25,7 @@ class Evidence:
         newest: only so many rows, the newest; None for all.
 
     Attributes:
-        settings: with which the run ended.
+        settings, room: with which the run ended, and where it is.
         table: its rows (rows, columns of `scenes.history`), oldest first; the history may have forgotten the first of them.
         arm: the arm with the shown task.
     """
@@ -33,6 +33,7 @@ class Evidence:
     def __init__(self, simulation: Simulation, until: float = float("inf"), newest: int | None = None) -> None:
         self._simulation = simulation
         self.settings: RunSettings = simulation.settings
+        self.room: Room = simulation.room
         table = simulation.history.table(newest)
         self.table: Array = table[table[:, COLUMN["t"]] < until - 1e-9]
         self.arm: Arm = simulation.avoiding
@@ -74,15 +75,6 @@ class Evidence:
     def desired(self) -> Array:
         """q_d of the arm (rows, n) [rad], nan where it follows nothing."""
         return self._simulation.history.desired(self.table)[:, self.arm.joints]
-
-    @property
-    def room(self) -> Room:
-        return self._simulation.room
-
-    @property
-    def speed_limits(self) -> Array:
-        """Top speeds of the arm's joints (n,) [rad/s]."""
-        return self.room.model.velocityLimit[self.arm.joints]
 
     def row_at(self, time: float) -> int | None:
         """Return the row nearest to a time [s]; None if the run does not reach it, or has forgotten it."""

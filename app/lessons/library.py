@@ -41,11 +41,6 @@ _LIKE: Final = 'like lessons = ["drift", "lambda#tail", "mine/01-nearer.md"]'
 _ours = cache(load_lessons)
 
 
-def _files_below(folder: Path) -> Iterator[Path]:
-    """Yield the files of a folder, then those of the folders in it: lessons, their pictures and recordings. Never raises."""
-    return (Path(place) / name for place, _, names in os.walk(folder) for name in names)
-
-
 def notes_of(book: LessonBook) -> dict[str, str]:
     """Return the teacher's notes beside the files of lessons, as Markdown, by the id of their lesson; what cannot be read is left out.
 
@@ -211,8 +206,12 @@ class Library:
     def _stamps(self) -> dict[Path, tuple[int, int]]:
         """Return time and size of every file that the book depends on, but for our own."""
         stamps = dict[Path, tuple[int, int]]()
-        paths = [path for folder in {folder for folder, _ in self._good} for path in islice(_files_below(folder), MOST_FILES)]
-        for path in (*filter(None, [self._playlist]), *paths):
+        paths = [self._playlist] if self._playlist is not None else []
+        for folder in {folder for folder, _ in self._good}:
+            # Lessons, their pictures and recordings.
+            below = (Path(place) / name for place, _, names in os.walk(folder) for name in names)
+            paths += islice(below, MOST_FILES)
+        for path in paths:
             with suppress(OSError):
                 stamps[path] = path.stat().st_mtime_ns, path.stat().st_size
         return stamps

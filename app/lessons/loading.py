@@ -87,7 +87,7 @@ def load_lessons(folder: Path = FOLDER, language: Language = "en", before: Lesso
         except Fault as fault:
             kept = [lesson for lesson in before.lessons if lesson.file == path.name]
             lessons += kept
-            problems += problems_of(path, fault, STAYS if kept else "")
+            problems += problems_of(path, fault, " The lesson stays as it was before the change." if kept else "")
     if language != "en":
         lessons = [_translated(folder, lesson, language, problems) for lesson in lessons]
     if not lessons and not problems:
@@ -96,9 +96,6 @@ def load_lessons(folder: Path = FOLDER, language: Language = "en", before: Lesso
         )
     in_order = tuple(sorted(lessons, key=lambda lesson: lesson.number))
     return LessonBook(in_order, tuple(problems), cache(lambda other: load_lessons(folder, other, before)))
-
-
-STAYS: Final = " The lesson stays as it was before the change."
 
 
 def problems_of(path: Path, fault: Fault, more: str = "") -> list[LessonProblem]:

@@ -254,17 +254,12 @@ def judged(criterion: Criterion, value: Value, seconds: float) -> Judgement:
 
 def _text(m: Measurement, value: Value, digits: int | None = None) -> str:
     if m.name == "setting" and value is not None:
-        return value_text(str(dict(m.parameters)["key"]), setting_value(str(dict(m.parameters)["key"]), value))
+        key = str(dict(m.parameters)["key"])
+        choices = specs()[key].choices
+        if choices:
+            return value_text(key, choices[min(max(int(value), 0), len(choices) - 1)])
+        return value_text(key, bool(value) if isinstance(values(RunSettings())[key], bool) else value)
     return shown_value(value, m.unit, m.digits if digits is None else digits)
-
-
-def setting_value(key: str, value: float) -> object:
-    """Return the value of a setting that the measurement `setting` gave as a number."""
-    spec = specs()[key]
-    if spec.choices:
-        return spec.choices[min(max(int(value), 0), len(spec.choices) - 1)]
-    present = values(RunSettings())[key]
-    return bool(value) if isinstance(present, bool) else value
 
 
 def _distinct_digits(m: Measurement, value: float, bound: float) -> int:

@@ -11,7 +11,7 @@ from typing import Final
 
 from app.custom_law.arena import TrialResult
 from app.lessons.attempts import RunWatch, attempt_of, attempted
-from app.lessons.bookmark import Bookmark, Phase, first_phase, fitting_steps, furthest_phase, is_finished, phases_of
+from app.lessons.bookmark import Bookmark, Phase, first_phase, fitting, furthest_phase, is_finished, phases_of
 from app.lessons.curve_drawing import checked_curve, law_curve
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import AT_ONCE, LAST, Lesson, LessonBook, Measurement, Step
@@ -66,16 +66,20 @@ class Walkthrough:
             raise BadSetting("There is no lesson to walk through; the folder holds none that can be read.")
         self.book = book
         self.run_id = 0
-        self._progress = from_json(progress)
-        self._at = Bookmark(book, book.first)
-        self.phase = Phase.DO
+        saved = self._progress = from_json(progress)
         self.beside: Setup | None = None
         self._kept: dict[str, TargetSource] = dict(kept or {})
         self._watch = RunWatch()
         self._counted: tuple[object, ...] = ()
         self._judged = -1
         self._running: tuple[Bookmark, Setup] | None = None
-        self._resume()
+        # Taken up where it fits the book.
+        places = {(lesson.id, step.id): step for lesson in book.lessons for step in lesson.steps}
+        known = ((place, step) for place, step in places.items() if place in saved.steps)
+        saved.steps = {place: fitting(step, saved.steps[place]) for place, step in known}
+        self._at = Bookmark(book).of(saved.lesson, saved.step)
+        allowed = self.phases[: self.phases.index(furthest_phase(self.step, self.done)) + 1]
+        self._enter(next((phase for phase in allowed if phase.value == saved.phase), first_phase(self.step, self.done)))
 
     # ---- where -------------------------------------------------------------------------------------------------------------
 
@@ -442,14 +446,6 @@ class Walkthrough:
         return to_json(progress)
 
     # ---- inside ------------------------------------------------------------------------------------------------------------
-
-    def _resume(self) -> None:
-        """Take up the progress where it fits the book, and begin."""
-        progress = self._progress
-        progress.steps = fitting_steps(self.book, progress)
-        self._at = self._at.of(progress.lesson, progress.step)
-        allowed = self.phases[: self.phases.index(furthest_phase(self.step, self.done)) + 1]
-        self._enter(next((phase for phase in allowed if phase.value == progress.phase), first_phase(self.step, self.done)))
 
     def _enter(self, phase: Phase) -> None:
         """Be in a phase of the present step; a run begins where it is another than before."""

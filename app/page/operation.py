@@ -10,16 +10,14 @@ import viser
 from app.i18n.speaking import tr
 from app.lessons.lesson import LessonBook
 from app.page.handles.gizmos import Gizmos
-from app.page.lessons.duel_box import DuelBox
-from app.page.lessons.lab_report_box import AskReport, LabReportBox
 from app.page.lessons.lesson_controls import LessonControls
+from app.page.lessons.take_away_boxes import AskReport, DuelBox, LabReportBox
+from app.page.panels import PagePanel
 from app.page.panels.controls import Controls
 from app.page.panels.hotkeys import hotkeys, keys_of
-from app.page.panels.invite import InviteBox
 from app.page.panels.law_editor import LawEditor
 from app.page.panels.lever import Lever
-from app.page.panels.link_box import LinkBox
-from app.page.panels.page_panel import PagePanel
+from app.page.panels.link_box import InviteBox, LinkBox
 from app.page.panels.plot_controls import DetailsChooser, MicroscopeButtons, MomentChooser
 from app.page.panels.replay_bar import ReplayBar
 from app.page.panels.scene_words import SceneWords

@@ -1,17 +1,24 @@
-"""Scripts and style sheets of the page, in their order, with what depends on the settings: constants, palette and profile."""
+"""How a page looks: scripts and style sheets in their order, with what depends on the settings (constants, palette and profile), our title
+bar, and the theme of viser's widgets below it."""
 
+import base64
 from functools import cache
 from pathlib import Path
+from typing import Final
 
+import viser
 from markupsafe import Markup
+from viser.theme import TitlebarConfig, TitlebarImage
 
 from app.i18n.client_texts import ICON_NAMES, LOADING, NO_PICTURE, PART_NAMES, WHAT_TO_SWITCH_ON, WHAT_WORKS
+from app.i18n.speaking import tr
 from app.page import STATIC
 from app.page.panels.hotkeys import hotkeys
 from app.page.panels.replay_bar import KEY
-from app.settings import PageSettings, Profile
+from app.settings import PageSettings, Profile, Theme
 from app.stage.contact_view import contact_assets
-from app.theme import DOCK_WIDTH, NARROW, PALETTES, scale, symbol_rules
+from app.text.templates import page_of_template
+from app.theme import BRAND, DOCK_WIDTH, NARROW, PALETTES, scale, symbol_rules
 from app.web.pages import MARK, PageAssets, software_rendering
 from scenes.laws import LAWS
 
@@ -74,3 +81,36 @@ def style_sheet(profile: Profile) -> Markup:
         f"{panel} {spare},{panel} {spare}+div{{display:none}}}}"
     )
     return Markup(f"<style>{root}{(STATIC / 'style.css').read_text(encoding='utf-8')}{colours}{narrow}</style>")
+
+
+_LIGHT: Final = PALETTES["light"]
+
+
+def _mark(ink: str, motto: str) -> str:
+    svg = page_of_template("page/panels/title_bar.svg", ink=ink, motto=motto, brand=_LIGHT.brand, faint=_LIGHT.faint)
+    return "data:image/svg+xml;base64," + base64.b64encode(svg.encode()).decode()
+
+
+def configure_theme(gui: viser.GuiApi, theme: Theme) -> None:
+    """Give a page our title bar, and viser's widgets the theme and our colour."""
+    gui.configure_theme(
+        titlebar_content=titlebar(),
+        dark_mode=theme == "dark",
+        show_logo=False,
+        show_share_button=False,
+        brand_color=BRAND,
+    )
+
+
+def titlebar() -> TitlebarConfig:
+    """Return viser's title bar with our mark for light and dark, in the visitor's language."""
+    motto = tr("two arms, one gives way")
+    return TitlebarConfig(
+        buttons=None,
+        image=TitlebarImage(
+            image_url_light=_mark(_LIGHT.ink, motto),
+            image_url_dark=_mark(PALETTES["dark"].ink, motto),
+            image_alt=f"Duet: {motto}",
+            href=None,
+        ),
+    )

@@ -16,18 +16,16 @@ from app.i18n.reader_language import mark_html
 from app.i18n.speaking import spoken, tr
 from app.lessons.lesson import NO_LESSONS, LessonBook
 from app.lessons.session.lesson_session import LessonSession
-from app.page.camera_follow import CameraFollow
+from app.page.camera_follow import CameraFollow, lesson_view
 from app.page.lessons.answer_boxes import guess_words
 from app.page.lessons.elbow_marks import Marks
-from app.page.lessons.lesson_camera import lesson_view
 from app.page.lessons.lesson_panel import NARROW_WIDTH, WIDTH, LessonPanel
-from app.page.page_assets import style_sheet
-from app.page.panels.contact_card import CardWords, ContactCard, lever_words
+from app.page.page_assets import configure_theme, style_sheet
+from app.page.panels.contact_card import ContactCard, lever_words
 from app.page.panels.plots_panel import Plots
 from app.page.panels.readout import Readout, tip_text
 from app.page.panels.replay_bar import replay_style
 from app.page.panels.shown_moment import moment_html
-from app.page.panels.title_bar import configure_theme
 from app.page.picture_size import LOW_CANVAS, FreePicture, PictureReport, canvas_size, free_picture
 from app.session.frame import Frame, Shown
 from app.session.session import Session
@@ -201,12 +199,10 @@ class View:
         self.stage.show(frame, page)
         asking = self.lessons.open and not self.lessons.walk.law_shown
         self._readout.show(frame, asking)
-        self._contact.show(frame, lambda: self._further_words(frame), asking)
+        box, lever = self.lesson_panel.guess_box, self.lever_box
+        self._contact.show(frame, lambda: guess_words(self.lessons, box) | lever_words(frame, lever), asking)
         self.plots.show(frame)
         self._moment.content = self._moment_too.content = moment_html(frame, self.plots.span)
-
-    def _further_words(self, frame: Frame) -> CardWords:
-        return guess_words(self.lessons, self.lesson_panel.guess_box) | lever_words(frame, self.lever_box)
 
     def _show_lesson(self, frame: Frame) -> None:
         lessons = self.lessons

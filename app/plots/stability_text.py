@@ -40,12 +40,13 @@ def stability_html(analysis: Analysis, error_norm: float, error_rate: float, V: 
         W: the barrier function; None where there is none (a hand task).
     """
     eigenvalue, mode = (_fixed(v, n, sign=True) for v, n in ((analysis.smallest_eigenvalue, 2), (analysis.slowest_mode, 3)))
+    words = tr("orthogonal") if analysis.orthogonal else tr("not orthogonal")
     return macros("plots/charts.html").stability(
         condition_text(analysis),
         error_text(analysis, error_norm, error_rate),
         numbers=f"sym(M) {eigenvalue}, M {mode} 1/s",
         ranks=ranks_text(analysis),
-        coupling=_coupling_text(analysis),
+        coupling="0" if analysis.rank_a == 0 else f"{_fixed(analysis.coupling, 2)}: {words}",
         survival=_fixed(analysis.survival, 3),
         lyapunov=f"{_small(V)}, {_small(V_rate, sign=True)}{_trend(V_rate)}",
         barrier="" if W is None else _barrier_text(W),
@@ -98,13 +99,6 @@ def ranks_text(analysis: Analysis) -> str:
     return tr(
         "{stack} = {a} + {b}, independent by {angle}°", stack=stack, a=a, b=b, angle=_fixed(math.degrees(analysis.angle), 1)
     )
-
-
-def _coupling_text(analysis: Analysis) -> str:
-    if analysis.rank_a == 0:
-        return "0"
-    words = tr("orthogonal") if analysis.orthogonal else tr("not orthogonal")
-    return f"{_fixed(analysis.coupling, 2)}: {words}"
 
 
 def _barrier_text(W: float) -> str:

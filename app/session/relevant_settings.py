@@ -12,10 +12,6 @@ def _can_be_pulled(settings: Settings) -> bool:
     return settings.run.experiment.moves != "person" and not settings.run.draws_circle
 
 
-def _several_pairs(settings: Settings) -> bool:
-    return settings.run.point == "arm" or "point" not in settings.run.experiment.reads
-
-
 _OF_LAWS: Final = frozenset(specs(LawSettings)) - {"law"}
 """Settings that matter only under laws that read them."""
 
@@ -31,7 +27,8 @@ ALSO: Final[dict[str, Callable[[Settings], bool]]] = {
     "gizmo": _can_be_pulled,
     "seed": lambda s: s.run.moves_itself or s.run.hardware.joint_noise > 0.0 or s.run.hardware.distance_noise > 0.0,
     "wmax": _can_be_pulled,
-    "beta": lambda s: s.run.law.pairs != "single" and _several_pairs(s),
+    # A point of the arm and the ball are one pair.
+    "beta": lambda s: s.run.law.pairs != "single" and (s.run.point == "arm" or "point" not in s.run.experiment.reads),
     "eps": lambda s: s.run.law.pairs == "smooth",
     "coupled": lambda s: s.run.both_avoid and not s.run.law.knows_w,
 }

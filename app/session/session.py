@@ -184,7 +184,9 @@ class Session:
 
     def _assign_laws(self, reset: bool) -> None:
         """Assign laws to the run and its ghost. `reset`: also reset them, because recorded inputs belong to one law only."""
-        self.law.assign(self.simulation, self.ghost)
+        self.simulation.use(self.law.of_run)
+        if self.ghost is not None:
+            self.ghost.use(self.law.of_ghost)
         if reset and self.simulation.steps:
             self.reset()
 

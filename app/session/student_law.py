@@ -11,7 +11,6 @@ from app.runtime.job_pool import Jobs
 from app.session.clock import LONGEST_GAP
 from app.session.input_source import InputSources
 from scenes.settings import RunSettings
-from scenes.simulation import Simulation
 
 
 class LawStatus(NamedTuple):
@@ -92,11 +91,6 @@ class StudentLaw:
         """Whether everything stands still because the law has not answered yet."""
         law = self._law if self.enabled else None
         return law is not None and law.waiting
-
-    def assign(self, simulation: Simulation, ghost: Simulation | None) -> None:
-        simulation.use(self.of_run)
-        if ghost is not None:
-            ghost.use(self.of_ghost)
 
     def status(self, late: bool) -> LawStatus:
         """Return how the law fares. `late`: whether the run cannot keep up with the speed asked for."""

@@ -105,9 +105,6 @@ def project(pose: Pose, size: tuple[float, float], points: Array) -> Array:
 AHEAD: Final = 6.0
 """How far ahead the way of a hand is looked at [s]."""
 
-MANY: Final = 8
-"""A way of more points than this is looked at in every eighth of them."""
-
 HAND: Final = 0.06
 CONTACT: Final = 0.03
 RING: Final = 0.10
@@ -142,12 +139,6 @@ def framed_now(simulation: Simulation) -> tuple[Array, Array]:
         centres.append(simulation.positions[simulation.room.ball])
         radii.append(BALL_RADIUS)
     return np.array(centres), np.array(radii)
-
-
-def known_way(simulation: Simulation) -> Array:
-    """Return points (k, 3) of the way that the task itself prescribes [m]: from A to B past the ball, or round a circle."""
-    way = simulation.way
-    return way[::8] if len(way) > MANY else way
 
 
 PANDA_REACH: Final = 1.15

@@ -6,12 +6,10 @@ import viser
 from app.session.frame import Frame
 from app.settings import PageSettings
 from app.stage.arms import ArmView, TranslucentArms, ghost_posture
-from app.stage.ball_view import BallView
 from app.stage.contact_view import ClosestLine, ContactSkin
-from app.stage.hand_ways import PathLine, Trace
-from app.stage.person_figure import FigureView
+from app.stage.hand_marks import GripMark, PathLine, TargetPlace, Trace
 from app.stage.stage_part import StagePart
-from app.stage.target_marks import GripMark, TargetPlace
+from app.stage.yours import BallView, FigureView, Yours
 from app.theme import PALETTES, Palette
 from scenes.room_shells import furniture_glb
 from scenes.simulation import Simulation
@@ -74,7 +72,7 @@ class Stage:
 
     def __init__(self, scene: viser.SceneApi) -> None:
         self.scene = scene
-        self.yours: ArmView | BallView | FigureView | None = None
+        self.yours: Yours | None = None
         """What the visitor can take hold of; another one with every experiment."""
         self.guests: ArmView | None = None
         """What a second person can take hold of; None in most experiments."""
@@ -95,7 +93,10 @@ class Stage:
         built = id(simulation.room), settings.scene, settings.guided, settings.path, page.picture
         if self._built != built:
             self._built = built
-            self._clear()
+            # A part that hangs on an arm goes before it.
+            for one in (*self._parts, *self._arms, *self._room):
+                one.remove()
+            self._parts = self._arms = self._room = ()
             self._build(simulation, page.picture == "fine")
             self._dressed = None
         look = page.theme, page.profile, page.contact
@@ -108,12 +109,6 @@ class Stage:
             view.show(positions[arm.joints])
         for part in self._parts:
             part.show(frame)
-
-    def _clear(self) -> None:
-        # A part that hangs on an arm goes before it.
-        for one in (*self._parts, *self._arms, *self._room):
-            one.remove()
-        self._parts = self._arms = self._room = ()
 
     def _build(self, simulation: Simulation, fine: bool) -> None:
         """Put up the room with its arms; what is yours is orange, everything else is silver."""

@@ -13,8 +13,7 @@ from app.session.frame import Frame
 from app.session.second_hand import Holder
 from app.session.session import Session
 from app.stage.arms import ArmView
-from app.stage.ball_view import BallView
-from app.stage.person_figure import FigureView
+from app.stage.yours import BallView, FigureView, Yours
 from app.text.templates import element
 from app.web.control_events import on_entry
 from app.web.viser_internals import uuid_of
@@ -25,10 +24,6 @@ NUDGE: Final = 0.02
 
 SWING: Final = 0.07
 """Angle of one key press [rad]."""
-
-
-Yours = ArmView | BallView | FigureView
-"""What a person can take hold of."""
 
 
 class Gizmos:
@@ -61,12 +56,13 @@ class Gizmos:
         # A replay cannot be taken hold of, and nothing moves a hand that draws a circle.
         offered = not (frame.replayed or self._hands_off() or run.draws_circle)
         yours = self._yours() if offered else None
-        if not self._dragged:
+        dragged = any(each.dragged for each in self._pulled_at)
+        if not dragged:
             # Arrows that come or go by the pointer alone must not end a pull that has just begun.
             self._arrows = "all" if holder.settings.page.gizmo else "hand" if self._hovered else "none"
         made = id(holder.simulation.room), run.scene, run.guided, offered, self._arrows
         if yours is not self._gripped or made != self._made:
-            if self._dragged:
+            if dragged:
                 # What is no longer there cannot be dragged.
                 holder.hold(None)
             if yours is not self._gripped:
@@ -85,10 +81,6 @@ class Gizmos:
     @property
     def _pulled_at(self) -> tuple[Grip | TransformHandle, ...]:
         return self._handles if self._grip is None else (self._grip, *self._handles)
-
-    @property
-    def _dragged(self) -> bool:
-        return any(each.dragged for each in self._pulled_at)
 
     def _take_up(self, yours: Yours | None) -> None:
         if self._grip is not None:

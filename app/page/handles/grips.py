@@ -10,15 +10,12 @@ from app.session.actions import Drag
 from app.session.second_hand import Holder
 from app.session.session import Session
 from app.stage.arms import ArmView
-from app.stage.ball_view import BallView
-from app.stage.person_figure import FigureView, on_person
 from app.stage.stage_part import in_room
+from app.stage.yours import BallView, FigureView, on_person
 from controllers.kinematics import Array
 from scenes.person.figure import Figure, Grasp
 from scenes.settings import ArmName
 from scenes.targets import AnglesTarget, BallTarget, LinkTarget
-
-GripNode = viser.GlbHandle | viser.IcosphereHandle
 
 
 class Grip:
@@ -29,7 +26,7 @@ class Grip:
         holder: who pulls, and to whom a pull is posted.
     """
 
-    def __init__(self, nodes: Iterable[GripNode], holder: Holder) -> None:
+    def __init__(self, nodes: Iterable[viser.GlbHandle | viser.IcosphereHandle], holder: Holder) -> None:
         self._holder = holder
         self._nodes = {node.name: node for node in nodes}
         self._taken: str | None = None

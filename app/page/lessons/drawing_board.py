@@ -1,4 +1,4 @@
-"""Axes on which a student draws a prediction, by mouse, finger or keys. The script `drawing.js` does the drawing."""
+"""Axes to draw on, by mouse, finger or keys: for a prediction, and for a λ(d) of one's own. The script `drawing.js` does the drawing."""
 
 from __future__ import annotations
 
@@ -10,13 +10,18 @@ from typing import Final
 import viser
 from markupsafe import Markup
 
-from app.i18n.speaking import tr
-from app.lessons.curve_drawing import AXES, Drawing, axes_text, board_svg, curve_from_text
+from app.i18n.speaking import N_, tr
+from app.lessons.curve_drawing import AXES, Drawing, activation_axes, axes_text, board_svg, curve_from_text, law_curve
 from app.page.lessons.lesson_panel import ORDER
 from app.plots.curve_chart import Curve, CurveAxis
-from app.session.actions import Action
-from app.text.templates import macros
+from app.session.actions import Action, SetSetting
+from app.session.session import Session
+from app.settings import Settings
+from app.text.templates import element, macros
 from app.web.control_events import on_entry
+from controllers.curve import curve_through, read_curve
+from controllers.errors import BadSetting
+from scenes.setting_spec import Spec
 
 IN_LESSONS: Final = (ORDER["drawing"] + 0.1, ORDER["drawing"] + 0.2)
 """Where a step's board stands in its panel."""
@@ -97,3 +102,63 @@ class DrawingBoard:
             self._board.content = board_html(place, drawing, drawn, self._sent)
         self._shown = shown
         self._board.visible = self._box.visible = drawing is not None
+
+
+_FARTHEST: Final = 0.4
+"""Right end of the board [m]."""
+
+
+class CurveControl:
+    """A board over a box of text; a text that is no curve is said to be none below it, and changes nothing.
+
+    Attributes:
+        box: of the points.
+    """
+
+    def __init__(self, gui: viser.GuiApi, session: Session, label: str, spec: Spec, value: str) -> None:
+        self._key, self._session, self._trouble, self._known = spec.key, session, "", ""
+        self._board = DrawingBoard(gui, session.post, self._draw)
+        self._drawing: Drawing | None = None
+        self._drawn: Curve = ()
+        self.box = on_entry(gui.add_text(label, value, hint=tr(spec.help)), self._take)
+        self._note = gui.add_html("", visible=False)
+
+    def _take(self, text: str) -> None:
+        try:
+            curve, self._trouble = read_curve(text), ""
+        except BadSetting as error:
+            self._trouble = str(error)
+        else:
+            self._session.post(SetSetting(self._key, curve))
+
+    def _draw(self, place: Place, drawn: Curve) -> None:
+        del place
+        if self._drawing is not None:
+            self._drawn = drawn
+        if self._drawing is not None and drawn:
+            self._known, self._trouble = law_curve(self._drawing, drawn), ""
+            self._session.post(SetSetting(self._key, self._known))
+
+    def show(self, settings: Settings, visible: bool) -> None:
+        """Show the curve of the settings, unless it is the one that is being drawn or typed."""
+        law = settings.run.law
+        self.box.visible = visible
+        self._drawing = activation_axes(law.critical_distance, (0.0, _FARTHEST)) if visible else None
+        if visible and law.curve != self._known:
+            self._known, self._trouble, curve = law.curve, "", curve_through(law.curve)
+            assert self._drawing is not None
+            self._drawn = tuple(curve.height(d) for d in self._drawing.columns)
+        self._board.show(("law", "curve"), self._drawing, self._drawn)
+        if visible and not self._trouble and _one_form(self.box.value) != law.curve:
+            self.box.value = law.curve
+        words = self._trouble or ("" if self._drawn else N_("The last curve goes on until you draw another one."))
+        self._note.visible = visible and bool(words)
+        self._note.content = element("div", tr(words), class_="duet duet-tip", role="alert" if self._trouble else "status")
+
+
+def _one_form(text: str) -> str:
+    """Return a text of points as the settings have it; "" if it is none."""
+    try:
+        return read_curve(text)
+    except BadSetting:
+        return ""

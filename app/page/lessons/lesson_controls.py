@@ -14,10 +14,10 @@ from app.page.lessons.answer_boxes import Forecasts, GiveReason, ReasonBox, add_
 from app.page.lessons.drawing_board import IN_LESSONS, DrawingBoard, TakeDrawing
 from app.page.lessons.lesson_html import NEXT, choice_label, rules_html
 from app.page.lessons.lesson_panel import ORDER
-from app.page.lessons.null_motion_sliders import MoveInNullSpace, NullMotionSliders
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.controls import Controls
 from app.page.panels.hotkeys import LESSON_KEYS, keys_of
+from app.page.panels.joint_sliders import MoveInNullSpace, NullMotionSliders
 from app.page.view import View
 from app.session.actions import Action, Digit, Nudge, Pause, Reset, SingleStep, Toggle
 from app.session.frame import Frame

@@ -11,7 +11,7 @@ from app.lessons.bookmark import Phase
 from app.lessons.curve_drawing import drawing_svg
 from app.lessons.labels import sentence
 from app.lessons.step_view import StepView
-from app.page.lessons.search_plot import search_plot
+from app.page.lessons.lesson_charts import search_plot
 from app.text.lesson_text import lesson_html, plain
 from app.text.templates import macros
 

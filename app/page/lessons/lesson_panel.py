@@ -12,9 +12,8 @@ from app.lessons.labels import Contrast
 from app.lessons.lesson import LessonBook
 from app.lessons.runs import page_value
 from app.lessons.session.lesson_session import LessonSession
-from app.lessons.step_view import StepView
+from app.page.lessons.lesson_charts import tracks_html
 from app.page.lessons.lesson_html import BLOCKS, blocks_html, law_html, rules_html
-from app.page.lessons.two_tracks import tracks_html
 from app.session.frame import Frame
 from app.text.templates import element, macros
 from scenes.laws import LAWS
@@ -133,7 +132,10 @@ class LessonPanel:
         self.contrast = view.contrast
         simulation = (frame if frame.of_live else frame.live).simulation
         numbers = run.live(simulation, self._book) if view.phase is not Phase.PREDICT else ()
-        self._style.content = self._sheet() + lesson_style(self._widen(self.edits and run.own_tests is not None), view)
+        # The law's equation is kept for after the experience.
+        early = view.phase in (Phase.PREDICT, Phase.DO, Phase.OBSERVE)
+        hidden = ".duet-tiles,.duet-tip" + (",.duet-eq" if early else "")
+        self._style.content = self._sheet() + panel_style(self._widen(self.edits and run.own_tests is not None), hidden)
         self._fold(view.phase is not Phase.CHALLENGE)
         blocks = blocks_html(view, numbers, run.computing, self._operated)
         if run.own_tests is not None:
@@ -177,9 +179,3 @@ class LessonPanel:
 def panel_style(width: float, hidden: str = "") -> str:
     """Return the style that makes room for the panel. `hidden`: selectors of what is not shown beside it."""
     return rules_html(f":root{{--duet-left:{width:g}px}}" + (f"{hidden}{{display:none!important}}" if hidden else ""))
-
-
-def lesson_style(width: float, view: StepView) -> str:
-    """Return the style that makes room for the panel, and keeps the law's equation for after the experience."""
-    early = view.phase in (Phase.PREDICT, Phase.DO, Phase.OBSERVE)
-    return panel_style(width, ".duet-tiles,.duet-tip" + (",.duet-eq" if early else ""))

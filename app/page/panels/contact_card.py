@@ -12,15 +12,15 @@ from typing import Final
 import numpy as np
 import viser
 
-from app.i18n.speaking import N_, decimal, tr
-from app.page.panels.promise_pills import promise_words
-from app.page.panels.rate_budget import (
+from app.i18n.speaking import decimal, tr
+from app.page.panels.distance_rate import (
     Term,
     allowed_rate,
     budget_terms,
     consequence,
     error_step,
     missed,
+    promise_words,
     trend,
 )
 from app.plots.time_series import resting
@@ -39,8 +39,6 @@ PERIOD: Final = 0.1
 
 WIDEST: Final = 0.36
 """Length of the axis of d [m], or more where d_m is large."""
-
-TRENDS: Final = (N_("the gap closes"), N_("the gap holds"), N_("the gap opens"))
 
 _json: Final = json.JSONEncoder(ensure_ascii=False, separators=(",", ":")).encode
 
@@ -130,7 +128,7 @@ def contact_words(frame: Frame, terms: list[Term]) -> CardWords:
         "terms": [[term.kind, term.symbol, term.word] for term in terms],
         "apart": tr("mm apart"),
         "overlap": tr("mm of overlap"),
-        "trends": [tr(text) for text in TRENDS],
+        "trends": [tr("the gap closes"), tr("the gap holds"), tr("the gap opens")],
         "ways": [tr("closes"), tr("opens")],
         "bodies": _bodies(simulation, run),
         "rests": tr("rests"),

@@ -6,9 +6,9 @@ from typing import Any, Final
 import viser
 
 from app.i18n.speaking import spoken, tr
+from app.page.lessons.drawing_board import CurveControl
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.compare import ComparePanel
-from app.page.panels.curve_control import CurveControl
 from app.page.panels.hotkeys import help_html
 from app.page.panels.joint_sliders import JointSliders
 from app.page.panels.source_chooser import Sources

@@ -14,8 +14,8 @@ from app.i18n.speaking import N_, tr
 from app.lessons.session.lesson_actions import RunAgain
 from app.page.lessons.lesson_html import law_html
 from app.page.lessons.lesson_panel import ORDER
+from app.page.panels import PagePanel
 from app.page.panels.controls import Controls
-from app.page.panels.page_panel import PagePanel
 from app.page.view import View
 from app.session.actions import Action
 from app.session.frame import Frame

@@ -4,7 +4,7 @@ from typing import Final
 
 import viser
 
-from app.page.panels.page_panel import PagePanel
+from app.page.panels import PagePanel
 from app.page.view import View
 from app.session.actions import Action, Nudge, SetSetting
 from app.session.frame import Frame

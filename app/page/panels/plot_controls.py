@@ -6,9 +6,9 @@ from typing import Final, get_args
 import viser
 from markupsafe import Markup
 
+from app.page.panels import PagePanel
 from app.page.panels.choice_buttons import ChoiceButtons
-from app.page.panels.page_panel import PagePanel
-from app.page.panels.scrubber import Scrubber
+from app.page.panels.shown_moment import Scrubber
 from app.page.view import View
 from app.plots.plot_choice import possible_details
 from app.session.actions import Action, SetSetting
@@ -87,14 +87,13 @@ class MicroscopeButtons(PagePanel):
                 self._press,
                 order=0.6,
             )
-            self._scrubber = Scrubber(gui, session, self._seek, "instant", 0.005, WRITE, order=0.7)
+            self._scrubber = Scrubber(
+                gui, session, lambda time: session.studies.microscope.go_to(time), "instant", 0.005, WRITE, order=0.7
+            )
 
     def _press(self, place: int) -> None:
         later = (Magnify(), Magnify(steps=-STRIDE), Magnify(steps=STRIDE))
         self._session.post((*map(Magnify, QUANTITIES), *later)[place])
-
-    def _seek(self, time: float) -> None:
-        self._session.studies.microscope.go_to(time)
 
     def take(self, action: Action) -> bool:
         """Do an action if it is about the microscope; return whether it was."""

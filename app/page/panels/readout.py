@@ -8,10 +8,10 @@ import viser
 from markupsafe import Markup
 
 from app.i18n.speaking import N_, decimal, tr
-from app.page.panels.promise_pills import pills_html, promise_html
+from app.page.panels.distance_rate import pills_html, promise_html
+from app.plots.time_series import Swivel
 from app.recording.run_file import SHOWN_DIGITS, made_with
 from app.session.clock import Pace
-from app.session.elbow_swivel import Swivel
 from app.session.frame import Frame, Shown
 from app.session.student_law import LawStatus
 from app.text.experiment_texts import EXPERIMENT_TEXTS
@@ -97,7 +97,22 @@ def custom_law_html(law: LawStatus) -> Markup:
 
 def tiles_html(simulation: Simulation, sample: Sample) -> Markup:
     """Return the numbers of an arm that stands alone as tiles; nothing where the card of the line of contact has them."""
-    return Markup() if sample.pair >= 0 else macros("page/panels/readout.html").tiles(_alone_tiles(simulation, sample))
+    if sample.pair >= 0:
+        return Markup()
+    run, arm = simulation.settings, simulation.avoiding
+    J = simulation.kinematics.hand_jacobian(arm)[: TASK_DIMENSION[simulation.room.task(run)]]
+    # It counts the dimensions that the hand leaves free: n − m, and more at a singular posture.
+    free = float(null_space_projector(J, DAMPING).trace())
+    angle = math.degrees(Swivel(simulation.room, arm).angle(sample.positions))
+    k = run.gain * run.overdrive * run.dt
+    # Of each the class of CSS that gives its colour, its text, the label under it, and whether it is one to worry about.
+    tiles = [
+        ("e", f"{sample.error * 1000.0:.1f}", "|e|, mm", False),
+        ("lam", f"{free:.1f}", tr("free, tr N"), False),
+        ("d", "–" if angle != angle else f"{angle:.0f}°".replace("-", "−"), tr("elbow"), False),
+        ("w", f"{k:.3g}", "K dt ≥ 2" if k >= 2.0 else "K dt < 2", k >= 2.0),
+    ]
+    return macros("page/panels/readout.html").tiles(tiles)
 
 
 def error_html(simulation: Simulation, sample: Sample, ghost: Simulation | None = None) -> Markup:
@@ -118,22 +133,6 @@ def _error_text(simulation: Simulation, sample: Sample) -> str:
     return decimal(f"{error:.1f}°")
 
 
-def _alone_tiles(simulation: Simulation, sample: Sample) -> list[tuple[str, str, str, bool]]:
-    """Return of every number the class of CSS that gives its colour, its text, the label under it, and whether it is one to worry about."""
-    run, arm = simulation.settings, simulation.avoiding
-    J = simulation.kinematics.hand_jacobian(arm)[: TASK_DIMENSION[simulation.room.task(run)]]
-    # It counts the dimensions that the hand leaves free: n − m, and more at a singular posture.
-    free = float(null_space_projector(J, DAMPING).trace())
-    angle = math.degrees(Swivel(simulation.room, arm).angle(sample.positions))
-    k = run.gain * run.overdrive * run.dt
-    return [
-        ("e", f"{sample.error * 1000.0:.1f}", "|e|, mm", False),
-        ("lam", f"{free:.1f}", tr("free, tr N"), False),
-        ("d", "–" if angle != angle else f"{angle:.0f}°".replace("-", "−"), tr("elbow"), False),
-        ("w", f"{k:.3g}", "K dt ≥ 2" if k >= 2.0 else "K dt < 2", k >= 2.0),
-    ]
-
-
 # --- words ---------------------------------------------------------------------------------------------------------------------
 
 
@@ -152,14 +151,10 @@ def tip_text(session: Shown, operated: bool = True) -> str:
         who = tr("The autopilot moves the orange arm.") if itself else tr("The teacher moves the orange arm.")
         led = run.experiment.moves == "arm" and run.experiment.obstacle == "arm"
         return f"{who} {watched}" if led else watched
-    return f"{tip}{_fifth_joint(session.simulation)}"
-
-
-def _fifth_joint(simulation: Simulation) -> str:
-    """Return what five joints cost, after a blank; "" for arms with more."""
+    simulation = session.simulation
     if min(arm.joints.stop - arm.joints.start for arm in simulation.room.arms) > 5 or simulation.keeper is None:
-        return ""
-    return " " + tr("Five joints keep the hand’s place, not its turn: two are left for everything else, not four.")
+        return tip
+    return f"{tip} {tr('Five joints keep the hand’s place, not its turn: two are left for everything else, not four.')}"
 
 
 def status_html(pace: Pace, simulation: Simulation, sample: Sample, asking: bool = False) -> Markup:

@@ -11,8 +11,7 @@ from app.export.export_queue import KINDS, ExportQueue, FileKind
 from app.i18n.speaking import N_, tr
 from app.page import STATIC
 from app.page.panels.choice_buttons import ChoiceButtons
-from app.page.panels.scrubber import Scrubber
-from app.page.panels.shown_moment import css_text
+from app.page.panels.shown_moment import Scrubber, css_text
 from app.session.actions import Action
 from app.session.frame import Frame, Shown
 from app.session.session import Session

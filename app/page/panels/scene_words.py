@@ -5,7 +5,7 @@ from typing import Final
 import viser
 
 from app.i18n.speaking import decimal, tr
-from app.page.panels.page_panel import PagePanel
+from app.page.panels import PagePanel
 from app.page.view import View
 from app.session.actions import Action, Describe
 from app.session.frame import Frame

@@ -1,22 +1,50 @@
 """What a teacher's key opens: the notes on the lessons, and the server's load; and the notice that a key is wrong."""
 
-from collections.abc import Mapping
-from typing import Final
+from collections.abc import Mapping, Sequence
+from typing import Final, NamedTuple
 
 import viser
 
-from app.i18n.speaking import N_, tr
+from app.i18n.speaking import tr
 from app.lessons.lesson import Step
 from app.lessons.loading import Notes, read_notes
 from app.lessons.session.lesson_session import LessonSession
-from app.page.panels.server_load import ServerLoad, load_pills
 from app.text.templates import element, macros
+
+
+class ServerLoad(NamedTuple):
+    """How busy a server is.
+
+    Attributes:
+        frames: a second, of every page.
+        sessions: that had a frame lately: neither resting nor out of sight.
+        places: sessions that it carries at 20 frames a second.
+        load: part of what it carries [%]; beyond 100 all pages have fewer than 20 frames a second.
+    """
+
+    frames: int
+    sessions: int
+    places: int
+    load: int
+
+
+def combined(loads: Sequence[ServerLoad]) -> ServerLoad:
+    """Return several processes' load as one: the frames of the slowest, all sessions and places, the load of the busiest."""
+    frames, sessions, places, load = zip(*loads, strict=True)
+    return ServerLoad(min(frames), sum(sessions), sum(places), max(load))
+
+
+def load_pills(load: ServerLoad) -> list[tuple[str, str]]:
+    """Return the server's numbers as pills: kind and words."""
+    return [
+        ("", tr("frames/s: {count}", count=load.frames)),
+        ("", tr("sessions at work: {count} of {places}", count=load.sessions, places=load.places)),
+        ("halt" if load.load > 100 else "go", tr("load: {percent} %", percent=load.load)),
+    ]
+
 
 ORDER: Final = -20.0
 """Order of a teacher's tabs: above the controls."""
-
-NO_NOTES: Final = N_("This lesson has no notes.")
-NO_LESSON: Final = N_("Open a lesson: its notes for the teacher are then here, and on no student's page.")
 
 
 class NotesView:
@@ -41,7 +69,9 @@ class NotesView:
             return
         self._shown = place
         if walk is None or notes is None:
-            self._handle.content = macros("page/panels/pills.html").note(tr(NO_NOTES if lessons.open else NO_LESSON))
+            no_lesson = tr("Open a lesson: its notes for the teacher are then here, and on no student's page.")
+            said = tr("This lesson has no notes.") if lessons.open else no_lesson
+            self._handle.content = macros("page/panels/pills.html").note(said)
         else:
             # The section of the present step comes first.
             self._handle.content = macros("page/panels/notes.html").notes(notes, walk.step.number, walk.step.setup.folder)
@@ -70,13 +100,8 @@ class TeachersTab:
         self._notes.show(lessons)
 
 
-WRONG_KEY: Final = N_(
-    "This is not the teacher's key, so you are here as a student. The person who started Duet has the right link."
-)
-WRONG_TITLE: Final = N_("Wrong teacher key")
-
-
 def name_mistake(client: viser.ClientHandle) -> None:
     """Show on a page that its key is wrong, and have its tab forget it."""
     client.gui.add_html(element("i", class_="duet-key-wrong"), order=1000.0)
-    client.add_notification(tr(WRONG_TITLE), tr(WRONG_KEY), color="orange", auto_close_seconds=12.0)
+    text = tr("This is not the teacher's key, so you are here as a student. The person who started Duet has the right link.")
+    client.add_notification(tr("Wrong teacher key"), text, color="orange", auto_close_seconds=12.0)

@@ -12,8 +12,7 @@ from app.lessons.evidence import Evidence
 from app.lessons.lesson import Step
 from app.lessons.outcomes import decisive_moment
 from app.lessons.reference_runs import begin_reference_run, person_of
-from app.page.camera_follow import CameraFollow
-from app.page.lessons.lesson_camera import lesson_view
+from app.page.camera_follow import CameraFollow, lesson_view
 from app.page.picture_size import FreePicture, PictureSize, free_picture
 from app.session.input_source import InputSource
 from app.session.replay_player import Mark

@@ -20,7 +20,7 @@ from app.page.panels.contact_card import (
     solo_numbers,
     solo_words,
 )
-from app.page.panels.rate_budget import budget_terms, trend
+from app.page.panels.distance_rate import budget_terms, trend
 from app.session.clock import Pace
 from app.session.frame import Frame
 from app.session.session import Session

@@ -10,7 +10,7 @@ from PIL import Image
 from playwright.sync_api import Page
 
 from app.session.session import Session
-from app.stage.target_marks import RADIUS
+from app.stage.hand_marks import RADIUS
 from app.theme import PALETTES, rgb
 from scenes.ball import PATH
 from tests.app.conftest import OpenHouse, ask

@@ -4,7 +4,7 @@ import pytest
 import viser
 
 from app.page import operation
-from app.page.panels.page_panel import PagePanel
+from app.page.panels import PagePanel
 from app.page.view import View
 from app.session.actions import Action
 from app.session.frame import Frame

@@ -13,12 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.lessons.room_places import RoomPlace, Start, start_positions
-from app.page.panels.promise_pills import promise_html
-from app.page.panels.rate_budget import MISSED, Term, budget_terms, error_step, missed, wanted_rate
+from app.page.panels.distance_rate import MISSED, Term, budget_terms, error_step, missed, promise_html, wanted_rate
 from app.page.panels.readout import error_html, status_html, tiles_html, tip_text
 from app.plots.stability_text import section_html, task_error
+from app.plots.time_series import Swivel
 from app.session.clock import Clock, Pace
-from app.session.elbow_swivel import Swivel
 from app.session.frame import Contact, contact
 from app.session.session import Session
 from app.settings import Settings, from_query

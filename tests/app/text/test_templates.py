@@ -46,8 +46,8 @@ from app.marks.graded_file import GradedFile, Remark, Student
 from app.marks.mark_files import StudentMarks, feedback_page
 from app.page.lessons.drawing_board import board_html
 from app.page.lessons.lesson_html import blocks_html, law_html
+from app.page.page_assets import titlebar
 from app.page.panels.readout import custom_law_html
-from app.page.panels.title_bar import titlebar
 from app.plots.chart import Chart, ChartAxes
 from app.session.student_law import LawStatus
 from app.settings import Settings
@@ -333,7 +333,7 @@ def test_the_pages_are_whole() -> None:
 
 TAG = re.compile(r"(?<!\?P)<[a-zA-Z][\w-]*(?=[\s>/{]|$)")
 
-BY_HAND = {"app/page/panels/rate_budget.py": 1, "app/web/pages.py": 1}
+BY_HAND = {"app/page/panels/distance_rate.py": 1, "app/web/pages.py": 1}
 """File → texts in it with more than one tag: a symbol that is sent ten times a second; and what stands in viser's page, in a room below the
 templates."""
 

@@ -59,7 +59,9 @@ def test_the_row_of_a_measure_holds_its_value() -> None:
     names = ("reached_speed", "speed_share", "largest_joint_error", "largest_approach")
     found = {name: at.row for name in names if isinstance(at := QUANTITIES[name].function(evidence), At)}
     assert speeds[found["reached_speed"]].max() == measure(evidence, "reached_speed")
-    assert (speeds / evidence.speed_limits)[found["speed_share"]].max() == measure(evidence, "speed_share")
+    assert (speeds / evidence.room.model.velocityLimit[evidence.arm.joints])[found["speed_share"]].max() == measure(
+        evidence, "speed_share"
+    )
     errors = np.linalg.norm(evidence.desired - evidence.positions[:, evidence.arm.joints], axis=1)
     assert errors[found["largest_joint_error"]] == measure(evidence, "largest_joint_error")
     assert evidence.column("w")[found["largest_approach"]] == measure(evidence, "largest_approach")

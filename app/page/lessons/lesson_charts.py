@@ -1,8 +1,9 @@
-"""The tries at a challenge that asks for the value of a setting: what came of each, over the value."""
+"""Charts of the lessons: the tries at a challenge that asks for the value of a setting, and two runs of one attack."""
 
 from collections.abc import Callable
 from typing import Final
 
+import numpy as np
 from markupsafe import Markup
 
 from app.i18n.speaking import decimal, tr
@@ -10,9 +11,13 @@ from app.lessons.labels import label_of
 from app.lessons.lesson import Challenge, Criterion
 from app.lessons.measures.quantity import UNITS
 from app.lessons.progress import Try
+from app.plots.chart import Chart, ChartAxes
 from app.settings import Language
-from app.text.templates import macros
+from app.text.templates import element, macros
+from controllers.kinematics import Array
+from scenes.history import COLUMN
 from scenes.settings import specs
+from scenes.simulation import Simulation
 
 WIDTH: Final = 300.0
 LEFT: Final = 44.0
@@ -70,3 +75,35 @@ def _about(criterion: Criterion, key: str) -> bool:
 
 def _bounds(criterion: Criterion) -> list[float]:
     return [bound for bound in (criterion.low, criterion.high) if bound is not None]
+
+
+TRACK_POINTS: Final = 240
+"""Points of a track: the smallest distance in each of so many parts of the run."""
+
+
+def tracks_html(own: Simulation, rival: Simulation, names: tuple[str, str]) -> Markup:
+    """Return the chart, with d_m in it.
+
+    Args:
+        own, rival: at the end of runs of the same length, of which all steps are known.
+        names: of the two.
+    """
+    end, critical = own.time, own.settings.law.critical_distance
+    tracks = [_track(run.history.table()) for run in (own, rival)]
+    low, high = min(-0.05, *(float(ys.min()) for _, ys in tracks)), max(float(ys.max()) for _, ys in tracks)
+    levels = [(k / 10.0, f"{100 * k}".replace("-", "−")) for k in range(int(np.ceil(10.0 * low)), int(10.0 * high) + 1)]
+    times = [(t, decimal(f"{t:.3g}") + (" s" if t == end else "")) for t in np.linspace(0.0, end, 5).tolist()]
+    chart = Chart(ChartAxes((0.0, end), (low, 1.05 * high), tuple(times), tuple(levels)))
+    chart.level(critical, "dm", 1.6, "7 5")
+    for (xs, ys), kind, dash in zip(tracks, ("lam", "d"), ("", "5 3"), strict=True):
+        chart.line(xs, ys, kind, 1.8, dash)
+    lines = [("lam", "", names[0]), ("d", "dash", names[1]), ("dm", "dash", Markup("d<sub>m</sub>"))]
+    title = Markup('<b class="d">d</b>')
+    made = macros("plots/charts.html").caption(title, "mm", lines, False, False) + chart.html(150)
+    return element("div", "", made, class_="duet duet-lesson duet-l-tracks")
+
+
+def _track(table: Array) -> tuple[Array, Array]:
+    parts = np.array_split(table[:, [COLUMN["t"], COLUMN["d"]]], min(TRACK_POINTS, len(table)))
+    lowest = np.array([part[part[:, 1].argmin()] for part in parts])
+    return lowest[:, 0], lowest[:, 1]
