@@ -11,7 +11,7 @@ from typing import Any
 
 from app.hosting import worker_messages as messages
 from app.hosting.worker_messages import PULSE, WorkerLink, WorkerStart
-from app.page.panels.teachers_tab import ServerLoad
+from app.page.panels.server_load import ServerLoad
 from app.runtime.shared_jobs import JobClient
 from app.runtime.terminal import write_log
 from app.start import App, start_app

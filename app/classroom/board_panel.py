@@ -7,7 +7,8 @@ import viser
 
 from app.classroom.teacher_control import TeacherControl
 from app.i18n.speaking import tr
-from app.lessons.bookmark import LONGEST_PACE, Bookmark
+from app.lessons.bookmark import Bookmark
+from app.lessons.open_steps import LONGEST
 from app.text.templates import macros
 from app.web.control_events import on_entry, on_press
 
@@ -31,7 +32,7 @@ class BoardPanel:
             self._student = gui.add_dropdown(tr("student"), (NO_ONE,))
             answer = gui.add_button(tr("Show this one"), icon=viser.Icon.PRESENTATION)
             run = gui.add_button(tr("Show this run"), icon=viser.Icon.PLAYER_PLAY, color="gray")
-        on_entry(pace, lambda text: act("pace", text[:LONGEST_PACE]))
+        on_entry(pace, lambda text: act("pace", text[:LONGEST]))
         on_press(answer, lambda: act("show", self._student.value))
         on_press(run, lambda: act("show run", self._student.value))
 

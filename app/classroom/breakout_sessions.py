@@ -17,7 +17,7 @@ from app.hosting.visitor import Visitor
 from app.hosting.visitor_record import VisitorRecord, tab_id
 from app.hosting.worker_messages import ForgetTabs, Replaced, WorkerLink
 from app.i18n.speaking import set_language
-from app.page.panels.teachers_tab import ServerLoad, combined
+from app.page.panels.server_load import ServerLoad, combined
 from app.session.actions import RestoreSettings
 from app.settings import LOOKS
 from app.web.audiences import SCREEN

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 from app.export.class_summary import HandIn
 from app.hosting.visitor_record import VisitorRecord
-from app.lessons.bookmark import OpenSteps
-from app.page.panels.teachers_tab import ServerLoad
+from app.lessons.open_steps import OpenSteps
+from app.page.panels.server_load import ServerLoad
 from app.session.actions import Action
 from scenes.inputs import Recorded
 

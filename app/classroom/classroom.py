@@ -8,15 +8,16 @@ from app.classroom.breakout_places import BreakoutPlaces
 from app.classroom.progress_board import ProgressBoard
 from app.classroom.student_work import StudentWork, clean_name
 from app.export.class_summary import AskedQuestion, ClassSummary, HandIn
-from app.lessons.bookmark import OpenSteps, Phase
+from app.lessons.bookmark import Phase
 from app.lessons.curve_drawing import Drawing, checked_curve
 from app.lessons.lesson import Lesson, LessonBook, Question, Step
+from app.lessons.open_steps import OpenSteps
 from app.lessons.outcomes import AnswerVerdict, StepOutcome
 from app.lessons.progress import LONGEST_REASON, Progress, StepProgress, from_json, to_json
 from app.lessons.step_view import StepPosition, answer_verdict, fill
 from app.lessons.tally import Ballot, QuestionId, Switch, Tally, switches_between, tally_of
 from app.lessons.walkthrough import Walkthrough
-from app.page.panels.teachers_tab import ServerLoad
+from app.page.panels.server_load import ServerLoad
 from app.plots.curve_chart import Curve
 from app.web.connection import FilteredConnection
 

@@ -11,7 +11,7 @@ from app.export.tally_html import cloud_html, drawn_too, switches_text, tie_text
 from app.i18n.speaking import N_, spoken, tr
 from app.lessons.curve_drawing import drawing_svg, judge_drawing, median_curve
 from app.lessons.tally import Ballot
-from app.page.panels.teachers_tab import load_pills
+from app.page.panels.server_load import load_pills
 from app.plots.curve_chart import Curve
 from app.text.templates import element, macros, tr_html
 from app.web.address import Address, qr_svg

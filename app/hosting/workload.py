@@ -4,7 +4,7 @@ import math
 import time
 from typing import Final
 
-from app.page.panels.teachers_tab import ServerLoad, combined
+from app.page.panels.server_load import ServerLoad, combined
 from app.session.clock import SLOWEST, budget_of
 from controllers.compiled import GAIN, all_loaded
 from scenes.settings import RunSettings

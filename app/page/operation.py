@@ -10,8 +10,9 @@ import viser
 from app.i18n.speaking import tr
 from app.lessons.lesson import LessonBook
 from app.page.handles.gizmos import Gizmos
+from app.page.lessons.duel_box import DuelBox
+from app.page.lessons.lab_report_box import AskReport, LabReportBox
 from app.page.lessons.lesson_controls import LessonControls
-from app.page.lessons.take_away_boxes import AskReport, DuelBox, LabReportBox
 from app.page.panels import PagePanel
 from app.page.panels.controls import Controls
 from app.page.panels.hotkeys import hotkeys, keys_of

@@ -6,10 +6,11 @@ import viser
 from app.session.frame import Frame
 from app.settings import PageSettings
 from app.stage.arms import ArmView, TranslucentArms, ghost_posture
+from app.stage.ball_view import BallView
 from app.stage.contact_view import ClosestLine, ContactSkin
 from app.stage.hand_marks import GripMark, PathLine, TargetPlace, Trace
+from app.stage.person_figure import FigureView
 from app.stage.stage_part import StagePart
-from app.stage.yours import BallView, FigureView, Yours
 from app.theme import PALETTES, Palette
 from scenes.room_shells import furniture_glb
 from scenes.simulation import Simulation
@@ -61,6 +62,10 @@ def _lay_floor(scene: viser.SceneApi, palette: Palette, fine: bool) -> None:
     along = np.stack([np.stack([ticks, -ends, zero], -1), np.stack([ticks, ends, zero], -1)], 1)
     lines = np.concatenate([along, along[..., [1, 0, 2]]]).astype(np.float32)
     scene.add_line_segments("/floor", lines, palette.section, thickness=1, thickness_units="screen")
+
+
+Yours = ArmView | BallView | FigureView
+"""What a person can take hold of."""
 
 
 class Stage:

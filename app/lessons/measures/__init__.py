@@ -3,6 +3,6 @@
 from app.lessons.measures import distances
 
 # isort: split
-from app.lessons.measures import contact_line, hand_errors, joint_speeds
+from app.lessons.measures import contact_line, hand_errors, joint_speeds, task_stability
 
-__all__ = ["contact_line", "distances", "hand_errors", "joint_speeds"]
+__all__ = ["contact_line", "distances", "hand_errors", "joint_speeds", "task_stability"]

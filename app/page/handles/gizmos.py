@@ -13,7 +13,9 @@ from app.session.frame import Frame
 from app.session.second_hand import Holder
 from app.session.session import Session
 from app.stage.arms import ArmView
-from app.stage.yours import BallView, FigureView, Yours
+from app.stage.ball_view import BallView
+from app.stage.person_figure import FigureView
+from app.stage.stage import Yours
 from app.text.templates import element
 from app.web.control_events import on_entry
 from app.web.viser_internals import uuid_of

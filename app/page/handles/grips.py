@@ -10,8 +10,9 @@ from app.session.actions import Drag
 from app.session.second_hand import Holder
 from app.session.session import Session
 from app.stage.arms import ArmView
+from app.stage.ball_view import BallView
+from app.stage.person_figure import FigureView, on_person
 from app.stage.stage_part import in_room
-from app.stage.yours import BallView, FigureView, on_person
 from controllers.kinematics import Array
 from scenes.person.figure import Figure, Grasp
 from scenes.settings import ArmName

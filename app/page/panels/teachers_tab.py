@@ -1,7 +1,7 @@
 """What a teacher's key opens: the notes on the lessons, and the server's load; and the notice that a key is wrong."""
 
-from collections.abc import Mapping, Sequence
-from typing import Final, NamedTuple
+from collections.abc import Mapping
+from typing import Final
 
 import viser
 
@@ -9,39 +9,8 @@ from app.i18n.speaking import tr
 from app.lessons.lesson import Step
 from app.lessons.loading import Notes, read_notes
 from app.lessons.session.lesson_session import LessonSession
+from app.page.panels.server_load import ServerLoad, load_pills
 from app.text.templates import element, macros
-
-
-class ServerLoad(NamedTuple):
-    """How busy a server is.
-
-    Attributes:
-        frames: a second, of every page.
-        sessions: that had a frame lately: neither resting nor out of sight.
-        places: sessions that it carries at 20 frames a second.
-        load: part of what it carries [%]; beyond 100 all pages have fewer than 20 frames a second.
-    """
-
-    frames: int
-    sessions: int
-    places: int
-    load: int
-
-
-def combined(loads: Sequence[ServerLoad]) -> ServerLoad:
-    """Return several processes' load as one: the frames of the slowest, all sessions and places, the load of the busiest."""
-    frames, sessions, places, load = zip(*loads, strict=True)
-    return ServerLoad(min(frames), sum(sessions), sum(places), max(load))
-
-
-def load_pills(load: ServerLoad) -> list[tuple[str, str]]:
-    """Return the server's numbers as pills: kind and words."""
-    return [
-        ("", tr("frames/s: {count}", count=load.frames)),
-        ("", tr("sessions at work: {count} of {places}", count=load.sessions, places=load.places)),
-        ("halt" if load.load > 100 else "go", tr("load: {percent} %", percent=load.load)),
-    ]
-
 
 ORDER: Final = -20.0
 """Order of a teacher's tabs: above the controls."""

@@ -18,7 +18,7 @@ from app.hosting import visitor as visitor_module
 from app.hosting.private_host import PrivateHost
 from app.hosting.visitor_record import VisitorRecord
 from app.hosting.worker_messages import ForTab, Replaced, WorkerLink
-from app.page.panels.teachers_tab import ServerLoad
+from app.page.panels.server_load import ServerLoad
 from app.settings import Settings
 from app.web.server import MOVED_CODE
 from tests.app.classroom.lecture_room import choose, command, drawn_name, sees, tab_of

@@ -16,7 +16,7 @@ from app.hosting.frame_loop import FrameLoop
 from app.hosting.workload import BAND, ENOUGH, Workload, affordable, places, step_seconds
 from app.page.operation import CALM
 from app.page.panels.controls import Controls
-from app.page.panels.teachers_tab import ServerLoad, combined, load_pills
+from app.page.panels.server_load import ServerLoad, combined, load_pills
 from app.session import session as session_module
 from app.session.actions import SetSetting
 from app.session.clock import FRAME, LEAST, SLOWEST

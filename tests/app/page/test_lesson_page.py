@@ -19,11 +19,11 @@ from app.lessons.session.lesson_actions import GoTo, ListLessons, StartOrPause
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.walkthrough import Walkthrough
 from app.page.lessons.answer_boxes import read_number
+from app.page.lessons.lab_report_box import LabReportBox
 from app.page.lessons.lesson_charts import search_plot
 from app.page.lessons.lesson_controls import LessonControls
 from app.page.lessons.lesson_html import attempt_html, blocks_html
 from app.page.lessons.lesson_panel import ORDER, LessonPanel
-from app.page.lessons.take_away_boxes import LabReportBox
 from app.page.panels.hotkeys import LESSON_KEYS, hotkeys
 from app.session.frame import freeze
 from app.session.session import Session

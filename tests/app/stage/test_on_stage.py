@@ -12,7 +12,7 @@ from viser import SceneApi
 from app.page.handles.transform_handles import swivel_frame, wanted_pose
 from app.session.session import Session
 from app.stage.arms import ArmView
-from app.stage.yours import SCALE, on_person, on_stage
+from app.stage.person_figure import SCALE, on_person, on_stage
 from controllers.kinematics import Array
 from scenes import solo
 from scenes.ball import BALL_RADIUS, PATH, POINT_RADIUS

@@ -10,7 +10,7 @@ from app.page.picture_size import free_picture
 from app.session.actions import SetSetting
 from app.settings import Settings
 from app.stage.camera_view import view_of
-from app.stage.yours import on_stage
+from app.stage.person_figure import on_stage
 from app.start import App
 from scenes.ball import PATH
 from scenes.settings import RobotName, RunSettings, specs, values

@@ -1,5 +1,6 @@
-"""What a visitor takes away from the lessons: a report with the student's own words, and of a duel a link that replays the nearest push to
-the last bit, and a film of five seconds around it."""
+"""The lab report on the page: a box for the student's own words in every step, and a button that makes the report."""
+
+from typing import Final
 
 import viser
 
@@ -9,19 +10,14 @@ from app.i18n.speaking import tr
 from app.lessons.progress import MOST_WORDS
 from app.lessons.session.lesson_actions import Write
 from app.page.lessons.lesson_panel import ORDER
-from app.page.panels import PagePanel
-from app.page.panels.link_box import link_to
 from app.page.view import View
 from app.session.actions import Action
 from app.session.frame import Frame
 from app.session.session import Session
-from app.settings import PUSH
-from app.text.templates import element, macros
 from app.web.control_events import on_entry, on_press
-from app.web.request import request_address
-from controllers.errors import BadSetting
-from scenes.inputs import Recorded
-from scenes.run_text import run_text
+
+_WORDS: Final = ORDER["hints"] + 3.0
+_REPORT: Final = ORDER["hints"] + 4.0
 
 
 class AskReport(Action, newest_by=("one",)):
@@ -66,7 +62,7 @@ class LabReportBox:
                 multiline=True,
                 visible=False,
                 hint=tr("What you saw, and why: it goes into your lab report."),
-                order=ORDER["hints"] + 3.0,
+                order=_WORDS,
             )
         return on_entry(box, lambda words: self._session.post(Write(lesson, step, words[:MOST_WORDS])))
 
@@ -84,64 +80,7 @@ class LabReportBox:
             self._boxes[here] = self._box(*here, tab)
         if self._of_lesson is None:
             with tab:
-                self._of_lesson = self._button("Lab report on this lesson", True, ORDER["hints"] + 4.0)
+                self._of_lesson = self._button("Lab report on this lesson", True, _REPORT)
         for place, box in self._boxes.items():
             box.visible = place == here
         self._of_lesson.visible = here is not None and walk.step is walk.lesson.steps[-1]
-
-
-class AskPushFilm(Action):
-    """Make the film of the nearest push."""
-
-
-class DuelBox(PagePanel):
-    """The link and the button, below the score.
-
-    Args:
-        view: with the panel where they stand.
-        exports: makes the film.
-    """
-
-    def __init__(self, client: viser.ClientHandle, session: Session, view: View, exports: ExportQueue) -> None:
-        self._gui, self._session, self._exports = client.gui, session, exports
-        self._lessons, self._panel = view.lessons, view.lesson_panel
-        self._address = request_address(client)
-        self._shown: Recorded | None = None
-        self._handles: tuple[viser.GuiHtmlHandle, viser.GuiButtonHandle] | None = None
-
-    def take(self, action: Action) -> bool:
-        """Have the film made; return whether this was asked for."""
-        if not isinstance(action, AskPushFilm):
-            return False
-        if self._shown is not None:
-            self._exports.ask_push_film(self._shown)
-        return True
-
-    def show(self, frame: Frame) -> None:
-        """Offer them once a push counts."""
-        del frame
-        run, tab = self._lessons, self._panel.tab
-        nearest = run.walk.nearest if run.open and not run.listing and tab is not None else None
-        if self._handles is None and nearest is not None and tab is not None:
-            hint = tr("An animated picture (WebP) of the nearest moment; it takes half a minute.")
-            with tab:
-                link = self._gui.add_html("", order=ORDER["attempt"] + 1.0)
-                film = self._gui.add_button(tr("Film of five seconds"), hint=hint, color="gray", order=ORDER["attempt"] + 2.0)
-            self._handles = link, on_press(film, lambda: self._session.post(AskPushFilm()))
-        if self._handles is None:
-            return
-        link, film = self._handles
-        if nearest is not self._shown:
-            self._shown = nearest
-            link.visible = film.visible = nearest is not None
-            link.content = "" if nearest is None else self._link(nearest)
-        film.disabled = bool(self._exports.busy)
-
-    def _link(self, push: Recorded) -> str:
-        walk = self._lessons.walk
-        try:
-            query = {"lesson": walk.lesson.id, "step": str(walk.step_index + 1), PUSH: run_text(push)}
-        except BadSetting as error:
-            return element("p", tr(str(error)), class_="duet")
-        made = macros("page/panels/copy.html").link
-        return made(link_to(self._address, query), False, tr("Link that replays your nearest push"))

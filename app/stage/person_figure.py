@@ -1,62 +1,19 @@
-"""What is the visitor's beside an arm: the ball in the way, with the sphere about the point that keeps clear of it, and the person who is
-imitated."""
+"""The person who is imitated: a smaller figure beside the robots, as tall as their shoulders stand."""
 
 from typing import Final
 
 import numpy as np
-import pinocchio as pin
 import viser
 
 from app.i18n.speaking import tr
 from app.session.frame import Frame
 from app.settings import PageSettings
-from app.stage.arms import ArmView
 from app.stage.stage_part import StagePart, fresh
-from app.theme import BRAND, PALETTES, rgb, scale
+from app.theme import scale
 from controllers.kinematics import Array
-from scenes.ball import BALL_RADIUS, POINT_RADIUS
 from scenes.person.body import SHOULDER_HEIGHT, body_parts, body_poses
 from scenes.person.source import MissingPackage
-from scenes.room import Room
 from scenes.targets import AnglesTarget
-
-
-class BallView(StagePart):
-    """The ball has the colour of what is yours.
-
-    Args:
-        scene: where to draw.
-        room: with a ball.
-        arm: as drawn; the sphere hangs on one of its links.
-    """
-
-    def __init__(self, scene: viser.SceneApi, room: Room, arm: ArmView) -> None:
-        assert room.ball is not None
-        self._columns = room.ball
-        self.ball = scene.add_icosphere("/ball", radius=BALL_RADIUS, subdivisions=4, color=BRAND)
-        self._point: viser.IcosphereHandle | None = None
-        if room.point != "arm":
-            name = f"control point at the {room.point}"
-            body = room.geometry.geometryObjects[room.geometry.getGeometryId(name)]
-            placement: pin.SE3 = body.placement
-            point = scene.add_icosphere(
-                f"{arm.link(body.parentJoint)}/control_point",
-                radius=POINT_RADIUS,
-                opacity=0.35,
-                position=tuple(placement.translation.tolist()),
-                cast_shadow=False,
-                receive_shadow=False,
-            )
-            self._point = fresh(point)
-        self.nodes = (self.ball,) if self._point is None else (self.ball, self._point)
-
-    def dress(self, page: PageSettings) -> None:
-        if self._point is not None:
-            self._point.color = rgb(PALETTES[page.theme].distance)
-
-    def show(self, frame: Frame) -> None:
-        self.ball.position = frame.simulation.positions[self._columns]
-
 
 SCALE: Final = 0.92 / SHOULDER_HEIGHT
 """Of the figure: its shoulders are as high as the robots' [m/m]."""
@@ -120,7 +77,3 @@ class FigureView(StagePart):
         self.angles = angles.copy()
         for name, turn in body_poses(angles).items():
             self.parts[name].wxyz = turn
-
-
-Yours = ArmView | BallView | FigureView
-"""What a person can take hold of."""
