@@ -13,8 +13,8 @@ from app.session.frame import NO_INVITATION, Frame
 from app.session.session import Session
 from app.settings import GUEST
 from app.text.templates import macros, tr_html
-from app.web.address import address_known_to, qr_svg
 from app.web.control_events import on_press
+from app.web.request import address_known_to, qr_svg
 
 
 class Invite(Action):
