@@ -15,7 +15,6 @@ from app.hosting.app_context import AppContext
 from app.hosting.visitor_record import tab_id
 from app.hosting.worker_messages import Replaced, WorkerLink
 from app.session.actions import Action, ActionQueue
-from app.session.session import Session
 from app.web.request import request_query
 
 log = logging.getLogger("duet.lecture")
@@ -37,11 +36,6 @@ class BreakoutHost:
         self.admission = Admission(context, self._admit, lambda _: log.exception("a student's page could not be built"))
         context.server.gate.may_share = lambda client_id: False
         context.server.takes_over = lambda query: True
-
-    @property
-    def sessions(self) -> dict[int, Session]:
-        """The live sessions by client id."""
-        return {key: one.visitor.session for key, one in list(self.participants.items()) if one.visitor is not None}
 
     def close(self) -> None:
         """Keep what every student has done, and close every session."""

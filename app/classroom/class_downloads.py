@@ -7,13 +7,12 @@ from typing import Final
 
 import viser
 
-from app.export.class_report import class_report_bytes, class_zip_bytes
+from app.export.class_report import class_report_bytes, class_table_bytes, class_zip_bytes
 from app.export.class_summary import ClassSummary
-from app.export.class_table import class_table_bytes
 from app.i18n.speaking import N_, set_language, tr
 from app.lessons.lesson import LessonBook
 from app.page.panels.choice_buttons import ChoiceButtons
-from app.runtime.job_pool import Job, Jobs, JobWatch
+from app.runtime.job_pool import Jobs, JobWatch
 from app.session.actions import Action
 from app.session.session import Session
 from app.settings import Language
@@ -54,7 +53,7 @@ class ClassDownloads:
         self._client, self._session, self._summaries = client, session, summaries
         self._lessons = book.lessons
         self._language: Language = language
-        self._jobs = JobWatch(jobs, session.wake, self._fail)
+        self._jobs = JobWatch(jobs, session.wake, lambda job: self._notify(tr("The export failed"), tr(job.message)))
         session.takers["downloads", client.client_id] = self._take
 
     def build(self) -> None:
@@ -86,18 +85,17 @@ class ClassDownloads:
     def _take(self, action: Action) -> bool:
         if not (isinstance(action, MakeReport) and action.client == self._client.client_id):
             return False
-        self._ask(action.which, action.kind)
-        return True
-
-    def _ask(self, which: int, kind: str) -> None:
         set_language(self._language)
-        summary = self._summaries()[which]
+        summary = self._summaries()[action.which]
         if summary is None or summary.empty:
             self._notify(tr("There is nothing to report yet"), tr("Let the class answer a question first."))
-            return
-        if kind == "ZIP" and not summary.hand_ins:
+        elif action.kind == "ZIP" and not summary.hand_ins:
             self._notify(tr("There is nothing to report yet"), tr("reports handed in: {count}", count=0))
-            return
+        else:
+            self._submit(action.kind, summary)
+        return True
+
+    def _submit(self, kind: str, summary: ClassSummary) -> None:
         name = time.strftime(f"duet-class-%Y-%m-%d.{kind.lower()}", time.localtime(summary.saved))
         send = partial(self._client.send_file_download, name, save_immediately=True)
         if kind == "CSV":
@@ -108,9 +106,6 @@ class ClassDownloads:
 
     def _notify(self, title: str, text: str) -> None:
         self._client.add_notification(title, text, color="orange", auto_close_seconds=8.0)
-
-    def _fail(self, job: Job) -> None:
-        self._notify(tr("The export failed"), tr(job.message))
 
     def show(self) -> None:
         """Hand over what is ready."""

@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 
 from app.classroom.ballots import Ballots, VoterCount, Voters
 from app.classroom.breakout_places import BreakoutPlaces
-from app.classroom.progress_board import ProgressBoard
-from app.classroom.student_work import StudentWork, clean_name
+from app.classroom.student_work import ProgressBoard, StudentWork, clean_name
 from app.export.class_summary import AskedQuestion, ClassSummary, HandIn
 from app.lessons.bookmark import Phase
 from app.lessons.curve_drawing import Drawing, checked_curve
@@ -199,9 +198,15 @@ class Classroom:
     def _texts_of(self, lesson: Lesson, step: Step, asked: Question, outcome: StepOutcome | None) -> _Texts:
         """Return the texts of a question, which are made once in every language and not in every frame."""
         cached = self._texts.get(lesson.language)
-        if cached is None or cached[0] is not step or cached[1] is not outcome:
-            cached = self._texts[lesson.language] = step, outcome, _make_texts(lesson, step, asked, outcome)
-        return cached[2]
+        if cached is not None and cached[0] is step and cached[1] is outcome:
+            return cached[2]
+        choices = tuple(fill(step, choice.text, None, lesson.language) for choice in asked.choices)
+        index = lesson.steps.index(step)
+        each = [] if outcome is None else [StepProgress(choice=i, outcome=outcome) for i in range(len(choices))]
+        verdicts = tuple(answer_verdict(StepPosition(lesson, step, index, Phase.OBSERVE, one, None)) for one in each)
+        texts = choices, () if outcome is None else outcome.lines(step, lesson.language), verdicts
+        self._texts[lesson.language] = step, outcome, texts
+        return texts
 
     def answer(self, walk: Walkthrough | None, student: str, choice: int) -> bool:
         """Take a student's answer to the question in the plenary; return whether it was taken."""
@@ -289,18 +294,6 @@ def _asked(question: QuestionId, step: Step, rounds: tuple[dict[str, Ballot], ..
     choices = 0 if step.question is None else len(step.question.choices)
     switches = switches_between(rounds[0], rounds[-1]) if len(rounds) > 1 else ()
     return AskedQuestion(question, tuple(tally_of(one, choices) for one in rounds), switches)
-
-
-def _make_texts(lesson: Lesson, step: Step, asked: Question, outcome: StepOutcome | None) -> _Texts:
-    choices = tuple(fill(step, choice.text, None, lesson.language) for choice in asked.choices)
-    if outcome is None:
-        return choices, (), ()
-    index = lesson.steps.index(step)
-    verdicts = tuple(
-        answer_verdict(StepPosition(lesson, step, index, Phase.OBSERVE, StepProgress(choice=i, outcome=outcome), None))
-        for i in range(len(choices))
-    )
-    return choices, outcome.lines(step, lesson.language), verdicts
 
 
 def _staged(walk: Walkthrough, tally: Tally, revealed: bool) -> tuple[int, ...]:

@@ -14,7 +14,7 @@ from app.lessons.tally import Ballot
 from app.page.panels.server_load import load_pills
 from app.plots.curve_chart import Curve
 from app.text.templates import element, macros, tr_html
-from app.web.address import Address, qr_svg
+from app.web.request import Address, qr_svg
 
 WATCHING: Final = N_("Another one of you operates it.")
 TAKE_OVER: Final = N_("Take over")
@@ -110,22 +110,18 @@ def join_html(address: Address) -> Markup:
             "Students type it, or point a camera at the code. {link} is for a projector, without a clicker; it is not counted.",
             link=f"{address.short}?screen=1",
         )
-    return macros("classroom/invitation.html").join(address, hint, _qr_code(address))
+    return macros("classroom/invitation.html").join(address, hint, qr_svg(address.url, tr("QR code of the address")))
 
 
 def overlay_html(address: Address, joined: tuple[int, int] | None = None) -> Markup:
     """Return the address for every screen. `joined`: see `joined_text`; None where that is not said."""
     said = "" if joined is None else joined_text(*joined)
-    return macros("classroom/invitation.html").overlay(address, _qr_code(address), said)
+    return macros("classroom/invitation.html").overlay(address, qr_svg(address.url, tr("QR code of the address")), said)
 
 
 def joined_text(here: int, expected: int) -> str:
     """Return how many students are here, of how many; `expected`: 0 where the teacher has not said."""
     return tr("{count} of {expected} are in", count=here, expected=expected) if expected else tr("{count} are in", count=here)
-
-
-def _qr_code(address: Address) -> Markup:
-    return qr_svg(address.url, tr("QR code of the address"))
 
 
 def mine_html(poll: Poll, ballot: Ballot, first: Ballot = _NONE, keys: bool = True) -> Markup:

@@ -40,7 +40,8 @@ class Leader:
         name = tab or f"tab {client_id}"
         if SCREEN in query:
             return False
-        leads = self._holder in (None, name) or self._is_heir(tab)
+        vacant = not self._client_ids and self._clock() - self._since > HOLD
+        leads = self._holder in (None, name) or (vacant and tab is not None and tab not in self._students)
         admitted = leads if self._key is None else is_teacher(self._key, query)
         if admitted:
             self._holder = name
@@ -58,10 +59,6 @@ class Leader:
         """Hold the lead for a tab as if it had just disconnected; these are the students' tabs."""
         self._holder, self._since = holder, self._clock()
         self._students.extend(students)
-
-    def _is_heir(self, tab: str | None) -> bool:
-        vacant = not self._client_ids and self._clock() - self._since > HOLD
-        return vacant and tab is not None and tab not in self._students
 
     def gone(self, client_id: int) -> None:
         """Note that a browser has disconnected."""

@@ -29,8 +29,8 @@ from app.lessons.session.lesson_session import LessonSession
 from app.session.frame import Frame, make_frame
 from app.session.session import Session
 from app.settings import Look
-from app.web.address import Address
 from app.web.audiences import SCREEN, SMALL, Audiences
+from app.web.request import Address
 
 log = logging.getLogger("duet.lecture")
 
@@ -78,11 +78,6 @@ class LectureHost:
         if self._leader.admits(client_id, query) or self._breakouts.expects(query):
             return None
         return look_of(query, preferred(accept), self._context.options.settings)
-
-    @property
-    def sessions(self) -> dict[int, Session]:
-        """The breakout sessions, by client id."""
-        return {key: one.visitor.session for key, one in list(self.participants.items()) if one.visitor is not None}
 
     def close(self, goes_on: bool = False) -> None:
         """Keep what every student has done, and close every session. `goes_on`: whether the lecture is left to the next server, as if this

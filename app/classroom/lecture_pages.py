@@ -22,9 +22,8 @@ from app.page.operation import Operation
 from app.page.panels.hotkeys import CLICKER_KEYS
 from app.page.panels.teachers_tab import name_mistake
 from app.settings import ALONE, Language
-from app.web.address import Address, find_address
 from app.web.audiences import Audience, Audiences
-from app.web.request import browser_language, request_address
+from app.web.request import Address, browser_language, find_address, request_address
 
 
 class PlenaryControls:
@@ -115,7 +114,7 @@ class PlenaryControls:
             teacher.page = PlenaryPage(client, self._session, self._lessons, context.book, language, look, lambda: [client])
             if leads:
                 self.operation = Operation(client, self._session, teacher.page.view, presenting=ALONE not in teacher.query)
-            if teacher.panel is not None:
+            if isinstance(teacher.panel, TeacherPanel):
                 teacher.panel.close()
             notes = context.library.notes if context.options.key is not None else None
             if not leads:

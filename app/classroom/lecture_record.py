@@ -31,22 +31,19 @@ class LectureRecorder:
         self._session, self._lessons, self._classroom = control.session, control.lessons, control.classroom
         self._last_class = _summary_in(self._store.last_lecture(), record is not None, self._book)
         if record is not None and record.room is not None:
-            self._restore(record, record.room)
+            if record.lessons is not None:
+                self._lessons.resume(record.lessons, reopen=True)
+            for _ in run_again(self._session, self._lessons, record):
+                pass
+            _take_up(self._classroom, record.room)
+            self._classroom.free = record.room.free
+            self._leader.restore(record.room.leader, record.room.students)
 
     @property
     def last_class(self) -> ClassSummary | None:
         """Return what the class before this one has left behind, for as long as records are kept."""
         last = self._last_class
         return None if last is None or abs(time() - last.saved) > self._store.keep else last
-
-    def _restore(self, record: VisitorRecord, classroom: ClassRecord) -> None:
-        if record.lessons is not None:
-            self._lessons.resume(record.lessons, reopen=True)
-        for _ in run_again(self._session, self._lessons, record):
-            pass
-        _take_up(self._classroom, classroom)
-        self._classroom.free = classroom.free
-        self._leader.restore(classroom.leader, classroom.students)
 
     def save(self, now: float) -> None:
         """Hand over the lecture every `SAVING`. `now`: wall time [s]."""

@@ -23,7 +23,7 @@ from app.page.lessons.lesson_html import record_html
 from app.page.view import View
 from app.text.lesson_text import lesson_html
 from app.text.templates import element, macros
-from app.web.address import Address
+from app.web.request import Address
 
 
 class Invitation:
@@ -156,16 +156,13 @@ def _slide(station: Station, view: StepView, poll: Poll | None, quotes: Collecti
     if poll is None:
         answers = made.outcome(view)
     else:
-        seen = station is not Station.QUESTION and (poll.revealed or poll.outcome)
-        answers = poll_html(poll if seen else _unseen(poll)) + made.quotes(quotes)
+        if station is Station.QUESTION or not (poll.revealed or poll.outcome):
+            # Rows with empty bars, which grow at the reveal, and empty axes.
+            none = Tally((0,) * len(poll.choices), 0, 0)
+            poll = Poll(poll.question, poll.choices, none, open=True, revealed=False, drawing=poll.drawing, unseen=True)
+        answers = poll_html(poll) + made.quotes(quotes)
     after = texts.get("observe", "") if station is Station.OUTCOME else ""
     return made.slide(view, texts.get("predict", ""), answers, after, "text")
-
-
-def _unseen(poll: Poll) -> Poll:
-    """Return a poll without its answers: rows with empty bars, which grow at the reveal, and empty axes."""
-    tally = Tally((0,) * len(poll.choices), 0, 0)
-    return Poll(poll.question, poll.choices, tally, open=True, revealed=False, drawing=poll.drawing, unseen=True)
 
 
 def _meter(poll: Poll | None, left: int | None) -> Markup:

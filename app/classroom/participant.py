@@ -21,9 +21,8 @@ from app.page.view import View
 from app.session.session import Session
 from app.settings import LOOKS, Settings, from_query
 from app.theme import NARROW
-from app.web.address import Address
 from app.web.audiences import SCREEN, Audience
-from app.web.request import request_query
+from app.web.request import Address, request_query
 from app.web.viser_internals import expand_for
 from scenes.settings import values
 
@@ -92,7 +91,7 @@ class Participant:
         """Keep what a student has done in a session of their own, and drop what is being made for a teacher."""
         if self.visitor is not None and not self.visitor.superseded and self.visitor.lessons.begun:
             self._post_work(Progressed(self.group, self.visitor.lessons.walk.to_json()))
-        if self.panel is not None:
+        if isinstance(self.panel, TeacherPanel):
             self.panel.close()
 
     def invite(self, address: Address | None) -> None:

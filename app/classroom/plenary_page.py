@@ -22,9 +22,8 @@ from app.page.view import View
 from app.session.frame import Frame
 from app.session.session import Session
 from app.settings import Language, Look
-from app.web.address import Address
 from app.web.audiences import Audience
-from app.web.request import browser_language, request_query
+from app.web.request import Address, browser_language, request_query
 
 
 class PlenaryPage:
@@ -63,14 +62,6 @@ class PlenaryPage:
         self._poll: viser.GuiHtmlHandle | None = None
         self._shown: tuple[Poll | None, float | None] = None, None
 
-    def _show_screen(self, screen: ScreenView, poll: Poll | None, record: float | None) -> None:
-        if self.view.bare == screen.presenter.panels:
-            self.view.bare = not self.view.bare
-            for client in self._clients():
-                # The panels take their room from the canvas, so that the view has to be fitted again.
-                self.view.welcome(client)
-        screen.show(poll, record)
-
     def cover(self, address: Address | None, joined: tuple[int, int]) -> None:
         """Make a projector black, or show the address on it, or its picture again, which may be frozen. `joined`: see `joined_text`."""
         if self._screen is not None:
@@ -87,7 +78,12 @@ class PlenaryPage:
         self.shown = True
         with self._host.atomic():
             if self._screen is not None:
-                self._show_screen(self._screen, poll, record)
+                if self.view.bare == self._screen.presenter.panels:
+                    self.view.bare = not self.view.bare
+                    for client in self._clients():
+                        # The panels take their room from the canvas, so that the view has to be fitted again.
+                        self.view.welcome(client)
+                self._screen.show(poll, record)
             self.view.show(frame)
             tab, gui = self.view.lesson_panel.tab, self._host.gui
             if self._poll is None and tab is not None:

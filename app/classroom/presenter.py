@@ -65,8 +65,6 @@ _OF_PHASE: Final = {
 }
 """The first station of every phase."""
 
-_BEFORE_THE_RUN: Final = (Station.SCENE, Station.QUESTION, Station.ANSWERS)
-
 
 class _StagePlace(NamedTuple):
     """Where the plenary's lesson is, as far as it decides what the projector shows."""
@@ -143,7 +141,7 @@ class Presenter:
                 # Another question, or this one is answered, or asked again.
                 self._ends_at = None
                 self._asked_at = self._clock() if self.station is Station.QUESTION else None
-        if running and place.phase is Phase.DO and self.station in _BEFORE_THE_RUN:
+        if running and place.phase is Phase.DO and self.station in (Station.SCENE, Station.QUESTION, Station.ANSWERS):
             self.show(Station.RUN)
 
     def _station_at(self, place: _StagePlace, before: _StagePlace) -> Station:

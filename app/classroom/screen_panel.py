@@ -63,7 +63,9 @@ class ScreenPanel:
         if shown == self._shown:
             return
         self._shown = shown
-        self._state.content = state_html(presenter, lessons.open)
+        pills = [("", tr("On the screen: {what}", what=tr(STATION_NAMES[presenter.station])))] if lessons.open else []
+        pills.append(("", tr("screens: {count}", count=presenter.screens)))
+        self._state.content = macros("page/panels/pills.html").in_class([pills], live=True)
         self._on.label = next_station_label(presenter, following)
         self._on.disabled = self._back.disabled = not (lessons.open or presenter.covered)
         self._timer.show(visible=lessons.open)
@@ -76,13 +78,6 @@ def next_station_label(presenter: Presenter, following: Station | None) -> str:
     if presenter.covered:
         return tr("Next: the picture again")
     return tr("Next step") if following is None else tr("Next: {what}", what=tr(STATION_NAMES[following]))
-
-
-def state_html(presenter: Presenter, in_lesson: bool) -> Markup:
-    """Return what the projectors show, and how many there are."""
-    pills = [("", tr("On the screen: {what}", what=tr(STATION_NAMES[presenter.station])))] if in_lesson else []
-    pills.append(("", tr("screens: {count}", count=presenter.screens)))
-    return macros("page/panels/pills.html").in_class([pills], live=True)
 
 
 def covers_html(presenter: Presenter) -> Markup:

@@ -23,7 +23,7 @@ from app.page.lessons.lesson_html import choice_label
 from app.page.lessons.lesson_panel import ORDER, LessonPanel
 from app.page.picture_size import PHONE, canvas_size
 from app.text.templates import macros
-from app.web.control_events import on_command, on_entry, on_press
+from app.web.control_events import on_entry, on_press
 from app.web.viser_internals import HotkeyKey, expand_for
 
 KEYS: Final[tuple[HotkeyKey, ...]] = ("1", "2", "3", "4", "5", "6")
@@ -135,7 +135,7 @@ class Answers:
         for i in range(len(self._commands), count):
             name = tr("Answer {number}", number=i + 1)
             command = self._client.gui.add_command(name, hotkey=KEYS[i], icon=viser.Icon.HAND_CLICK)
-            self._commands.append(on_command(command, partial(self._control.answers.put, Answer(self._student, i))))
+            self._commands.append(on_press(command, partial(self._control.answers.put, Answer(self._student, i))))
         drawing = poll.drawing if poll is not None and poll.open else None
         self._board.show(poll.question if poll is not None else ("", ""), drawing, mine.curve)
         self._offer_reason(poll, mine)

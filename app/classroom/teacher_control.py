@@ -23,9 +23,6 @@ from app.session.session import Session
 from controllers.errors import BadSetting
 from scenes.inputs import Recorded
 
-RUN: Final = N_("a student's run")
-"""Name of the replay of what a student has done."""
-
 TeacherAction = (
     Literal["follow", "free", "pause", "reveal", "again", "pages", "quote", "expect", "invite", "invite all", "hide"]
     | Literal["show", "show run", "pace"]
@@ -153,7 +150,11 @@ class TeacherControl:
                 student = classroom.board.student_of(value)
                 classroom.wanted = student if student in classroom.groups else ""
             case "pace":
-                self._open_steps(value)
+                try:
+                    classroom.pace, self.refused = open_steps_from_text(value, self.lessons.walk.lesson), ""
+                except BadSetting as error:
+                    # A text that names no steps changes nothing, and is answered.
+                    self.refused = str(error)
             case "quote":
                 poll, numbers = self.poll(), map(int, re.findall(r"\d{1,4}", value))
                 reasons = {} if poll is None else classroom.ballots.reasons(poll.question)
@@ -217,7 +218,7 @@ class TeacherControl:
             player.news.append((N_("There is nothing to replay yet"), N_("Let it run for a moment.")))
             return
         self._show_work(student, run=True)
-        self._replayed = tr(RUN)
+        self._replayed = tr("a student's run")
         player.watch_file(recorded, self._replayed)
 
     def _go_on(self) -> None:
@@ -266,13 +267,6 @@ class TeacherControl:
                 presenter.show(Station.CHALLENGE)
             case _:
                 lessons.act(GoBack())
-
-    def _open_steps(self, text: str) -> None:
-        """Open the steps that the teacher has typed; a text that says none changes nothing, and is answered."""
-        try:
-            self.classroom.pace, self.refused = open_steps_from_text(text, self.lessons.walk.lesson), ""
-        except BadSetting as error:
-            self.refused = str(error)
 
     def _start_timer(self, seconds: int) -> None:
         """Give the class time to answer the question, which everybody sees then."""

@@ -1,12 +1,12 @@
-"""The teacher's panel of a lecture: the class, the notes, and the address; or the notes alone, while another tab of the teacher leads. Only
-the teacher's browsers are sent any of it."""
+"""The teacher's panel of a lecture: the class and the board of those who work alone, the notes, and the address; or the notes alone, while
+another tab of the teacher leads. Only the teacher's browsers are sent any of it."""
 
 from collections.abc import Callable, Mapping
+from time import monotonic
 from typing import Final, Literal
 
 import viser
 
-from app.classroom.board_panel import BoardPanel
 from app.classroom.class_downloads import ClassDownloads
 from app.classroom.classroom import Poll
 from app.classroom.classroom_html import TAKE_OVER, banner_html, heads_html, join_html, joined_text, poll_html, voters_html
@@ -14,12 +14,14 @@ from app.classroom.screen_panel import ScreenPanel, covers_html
 from app.classroom.teacher_control import TeacherAction, TeacherControl
 from app.hosting.serve_options import MOST_STUDENTS
 from app.i18n.speaking import N_, tr
+from app.lessons.bookmark import Bookmark
+from app.lessons.open_steps import LONGEST
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.hotkeys import PRESENTER_KEYS
 from app.page.panels.teachers_tab import ORDER, NotesView, TeachersTab
 from app.text.templates import macros
-from app.web.address import Address
-from app.web.control_events import on_command, on_entry, on_press
+from app.web.control_events import on_entry, on_press
+from app.web.request import Address
 from app.web.viser_internals import HotkeyKey
 
 COMMANDS: Final[tuple[tuple[str, HotkeyKey, TeacherAction], ...]] = (
@@ -33,6 +35,51 @@ COMMANDS: Final[tuple[tuple[str, HotkeyKey, TeacherAction], ...]] = (
 
 LONGEST_QUOTE: Final = 40
 """Characters of a list of reasons for the screen."""
+
+PERIOD: Final = 1.0
+"""Time between two looks at the board [s]."""
+
+NO_ONE: Final[str] = "–"
+
+
+class BoardPanel:
+    """The folder in the teacher's tab; the caller has opened that. `control`: carries out what the teacher asks for."""
+
+    def __init__(self, gui: viser.GuiApi, control: TeacherControl) -> None:
+        self._control, self._classroom, self._lessons, act = control, control.classroom, control.lessons, control.post
+        self._next = 0.0
+        self._folder = gui.add_folder(tr("Who is where"), visible=False)
+        with self._folder:
+            hint = tr("2 or 2-3: no other step opens for those who work alone. Empty: all steps.")
+            pace = gui.add_text(tr("only steps"), "", hint=hint)
+            self._pace, self._table = gui.add_html(""), gui.add_html("")
+            self._student = gui.add_dropdown(tr("student"), (NO_ONE,))
+            answer = gui.add_button(tr("Show this one"), icon=viser.Icon.PRESENTATION)
+            run = gui.add_button(tr("Show this run"), icon=viser.Icon.PLAYER_PLAY, color="gray")
+        on_entry(pace, lambda text: act("pace", text[:LONGEST]))
+        on_press(answer, lambda: act("show", self._student.value))
+        on_press(run, lambda: act("show run", self._student.value))
+
+    def show(self) -> None:
+        """Update it; it is there while the class explores."""
+        classroom, lessons, now = self._classroom, self._lessons, monotonic()
+        self._folder.visible = classroom.free
+        if not classroom.free or now < self._next:
+            return
+        self._next = now + PERIOD
+        walk, pace = lessons.walk, classroom.pace
+        place = walk.lesson.id, walk.step_index
+        at = Bookmark(walk.book).at(*(place if pace is None else (pace.lesson, pace.nearest(*place))))
+        rows = classroom.board.rows(classroom.groups, at, now)
+        said = tr("Every step is open.") if pace is None else tr(pace.words)
+        self._pace.content = macros("page/panels/pills.html").note(" ".join(filter(None, (tr(self._control.refused), said))))
+        self._table.content = macros("classroom/board.html").board(rows, len(at.lesson.steps))
+        names = NO_ONE, *(row.name for row in rows)
+        if self._student.value not in names:
+            # A student who is away for a moment stays chosen.
+            names += (self._student.value,)
+        if names != tuple(self._student.options):
+            self._student.options = names
 
 
 class TeacherPanel:
@@ -123,7 +170,7 @@ class TeacherPanel:
             undoes = (action == "free" and self._free) or (action == "invite" and self._inviting)
             self._control.post(undo if undoes else action)
 
-        on_command(command, act)
+        on_press(command, act)
 
     def show(self, poll: Poll | None) -> None:
         """Update all tabs. `poll`: the question in the plenary."""
@@ -188,6 +235,3 @@ class AssistantPanel:
         """Update the notes; see `TeacherPanel.show`."""
         if self._notes is not None and self._control.classroom.load is not None:
             self._notes.show(self._control.lessons, self._control.classroom.load)
-
-    def close(self) -> None:
-        """Do nothing: nothing is being made."""

@@ -1,4 +1,5 @@
-"""What a class leaves behind as one HTML page that prints well: the questions with their counts, the challenges, the reports handed in."""
+"""What a class leaves behind as one HTML page that prints well (the questions with their counts, the challenges, the reports handed in), as
+lab reports of one student each, and as a table."""
 
 import io
 import re
@@ -6,22 +7,24 @@ import time
 import zipfile
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from markupsafe import Markup
 
 from app.export.class_summary import AskedQuestion, ClassSummary, HandIn
-from app.export.gain import gains, whole
+from app.export.gain import Gain, gains, whole
 from app.export.handout_html import PaperStep, told
 from app.export.lab_report import Done, lesson_title, rich_html, step_entry
 from app.export.report_html import ReportEntry, locked_page, plain_svg, report_html
 from app.export.tally_html import cloud_html, drawn_too, switches_text, tie_text
 from app.i18n.speaking import set_language, tr
 from app.lessons.bookmark import fitting
-from app.lessons.lesson import Lesson, Step
+from app.lessons.lesson import MOST_CHOICES, Lesson, Step
 from app.lessons.progress import StepProgress, from_json
 from app.lessons.tally import QuestionId, Tally
 from app.recording.run_file import made_here
 from app.settings import Language
+from scenes.files import csv_text
 from scenes.rerun import never, while_wanted
 
 
@@ -35,29 +38,29 @@ def class_report_bytes(
         stopped: asked now and then; when it says True, everything ends with `Stopped`.
     """
     set_language(language)
+    learned, asked = gains(summary.paired, lessons), summary.asked_in(lessons)
+    steps = while_wanted(_steps(lessons, asked), stopped)
     return locked_page(
         "export/class_report.html",
         tr("Class report"),
         ("report.css", "class_report.css"),
-        about=_about(summary),
+        about=(
+            time.strftime("%Y-%m-%d", time.localtime(summary.saved)),
+            tr("students who answered: {count}", count=summary.students),
+            tr("reports handed in: {count}", count=len(summary.hand_ins)),
+            f"{tr('Made by Duet')} {made_here()['duet']}",
+        ),
         names=report_names(summary.hand_ins),
         grid=list(_grid(summary, lessons)),
         overview=list(_overview(summary, lessons)),
-        gains=(found := gains(summary.paired, lessons)),
-        total=whole(found),
-        questions=_questions(summary, lessons, stopped),
+        gains=learned,
+        total=whole(learned),
+        questions=(_Question(lesson, index, told(step), asked[lesson.id, step.id]) for lesson, index, step in steps),
         reports=_reports(summary, lessons, stopped),
         lesson_title=lesson_title,
         rich=rich_html,
         svg=plain_svg,
     ).encode()
-
-
-def _about(summary: ClassSummary) -> Iterator[str]:
-    yield time.strftime("%Y-%m-%d", time.localtime(summary.saved))
-    yield tr("students who answered: {count}", count=summary.students)
-    yield tr("reports handed in: {count}", count=len(summary.hand_ins))
-    yield f"{tr('Made by Duet')} {made_here()['duet']}"
 
 
 def _grid(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[tuple[Lesson, int, list[str]]]:
@@ -122,24 +125,14 @@ class _Question(PaperStep):
         return cloud_html(self.step.drawing, self.rounds, () if self.outcome is None else self.outcome.curve)
 
 
-def _questions(summary: ClassSummary, lessons: Sequence[Lesson], stopped: Callable[[], bool]) -> Iterator[_Question]:
-    asked = summary.asked_in(lessons)
-    for lesson, index, step in while_wanted(_steps(lessons, asked), stopped):
-        yield _Question(lesson, index, told(step), asked[lesson.id, step.id])
-
-
 def _reports(
     summary: ClassSummary, lessons: Sequence[Lesson], stopped: Callable[[], bool]
 ) -> Iterator[tuple[str, list[ReportEntry]]]:
     named = zip(summary.hand_ins, report_names(summary.hand_ins), strict=True)
     for one, name in while_wanted(named, stopped):
-        yield name, list(_entries(one, lessons))
-
-
-def _entries(report: HandIn, lessons: Sequence[Lesson]) -> Iterator[ReportEntry]:
-    steps = from_json(report.progress).steps
-    for lesson, index, step in _steps(_untested(lessons), steps):
-        yield step_entry(Done(lesson, index, fitting(step, steps[lesson.id, step.id])))
+        done = from_json(one.progress).steps
+        found = _steps(_untested(lessons), done)
+        yield name, [step_entry(Done(lesson, i, fitting(step, done[lesson.id, step.id]))) for lesson, i, step in found]
 
 
 def class_zip_bytes(
@@ -185,3 +178,71 @@ def _steps(lessons: Sequence[Lesson], wanted: Collection[QuestionId]) -> Iterato
         for index, step in enumerate(lesson.steps):
             if (lesson.id, step.id) in wanted:
                 yield lesson, index, step
+
+
+# ---- as a table: a row a question and round, a row a challenge, and a column a report that was handed in -----------------------
+
+COLUMNS: Final = (
+    *("lesson", "step", "kind", "round", "students", "drawn"),
+    *(f"answer_{i + 1}" for i in range(MOST_CHOICES)),
+    *("right_answer", "right", "passed", "before", "after", "gain"),
+)
+"""Of every row; after them stands a column for each report."""
+
+
+def class_table_bytes(summary: ClassSummary, lessons: Sequence[Lesson], stopped: Callable[[], bool] = never) -> bytes:
+    """Return the table as CSV in UTF-8, with the mark by which spreadsheets know it; for the columns see `app/documents/class.md`."""
+    del stopped
+    set_language("en")
+    found = (*_rows(summary, lessons), *_gain_rows(summary, lessons))
+    rows = ([*(cells.get(column, "") for column in COLUMNS), *marks] for cells, marks in found)
+    return csv_text([(*COLUMNS, *report_names(summary.hand_ins)), *rows], "\r\n").encode("utf-8-sig")
+
+
+_Row = tuple[dict[str, object], list[object]]
+"""Cells by column, and one for each report."""
+
+
+def _rows(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[_Row]:
+    asked = summary.asked_in(lessons)
+    done = [from_json(report.progress).steps for report in summary.hand_ins]
+    for lesson in lessons:
+        for step in lesson.steps:
+            question = lesson.id, step.id
+            about: dict[str, object] = {"lesson": lesson.id, "step": step.id}
+            if question in asked and step.question is not None:
+                right = step.question.right
+                for number, tally in enumerate(asked[question].rounds, 1):
+                    counts = {f"answer_{i + 1}": count for i, count in enumerate(tally.counts)}
+                    more = {"right_answer": right + 1, "right": tally.counts[right]}
+                    cells = {"kind": "question", "round": number, "students": tally.handed_in, "drawn": len(tally.curves)}
+                    yield about | cells | counts | more, [_answer(one, question, number) for one in summary.hand_ins]
+            tried = question in summary.passed or any(question in steps and steps[question].attempts for steps in done)
+            if step.challenge is not None and tried:
+                marks: list[object] = [int(steps[question].passed) if question in steps else "" for steps in done]
+                yield about | {"kind": "challenge", "passed": summary.passed.get(question, 0)}, marks
+
+
+def _gain_rows(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[_Row]:
+    """Yield a row a question that was asked before and after, and below it one for each answer before: how many gave which one after."""
+    questions, marks = gains(summary.paired, lessons), list[object]([""] * len(summary.hand_ins))
+    for one in questions:
+        about: dict[str, object] = {"lesson": one.lesson.id, "step": one.step.id, "right_answer": one.right + 1}
+        yield about | {"kind": "gain"} | _gain_cells(one.gain), marks
+        for before, row in enumerate(one.moved, 1):
+            counts = {f"answer_{i}": count for i, count in enumerate(row, 1)}
+            yield about | {"kind": "moved", "round": before, "students": sum(row)} | counts, marks
+    if questions:
+        yield {"kind": "gain"} | _gain_cells(whole(questions)), marks
+
+
+def _gain_cells(gain: Gain) -> dict[str, object]:
+    normalised = "" if gain.normalised is None else round(gain.normalised, 3)
+    return {"students": gain.students, "before": gain.before, "after": gain.after, "gain": normalised}
+
+
+def _answer(report: HandIn, question: QuestionId, number: int) -> object:
+    """Return the answer of a report in a round, from 1; "" for none."""
+    answers = report.answers.get(question, ())
+    answer = answers[number - 1] if number <= len(answers) else None
+    return "" if answer is None else answer + 1

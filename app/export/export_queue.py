@@ -6,16 +6,17 @@ A request submits a job to the pool; the page takes files, messages and the snip
 import copy
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Final, Literal, NamedTuple, get_args
+from typing import Any, Final, Literal, NamedTuple, get_args
 
 from app.export.csv_table import csv_bytes, csv_suffix
-from app.export.jobs import file_name, picture, player, push_film
 from app.export.lab_report import Done, lab_bytes
+from app.export.player import player_html
 from app.export.python_snippet import Snippet, as_python
-from app.i18n.speaking import N_, spoken
+from app.i18n.speaking import N_, set_language, spoken
 from app.recording.run_file import SUFFIX, Agreement, Loaded, load_run, saved_bytes
 from app.session.replay_player import ReplayPlayer
 from app.session.session import Session
+from app.settings import Language
 from controllers.errors import LazyText
 from scenes.inputs import KEEP, Recorded
 from scenes.rerun import not_again
@@ -82,14 +83,16 @@ class ExportQueue:
             case "csv":
                 self._jobs.submit(kind, lambda data: self._file(name + csv_suffix(data))(data), csv_bytes, recorded, seconds)
             case "html":
-                self._jobs.submit(kind, self._file(name + ".html"), player, language, recorded, seconds, page)
+                self._jobs.submit(kind, self._file(name + ".html"), make_player, language, recorded, seconds, page)
             case "python":
                 whole = self.player.recorded(KEEP) or recorded
                 self._jobs.submit(
                     kind, lambda snippet: self._take_python(snippet, name), as_python, whole, recorded, seconds, name
                 )
             case _:
-                self._jobs.submit(kind, self._file(f"{name}.{kind}"), picture, language, recorded, seconds, page.details, kind)
+                self._jobs.submit(
+                    kind, self._file(f"{name}.{kind}"), make_picture, language, recorded, seconds, page.details, kind
+                )
 
     def ask_report(self, done: Sequence[Done]) -> None:
         """Submit a lab report on steps of lessons."""
@@ -104,7 +107,7 @@ class ExportQueue:
 
     def ask_push_film(self, push: Recorded) -> None:
         """Submit the film of a push, five seconds around its nearest moment."""
-        self._jobs.submit("push film", self._file("duet-push.webp"), push_film, spoken().language, push)
+        self._jobs.submit("push film", self._file("duet-push.webp"), make_push_film, spoken().language, push)
 
     def load(self, data: bytes, name: str) -> None:
         """Submit a file: its run is computed again, compared with the stored outcome and replayed."""
@@ -140,3 +143,35 @@ class ExportQueue:
 
     def close(self) -> None:
         self._jobs.close()
+
+
+# ---- jobs, each in the language of who asked, and the names of their files -----------------------------------------------------
+
+
+def make_picture(language: Language, *arguments: Any) -> bytes:
+    """Return `app.export.plot_pictures.picture_bytes` of the arguments. Imports matplotlib in the worker only."""
+    from app.export.plot_pictures import picture_bytes
+
+    set_language(language)
+    return picture_bytes(*arguments)
+
+
+def make_player(language: Language, *arguments: Any) -> bytes:
+    """Return `app.export.player.player_html` of the arguments."""
+    set_language(language)
+    return player_html(*arguments)
+
+
+def make_push_film(language: Language, *arguments: Any) -> bytes:
+    """Return `app.export.push_film.film_bytes` of the arguments. Imports what draws in the worker only."""
+    from app.export.push_film import film_bytes
+
+    set_language(language)
+    return film_bytes(*arguments)
+
+
+def file_name(recorded: Recorded, seconds: float) -> str:
+    """Return a name without its ending: scene and times."""
+    end = recorded.begin + recorded.seconds
+    begin = max(recorded.begin, end - seconds)
+    return f"duet-{recorded.settings.scene}-{begin:.0f}-{end:.0f}s"

@@ -8,8 +8,7 @@ from typing import Final
 from markupsafe import Markup
 
 from app.export.gain import gains, own_pairs
-from app.export.report_html import ReportEntry, report_html
-from app.export.report_record import StepRecord
+from app.export.report_html import ReportEntry, StepRecord, report_html
 from app.i18n.speaking import set_language, tr
 from app.lessons.bookmark import phases_of
 from app.lessons.curve_drawing import drawing_svg

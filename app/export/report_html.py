@@ -1,26 +1,66 @@
-"""A lab report as one HTML page that prints well: predictions beside outcomes, plots, settings, and a student's own words."""
+"""A lab report as one HTML page that prints well: predictions beside outcomes, plots, settings, and a student's own words.
 
+What it says to a program is an element that shows nothing and runs nothing, with one entry a step. It is as easy to change as the rest of
+the page: a report can be forged.
+"""
+
+import html
+import json
+import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass, fields
 from pathlib import Path
-from typing import Final
+from typing import Annotated, Final
 
+import msgspec
 from markupsafe import Markup, escape
 
 from app.export.gain import QuestionGain, whole
-from app.export.report_record import StepRecord, records_html
 from app.i18n.speaking import spoken, tr
 from app.lessons.runs import page_value
 from app.recording.run_file import made_here
 from app.session.relevant_settings import matters
 from app.settings import Settings
-from app.text.templates import page_of_template
+from app.text.templates import element, page_of_template
 from app.theme import css_variables, symbol_rules
+from controllers.errors import LazyText
 from scenes.settings import RunSettings, specs, values
 
 LOCKED: Final = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
 """The page may load nothing and run nothing."""
+
+LARGEST_REPORT: Final = 32 * 2**20
+"""Largest report that is read [bytes]."""
+
+_RECORD: Final = re.compile(rb'<template id="duet-report" data-record="([^"<>]{1,400000})">')
+_MOST_STEPS: Final = 500
+
+_Name = Annotated[str, msgspec.Meta(pattern=r"\A[a-z0-9_-]{1,60}\Z")]
+_Count = Annotated[int, msgspec.Meta(ge=0, lt=1_000_000)]
+
+
+@dataclass(frozen=True)
+class StepRecord:
+    """What was done in one step.
+
+    Attributes:
+        lesson, step: by name.
+        prediction: number of the answer that was chosen, from 1; None for none.
+        right: whether it was right; None if the outcome was not seen.
+        passed: whether the challenge was passed; None if there is none.
+        attempts: at the challenge.
+    """
+
+    lesson: _Name
+    step: _Name
+    prediction: _Count | None
+    right: bool | None
+    passed: bool | None
+    attempts: _Count
+
+
+_NAMES: Final = [one.name for one in fields(StepRecord)]
 
 
 @dataclass(frozen=True)
@@ -139,3 +179,32 @@ def _rows(settings: Settings) -> list[tuple[str, str, str]]:
     """Return label, value and meaning of the settings that matter."""
     present, known = values(settings.run), specs(RunSettings).items()
     return [(spec.label, page_value(key, present[key]), spec.help) for key, spec in known if matters(key, settings)]
+
+
+def records_html(records: Sequence[StepRecord]) -> Markup:
+    """Return the element; "" for no records."""
+    if not records:
+        return Markup()
+    data = {"version": 1, "columns": _NAMES, "steps": [astuple(record) for record in records]}
+    return element("template", id="duet-report", data_record=json.dumps(data))
+
+
+def read_records(page: bytes) -> tuple[StepRecord, ...]:
+    """Return the records of a report.
+
+    Raises:
+        ValueError: it has none, or they are not as `records_html` writes them.
+    """
+    found = _RECORD.search(page)
+    if found is None:
+        raise ValueError(LazyText("is no lab report of Duet, or one of an older version"))
+    try:
+        data = json.loads(html.unescape(found[1].decode()))
+        if data["version"] != 1 or data["columns"] != _NAMES or len(data["steps"]) > _MOST_STEPS:
+            raise ValueError
+        records = tuple(msgspec.convert(dict(zip(_NAMES, step, strict=True)), StepRecord) for step in data["steps"])
+    except (ValueError, KeyError, TypeError, RecursionError, msgspec.ValidationError):
+        raise ValueError(LazyText("its record is damaged")) from None
+    if len({(record.lesson, record.step) for record in records}) < len(records):
+        raise ValueError(LazyText("its record has a step twice"))
+    return records

@@ -14,7 +14,6 @@ from typing import Any, Final
 
 import msgspec
 import numpy as np
-import viser
 import zstandard
 
 from app.session.frame import freeze
@@ -26,7 +25,6 @@ from app.stage.stage import Stage
 from app.web.server import DuetServer
 from scenes.inputs import Recorded
 from scenes.rerun import never, while_wanted
-from scenes.simulation import Simulation
 
 RATE: Final = 20.0
 """Frames a simulated second."""
@@ -103,7 +101,9 @@ def film_scene(recorded: Recorded, seconds: float, page: PageSettings, stopped: 
         server.scene.world_axes.visible = False
         replay.seek(times[0])
         stage = Stage(server.scene)
-        _look(server, replay.simulation)
+        start, pose = server.initial_camera, pose_of(view_of(replay.simulation), ASPECT)
+        start.up = (0.0, 0.0, 1.0)
+        start.position, start.look_at, start.fov = pose.eye, pose.look_at, pose.fov
         live = Settings(recorded.settings, page)
         stage.show(freeze(Past(replay, live), times[0]), page)
         serializer = server.get_scene_serializer()
@@ -114,12 +114,6 @@ def film_scene(recorded: Recorded, seconds: float, page: PageSettings, stopped: 
         return _split(serializer.serialize(), times)
     finally:
         server.stop()
-
-
-def _look(server: viser.ViserServer, simulation: Simulation) -> None:
-    start, pose = server.initial_camera, pose_of(view_of(simulation), ASPECT)
-    start.up = (0.0, 0.0, 1.0)
-    start.position, start.look_at, start.fov = pose.eye, pose.look_at, pose.fov
 
 
 # --- viser's format ------------------------------------------------------------------------------------------------------------
@@ -176,7 +170,10 @@ def _split(data: bytes, times: tuple[float, ...]) -> Filmed:
             track.put(0 if first else frame, value)
     for node, frame in since.items():
         if frame > 0:
-            _hide_before(tracks.setdefault((node, SEEN), Track(node, SEEN, [0], [True])), frame)
+            # A node that was added later is hidden until then.
+            seen = tracks.setdefault((node, SEEN), Track(node, SEEN, [0], [True]))
+            later = bisect_right(seen.frames, frame)
+            seen.frames, seen.values = [0, frame, *seen.frames[later:]], [False, *seen.values[later - 1 :]]
     places = list(_placeholders(still))
     used = {old: new for new, old in enumerate(sorted({place["__binary_index"] for place in places}))}
     for place in places:
@@ -206,13 +203,6 @@ def _changes(message: dict[str, Any], again: bool, arrays: list[bytes]) -> Itera
             yield SEEN, False
         case _ if again:
             yield SEEN, True
-
-
-def _hide_before(track: Track, frame: int) -> None:
-    """Hide a node that was added later until then."""
-    later = bisect_right(track.frames, frame)
-    track.frames = [0, frame, *track.frames[later:]]
-    track.values = [False, *track.values[later - 1 :]]
 
 
 def _before(message: dict[str, Any], what: str, arrays: list[bytes]) -> Any:

@@ -86,7 +86,8 @@ class Dispatcher:
         signal.signal(signal.SIGUSR1, lambda number, frame: self.renew())
         announced = False
         while True:
-            for key, _ in self._selector.select(self._wait()):
+            times = [unread.look or unread.end for unread in self._unread.values()]
+            for key, _ in self._selector.select(max(min([self._group.next_due, *times]) - monotonic(), 0.0)):
                 key.data()
             if not announced and self._group.places:
                 announced = True
@@ -174,8 +175,3 @@ class Dispatcher:
                 self._drop(connection)
             elif 0.0 < unread.look <= now:
                 self._read(connection)
-
-    def _wait(self) -> float:
-        """Return how long to wait for an event [s]."""
-        times = [unread.look or unread.end for unread in self._unread.values()]
-        return max(min([self._group.next_due, *times]) - monotonic(), 0.0)

@@ -24,6 +24,7 @@ from app.hosting.visitor_record import (
     tab_id,
 )
 from app.runtime.throttled_log import ThrottledLog
+from app.web.traffic_limits import remember
 from scenes.inputs import Recorded
 
 log = logging.getLogger("duet.store")
@@ -96,10 +97,7 @@ class RecordWriter:
     def put(self, tab: str, record: VisitorRecord) -> None:
         """Queue a record, which is written instead of the tab's earlier one."""
         with self._guard:
-            self._waiting.pop(tab, None)
-            self._waiting[tab] = record
-            if self.problem and len(self._waiting) > MOST_WAITING:
-                del self._waiting[next(iter(self._waiting))]
+            remember(self._waiting, tab, record, MOST_WAITING if self.problem else inf)
 
     def ask(self, tab: str) -> "Future[VisitorRecord | None]":
         """Queue the reading of a tab's record; its result is None if there is none, or none that can be read."""

@@ -12,9 +12,6 @@ from typing import Final
 from app.hosting.sqlite_pages import Pages, is_whole
 from app.hosting.store_file import Change, StoreFile, is_passing
 
-_SIDES: Final = ("-wal", "-shm")
-"""What SQLite adds to the name of a file that it writes to."""
-
 _DATE: Final = "%Y%m%d-%H%M%S"
 
 
@@ -85,7 +82,8 @@ def last_aside(path: Path) -> tuple[str, float]:
 
 
 def _sides(path: Path) -> tuple[Path, ...]:
-    return tuple(path.with_name(path.name + end) for end in _SIDES)
+    """Return the files that SQLite lays beside one that it writes to."""
+    return tuple(path.with_name(path.name + end) for end in ("-wal", "-shm"))
 
 
 def _readable(path: Path, now: float) -> Iterator[Change]:

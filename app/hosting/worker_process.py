@@ -77,12 +77,10 @@ class WorkerProcess:
         """
         if tab:
             remember(self._lately, tab, now, MOST_WAITING)
-        if not self.ready:
-            oldest = self.waiting.enter(connection, address, tab)
-            if oldest is not None:
-                oldest.close()
-            return
-        self._hand_over(connection)
+        if self.ready:
+            self._hand_over(connection)
+        elif (oldest := self.waiting.enter(connection, address, tab)) is not None:
+            oldest.close()
 
     def _hand_over(self, connection: socket.socket) -> None:
         # A worker that has just ended is noticed by its messages; the browser comes again.

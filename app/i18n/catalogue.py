@@ -1,15 +1,15 @@
 """The catalogue of a language: English text → translation. A missing text stays English; a broken catalogue is logged."""
 
 import logging
+import re
 import tomllib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from functools import cache
+from dataclasses import dataclass, field
+from functools import cache, lru_cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
-from app.i18n.pseudo import pseudo
 from app.settings import Language
 from controllers.errors import LazyText, NumberText
 
@@ -22,8 +22,6 @@ CONTEXT: Final = "\x04"
 """Separates a context from the text, where English has one word for two things: "lesson" + CONTEXT + "Run", as in gettext."""
 
 DECIMAL_SIGN: Final = f"decimal sign{CONTEXT}."
-
-_NOTHING: Final[Mapping[str, str]] = MappingProxyType({})
 
 
 class Count(int):
@@ -62,7 +60,7 @@ class Words:
     """
 
     language: Language
-    texts: Mapping[str, str]
+    texts: Mapping[str, str] = field(default_factory=dict)
     otherwise: Callable[[str], str] = str
 
     def __call__(self, text: str, /, **parts: object) -> str:
@@ -93,14 +91,14 @@ class Words:
 def words_of(language: Language) -> Words:
     """Return the texts of a language; English for "auto", and if its catalogue cannot be read."""
     if language == "pseudo":
-        return Words("pseudo", _NOTHING, pseudo)
+        return Words("pseudo", otherwise=pseudo)
     if language in ("auto", "en"):
-        return Words("en", _NOTHING)
+        return Words("en")
     try:
         return Words(language, MappingProxyType(read_texts(FOLDER / f"{language}.toml")))
     except (OSError, ValueError) as error:
         log.warning("the texts in %s.toml cannot be read (%s); the page stays English", language, error)
-        return Words(language, _NOTHING)
+        return Words(language)
 
 
 def read_texts(path: Path) -> dict[str, str]:
@@ -116,3 +114,35 @@ def read_texts(path: Path) -> dict[str, str]:
         if not isinstance(text, str):
             raise ValueError(f"the value of {key!r} must be a text")
     return texts
+
+
+# ---- the pseudo-language of the tests: every text is longer and has accents and brackets, which shows what is cut off or not translated
+
+GROWTH: Final = 0.4
+"""Growth of a text's length, as of a short word in German."""
+
+FIRST: Final = "⟦"
+LAST: Final = "⟧"
+FILL: Final = "·"
+
+_ACCENTS: Final = str.maketrans("aceinostuyzACEINOSTUYZ", "áčéíñöšţüýžÁČÉÍÑÖŠŢÜÝŽ")
+_UNCHANGED: Final = re.compile(r"(<[^>]*>|\{[^{}]*\}|&#?\w+;|https?://\S+|--\w[\w-]*)")
+
+
+@lru_cache(maxsize=4096)
+def pseudo(text: str) -> str:
+    """Return a text in pseudo-language; tags, entities, {names} and options of the command line stay unchanged."""
+    if not re.search(r"[A-Za-z]", text) or text.startswith(FIRST):
+        return text
+    pieces = _UNCHANGED.split(text)
+    letters = sum(len(piece) for piece in pieces[::2])
+    for i in range(0, len(pieces), 2):
+        pieces[i] = pieces[i].translate(_ACCENTS)
+    return f"{FIRST}{''.join(pieces)}{_fill(letters)}{LAST}"
+
+
+def _fill(letters: int) -> str:
+    """Return the filling for a text of some letters, in words of up to five so that lines can break."""
+    count = max(round(GROWTH * letters) - 2, 0)
+    words = [FILL * min(5, count - begin) for begin in range(0, count, 6)]
+    return "".join(f" {word}" if letters > 12 else word for word in words if word)

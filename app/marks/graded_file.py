@@ -16,8 +16,7 @@ from app.custom_law.fence import FenceLimits
 from app.custom_law.law_file import quoted
 from app.custom_law.marked import LawMarks, marked
 from app.custom_law.trials import GATES, TRIALS, advice
-from app.export import report_record
-from app.export.report_record import StepRecord
+from app.export.report_html import LARGEST_REPORT, StepRecord, read_records
 from app.i18n.speaking import set_language, tr
 from app.lessons.loading import load_lessons
 from app.settings import Language
@@ -144,7 +143,7 @@ def graded(
         row.reason = tr("a link, not a file")
         return row
     try:
-        text = read_file(path, LARGEST if kind == "law" else report_record.LARGEST)
+        text = read_file(path, LARGEST if kind == "law" else LARGEST_REPORT)
     except OSError as error:
         row.reason = tr("cannot be read ({reason})", reason=error.strerror or error)
         return row
@@ -152,7 +151,7 @@ def graded(
         if kind == "law":
             _take_marks(row, text, marked(readable(path.name), text, limits, stopped.is_set, language), weights)
         else:
-            _take_records(row, report_record.read_records(text))
+            _take_records(row, read_records(text))
     except OSError as error:
         # Not the file's fault, such as a full disk.
         raise DuetError(f"{row.name}: grading it failed ({error.strerror or error}); mend this, and grade again.") from None

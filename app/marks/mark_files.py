@@ -12,8 +12,7 @@ from markupsafe import Markup
 
 from app.custom_law.arena import TrialCurve
 from app.custom_law.trials import TRIALS
-from app.export.report_html import locked_page
-from app.export.report_record import StepRecord
+from app.export.report_html import StepRecord, locked_page
 from app.i18n.speaking import set_language, tr
 from app.marks.graded_file import REPORT, GradedFile, Student, points_of
 from app.plots.curve_chart import CurveAxis, Line, curve_chart

@@ -62,15 +62,11 @@ def document_page(name: str, language: Language = "en") -> bytes:
         words=words,
         documents=[(key, called) for key, (_, called) in DOCUMENTS.items()],
         sheet=Markup(css_variables() + _STYLE.read_text(encoding="utf-8") + symbol_rules("main")),
-        body=_body(name),
+        body=document_html((FOLDER / DOCUMENTS[name][0]).read_text(encoding="utf-8")),
     ).encode()
 
 
 @cache
-def _body(name: str) -> Markup:
-    return document_html((FOLDER / DOCUMENTS[name][0]).read_text(encoding="utf-8"))
-
-
 def document_html(text: str) -> Markup:
     """Return the Markdown of a document as HTML."""
     return Markup(_READER.render(text, {"folder": FOLDER}))

@@ -41,7 +41,7 @@ def formula(tex: str, inline: bool, size: float = SIZE) -> str:
     """Return LaTeX as SVG with a label for screen readers; LaTeX that cannot be drawn is returned as code. `size`: [CSS px]."""
     # Shared <symbol> ids of several formulas on one page would collide.
     config.svg2 = False
-    for source in (_coloured(tex), tex):
+    for source in (_SYMBOLS.sub(_coloured, tex), tex):
         try:
             drawn = zmath.Latex(source, size=size, inline=inline)
             svg, below = drawn.svg(), drawn.getyofst()
@@ -61,13 +61,9 @@ def formula(tex: str, inline: bool, size: float = SIZE) -> str:
     return svg.replace("<svg ", f'<svg role="img" aria-label="{html.escape(plain_formula(tex))}" fill="currentColor"{place} ', 1)
 
 
-def _coloured(tex: str) -> str:
-    """Return LaTeX with the symbols in their colours; words in it are left alone."""
-
-    def replaced(found: re.Match[str]) -> str:
-        return found[0] if found["words"] else coloured(found["letter"] or str(found.lastgroup), found[0])
-
-    return _SYMBOLS.sub(replaced, tex)
+def _coloured(found: re.Match[str]) -> str:
+    """Return a symbol in its colour; words are left alone."""
+    return found[0] if found["words"] else coloured(found["letter"] or str(found.lastgroup), found[0])
 
 
 def coloured(name: str, symbol: str) -> str:

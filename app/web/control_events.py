@@ -6,8 +6,7 @@ from typing import Any, TypeVar
 import viser
 
 InputHandle = TypeVar("InputHandle", bound=viser.GuiInputHandle[Any])
-ButtonHandle = TypeVar("ButtonHandle", bound=viser.GuiButtonHandle)
-CommandHandle = TypeVar("CommandHandle", bound=viser.CommandHandle)
+PressedHandle = TypeVar("PressedHandle", bound=viser.GuiButtonHandle | viser.CommandHandle)
 
 
 def on_entry(control: InputHandle, take: Callable[[Any], object]) -> InputHandle:
@@ -22,26 +21,15 @@ def on_entry(control: InputHandle, take: Callable[[Any], object]) -> InputHandle
     return control
 
 
-def on_press(button: ButtonHandle, act: Callable[[], object]) -> ButtonHandle:
-    """Call `act` whenever a button is pressed; return the button."""
+def on_press(control: PressedHandle, act: Callable[[], object]) -> PressedHandle:
+    """Call `act` whenever a button is pressed, or a command of the palette is called, by its name or its key; return the control."""
 
-    @button.on_click
-    async def _(event: viser.GuiEvent[Any]) -> None:
+    @(control.on_trigger if isinstance(control, viser.CommandHandle) else control.on_click)
+    async def _(event: viser.GuiEvent[Any] | viser.CommandEvent) -> None:
         del event
         act()
 
-    return button
-
-
-def on_command(command: CommandHandle, act: Callable[[], object]) -> CommandHandle:
-    """Call `act` whenever a command of the palette is called, by its name or its key; return the command."""
-
-    @command.on_trigger
-    async def _(event: viser.CommandEvent) -> None:
-        del event
-        act()
-
-    return command
+    return control
 
 
 def on_file(upload: viser.GuiUploadButtonHandle, take: Callable[[str, bytes], object]) -> None:

@@ -73,13 +73,6 @@ class Gate:
         if len(raw) > self._limits.message_bytes and kind != "FileTransferPart":
             raise Malformed("too large")
         message = fields_of(kind, raw)
-        self._check_meaning(kind, client_id, traffic, message)
-
-    def forget(self, traffic: Traffic) -> None:
-        """Release what a closed connection had under way."""
-        self._open_uploads.difference_update(traffic.uploads)
-
-    def _check_meaning(self, kind: str, client_id: int, traffic: Traffic, message: dict[str, Any]) -> None:
         if kind in ("GuiUpdateMessage", "GuiButtonHoldMessage"):
             control = self._control(client_id, message["uuid"])
             if kind == "GuiUpdateMessage":
@@ -95,6 +88,10 @@ class Gate:
         elif "owner" in SHAPES[kind]:
             self._permit(client_id, "shared" if message.get("owner", "") == "" else "own")
         # A ScenePointerMessage reaches both scenes and names no owner; its callbacks get the client and decide themselves.
+
+    def forget(self, traffic: Traffic) -> None:
+        """Release what a closed connection had under way."""
+        self._open_uploads.difference_update(traffic.uploads)
 
     def _permit(self, client_id: int, scope: Scope | None) -> None:
         if scope is None:

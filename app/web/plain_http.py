@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from http import HTTPStatus
 from typing import Any, Final
 
-from prometheus_client import CONTENT_TYPE_PLAIN_0_0_4, CollectorRegistry, Gauge, Info, generate_latest
+from prometheus_client import CollectorRegistry, Gauge, Info, generate_latest
 from websockets.datastructures import Headers
 from websockets.exceptions import SecurityError
 from websockets.http11 import Request, Response
@@ -103,10 +103,6 @@ def respond(status: int, content_type: str, body: bytes, extra: dict[str, str]) 
     for name, value in {**OWN_HEADERS, **extra}.items():
         headers[name] = value
     return Response(status, HTTPStatus(status).phrase, headers, body)
-
-
-METRICS: Final = CONTENT_TYPE_PLAIN_0_0_4
-"""Type of the content."""
 
 
 def metrics_text(state: Mapping[str, Any]) -> bytes:

@@ -79,25 +79,20 @@ def text(longest: int) -> Field:
     return Field(str, check)
 
 
-def _rotation() -> Field:
-    plain = row(4, number())
-
-    def check(value: list[float]) -> None:
-        plain.check(value)
-        # Callers divide by the norm.
-        if not 0.25 < sum(x * x for x in value) < 4.0:
-            raise Refused("number out of range")
-
-    return Field(plain.type, check)
+_four: Final = row(4, number())
 
 
-def _updates() -> Field:
-    def check(value: dict[str, msgspec.Raw]) -> None:
-        if set(value) != {"value"}:
-            raise Refused("attribute other than the value")
+def _check_turn(value: list[float]) -> None:
+    _four.check(value)
+    # Callers divide by the norm.
+    if not 0.25 < sum(x * x for x in value) < 4.0:
+        raise Refused("number out of range")
 
+
+def _check_updates(value: dict[str, msgspec.Raw]) -> None:
     # What the value may be is known once its element is.
-    return Field(Annotated[dict[str, msgspec.Raw], msgspec.Meta(max_length=16)], check)
+    if set(value) != {"value"}:
+        raise Refused("attribute other than the value")
 
 
 def _or_none(item: Field) -> Field:
@@ -105,7 +100,8 @@ def _or_none(item: Field) -> Field:
 
 
 _name, _point, _pixel, _any_text, _blob = text(256), row(3, number()), row(2, number()), Field(str), Field(bytes)
-_whole, _turn = Field(int, number(0).check), _rotation()
+_whole, _turn = Field(int, number(0).check), Field(_four.type, _check_turn)
+_updates = Field(Annotated[dict[str, msgspec.Raw], msgspec.Meta(max_length=16)], _check_updates)
 _owned = {"name": _name, "owner": _name}
 
 # All that viser 1.1's own client ever sends, except its requests for a public tunnel.
@@ -121,7 +117,7 @@ SHAPES: Mapping[str, Mapping[str, Field]] = {
         "look_at": _point,
         "up_direction": _point,
     },
-    "GuiUpdateMessage": {"uuid": _name, "updates": _updates()},
+    "GuiUpdateMessage": {"uuid": _name, "updates": _updates},
     "GuiButtonHoldMessage": {"uuid": _name, "frequency": number(0.0)},
     "GuiFormSubmitMessage": {"uuid": _name},
     "GuiFormDirtyMessage": {"uuid": _name},

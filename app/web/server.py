@@ -19,6 +19,7 @@ from typing import Any, Final
 
 import viser
 import websockets.asyncio.server
+from prometheus_client import CONTENT_TYPE_PLAIN_0_0_4
 from websockets.asyncio.server import ServerConnection
 from websockets.http11 import Request, Response
 
@@ -44,7 +45,7 @@ from app.web.pages import (
     page_query,
     patched_index,
 )
-from app.web.plain_http import ALLOWED, HTML, METRICS, OWN_HEADERS, metrics_text, respond
+from app.web.plain_http import ALLOWED, HTML, OWN_HEADERS, metrics_text, respond
 from app.web.schemas import UPLOAD_TOO_LARGE, Refused
 from app.web.sending import ClientBuffer
 from app.web.traffic_limits import BoundedQueue, TrafficLimits
@@ -246,7 +247,7 @@ class DuetServer(viser.ViserServer):
 
     async def _metrics(self) -> Response:
         text = await asyncio.to_thread(metrics_text, self._state())
-        return respond(200, METRICS, text, {"Cache-Control": "no-store"})
+        return respond(200, CONTENT_TYPE_PLAIN_0_0_4, text, {"Cache-Control": "no-store"})
 
     async def _answer(self, connection: FilteredConnection, request: Request, static: Static) -> Response | None:
         """Answer a request in its time, or return None to let it become a websocket."""
@@ -331,8 +332,7 @@ class DuetServer(viser.ViserServer):
             return
         before = [one for one, its in self._holders.items() if tab and its == holder and self.takes_over(page_query(path))]
         self._holders[connection] = holder
-        oldest = self._silent.enter(connection, address, tab)
-        if oldest is not None:
+        if (oldest := self._silent.enter(connection, address, tab)) is not None:
             oldest.transport.abort()
         try:
             # Old tabs come back within milliseconds of a restart, when viser's constructor is still at work.

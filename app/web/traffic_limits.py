@@ -68,7 +68,7 @@ One = TypeVar("One")
 Noted = TypeVar("Noted")
 
 
-def remember(memory: dict[One, Noted], one: One, value: Noted, most: int) -> None:
+def remember(memory: dict[One, Noted], one: One, value: Noted, most: float) -> None:
     """Put a value into a memory as the newest one, and forget the oldest one of too many."""
     memory.pop(one, None)
     memory[one] = value

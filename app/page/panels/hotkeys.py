@@ -24,7 +24,7 @@ from app.session.actions import (
 )
 from app.text.documents import DOCUMENTS, PREFIX
 from app.text.templates import macros
-from app.web.control_events import on_command
+from app.web.control_events import on_press
 from app.web.viser_internals import HotkeyKey
 from scenes.experiments import EXPERIMENTS
 
@@ -73,7 +73,7 @@ class Hotkey(Generic[AnyAction]):
             modifier="alt+shift" if self.relayed else None,
             icon=self.icon,
         )
-        return on_command(command, lambda: act(self.action))
+        return on_press(command, lambda: act(self.action))
 
 
 _TABLE: Final[tuple[Hotkey[Action], ...]] = (

@@ -16,7 +16,7 @@ from app.session.actions import Action
 from app.session.frame import Frame, Shown
 from app.session.session import Session
 from app.text.templates import element, macros
-from app.web.control_events import on_command, on_file, on_press
+from app.web.control_events import on_file, on_press
 from app.web.viser_internals import HotkeyKey
 from scenes.inputs import KEEP
 
@@ -166,7 +166,7 @@ class ReplayBar:
         elif self._rest_key is None and offered:
             title, icon = tr("Replay: stand still"), viser.Icon.PLAYER_PAUSE
             self._rest_key = self._gui.add_command(title, hotkey=KEY, modifier="alt+shift", icon=icon)
-            on_command(self._rest_key, lambda: self._session.post(OperateReplay("rest")))
+            on_press(self._rest_key, lambda: self._session.post(OperateReplay("rest")))
 
     def _rest(self) -> None:
         if self._player.replay is not None:

@@ -4,7 +4,10 @@ import re
 from collections.abc import Callable
 from typing import Any
 
+from app.classroom.breakout_host import BreakoutHost
+from app.classroom.lecture import LectureHost
 from app.page.panels.choice_buttons import MARK
+from app.session.session import Session
 from app.web.server import MOVED_CODE
 from tests.app.conftest import OpenHouse, ask, lecture_of
 from tests.app.page.helpers import bodies, open_lessons, shown
@@ -23,6 +26,11 @@ Come = Callable[..., BlockingClient]
 def tab_of(name: str) -> str:
     """The id of a student's tab."""
     return f"{name.encode().hex():0<32}"
+
+
+def sessions_of(host: LectureHost | BreakoutHost) -> dict[int, Session]:
+    """The breakout sessions of a host, by client id."""
+    return {key: one.visitor.session for key, one in list(host.participants.items()) if one.visitor is not None}
 
 
 def sees(visitor: BlockingClient, *texts: str) -> None:
@@ -91,8 +99,8 @@ class Class:
         visitor = self.students[name]
         visitor.wait_for(lambda v: bodies(v, "GuiSliderMessage"), WAIT)
         (owner,) = {str(node["owner"]) for node in list(visitor.mirror.nodes.values()) if node.get("owner")}
-        visitor.wait_for(lambda _: int(owner) in self.host.sessions, WAIT)
+        visitor.wait_for(lambda _: int(owner) in sessions_of(self.host), WAIT)
         return int(owner)
 
     def critical_distance(self, name: str) -> float:
-        return ask(self.host.sessions[self.number(name)], lambda s: s.settings.run.law.critical_distance)
+        return ask(sessions_of(self.host)[self.number(name)], lambda s: s.settings.run.law.critical_distance)

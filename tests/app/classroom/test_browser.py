@@ -13,6 +13,7 @@ from app.lessons.session.lesson_actions import GoTo
 from app.settings import Settings
 from scenes.settings import changed
 from tests.accessibility import accessible
+from tests.app.classroom.lecture_room import sessions_of
 from tests.app.conftest import HAND, OpenHouse, ask, lecture_of
 from tests.app.page.by_hand import WRIST, control
 from tests.browser import PageAt, close_software_note, until, wait_frames, wait_ready, world_position
@@ -173,10 +174,10 @@ def test_a_teacher_and_two_students(house: OpenHouse, page_at: PageAt) -> None:
     for page in (ann, bo):
         page.locator(".duet-banner.own").first.wait_for()
         page.locator(".duet-l-head").wait_for()
-    until(ann, lambda: len(host.sessions) == 2, "two sessions", WAIT)
+    until(ann, lambda: len(sessions_of(host)) == 2, "two sessions", WAIT)
     close_software_note(ann)
     on_stage(ann, "[")
-    speeds = lambda: sorted(ask(one, lambda s: s.settings.page.speed) for one in host.sessions.values())  # noqa: E731
+    speeds = lambda: sorted(ask(one, lambda s: s.settings.page.speed) for one in sessions_of(host).values())  # noqa: E731
     until(ann, lambda: speeds() == [0.5, 1.0], "one of them slower", WAIT)
     assert ask(host.session, lambda s: s.settings.page.speed) == 1.0
 
@@ -184,7 +185,7 @@ def test_a_teacher_and_two_students(house: OpenHouse, page_at: PageAt) -> None:
     teacher.get_by_role("button", name="Follow me").click()
     for page in (ann, bo):
         page.locator(".duet-banner.follow").first.wait_for()
-    until(ann, lambda: not host.sessions, "no session of their own", WAIT)
+    until(ann, lambda: not sessions_of(host), "no session of their own", WAIT)
 
 
 def test_a_teachers_plots_stand_side_by_side(house: OpenHouse, page_at: PageAt) -> None:

@@ -16,7 +16,7 @@ from app.page.panels.choice_buttons import MARK
 from app.start import App
 from app.web.pages import HELLO, ROOM_IS_FULL, TAKEN_OVER
 from scenes.settings import values
-from tests.app.classroom.lecture_room import KEY, WAIT, Class, Come, choose, command, drawn_name, sees, tab_of
+from tests.app.classroom.lecture_room import KEY, WAIT, Class, Come, choose, command, drawn_name, sees, sessions_of, tab_of
 from tests.app.conftest import Join, OpenHouse, ask, lecture_of
 from tests.app.lessons.helpers import our_book
 from tests.app.page.helpers import bodies, buttons, click, open_lessons, shown
@@ -200,17 +200,17 @@ def test_two_students_and_a_teacher_do_not_reach_each_other(house: OpenHouse, co
     assert all(node.get("owner") == str(a) for name, node in list(ann.mirror.nodes.items()) if name.startswith("/arms/"))
 
     def state(number: int | None = None) -> tuple[Any, ...]:
-        session = host.session if number is None else host.sessions[number]
+        session = host.session if number is None else sessions_of(host)[number]
         return ask(session, lambda s: (s.settings, s.paused, s.held))
 
     stage, his = state(), state(b)
     ann.set_value("critical distance d_m [mm]", 70.0)
     command(ann, "Pause or go on")
-    ann.wait_for(lambda _: host.sessions[a].paused and host.sessions[a].settings.run.law.critical_distance == 0.07, WAIT)
+    ann.wait_for(lambda _: sessions_of(host)[a].paused and sessions_of(host)[a].settings.run.law.critical_distance == 0.07, WAIT)
     assert state(b) == his and state() == stage
     bo.set_value("critical distance d_m [mm]", 200.0)
     open_lessons(bo)
-    bo.wait_for(lambda _: values(host.sessions[b].settings)["scene"] == "solo", WAIT)
+    bo.wait_for(lambda _: values(sessions_of(host)[b].settings)["scene"] == "solo", WAIT)
     assert classroom.critical_distance("ann") == 0.07 and state() == stage
     ask(host.session, lambda s: s.change("dm", 0.25))
     assert classroom.critical_distance("ann") == 0.07
@@ -222,7 +222,7 @@ def test_two_students_and_a_teacher_do_not_reach_each_other(house: OpenHouse, co
     ann, bo = classroom.send("Follow me", "ann", "bo")
     sees(ann, "You follow the teacher")
     # Bo's earlier connection may end later than ann's.
-    ann.wait_for(lambda _: host.sessions == {}, WAIT)
+    ann.wait_for(lambda _: sessions_of(host) == {}, WAIT)
     assert not bodies(ann, "GuiSliderMessage")
     # Released again, each has their own settings, and bo is in his lesson.
     ann, bo = classroom.send("Explore freely", "ann", "bo")
@@ -230,7 +230,7 @@ def test_two_students_and_a_teacher_do_not_reach_each_other(house: OpenHouse, co
     sees(bo, "Lesson 1 · step 1")
     b = classroom.number("bo")
     click(bo, "Leave the lessons")
-    bo.wait_for(lambda _: host.sessions[b].settings.run.law.critical_distance == 0.2, WAIT)
+    bo.wait_for(lambda _: sessions_of(host)[b].settings.run.law.critical_distance == 0.2, WAIT)
 
 
 def test_a_second_tab_of_a_student_takes_the_place_of_the_first_one(house: OpenHouse, come: Come) -> None:
@@ -283,8 +283,8 @@ def test_more_students_than_places_explore_in_groups_of_which_one_operates(house
     sees(cy, "Another one of you operates it.", "Lesson 1 · step 1", 'class="duet-banner own watches duet-say"')
     sees(nameless, "Your browser blocks storage")
     sees(teacher, "exploring: 3", "without a place: 1", "groups of 4", f"{drawn_name(ann)} × 3")
-    assert drawn_name(cy) == drawn_name(ann) in shown(bo) and len(host.sessions) == 1
-    session = host.sessions[number]
+    assert drawn_name(cy) == drawn_name(ann) in shown(bo) and len(sessions_of(host)) == 1
+    session = sessions_of(host)[number]
     click(ann, "2 ")
     for one in (ann, cy):
         sees(one, "Your prediction")
@@ -309,7 +309,7 @@ def test_more_students_than_places_explore_in_groups_of_which_one_operates(house
     for name in ("ann", "cy"):
         classroom.is_sent_away(name)
     cy, ann = classroom.come("cy", "ann")
-    assert host.sessions[classroom.number("cy")] is session
+    assert sessions_of(host)[classroom.number("cy")] is session
     sees(ann, "Another one of you operates it.")
     cy.wait_for(lambda _: bo.closed is None and "Jemand anderes von Ihnen bedient ihn." in shown(bo), WAIT)
     assert session.settings.page.speed == 0.5
@@ -331,7 +331,7 @@ def test_more_students_than_places_explore_in_groups_of_which_one_operates(house
     cy.close()
     classroom.is_sent_away("ann")
     (ann,) = classroom.come("ann")
-    assert host.sessions[classroom.number("ann")] is session
+    assert sessions_of(host)[classroom.number("ann")] is session
     sees(ann, "You operate it.")
     # Called back and sent again they are together again.
     bo.close()
@@ -402,7 +402,7 @@ def test_every_button_of_the_teacher_has_a_key_and_an_own_session_the_look_of_th
         classroom.is_sent_away(name)
     bo = classroom.students["bo"] = come(classroom.opened, "bo", query="lang=sl")
     sees(bo, 'data-words="sl"')
-    page = host.sessions[classroom.number("bo")].settings.page
+    page = sessions_of(host)[classroom.number("bo")].settings.page
     assert (page.language, page.theme) == ("sl", "light")
     sees(teacher, "exploring: 1")
     command(teacher, names["free"])

@@ -21,7 +21,7 @@ from app.hosting.worker_messages import ForTab, Replaced, WorkerLink
 from app.page.panels.server_load import ServerLoad
 from app.settings import Settings
 from app.web.server import MOVED_CODE
-from tests.app.classroom.lecture_room import choose, command, drawn_name, sees, tab_of
+from tests.app.classroom.lecture_room import choose, command, drawn_name, sees, sessions_of, tab_of
 from tests.app.conftest import Made
 from tests.app.hosting.test_workers import worker_of
 from tests.app.page.helpers import bodies, buttons, click, open_lessons, shown
@@ -232,7 +232,7 @@ def test_what_a_student_did_last_is_kept_when_the_server_ends(
         host.classroom.explore()
         host.classroom.settle((ann,), monotonic())
     opened.let_in(f"resume={ann}")
-    (session,) = host.sessions.values()
+    (session,) = sessions_of(host).values()
     session.change("dm", 0.07)
     opened.house.close()
     assert critical_distance(tmp_path / "store") == 0.07

@@ -9,14 +9,14 @@ from unittest.mock import MagicMock, Mock
 
 import pytest
 
-from app.classroom import board_panel
+from app.classroom import teacher_panel
 from app.classroom.ballots import Tally
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.classroom_html import poll_html, tied_html
 from app.classroom.overlays import screen_html
 from app.classroom.presenter import Presenter, Station, stations_of
-from app.classroom.progress_board import BoardRow
 from app.classroom.screen_panel import next_station_label
+from app.classroom.student_work import BoardRow
 from app.classroom.teacher_control import Because, TeacherControl
 from app.lessons.bookmark import Phase
 from app.lessons.loading import in_language
@@ -191,9 +191,9 @@ def test_the_timer_runs_down_forces_nothing_and_ends_with_the_question(stage: St
 
 def test_why_steps_do_not_open_stands_beside_those_that_are_open(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
     notes: list[str] = []
-    monkeypatch.setattr(board_panel, "PERIOD", 0.0)
-    monkeypatch.setattr(board_panel, "macros", lambda _: Mock(note=notes.append))
-    panel, stage.classroom.free = board_panel.BoardPanel(MagicMock(), stage.control), True
+    monkeypatch.setattr(teacher_panel, "PERIOD", 0.0)
+    monkeypatch.setattr(teacher_panel, "macros", lambda _: Mock(note=notes.append))
+    panel, stage.classroom.free = teacher_panel.BoardPanel(MagicMock(), stage.control), True
     for text in ("7", "2", "abc", ""):
         stage.control.post("pace", text)
         stage.frame()
@@ -207,12 +207,12 @@ def test_why_steps_do_not_open_stands_beside_those_that_are_open(stage: Stage, m
 
 
 def test_a_student_who_is_away_for_a_moment_stays_chosen(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(board_panel, "PERIOD", 0.0)
-    monkeypatch.setattr(board_panel, "macros", MagicMock())
+    monkeypatch.setattr(teacher_panel, "PERIOD", 0.0)
+    monkeypatch.setattr(teacher_panel, "macros", MagicMock())
     gui, stage.classroom.free = MagicMock(), True
     student = gui.add_dropdown.return_value
     student.options, student.value = ("–",), "–"
-    panel = board_panel.BoardPanel(gui, stage.control)
+    panel = teacher_panel.BoardPanel(gui, stage.control)
     seen: list[tuple[tuple[str, ...], str]] = []
     for here, chosen in (("Euler Gauss", "Gauss"), ("Euler", ""), ("Euler Gauss", ""), ("Euler", "Euler"), ("Euler Noether", "")):
         rows = tuple(BoardRow(name, ()) for name in here.split())

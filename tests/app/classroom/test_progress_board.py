@@ -7,7 +7,7 @@ import pytest
 
 from app.classroom.overlays import work_html
 from app.classroom.presenter import ShownWork
-from app.classroom.progress_board import NAMES, STUCK, Cell, ProgressBoard
+from app.classroom.student_work import NAMES, STUCK, Cell, ProgressBoard
 from app.lessons.bookmark import Bookmark
 from app.lessons.lesson import Lesson
 from app.lessons.open_steps import OpenSteps, open_steps_from_text

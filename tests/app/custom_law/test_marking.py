@@ -26,7 +26,7 @@ from app.custom_law.law_limits import LawLimits
 from app.custom_law.marked import LawMarks, _take, marked
 from app.custom_law.trials import GATES, TRIALS, TRY
 from app.export.lab_report import Done, lab_bytes
-from app.export.report_record import StepRecord, read_records, records_html
+from app.export.report_html import StepRecord, read_records, records_html
 from app.i18n.catalogue import words_of
 from app.lessons.loading import load_lessons
 from app.lessons.progress import StepProgress

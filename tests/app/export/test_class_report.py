@@ -14,9 +14,8 @@ from hypothesis import strategies as st
 from app.classroom.classroom import Classroom
 from app.classroom.student_work import clean_name
 from app.cli.main import main
-from app.export.class_report import class_report_bytes, class_zip_bytes, report_names
+from app.export.class_report import COLUMNS, class_report_bytes, class_table_bytes, class_zip_bytes, report_names
 from app.export.class_summary import ClassSummary, HandIn
-from app.export.class_table import COLUMNS, class_table_bytes
 from app.export.report_html import LOCKED
 from app.hosting.visitor_record import record_from_bytes, record_to_bytes
 from app.i18n.catalogue import words_of

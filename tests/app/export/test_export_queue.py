@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from app.export.csv_table import csv_bytes
-from app.export.export_queue import KINDS, ExportQueue, FileKind
-from app.export.jobs import file_name
+from app.export.export_queue import KINDS, ExportQueue, FileKind, file_name
 from app.export.lab_report import Done, lab_bytes
 from app.export.player import player_html
 from app.export.plot_pictures import picture_bytes

@@ -14,8 +14,7 @@ from PIL import Image
 from app.export import csv_table as table_module
 from app.export.csv_table import changes, csv_bytes, csv_suffix
 from app.export.plot_pictures import PictureKind, caption, embedded, inline_svg, mathtext, picture_bytes
-from app.export.recorded_curves import MOMENTS, OF_OTHER_RUNS, Curves, Panel, without_tags
-from app.export.thinning import POINTS, thinned_table
+from app.export.recorded_curves import MOMENTS, OF_OTHER_RUNS, POINTS, Curves, Panel, thinned_table, without_tags
 from app.plots.plot_choice import possible_details
 from app.plots.time_plots import time_plot_of
 from app.plots.time_series import COLUMNS, NAMES, RollingSeries

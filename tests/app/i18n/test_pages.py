@@ -8,16 +8,15 @@ import matplotlib
 import pytest
 from matplotlib.text import Text
 
-from app.export import jobs
 from app.export import plot_pictures as pictures
+from app.export.export_queue import make_picture
 from app.export.lab_report import _settings
 from app.export.player import assembled, packed_film
 from app.export.recorded_curves import Curves
 from app.export.report_html import ReportEntry, report_html
 from app.export.scene_film import Filmed
 from app.figures.figure_style import STYLE
-from app.i18n.catalogue import words_of
-from app.i18n.pseudo import pseudo
+from app.i18n.catalogue import pseudo, words_of
 from app.i18n.speaking import set_language, tr
 from app.lessons.loading import load_lessons
 from app.settings import Details, Settings
@@ -140,8 +139,8 @@ def test_pictures(scene: str, details: Details) -> None:
 def test_pictures_are_drawn_in_a_worker_in_the_language_that_it_is_given() -> None:
     recorded, _ = piece("hold", 1.0)
     arguments = recorded, 1.0, "none", "svg"
-    made = {language: jobs.picture(language, *arguments) for language in ("en", "de", "sl", "en")}
-    assert len({*made.values()}) == 3 and jobs.picture("de", *arguments) == made["de"]
+    made = {language: make_picture(language, *arguments) for language in ("en", "de", "sl", "en")}
+    assert len({*made.values()}) == 3 and make_picture("de", *arguments) == made["de"]
 
 
 def test_the_page_that_plays() -> None:

@@ -3,7 +3,7 @@
 import pytest
 from playwright.sync_api import Page
 
-from app.i18n.pseudo import pseudo
+from app.i18n.catalogue import pseudo
 from app.page.panels.controls import TABS
 from tests.app.conftest import OpenHouse
 from tests.browser import PageAt, close_software_note, lasting, until

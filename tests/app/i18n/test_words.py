@@ -19,9 +19,8 @@ from hypothesis import strategies as st
 
 from app.cli.main import main
 from app.hosting.serve_options import ServeOptions
-from app.i18n.catalogue import FOLDER, Words, read_texts, words_of
+from app.i18n.catalogue import FIRST, FOLDER, GROWTH, LAST, Words, pseudo, read_texts, words_of
 from app.i18n.client_texts import translations
-from app.i18n.pseudo import FIRST, GROWTH, LAST, pseudo
 from app.i18n.reader_language import language_asked, language_of, preferred
 from app.i18n.speaking import decimal, set_language, tr
 from app.jupyter.duet import cell_html

@@ -9,7 +9,7 @@ import pytest
 from app.custom_law.fence import FenceLimits
 from app.custom_law.marked import LawMarks
 from app.custom_law.trials import TRIALS
-from app.export.report_record import StepRecord, records_html
+from app.export.report_html import StepRecord, records_html
 from app.i18n.catalogue import words_of
 from app.lessons.loading import load_lessons
 from app.marks import graded_file

@@ -17,7 +17,7 @@ from app.classroom.classroom import Poll
 from app.classroom.classroom_html import join_html, mine_html, overlay_html, poll_html, tied_html
 from app.classroom.overlays import screen_html
 from app.classroom.presenter import Station
-from app.classroom.progress_board import BoardRow, Cell
+from app.classroom.student_work import BoardRow, Cell
 from app.custom_law.arena import TrialCurve
 from app.custom_law.examination import ExaminationProgress
 from app.export.class_report import class_report_bytes
@@ -54,7 +54,7 @@ from app.settings import Settings
 from app.text.documents import document_html, document_page
 from app.text.law_texts import equation_html
 from app.text.templates import element, lowered, macros, page_of_template, tr_html
-from app.web.address import Address
+from app.web.request import Address
 from controllers.errors import LazyText
 from scenes.laws import DEFAULT_LAW
 from scenes.league_runs import QUICK, Outcome, events
