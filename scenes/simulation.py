@@ -6,7 +6,6 @@ from typing import Final
 import numpy as np
 
 # Loops are compiled together, also those of an experiment that is loaded when it is chosen.
-import scenes.person.filter  # noqa: F401
 import scenes.person.retarget  # noqa: F401
 from controllers.kinematics import Arm, Array, Kinematics
 from controllers.laws.situation import FIRM_LEVER, Law, Unanswered, lever

@@ -13,8 +13,7 @@ import mujoco
 import numpy as np
 from mink.exceptions import NoSolutionFound
 
-from app.bench.peer_method import PEER_GAIN, SOLVER, Baked, GivenMotion, PairDistances, Peer
-from app.bench.peer_urdf import HAND, urdf_text
+from app.bench.peer_method import HAND, PEER_GAIN, SOLVER, Baked, GivenMotion, PairDistances, Peer, urdf_text
 from controllers.kinematics import Array
 
 DAMPING: Final = 1e-3

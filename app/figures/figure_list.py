@@ -14,7 +14,6 @@ from app.figures import fig8_film as film
 from app.figures import laws_compared as laws
 from app.figures import pair_switches as switches
 from app.figures import resting_distance as resting
-from app.figures import section3_stability as stability
 from app.figures import speed_threshold as threshold
 from app.figures.drawn_figure import Drawn, Plan
 from controllers.errors import BadSetting
@@ -151,7 +150,7 @@ CATALOGUE: Final = (
         "Section III along the run of Fig. 5",
         "V̇ = −eᵀ M e, eq. (25). Sufficient for the errors to tend to zero: M is positive definite, which it is if the two tasks are "
         "orthogonal, eq. (16), and the gains positive.",
-        stability.draw,
+        hold.draw_stability,
     ),
 )
 

@@ -12,7 +12,7 @@ from app.session.actions import Action
 from app.session.frame import Frame
 from app.session.session import Session
 from app.web.control_events import on_entry
-from scenes.null_motions import MOTIONS, NullMotions
+from scenes.solo import MOTIONS, NullMotions
 from scenes.targets import JointTarget
 
 FARTHEST: Final = 60.0
