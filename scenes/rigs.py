@@ -8,7 +8,7 @@ import pinocchio as pin
 
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
-from scenes.given_choices import add_choice
+from scenes.setting_spec import add_choice
 
 MIRROR: Final = np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 """Turns a posture of one arm into the mirrored posture of the other, where the bases mirror each other."""

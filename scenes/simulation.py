@@ -332,11 +332,8 @@ class Simulation:
 
     def sample(self) -> Sample:
         """Return the newest step, or a measurement of the present state if there is none."""
-        if self.history.count == 0:
-            return self._measured()
-        return self.history.last()
-
-    def _measured(self) -> Sample:
+        if self.history.count:
+            return self.history.last()
         self.kinematics.update(self.positions)
         near = self.detector.detect(self.settings.law.pairs, self.settings.law.beta, self.settings.law.convexity)
         try:

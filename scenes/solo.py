@@ -10,12 +10,12 @@ import pinocchio as pin
 
 from controllers.kinematics import Arm, Array, Kinematics, null_space_basis, pseudo_inverse, swing_and_turns
 from scenes.arm_tasks.hold_task import HoldTask
-from scenes.given_choices import makes
 from scenes.rigs import ALONE
 from scenes.robots import robot
 from scenes.robots.start_search import found_postures
 from scenes.roles import NoSource, Roles, Scenario, TargetSource
 from scenes.room import Room, World, with_arm
+from scenes.setting_spec import makes
 from scenes.settings import RunSettings
 from scenes.targets import HandTarget
 

@@ -37,9 +37,6 @@ ENTRY_SECONDS: Final = 4.0
 
 ROBOTS: Final = ("lwr", "panda", "ur5")
 
-Disturbance = Callable[[HeadlessClient, float], Awaitable[None]]
-"""What a visitor does for a number of seconds."""
-
 
 async def _paced(rate: float, seconds: float, send: Callable[[int], Awaitable[None]]) -> None:
     begin = time.perf_counter()
@@ -148,7 +145,7 @@ async def _enter_class(visitor: HeadlessClient, seconds: float, query: str = "")
         await page.close()
 
 
-DISTURBANCES: Final[dict[str, Disturbance]] = {
+DISTURBANCES: Final[dict[str, Callable[[HeadlessClient, float], Awaitable[None]]]] = {
     "nothing": lambda _, seconds: asyncio.sleep(seconds),
     "600/s of a slider": partial(_set, key="dm", choices=(100.0, 150.0)),
     "600/s of a box": partial(_set, key="autopilot", choices=(True, False)),
@@ -171,7 +168,7 @@ DISTURBANCES: Final[dict[str, Disturbance]] = {
     "a class of 36 in 4 s, a run each": _enter_class,
     "a class of 36 in 4 s, lecture": _enter_class,
 }
-"""Name → what the other visitor does."""
+"""Name → what the other visitor does for a number of seconds."""
 
 
 LEAST_FRAMES: Final = 24.0

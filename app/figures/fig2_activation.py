@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from app.figures.drawn_figure import Drawn, Plan
-from app.figures.figure_style import COLOURS, DASHES, sheet, tag
+from app.figures.drawn_figure import COLOURS, DASHES, Drawn, Plan, sheet, tag
 from controllers.activation import activation
 
 CRITICAL_DISTANCE = 0.1

@@ -5,8 +5,7 @@ from typing import Final, NamedTuple
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch
 
-from app.figures.drawn_figure import Drawn, Plan
-from app.figures.figure_style import COLOURS, INK, PALE, sheet
+from app.figures.drawn_figure import COLOURS, INK, PALE, Drawn, Plan, sheet
 
 
 class SchemeBlock(NamedTuple):

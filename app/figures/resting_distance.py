@@ -4,8 +4,7 @@ from typing import Final
 
 import numpy as np
 
-from app.figures.drawn_figure import Drawn, Plan, csv_head
-from app.figures.figure_style import COLOURS, DASHES, sheet
+from app.figures.drawn_figure import COLOURS, DASHES, Drawn, Plan, csv_head, sheet
 from controllers import budget
 from controllers.kinematics import Array, Kinematics
 from controllers.laws.situation import Situation

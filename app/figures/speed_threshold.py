@@ -5,9 +5,8 @@ from typing import Final
 
 import numpy as np
 
-from app.figures.drawn_figure import Drawn, Plan, csv_head
+from app.figures.drawn_figure import COLOURS, DASHES, Drawn, Plan, csv_head, sheet
 from app.figures.fig5_hold import approach
-from app.figures.figure_style import COLOURS, DASHES, sheet
 from scenes.headless import Summary, run
 from scenes.roles import Paced
 from scenes.room import build_room

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from app.export.report_html import LOCKED
-from app.figures.figure_style import COLOURS, MARKERS, SERIES, STYLE, sheet
+from app.figures.drawn_figure import COLOURS, MARKERS, SERIES, STYLE, sheet
 from app.league.entrants import Entrant
 from app.league.league_files import Played
 from app.text.templates import page_of_template
