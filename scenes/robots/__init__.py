@@ -22,8 +22,6 @@ from scenes.robots.urdf_file import fit_capsules, load_arm
 from scenes.setting_spec import start_remedy
 from scenes.settings import RobotName
 
-__all__ = ["FILES", "SOURCES", "Capsule", "Robot", "RobotName", "robot"]
-
 SOURCES: Final = sorted(Path(__file__).parent.glob("*.py"))
 """What is stored of a robot is made again if one of these has changed."""
 
