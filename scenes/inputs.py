@@ -290,12 +290,9 @@ def merged_stretches(stretches: list[Stretch]) -> tuple[Stretch, ...]:
             groups[-1].append(stretch)
         else:
             groups.append([stretch])
-    return tuple(
-        Stretch(group[0].settings, joined_targets([stretch.targets for stretch in group]), _joined_answers(group))
-        for group in groups
-    )
-
-
-def _joined_answers(stretches: list[Stretch]) -> LawAnswers | None:
-    answers = [stretch.answers for stretch in stretches if stretch.answers is not None]
-    return answers[-1]._replace(rows=np.concatenate([part.rows for part in answers])) if answers else None
+    merged: list[Stretch] = []
+    for group in groups:
+        answers = [stretch.answers for stretch in group if stretch.answers is not None]
+        joined = answers[-1]._replace(rows=np.concatenate([part.rows for part in answers])) if answers else None
+        merged.append(Stretch(group[0].settings, joined_targets([stretch.targets for stretch in group]), joined))
+    return tuple(merged)

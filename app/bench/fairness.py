@@ -35,8 +35,6 @@ CLASS_SIZE: Final = 36
 ENTRY_SECONDS: Final = 4.0
 """Time in which a whole class arrives [s]."""
 
-ROBOTS: Final = ("lwr", "panda", "ur5")
-
 
 async def _paced(rate: float, seconds: float, send: Callable[[int], Awaitable[None]]) -> None:
     begin = time.perf_counter()
@@ -159,7 +157,7 @@ DISTURBANCES: Final[dict[str, Callable[[HeadlessClient, float], Awaitable[None]]
     "600/s of the scenes": partial(_set, key="scene"),
     "600/s of the lessons": partial(_press_button, label="Lessons"),
     "30/s of the scenes": partial(_set, key="scene", rate=REBUILD_RATE),
-    "30/s of the robots": partial(_set, key="robot", choices=ROBOTS, rate=REBUILD_RATE),
+    "30/s of the robots": partial(_set, key="robot", choices=("lwr", "panda", "ur5"), rate=REBUILD_RATE),
     "30/s of the rigs": partial(_set, key="rig", rate=REBUILD_RATE),
     "30/s of the languages": _change_language,
     "five lists of 15 MB": partial(_send_heavy, content=b"\xdd" + HEAVY_BYTES.to_bytes(4, "big") + bytes(HEAVY_BYTES)),

@@ -28,20 +28,15 @@ def seconds(plan: Plan) -> float:
     return plan.either(50.0, 12.0)
 
 
-def resting_distances(run: Run) -> Array:
-    """Return d* (rows,) for the pull and the approach of every step; nan where nothing is at rest below 0.5 m."""
-    table = run.table[:, [COLUMN["u"], COLUMN["w_law"]]].tolist()
-    rest = np.array([resting(run.simulation.settings, u, w, None) for u, w in table])
-    return np.where(rest < LONGEST, rest, np.nan)
-
-
 def draw(plan: Plan) -> Drawn:
     single = plan.settings({"pairs": "single"})
     length = seconds(plan)
     paper = plan.shared(single, length)
     ours = plan.shared(plan.settings({"pairs": "soft"}), length)
     time, d, e2 = (paper.table[:, COLUMN[name]] for name in ("t", "d", "e2"))
-    rest = resting_distances(paper)
+    # For the pull and the approach of every step; nan where nothing is at rest so near.
+    rest = np.array([resting(single, u, w, None) for u, w in paper.table[:, [COLUMN["u"], COLUMN["w_law"]]].tolist()])
+    rest = np.where(rest < LONGEST, rest, np.nan)
     figure, (upper, lower) = stack(4.0, 2)
     critical = single.law.critical_distance
     upper.plot(time, rest, color=COLOURS.resting, linestyle=DASHES[2], linewidth=1.2, label="$d^*$")

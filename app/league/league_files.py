@@ -28,8 +28,6 @@ from scenes.settings import values
 PART: Final = "league.part.jsonl"
 """The outcomes so far, a line each."""
 
-_MOST_BYTES: Final = 100_000_000
-
 
 class Played(msgspec.Struct, frozen=True):
     """An outcome of an entrant. `sha256`: of a file, "" for a built-in law."""
@@ -130,7 +128,7 @@ class LeagueFiles:
 
     def _read(self) -> list[Played]:
         try:
-            lines = input_content(self._part, _MOST_BYTES).split(b"\n")
+            lines = input_content(self._part, 100_000_000).split(b"\n")
             head: dict[str, Any] = msgspec.json.decode(lines[0])
             # What follows the last line break was being written.
             found = [msgspec.json.decode(line, type=Played) for line in lines[1:-1]]

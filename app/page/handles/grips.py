@@ -14,7 +14,7 @@ from app.stage.ball_view import BallView
 from app.stage.person_figure import FigureView, on_person
 from app.stage.stage_part import in_room
 from controllers.kinematics import Array
-from scenes.person.figure import Figure, Grasp
+from scenes.person.clips import Figure, Grasp
 from scenes.settings import ArmName
 from scenes.targets import AnglesTarget, BallTarget, LinkTarget
 

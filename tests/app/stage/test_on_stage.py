@@ -16,7 +16,7 @@ from controllers.kinematics import Array
 from scenes import solo
 from scenes.ball import BALL_RADIUS, PATH, POINT_RADIUS
 from scenes.person.angles import FOREARM, arm_points
-from scenes.person.figure import Figure
+from scenes.person.clips import Figure
 from scenes.robots import RobotName, robot
 from scenes.settings import ArmName
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, LinkTarget

@@ -18,8 +18,7 @@ from controllers.errors import DuetError
 from controllers.kinematics import Array
 from scenes.person import body
 from scenes.person.angles import FOREARM, UPPER_ARM, arm_directions, arm_points
-from scenes.person.clips import REST
-from scenes.person.figure import MOST_BENT, Figure
+from scenes.person.clips import MOST_BENT, REST, Figure
 from scenes.person.source import MissingPackage
 from scenes.settings import ArmName
 from tests.scenes.helpers import own_cache
