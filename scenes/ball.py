@@ -10,12 +10,12 @@ import pinocchio as pin
 from controllers.kinematics import Arm, Array
 from scenes.arm_tasks.arm_task import ArmTask, Memory
 from scenes.arm_tasks.hold_task import HoldTask
-from scenes.given_choices import makes
 from scenes.guide import FOLLOW_GAIN, SMOOTHING_TIME, shortened
 from scenes.rigs import ALONE
 from scenes.robots import robot
 from scenes.roles import NoSource, Roles, Scenario, TargetSource
 from scenes.room import Room, World, pair_bodies, with_arm
+from scenes.setting_spec import makes
 from scenes.settings import ControlPoint, RunSettings
 from scenes.solo import ALONE_NAME, alone_start
 from scenes.targets import BallTarget, Target, quintic

@@ -29,7 +29,7 @@ from scenes.rerun import Stopped, never
 from scenes.room import Room, World, random_bounds, room_of
 from scenes.settings import HardwareSettings, RunSettings, specs
 from scenes.simulation import Simulation
-from scenes.waypoints import SIZES, Waypoints
+from scenes.targets import SIZES, Waypoints
 
 SECONDS: Final = 6.0
 """Simulated time of a run [s]."""

@@ -10,8 +10,7 @@ from controllers.kinematics import Arm, Array
 from scenes.arm_tasks.arm_task import Memory
 from scenes.arm_tasks.follow_task import JointFollower
 from scenes.person.clips import REST, Clip
-from scenes.person.filter import AngleFilter
-from scenes.person.retarget import DRIVEN, Retargeter
+from scenes.person.retarget import DRIVEN, AngleFilter, Retargeter
 from scenes.person.source import PersonTarget
 from scenes.rigs import FIELD_OF_VIEW, Camera
 from scenes.roles import Roles, Scenario, TargetSource

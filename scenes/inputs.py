@@ -204,7 +204,12 @@ class InputsLog:
         law = law_of_file(simulation)
         if simulation.steps != self._expected or simulation.roles is not self._roles or law is not self._law:
             self.forget()
-        self._close_stretch()
+        if self._codes:
+            stretch = self._open_stretch()
+            self._stretches.append(stretch)
+            self._seconds += stretch.seconds
+            self._nbytes += stretch.nbytes
+            self._codes, self._counts, self._numbers, self._answers = [], [], [], []
         self._settings, self._roles, self._law = simulation.settings, simulation.roles, law
         if simulation.steps >= self._turn:
             if self._stretches:
@@ -224,15 +229,6 @@ class InputsLog:
             rows = np.frombuffer(b"".join(self._answers)).reshape(len(self._answers), -1)
             answers = LawAnswers(self._law.file, self._law.sha256, rows)
         return Stretch(self._settings, targets, answers)
-
-    def _close_stretch(self) -> None:
-        if not self._codes:
-            return
-        stretch = self._open_stretch()
-        self._stretches.append(stretch)
-        self._seconds += stretch.seconds
-        self._nbytes += stretch.nbytes
-        self._codes, self._counts, self._numbers, self._answers = [], [], [], []
 
     def _forget_oldest(self) -> None:
         while len(self._pieces) > 1:
@@ -294,12 +290,9 @@ def merged_stretches(stretches: list[Stretch]) -> tuple[Stretch, ...]:
             groups[-1].append(stretch)
         else:
             groups.append([stretch])
-    return tuple(
-        Stretch(group[0].settings, joined_targets([stretch.targets for stretch in group]), _joined_answers(group))
-        for group in groups
-    )
-
-
-def _joined_answers(stretches: list[Stretch]) -> LawAnswers | None:
-    answers = [stretch.answers for stretch in stretches if stretch.answers is not None]
-    return answers[-1]._replace(rows=np.concatenate([part.rows for part in answers])) if answers else None
+    merged: list[Stretch] = []
+    for group in groups:
+        answers = [stretch.answers for stretch in group if stretch.answers is not None]
+        joined = answers[-1]._replace(rows=np.concatenate([part.rows for part in answers])) if answers else None
+        merged.append(Stretch(group[0].settings, joined_targets([stretch.targets for stretch in group]), joined))
+    return tuple(merged)

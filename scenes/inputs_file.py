@@ -37,7 +37,6 @@ LARGEST_CONTENT: Final = 256_000_000
 """Unpacked [B]."""
 
 MOST_STEPS: Final = 1_000_000
-MOST_STRETCHES: Final = 50_000
 
 FASTEST: Final = 50.0
 """Largest believable joint velocity [rad/s]."""
@@ -202,7 +201,7 @@ def _recorded(arrays: dict[str, np.ndarray]) -> Recorded:
     )
     lengths = arrays["lengths"]
     _check(lengths.ndim == 1 and lengths.dtype.kind == "u", "has no lengths")
-    _check(1 <= len(lengths) <= MOST_STRETCHES and (lengths > 0).all(), "has an impossible number of stretches")
+    _check(1 <= len(lengths) <= 50_000 and (lengths > 0).all(), "has an impossible number of stretches")
     settings = _settings(about, len(lengths))
     targets = _targets(arrays, int(lengths.astype(np.uint64).sum()), _joint_counts(settings[0]))
     snapshot = _snapshot(about, arrays, settings[0])

@@ -194,16 +194,12 @@ def held(schedule: Schedule, event: Event, applied: Applied, ends: tuple[float, 
     steps: list[float] = []
     for person in schedule.persons():
         done = simulated(person, value)
-        runs.append(_figures(person, done))
-        steps.append(done.summary.step_us_median)
+        d, w, summary = done.table[:, COLUMN["d"]], done.table[:, COLUMN["w"]], done.summary
+        lost = fallen(d - CRITICAL_DISTANCE, w <= NOMINAL_VELOCITY)
+        numbers = lost, summary.d_min, summary.e2_max, summary.dq_step_max, summary.out_of_authority_s
+        runs.append(LeagueRun(person.half, person.number, person.speed, *map(float, numbers)))
+        steps.append(summary.step_us_median)
     return Outcome(value, reached, tuple(runs), float(np.median(steps)))
-
-
-def _figures(person: Person, done: Run) -> LeagueRun:
-    table, summary = done.table, done.summary
-    lost = fallen(table[:, COLUMN["d"]] - CRITICAL_DISTANCE, table[:, COLUMN["w"]] <= NOMINAL_VELOCITY)
-    numbers = lost, summary.d_min, summary.e2_max, summary.dq_step_max, summary.out_of_authority_s
-    return LeagueRun(person.half, person.number, person.speed, *map(float, numbers))
 
 
 def law_held(law: str, schedule: Schedule, event: Event) -> Outcome:

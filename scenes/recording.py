@@ -117,20 +117,6 @@ def pair_label(names: tuple[str, str]) -> str:
     return f"{names[0]} / {names[1]}"
 
 
-def csv_header(simulation: Simulation, table: Array) -> tuple[str, ...]:
-    """Return the names of the columns that `write_table` writes of a table (rows, columns of `scenes.history`)."""
-    columns = simulation.room.columns
-    second = CSV_SECOND if _has_second(table) else ()
-    followed = np.flatnonzero(~np.isnan(simulation.history.desired(table)[-1]))
-    return (
-        *CSV_SCALARS,
-        *second,
-        *(name.format("q") for name in columns),
-        *(name.format("dq") for name in columns),
-        *(columns[i].format("qd") for i in followed),
-    )
-
-
 def write_table(out: TextIO, simulation: Simulation, table: Array, settings: Mapping[str, Any]) -> None:
     """Write a history table (rows ≥ 1, columns) as CSV, on top of it # lines with the settings, and with the unit of every column.
 
@@ -142,21 +128,18 @@ def write_table(out: TextIO, simulation: Simulation, table: Array, settings: Map
     """
     for key, value in settings.items():
         out.write(f"# {key} = {value}\n")
-    header = csv_header(simulation, table)
+    history, columns, desired = simulation.history, simulation.room.columns, simulation.history.desired(table)
+    # Who keeps clear may have changed.
+    second = () if np.isnan(table[:, COLUMN["authority_b"]]).all() else CSV_SECOND
+    followed = np.flatnonzero(~np.isnan(desired[-1]))
+    joints = [name.format(kind) for kind in ("q", "dq") for name in columns]
+    header = (*CSV_SCALARS, *second, *joints, *(columns[i].format("qd") for i in followed))
     units = {name: unit_of(name, simulation.settings.experiment.error_unit) for name in header} | {"pair": "names"}
     out.write(f"# units = {', '.join(f'{name} [{unit or 1}]' for name, unit in units.items())}\n")
     out.write(",".join(header) + "\n")
-    history, pairs = simulation.history, [pair_label(names) for names in simulation.detector.pair_names]
-    numbers = [table[:, [COLUMN[name] for name in CSV_SCALARS[:-1]]]]
-    rest = [table[:, [COLUMN[name] for name in CSV_SECOND]]] if _has_second(table) else []
-    desired = history.desired(table)
-    rest += [history.positions(table), history.velocities(table), desired[:, ~np.isnan(desired[-1])]]
-    heads, tails = numbers[0].tolist(), np.concatenate(rest, axis=1).tolist()
-    for head, pair, tail in zip(heads, table[:, COLUMN["pair"]].astype(int).tolist(), tails, strict=True):
+    pairs = [pair_label(names) for names in simulation.detector.pair_names]
+    heads, more = (table[:, [COLUMN[name] for name in names]] for names in (CSV_SCALARS[:-1], second))
+    tails = np.concatenate([more, history.positions(table), history.velocities(table), desired[:, followed]], axis=1).tolist()
+    for head, pair, tail in zip(heads.tolist(), table[:, COLUMN["pair"]].astype(int).tolist(), tails, strict=True):
         name = pairs[pair] if pair >= 0 else "none"
         out.write(",".join((*map(repr, head), name, *map(repr, tail))) + "\n")
-
-
-def _has_second(table: Array) -> bool:
-    # Who keeps clear may have changed.
-    return not np.isnan(table[:, COLUMN["authority_b"]]).all()

@@ -8,7 +8,7 @@ import pinocchio as pin
 
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
-from scenes.given_choices import add_choice
+from scenes.setting_spec import add_choice
 
 MIRROR: Final = np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0])
 """Turns a posture of one arm into the mirrored posture of the other, where the bases mirror each other."""
@@ -149,7 +149,8 @@ def place_bases(left: str, right: str) -> str:
             numbers = [float(part) for part in text.split(",")] if text else list(usual)
         except ValueError:
             numbers = []
-        low, high = BASES
+        # x, y, z [m] and yaw [degrees].
+        low, high = (-2.0, -2.0, 0.0, -360.0), (2.0, 2.0, 2.0, 360.0)
         if len(numbers) != 4 or not all(a <= n <= b for a, n, b in zip(low, numbers, high, strict=True)):
             raise BadSetting(
                 "{key} = {value!r} is no place for a base; give x,y,z,yaw: x and y from -2 to 2 m, z from 0 to 2 m, yaw from -360 to "
@@ -162,9 +163,6 @@ def place_bases(left: str, right: str) -> str:
     add_choice("rig", name, "Given bases")
     return name
 
-
-BASES: Final = ((-2.0, -2.0, 0.0, -360.0), (2.0, 2.0, 2.0, 360.0))
-"""Least and greatest x, y, z [m] and yaw [degrees] of a base."""
 
 _alone_base = pin.SE3(np.eye(3), np.array([-0.35, 0.0, TABLE_HEIGHT]))
 _alone_start = np.radians([0.0, 25.0, 0.0, 95.0, 0.0, -60.0, 0.0])

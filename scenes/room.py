@@ -16,10 +16,10 @@ from controllers.laws.situation import AUTHORITY
 from controllers.limits import VelocityBox
 from controllers.proximity import ProximityDetector
 from controllers.tasks import TASK_DIMENSION
-from scenes.given_choices import makes
 from scenes.rigs import Rig, for_reach, rig_named
-from scenes.robots import Capsule, Robot, robot
+from scenes.robots import Robot, robot
 from scenes.robots.start_search import arm_reach, found_postures
+from scenes.setting_spec import makes
 from scenes.settings import ArmName, ControlPoint, RunSettings
 
 SIDES: tuple[ArmName, ArmName] = ("left", "right")
@@ -175,9 +175,12 @@ def with_arm(model: pin.Model, geometry: pin.GeometryModel, made: Robot, name: s
     first, offset = model.nv, model.njoints - 1
     model = pin.appendModel(model, _renamed(made.model, name), 0, base)
     for capsule in made.capsules:
-        placement = _capsule_placement(capsule)
+        axis = capsule.end - capsule.start
+        length = float(np.linalg.norm(axis))
+        turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), axis / length).toRotationMatrix()
+        placement = pin.SE3(turn, (capsule.start + capsule.end) / 2.0)
         joint = capsule.joint + offset if capsule.joint else 0
-        shape = coal.Capsule(capsule.radius, float(np.linalg.norm(capsule.end - capsule.start)))
+        shape = coal.Capsule(capsule.radius, length)
         geometry.addGeometryObject(
             pin.GeometryObject(f"{name} {capsule.name}", joint, placement if joint else base * placement, shape)
         )
@@ -199,12 +202,6 @@ def _renamed(model: pin.Model, side: str) -> pin.Model:
     for i in range(1, model.nframes):
         model.frames[i].name = f"{side}_{model.frames[i].name}"
     return model
-
-
-def _capsule_placement(capsule: Capsule) -> pin.SE3:
-    axis = capsule.end - capsule.start
-    turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), axis / np.linalg.norm(axis)).toRotationMatrix()
-    return pin.SE3(turn, (capsule.start + capsule.end) / 2.0)
 
 
 def pair_bodies(model: pin.Model, geometry: pin.GeometryModel, first: str, second: str, movable: bool = False) -> None:

@@ -10,9 +10,8 @@ from controllers.choices import BoundsTreatment, HandTask, Treatment
 from controllers.curve import read_curve
 from controllers.errors import BadSetting
 from scenes.experiments import EXPERIMENTS, HOLD, Experiment
-from scenes.given_choices import start_remedy, with_added
 from scenes.laws import DEFAULT_LAW, LAWS, LawEntry
-from scenes.setting_spec import SPEC, Spec, Tab, checked
+from scenes.setting_spec import SPEC, Spec, Tab, checked, start_remedy, with_added
 
 if TYPE_CHECKING:
     from controllers.laws.situation import Law

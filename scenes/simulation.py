@@ -6,7 +6,6 @@ from typing import Final
 import numpy as np
 
 # Loops are compiled together, also those of an experiment that is loaded when it is chosen.
-import scenes.person.filter  # noqa: F401
 import scenes.person.retarget  # noqa: F401
 from controllers.kinematics import Arm, Array, Kinematics
 from controllers.laws.situation import FIRM_LEVER, Law, Unanswered, lever
@@ -333,11 +332,8 @@ class Simulation:
 
     def sample(self) -> Sample:
         """Return the newest step, or a measurement of the present state if there is none."""
-        if self.history.count == 0:
-            return self._measured()
-        return self.history.last()
-
-    def _measured(self) -> Sample:
+        if self.history.count:
+            return self.history.last()
         self.kinematics.update(self.positions)
         near = self.detector.detect(self.settings.law.pairs, self.settings.law.beta, self.settings.law.convexity)
         try:

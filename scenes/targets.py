@@ -1,10 +1,12 @@
-"""What a person, the autopilot or a recording wants at one moment: one kind of wish for each thing that can be taken hold of."""
+"""What a person, the autopilot or a recording wants at one moment: one kind of wish for each thing that can be taken hold of; and
+a person who goes straight from one waypoint to the next, whatever it is that is moved."""
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from controllers.kinematics import Array
+from scenes.experiments import Moved
 
 
 class HandTarget(NamedTuple):
@@ -90,3 +92,33 @@ def between(times: Array, time: float) -> tuple[int, int, float]:
     i, last = max(int(np.searchsorted(times, time, side="right")) - 1, 0), len(times) - 1
     share = float((time - times[i]) / (times[i + 1] - times[i])) if i < last and time > times[i] else 0.0
     return i, min(i + 1, last), share
+
+
+SIZES: Final[dict[Moved, int]] = {"arm": 3, "ball": 3, "person": 8}
+"""What is moved → how many numbers a waypoint has: a place [m], or the angles of both of a person's arms [rad]."""
+
+SHORTEST: Final = 0.05
+"""Time from one waypoint to the next at least [s]."""
+
+
+class Waypoints:
+    """A `TargetSource` through waypoints at a steady speed; at rest at the last one.
+
+    Args:
+        moves: what is moved.
+        points: (k, size), from where it is at time 0; see `SIZES`.
+        speed: [m/s or rad/s].
+    """
+
+    def __init__(self, moves: Moved, points: Array, speed: float) -> None:
+        ways = np.linalg.norm(np.diff(points, axis=0), axis=1)
+        self._times = np.concatenate([[0.0], np.cumsum(np.maximum(ways / speed, SHORTEST))])
+        self._moves, self._points = moves, points
+
+    def target(self, time: float) -> Target:
+        """Return what is wanted at a time [s]."""
+        i, j, share = between(self._times, time)
+        point = self._points[i] + (self._points[j] - self._points[i]) * share
+        if self._moves == "person":
+            return AnglesTarget(point.reshape(2, 4))
+        return BallTarget(point) if self._moves == "ball" else HandTarget(point)

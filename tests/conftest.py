@@ -12,8 +12,8 @@ import pytest  # noqa: E402
 from hypothesis import HealthCheck, settings  # noqa: E402
 from xdist.scheduler import LoadScopeScheduling  # noqa: E402
 
-from scenes.given_choices import added_choices  # noqa: E402
 from scenes.robots.robot_files import FILES  # noqa: E402
+from scenes.setting_spec import added_choices  # noqa: E402
 from tests.browser import FAILED, browser, page_at, used_tabs  # noqa: E402
 
 __all__ = ["browser", "page_at", "used_tabs"]

@@ -35,11 +35,6 @@ CLASS_SIZE: Final = 36
 ENTRY_SECONDS: Final = 4.0
 """Time in which a whole class arrives [s]."""
 
-ROBOTS: Final = ("lwr", "panda", "ur5")
-
-Disturbance = Callable[[HeadlessClient, float], Awaitable[None]]
-"""What a visitor does for a number of seconds."""
-
 
 async def _paced(rate: float, seconds: float, send: Callable[[int], Awaitable[None]]) -> None:
     begin = time.perf_counter()
@@ -148,7 +143,7 @@ async def _enter_class(visitor: HeadlessClient, seconds: float, query: str = "")
         await page.close()
 
 
-DISTURBANCES: Final[dict[str, Disturbance]] = {
+DISTURBANCES: Final[dict[str, Callable[[HeadlessClient, float], Awaitable[None]]]] = {
     "nothing": lambda _, seconds: asyncio.sleep(seconds),
     "600/s of a slider": partial(_set, key="dm", choices=(100.0, 150.0)),
     "600/s of a box": partial(_set, key="autopilot", choices=(True, False)),
@@ -162,7 +157,7 @@ DISTURBANCES: Final[dict[str, Disturbance]] = {
     "600/s of the scenes": partial(_set, key="scene"),
     "600/s of the lessons": partial(_press_button, label="Lessons"),
     "30/s of the scenes": partial(_set, key="scene", rate=REBUILD_RATE),
-    "30/s of the robots": partial(_set, key="robot", choices=ROBOTS, rate=REBUILD_RATE),
+    "30/s of the robots": partial(_set, key="robot", choices=("lwr", "panda", "ur5"), rate=REBUILD_RATE),
     "30/s of the rigs": partial(_set, key="rig", rate=REBUILD_RATE),
     "30/s of the languages": _change_language,
     "five lists of 15 MB": partial(_send_heavy, content=b"\xdd" + HEAVY_BYTES.to_bytes(4, "big") + bytes(HEAVY_BYTES)),
@@ -171,7 +166,7 @@ DISTURBANCES: Final[dict[str, Disturbance]] = {
     "a class of 36 in 4 s, a run each": _enter_class,
     "a class of 36 in 4 s, lecture": _enter_class,
 }
-"""Name → what the other visitor does."""
+"""Name → what the other visitor does for a number of seconds."""
 
 
 LEAST_FRAMES: Final = 24.0

@@ -15,8 +15,7 @@ import embodik
 import numpy as np
 from numpy.typing import NDArray
 
-from app.bench.peer_method import Baked, PairDistances, Peer
-from app.bench.peer_urdf import HAND, urdf_text
+from app.bench.peer_method import HAND, Baked, PairDistances, Peer, urdf_text
 from controllers.kinematics import Array
 
 

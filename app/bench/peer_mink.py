@@ -13,12 +13,9 @@ import mujoco
 import numpy as np
 from mink.exceptions import NoSolutionFound
 
-from app.bench.peer_method import PEER_GAIN, SOLVER, Baked, GivenMotion, PairDistances, Peer
-from app.bench.peer_urdf import HAND, urdf_text
+from app.bench.peer_method import HAND, PEER_GAIN, SOLVER, Baked, GivenMotion, PairDistances, Peer, urdf_text
 from controllers.kinematics import Array
 
-DAMPING: Final = 1e-3
-DEFAULT_GAIN: Final = 0.85
 FAR: Final = 100.0
 """Larger than any distance [m]."""
 
@@ -75,7 +72,7 @@ class Mink(Peer):
         self.configuration.update(self.positions)
         self._motion.take(self.baked, step)
         posture, tasks, dt, given = self.configuration, [self._task], self.baked.settings.dt, [self._motion]
-        return mink.solve_ik(posture, tasks, dt, SOLVER, damping=DAMPING, limits=self._limits, constraints=given)
+        return mink.solve_ik(posture, tasks, dt, SOLVER, damping=1e-3, limits=self._limits, constraints=given)
 
     def distances(self, positions: Array) -> PairDistances:
         """Return the distances of the pairs that mink has kept."""
@@ -94,4 +91,4 @@ class Mink(Peer):
         return body.xpos.copy(), body.xmat.reshape(3, 3).copy()
 
 
-METHODS: Final = {"mink, all pairs +w": Mink, "mink, all pairs, default gain +w": partial(Mink, gain=DEFAULT_GAIN)}
+METHODS: Final = {"mink, all pairs +w": Mink, "mink, all pairs, default gain +w": partial(Mink, gain=0.85)}

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from roboplan import core, optimal_ik
 
-from app.bench.peer_method import PEER_GAIN, Baked, Peer
-from app.bench.peer_urdf import HAND, urdf_text
+from app.bench.peer_method import HAND, PEER_GAIN, Baked, Peer, urdf_text
 from controllers.kinematics import Array
 
 STILL: Final = 1e-9

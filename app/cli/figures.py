@@ -35,9 +35,8 @@ def draw_figures(command: Figures) -> int:
     with ending_at_once():
         import matplotlib
 
-        from app.figures.drawn_figure import Plan, save_figure
+        from app.figures.drawn_figure import STYLE, Plan, save_figure
         from app.figures.figure_list import FigureEntry, chosen_figures, report
-        from app.figures.figure_style import STYLE
         from app.version import duet_version
         from scenes.setting_spec import checked
         from scenes.settings import RunSettings, specs

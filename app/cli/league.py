@@ -48,8 +48,7 @@ def league(command: League) -> int:
         from app.custom_law.fence import FenceLimits, isolation_of
         from app.league.entrants import entrants, played
         from app.league.league_files import PART, LeagueFiles
-        from app.league.league_page import league_page
-        from app.league.league_table import league_tables, markdown
+        from app.league.league_page import league_page, league_tables, markdown
         from app.sweep.dask_cluster import environment
         from scenes.league_runs import FULL, QUICK
 

@@ -7,14 +7,13 @@ from typing import Any, Final
 import tyro
 
 from app.cli.bench import Bench, bench
-from app.cli.falsify import Falsify, falsify
 from app.cli.figures import Figures, draw_figures
 from app.cli.grade import Grade, LawTest, NewLaw, grade, law_test, new_law
-from app.cli.hunt import Hunt, hunt
 from app.cli.league import League, league
 from app.cli.lessons import Handout, Lessons, NewLesson, handout, lessons, new_lesson
 from app.cli.robots import Robots, robots
 from app.cli.run import RunCommand, simulate
+from app.cli.searches import Falsify, Hunt, falsify, hunt
 from app.cli.serve import Serve, serve
 from app.cli.sweep import Sweep, sweep
 from app.runtime.terminal import write_log

@@ -9,8 +9,7 @@ from typing import Annotated, Any, Final, cast, get_args
 import tyro
 
 from app.settings import Settings
-from scenes.given_choices import PAIR, makes
-from scenes.setting_spec import Spec
+from scenes.setting_spec import PAIR, Spec, makes
 from scenes.settings import RobotName, RunSettings, changed, specs, values
 
 PLACES: Final[dict[str, tuple[str, str]]] = {

@@ -25,7 +25,7 @@ from app.web.listening import listen, url_of
 from app.web.origin_policy import OriginPolicy
 from controllers.errors import BadSetting
 from scenes.files import readable
-from scenes.given_choices import added_choices
+from scenes.setting_spec import added_choices
 
 PROOF_VARIABLE: Final = "DUET_PROOF"
 """Environment variable by which the tile of a notebook server hands over its secret, see `app.web.origin_policy.PROOF`."""

@@ -19,7 +19,6 @@ BROKEN: Final = 76
 """Exit code of the law's process when the connection no longer works (EX_PROTOCOL)."""
 
 _MATRICES: Final = (Situation._fields.index("task_jacobian"), Situation._fields.index("rows"))
-_FIELDS: Final = string.Formatter().parse
 
 
 class LoadFile(Struct, tag=True, array_like=True, frozen=True):
@@ -104,7 +103,8 @@ class TextParts(Struct, array_like=True):
         parts = self.parts
         if parts is None:
             return self.template
-        if parts and not all(f is None or (f in parts and not form and not how) for _, f, form, how in _FIELDS(self.template)):
+        fields = string.Formatter().parse(self.template) if parts else ()
+        if not all(f is None or (f in parts and not form and not how) for _, f, form, how in fields):
             raise ValueError("not a template")
         return LazyText(self.template, **{name: part.text() for name, part in parts.items()})
 

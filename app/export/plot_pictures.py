@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from app.export.csv_table import changes
 from app.export.recorded_curves import NOT_OVER_TIME, OF_OTHER_RUNS, Curves, Panel, Stroke
-from app.figures.figure_style import COLOURS, DASHES, DPI, FAINT, INK, STYLE, sheet
+from app.figures.drawn_figure import COLOURS, DASHES, DPI, FAINT, INK, STYLE, sheet
 from app.i18n.speaking import tr
 from app.lessons.runs import page_value
 from app.plots.law_charts import FAR, ORDERS, all_laws, distances

@@ -7,8 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from app.figures.drawn_figure import Drawn, Plan, csv_head
-from app.figures.figure_style import COLOURS, DASHES, MARKERS, SERIES, sheet
+from app.figures.drawn_figure import COLOURS, DASHES, MARKERS, SERIES, Drawn, Plan, csv_head, sheet
 from app.figures.laws_compared import JUMPS, growth
 from controllers.kinematics import Array
 from scenes.headless import Summary

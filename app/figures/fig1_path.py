@@ -8,8 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 from matplotlib.patheffects import withStroke
 
-from app.figures.drawn_figure import Drawn, Plan, csv_head
-from app.figures.figure_style import COLOURS, DASHES, INK, sheet
+from app.figures.drawn_figure import COLOURS, DASHES, INK, Drawn, Plan, csv_head, sheet
 from app.figures.render import Viewpoint, arms, ball, furniture, render
 from controllers.kinematics import Array
 from scenes.ball import BALL_RADIUS, POINT_RADIUS, REST, TRAVEL, path

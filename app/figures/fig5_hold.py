@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from app.figures.drawn_figure import Drawn, Plan, csv_head
-from app.figures.figure_style import COLOURS, DASHES, stack, tag
+from app.figures.drawn_figure import COLOURS, DASHES, Drawn, Plan, csv_head, stack, tag
 from app.plots.time_plots import CEILING
 from app.plots.time_series import resting
 from controllers.kinematics import Array

@@ -7,9 +7,8 @@ from typing import Any, Final
 import numpy as np
 from matplotlib.axes import Axes
 
-from app.figures.drawn_figure import Drawn, Plan, csv_head
+from app.figures.drawn_figure import COLOURS, DASHES, INK, Drawn, Plan, csv_head, sheet, stack
 from app.figures.fig5_hold import FELT, kept, switches
-from app.figures.figure_style import COLOURS, DASHES, INK, sheet, stack
 from controllers.kinematics import Array
 from scenes.experiments import IMITATION, MASTER_SLAVE
 from scenes.headless import Run

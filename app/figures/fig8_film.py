@@ -10,9 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from app.figures import fig5_hold as hold
-from app.figures.drawn_figure import Drawn, Plan, csv_head
+from app.figures.drawn_figure import COLOURS, INK, Drawn, Plan, csv_head, sheet
 from app.figures.fig6_fig7_followers import imitation_run
-from app.figures.figure_style import COLOURS, INK, sheet
 from app.figures.render import Mesh, Viewpoint, arms, furniture, meshes, render
 from app.stage.camera_view import contact_points
 from app.theme import blend

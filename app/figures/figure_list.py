@@ -6,8 +6,7 @@ from typing import Final
 
 from app.figures import equal_safety
 from app.figures import fig1_path as path
-from app.figures import fig2_activation as activation
-from app.figures import fig4_scheme as scheme
+from app.figures import fig2_fig4_law as law
 from app.figures import fig5_hold as hold
 from app.figures import fig6_fig7_followers as followers
 from app.figures import fig8_film as film
@@ -15,7 +14,6 @@ from app.figures import laws_compared as laws
 from app.figures import pair_switches as switches
 from app.figures import resting_distance as resting
 from app.figures import section3_stability as stability
-from app.figures import speed_threshold as threshold
 from app.figures.drawn_figure import Drawn, Plan
 from controllers.errors import BadSetting
 
@@ -63,7 +61,7 @@ CATALOGUE: Final = (
         "λ over the distance",
         "λ(d) = (d_m/d)ⁿ, and 1 below d_m, eq. (31), for several n with d_m = 0.1 m: the change of priority is smooth, and n says how "
         "early it begins.",
-        activation.draw,
+        law.draw_activation,
         2,
     ),
     FigureEntry("setup", "the two arms", "A photo of two KUKA LWR arms on the bimanual set-up.", film.still, 3),
@@ -72,7 +70,7 @@ CATALOGUE: Final = (
         "the control scheme",
         "A block diagram for the direct control of the separate joints: proximity detection gives d, λ(d) weighs the task's joint "
         "velocity q̇_n against the retreat, forward kinematics closes the loop.",
-        scheme.draw,
+        law.draw_scheme,
         4,
     ),
     FigureEntry(
@@ -111,7 +109,7 @@ CATALOGUE: Final = (
         "The smallest distance over v/w",
         "The closest distance never goes below the threshold in any of the three experiments; the paper does not say up to what speed of "
         "the other arm.",
-        threshold.draw,
+        resting.draw_threshold,
     ),
     FigureEntry(
         "laws",

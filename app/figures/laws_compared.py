@@ -8,8 +8,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 
-from app.figures.drawn_figure import Drawn, Plan, csv_head
-from app.figures.figure_style import COLOURS, DASHES, MARKERS, SERIES, sheet
+from app.figures.drawn_figure import COLOURS, DASHES, MARKERS, SERIES, Drawn, Plan, csv_head, sheet
 from controllers.laws.situation import AUTHORITY
 from controllers.laws.task_space import free_part
 from controllers.tasks import TASK_DIMENSION

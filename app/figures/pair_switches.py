@@ -5,8 +5,7 @@ from typing import Final, get_args
 
 import numpy as np
 
-from app.figures.drawn_figure import Drawn, Plan, csv_head
-from app.figures.figure_style import COLOURS, DASHES, MARKERS, sheet, stack
+from app.figures.drawn_figure import COLOURS, DASHES, MARKERS, Drawn, Plan, csv_head, sheet, stack
 from controllers.choices import Treatment
 from scenes.headless import Summary
 from scenes.settings import RunSettings, specs

@@ -5,8 +5,7 @@ from typing import Final
 import numpy as np
 
 from app.figures import fig5_hold as hold
-from app.figures.drawn_figure import Drawn, Plan, csv_head
-from app.figures.figure_style import COLOURS, DASHES, INK, stack
+from app.figures.drawn_figure import COLOURS, DASHES, INK, Drawn, Plan, csv_head, stack
 from controllers.kinematics import Array
 from controllers.stability import Analysis, analyse
 from controllers.tasks import TASK_DIMENSION

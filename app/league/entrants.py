@@ -4,7 +4,7 @@ import hashlib
 import os
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, ClassVar, Final
+from typing import Any, Final
 
 import msgspec
 
@@ -102,7 +102,6 @@ class _ShiftedLaw(CustomLaw):
         offset: [m].
     """
 
-    wants_task: ClassVar[bool] = True
     offset = 0.0
 
     def __call__(self, situation: Situation) -> Array:

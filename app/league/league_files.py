@@ -28,8 +28,6 @@ from scenes.settings import values
 PART: Final = "league.part.jsonl"
 """The outcomes so far, a line each."""
 
-_MOST_BYTES: Final = 100_000_000
-
 
 class Played(msgspec.Struct, frozen=True):
     """An outcome of an entrant. `sha256`: of a file, "" for a built-in law."""
@@ -61,7 +59,10 @@ class LeagueFiles:
     def __init__(self, folder: Path, schedule: Schedule, entrants: Sequence[Entrant]) -> None:
         self.folder, self.schedule, self.entrants = folder, schedule, entrants
         self._part = folder / PART
-        self._head = {"edition": EDITION, "schedule": msgspec.to_builtins(_without_word(schedule)), "versions": environment()}
+        # The word cannot be read in the files.
+        word = hashlib.sha256(schedule.word.encode()).hexdigest()[:16] if schedule.word else ""
+        plain = msgspec.to_builtins(schedule) | {"word": word}
+        self._head = {"edition": EDITION, "schedule": plain, "versions": environment()}
         self._known = {one.key: one for one in self._read()} if self._part.exists() else {}
 
     @property
@@ -101,7 +102,9 @@ class LeagueFiles:
     def finish(self) -> list[Path]:
         """Write `league.csv`, `league.json` and `times.csv`, and return them. Only the last one has wall times."""
         names = ("league.csv", "league.json", "times.csv")
-        texts = (_runs_table(self.outcomes), self._settings_and_outcomes(), _times_table(self.outcomes))
+        times = [(one.name, *one.event, "" if one.outcome.step_us is None else one.outcome.step_us) for one in self.outcomes]
+        times_table = csv_text([("law", "scene", "robot", "level", "step_us"), *times]).encode()
+        texts = (_runs_table(self.outcomes), self._settings_and_outcomes(), times_table)
         for name, text in zip(names, texts, strict=True):
             with written(self.folder / name, "out") as new:
                 new.write_bytes(text)
@@ -125,7 +128,7 @@ class LeagueFiles:
 
     def _read(self) -> list[Played]:
         try:
-            lines = input_content(self._part, _MOST_BYTES).split(b"\n")
+            lines = input_content(self._part, 100_000_000).split(b"\n")
             head: dict[str, Any] = msgspec.json.decode(lines[0])
             # What follows the last line break was being written.
             found = [msgspec.json.decode(line, type=Played) for line in lines[1:-1]]
@@ -144,12 +147,6 @@ _CALLED: Final = {"edition": "runs (another edition)", "schedule": "persons (--q
 """Part of the head → what is said of it."""
 
 
-def _without_word(schedule: Schedule) -> dict[str, Any]:
-    """Return a schedule for the files, in which the word cannot be read."""
-    plain = msgspec.to_builtins(schedule)
-    return plain | {"word": hashlib.sha256(schedule.word.encode()).hexdigest()[:16] if schedule.word else ""}
-
-
 def _line(one: object) -> bytes:
     return msgspec.json.encode(one) + b"\n"
 
@@ -165,8 +162,3 @@ def _runs_table(outcomes: Sequence[Played]) -> bytes:
         if outcome.problem:
             rows.append((*about, *("",) * len(LeagueRun._fields), outcome.problem))
     return csv_text([(*columns, *figures), *rows]).encode()
-
-
-def _times_table(outcomes: Sequence[Played]) -> bytes:
-    rows = [(one.name, *one.event, "" if one.outcome.step_us is None else one.outcome.step_us) for one in outcomes]
-    return csv_text([("law", "scene", "robot", "level", "step_us"), *rows]).encode()

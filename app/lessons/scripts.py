@@ -13,10 +13,9 @@ from controllers.errors import BadSetting
 from controllers.kinematics import Array
 from scenes.ball import BALL_RADIUS, POINT_RADIUS
 from scenes.experiments import EXPERIMENTS, Moved, Obstacle
-from scenes.null_motions import NullMotions
 from scenes.roles import TargetSource
 from scenes.simulation import Simulation
-from scenes.solo import swing
+from scenes.solo import NullMotions, swing
 from scenes.targets import BallTarget, HandTarget, JointTarget, Target, quintic
 
 Motion = Callable[[float], Target]

@@ -18,8 +18,6 @@ from scenes.simulation import Simulation
 MOST_ROWS: Final = 6_000
 """Whole steps stored at most, evenly spread in a longer run; 30 s at the usual time step are stored completely."""
 
-MOST_COLUMNS: Final = 400
-
 CLOSE: Final = 1e-9
 """Another machine or another library may give other last bits; up to this it counts as the same run (SI units)."""
 
@@ -202,7 +200,7 @@ def outcome_from(arrays: dict[str, np.ndarray], steps: int) -> RunOutcome:
     fine = (
         isinstance(digest, str)
         and all(isinstance(part, np.ndarray) for part in (hashes, places, packed))
-        and 0 < len(columns) <= MOST_COLUMNS
+        and 0 < len(columns) <= 400
         and all(isinstance(name, str) and 0 < len(name) <= 40 and name.isprintable() for name in columns)
         and hashes.shape == (steps,)
         and hashes.dtype == places.dtype == np.dtype("<u4")

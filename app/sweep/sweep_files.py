@@ -11,9 +11,6 @@ from controllers.errors import BadInputFile, BadSetting
 from scenes.files import read_file, writable, written
 from scenes.sweep import FIGURES, Grid, SweepFigures
 
-Format = Literal["csv", "parquet"]
-
-_WHOLE: Final = frozenset({"pair_switches"})
 _HEAD: Final = b"sweep"
 _MOST_BYTES: Final = 1_000_000_000
 
@@ -43,7 +40,7 @@ class SweepFiles:
         BadInputFile: a table that is there cannot be read.
     """
 
-    def __init__(self, folder: Path, grid: Grid, form: Format) -> None:
+    def __init__(self, folder: Path, grid: Grid, form: Literal["csv", "parquet"]) -> None:
         if form == "parquet":
             _pyarrow()
         self.folder, self.grid, self.form = folder, grid, form
@@ -119,9 +116,8 @@ class SweepFiles:
         kept: dict[int, SweepFigures] = {}
         for row in cells:
             try:
-                numbers = tuple(
-                    int(text) if name in _WHOLE else float(text) for name, text in zip(FIGURES, row[width:], strict=True)
-                )
+                figures = zip(FIGURES, row[width:], strict=True)
+                numbers = tuple(int(text) if name == "pair_switches" else float(text) for name, text in figures)
                 kept[indices[tuple(row[:width])]] = numbers
             except (ValueError, KeyError):
                 raise BadInputFile(f"{path}: the row {','.join(row)[:80]!r} is not of this sweep; remove the file.") from None

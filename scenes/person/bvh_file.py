@@ -138,7 +138,7 @@ class _Reader:
     def read(self) -> BvhFile:
         if not self.lines or self._next("HIERARCHY").upper() != "HIERARCHY":
             raise self._fault("is not a BVH file, which begins with the word HIERARCHY; export the motion as BVH")
-        while self._peek().upper() != "MOTION":
+        while self.at >= len(self.lines) or self.lines[self.at][1].upper() != "MOTION":
             kind, *rest = self._next(LazyText("ROOT or MOTION")).split(None, 1)
             if kind.upper() != "ROOT" or not rest:
                 raise self._fault("{word} stands where ROOT and a name, or MOTION, is due", word=_shown(kind))
@@ -170,17 +170,13 @@ class _Reader:
         offset = self._words("OFFSET", 3)
         channels: tuple[int, ...] = ()
         if name:
-            channels = self._read_channels()
+            count, *names = self._words("CHANNELS", None)
+            channels = tuple(CHANNELS.index(n.lower()) for n in names if n.lower() in CHANNELS)
+            if count != str(len(names)) or len(channels) != len(names) or len(set(channels)) != len(channels):
+                raise self._fault("CHANNELS needs their number and as many different names out of Xposition … Zrotation")
         self.joints.append(BvhJoint(name, parent, np.array([self._number(w) for w in offset]), channels, self.columns))
         self.columns += len(channels)
         return len(self.joints) - 1
-
-    def _read_channels(self) -> tuple[int, ...]:
-        count, *names = self._words("CHANNELS", None)
-        found = tuple(CHANNELS.index(n.lower()) for n in names if n.lower() in CHANNELS)
-        if count != str(len(names)) or len(found) != len(names) or len(set(found)) != len(found):
-            raise self._fault("CHANNELS needs their number and as many different names out of Xposition … Zrotation")
-        return found
 
     def _read_head(self) -> tuple[int, float]:
         words = self._next("Frames:").replace(":", ": ").split()
@@ -230,9 +226,6 @@ class _Reader:
             for word in line.split():
                 self._number(word)
         return table
-
-    def _peek(self) -> str:
-        return self.lines[self.at][1] if self.at < len(self.lines) else ""
 
     def _next(self, due: str) -> str:
         if self.at >= len(self.lines):

@@ -13,16 +13,14 @@ import numpy as np
 import pinocchio as pin
 
 from controllers.errors import BadSetting
-from scenes.given_choices import start_remedy
 from scenes.lwr import facts
 from scenes.lwr.urdf import FLANGE, URDF_FILE
 from scenes.robots.description import Capsule, Robot
 from scenes.robots.example_data import EXAMPLES, PACKAGE, load_example
 from scenes.robots.robot_files import FILES
 from scenes.robots.urdf_file import fit_capsules, load_arm
+from scenes.setting_spec import start_remedy
 from scenes.settings import RobotName
-
-__all__ = ["FILES", "SOURCES", "Capsule", "Robot", "RobotName", "robot"]
 
 SOURCES: Final = sorted(Path(__file__).parent.glob("*.py"))
 """What is stored of a robot is made again if one of these has changed."""
@@ -34,6 +32,7 @@ def robot(name: str) -> Robot:
 
     Raises:
         BadSetting: there is no robot of that name, or what it needs is not installed.
+        BadInputFile: a registered file or a mesh of it cannot be read.
     """
     if name == "lwr":
         capsules = tuple(
@@ -41,7 +40,8 @@ def robot(name: str) -> Robot:
         )
         return Robot("lwr", "KUKA LWR 4+", pin.buildModelFromUrdf(str(URDF_FILE)), FLANGE, 2, 4, 6, capsules, facts.JOINT_LABELS)
     if name in FILES:
-        return _file_robot(name)
+        arm = load_arm(name)
+        return arm.robot(_stored(name, "yourdfpy", lambda: fit_capsules(arm)))
     if name not in get_args(RobotName):
         if remedy := start_remedy(name):
             raise BadSetting(remedy)
@@ -65,16 +65,6 @@ def _example_robot(name: str) -> Robot:
         return fit_example(example)
 
     return example.robot(model, _stored(name, PACKAGE, fit))
-
-
-def _file_robot(key: str) -> Robot:
-    """Return a robot of a registered file.
-
-    Raises:
-        BadInputFile: it or a mesh cannot be read.
-    """
-    arm = load_arm(key)
-    return arm.robot(_stored(key, "yourdfpy", lambda: fit_capsules(arm)))
 
 
 def _stored(name: str, package: str, fit: Callable[[], tuple[Capsule, ...]]) -> tuple[Capsule, ...]:

@@ -6,7 +6,7 @@ import functools
 import importlib.metadata
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -24,8 +24,6 @@ from scenes.surfaces import join, revolve, rounded, swollen
 
 if TYPE_CHECKING:
     import trimesh
-
-Parts: TypeAlias = "dict[str, trimesh.Trimesh]"
 
 TRIANGLES: Final = 30_000
 """Of a whole fine robot."""
@@ -111,7 +109,7 @@ def robot_glbs(name: str, palette: str, coarse: bool = False) -> tuple[bytes, ..
 
 
 @functools.cache
-def robot_link_meshes(name: str, coarse: bool = False) -> tuple[Parts, ...]:
+def robot_link_meshes(name: str, coarse: bool = False) -> tuple[shells.Parts, ...]:
     """Base and links of a robot: material name → mesh in the joint's frame [m]. Shared: do not change them.
 
     Raises:

@@ -10,8 +10,8 @@ from xml.etree import ElementTree
 
 from controllers.errors import BadInputFile, first_line
 from scenes.files import input_content
-from scenes.given_choices import add_choice, added_choices
 from scenes.robots.urdf_chain import chain_model, find_chain
+from scenes.setting_spec import add_choice, added_choices
 
 if TYPE_CHECKING:
     import yourdfpy

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 from controllers.kinematics import Array, Kinematics
-from scenes.null_motions import MOTIONS, NullMotions
 from scenes.room import build_room
 from scenes.settings import ArmName, RigName
 from scenes.simulation import Simulation
+from scenes.solo import MOTIONS, NullMotions
 from scenes.targets import JointTarget
 from scenes.two_arms import PAUSE_RANGE, SPEED_RANGE, Autopilot
 from tests.scenes.helpers import RIG_NAMES, given_settings

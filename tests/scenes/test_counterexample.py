@@ -17,8 +17,7 @@ from scenes.promise import Condition, broken_by, fallen, missing
 from scenes.rerun import Stopped, rerun
 from scenes.room import World, room_of
 from scenes.settings import RunSettings
-from scenes.targets import AnglesTarget, BallTarget, HandTarget
-from scenes.waypoints import SHORTEST, Waypoints
+from scenes.targets import SHORTEST, AnglesTarget, BallTarget, HandTarget, Waypoints
 from tests.scenes.helpers import given_settings
 
 pytestmark = pytest.mark.slow

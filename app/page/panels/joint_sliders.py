@@ -15,8 +15,8 @@ from app.session.actions import Action, MoveJoint
 from app.session.frame import Frame
 from app.session.session import Session
 from app.web.control_events import on_entry
-from scenes.null_motions import MOTIONS, NullMotions
 from scenes.simulation import Simulation
+from scenes.solo import MOTIONS, NullMotions
 from scenes.targets import JointTarget
 
 PERIOD: Final = 0.5

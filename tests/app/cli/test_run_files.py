@@ -13,9 +13,9 @@ from app.recording.run_file import load_run, saved_bytes
 from app.settings import PageSettings, Settings, from_query, to_query
 from controllers.errors import BadInputFile
 from scenes.ball import build_ball_room
-from scenes.given_choices import added_choices, makes
 from scenes.robots import FILES
 from scenes.room import build_room
+from scenes.setting_spec import added_choices, makes
 from scenes.settings import RunSettings
 from scenes.starts import BETWEEN, read_start
 from tests.scenes.helpers import recorded_run

@@ -14,7 +14,7 @@ from PIL import Image
 from app.cli.figures import Figures, draw_figures
 from app.figures import laws_compared as laws
 from app.figures.drawn_figure import Plan, write_csv
-from app.figures.fig4_scheme import BLOCKS
+from app.figures.fig2_fig4_law import BLOCKS
 from app.figures.figure_list import CATALOGUE, FigureEntry, chosen_figures
 from controllers import budget
 from controllers.activation import activation

@@ -42,7 +42,6 @@ _TELLING: Final = ("LazyText", "BadSetting", "BadInputFile", "MissingPackage", "
 ON_THE_PAGE: Final = (
     *(
         "scenes/setting*.py",
-        "scenes/given_choices.py",
         "scenes/rerun.py",
         "scenes/counterexample.py",
         "scenes/run_text.py",

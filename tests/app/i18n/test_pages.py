@@ -15,7 +15,7 @@ from app.export.player import assembled, packed_film
 from app.export.recorded_curves import Curves
 from app.export.report_html import ReportEntry, report_html
 from app.export.scene_film import Filmed
-from app.figures.figure_style import STYLE
+from app.figures.drawn_figure import STYLE
 from app.i18n.catalogue import pseudo, words_of
 from app.i18n.speaking import set_language, tr
 from app.lessons.loading import load_lessons

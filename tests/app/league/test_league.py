@@ -13,10 +13,10 @@ import pytest
 from app.cli import league as command
 from app.cli.main import main
 from app.custom_law.fence import FenceLimits
-from app.league import entrants, league_page, league_table
+from app.league import entrants, league_page
 from app.league.entrants import Entrant, played
 from app.league.league_files import PART, Played
-from app.league.league_table import COLUMNS, league_rows
+from app.league.league_page import COLUMNS, league_rows
 from app.runtime.terminal import INTERRUPTED
 from app.text.documents import FOLDER
 from controllers.errors import LazyText
@@ -44,7 +44,7 @@ def _few_laws_and_short_runs(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def one_scene(monkeypatch: pytest.MonkeyPatch) -> None:
     """What holds for every scene is seen in one, and what holds for every robot with the ideal one."""
-    for module in (league, league_page, league_table):
+    for module in (league, league_page):
         monkeypatch.setattr(module, "SCENES", (HOLD,))
         monkeypatch.setattr(module, "ROBOTS", {"ideal": ROBOTS["ideal"]})
 

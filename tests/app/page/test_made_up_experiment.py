@@ -238,7 +238,7 @@ def test_no_other_file_of_the_product_names_an_experiment_or_compares_one() -> N
     assert {file for file, text in sources() if quoted.search(text)} == {"scenes/experiments.py", "app/figures/figure_list.py"}
     assert {file for file, text in sources() if ball.search(text)} - NOT_THE_SCENE == {"scenes/experiments.py"}
     # Two scenes with each other.
-    assert {file for file, text in sources() if compared.search(text)} == {"scenes/inputs_file.py", "app/bench/step.py"}
+    assert {file for file, text in sources() if compared.search(text)} == {"scenes/inputs_file.py", "app/bench/measurements.py"}
     assert set(EXPERIMENT_TEXTS) == set(EXPERIMENTS)
 
 
@@ -253,6 +253,6 @@ NOT_THE_SCENE = {
     "app/stage/contact_view.py",
     "scenes/ball.py",
     "scenes/settings.py",
-    "scenes/waypoints.py",
+    "scenes/targets.py",
 }
 """Files in which "ball" is an obstacle, a body, a setting, a handle or a word on the page."""

@@ -31,8 +31,7 @@ from app.export.scene_film import Filmed
 from app.i18n.speaking import tr
 from app.league.entrants import Entrant
 from app.league.league_files import Played
-from app.league.league_page import league_page
-from app.league.league_table import league_tables
+from app.league.league_page import league_page, league_tables
 from app.lessons.bookmark import Phase
 from app.lessons.labels import Contrast
 from app.lessons.lesson import Lesson, Step

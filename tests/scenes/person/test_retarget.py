@@ -14,8 +14,7 @@ from controllers.proximity import ProximityDetector
 from scenes.lwr.facts import JOINTS
 from scenes.person.angles import arm_directions
 from scenes.person.clips import CLIP_NAMES, REST, Clip, ClipName
-from scenes.person.filter import AngleFilter
-from scenes.person.retarget import LIMIT_MARGIN, Retargeter, fill_joints
+from scenes.person.retarget import LIMIT_MARGIN, AngleFilter, Retargeter, fill_joints
 from scenes.rigs import MIRROR, RIGS
 from scenes.room import build_room
 from scenes.settings import RigName
