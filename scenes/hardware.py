@@ -73,7 +73,7 @@ class Sensing:
                 self._frame, self._held = frame, world.positions.copy()
             world.kinematics.update(self._held)
             step = frame
-        seen = world.detector.detect(law.pairs, law.beta, law.convexity)
+        seen = world.detector.detect(*law.proximity)
         noise = hardware.distance_noise
         self.error = noise * float(normal(settings.seed, DISTANCE, step, 1)[0]) if noise > 0.0 else 0.0
         return Proximity(actual.distance, actual.pair, seen.law_distance + self.error, seen.row, actual.pair_row)

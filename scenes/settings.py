@@ -106,6 +106,11 @@ class LawSettings:
     )  # fmt: skip
 
     @property
+    def proximity(self) -> tuple[Treatment, float, float]:
+        """What `ProximityDetector.detect` takes: which pairs the law sees, β [1/m] and ε [m²]."""
+        return self.pairs, self.beta, self.convexity
+
+    @property
     def entry(self) -> LawEntry:
         """What is declared of the law."""
         return LAWS[self.law]

@@ -203,7 +203,7 @@ class Simulation:
             scalars, second = self._decide_by_sensors(target)
         else:
             self.world.update()
-            near = self.detector.detect(settings.law.pairs, settings.law.beta, settings.law.convexity)
+            near = self.detector.detect(*settings.law.proximity)
             for task, wanted in self._asked:
                 wanted[:] = task.nominal(target, settings, self.time)
             scalars, second = self._decide(near)
@@ -335,7 +335,7 @@ class Simulation:
         if self.history.count:
             return self.history.last()
         self.kinematics.update(self.positions)
-        near = self.detector.detect(self.settings.law.pairs, self.settings.law.beta, self.settings.law.convexity)
+        near = self.detector.detect(*self.settings.law.proximity)
         try:
             lam = self.law.activation(near.law_distance)
         except Unanswered:

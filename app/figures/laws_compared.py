@@ -62,7 +62,7 @@ def largest_jump(run: Run) -> Jump:
     levers, left, points = list[float](), list[float](), list[np.ndarray]()
     for positions in simulation.history.positions(table[after - 1 : after + 1]):
         kinematics.update(np.ascontiguousarray(positions))
-        row = detector.detect(settings.law.pairs, settings.law.beta).row[arm.joints]
+        row = detector.detect(*settings.law.proximity).row[arm.joints]
         levers.append(float(np.linalg.norm(row)))
         left.append(float(np.linalg.norm(free_part(row, kinematics.hand_jacobian(arm)[: TASK_DIMENSION[settings.task]]))))
         points.append(np.array(detector.witness_points(pair)))

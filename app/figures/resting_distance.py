@@ -146,7 +146,7 @@ def expected_bias(run: Run) -> float:
     simulation, law = run.simulation, run.simulation.settings.law
     kinematics, arm = simulation.kinematics, simulation.avoiding
     kinematics.update(simulation.positions)
-    near = simulation.detector.detect(law.pairs, law.beta)
+    near = simulation.detector.detect(*law.proximity)
     row = near.row[arm.joints]
     along = np.linalg.norm(kinematics.hand_jacobian(arm)[:3] @ row) / float(row @ row)
     lam = simulation.law.activation(near.law_distance)

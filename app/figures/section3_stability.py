@@ -27,7 +27,7 @@ def along(run: Run) -> tuple[Array, list[Analysis]]:
     found: list[Analysis] = []
     for positions, lam in zip(simulation.history.positions(table), table[:, COLUMN["lambda"]].tolist(), strict=True):
         kinematics.update(np.ascontiguousarray(positions))
-        near = simulation.detector.detect(law.pairs, law.beta)
+        near = simulation.detector.detect(*law.proximity)
         J = kinematics.hand_jacobian(arm)[: TASK_DIMENSION[settings.task]]
         found.append(analyse(near.row[arm.joints], J, lam, settings.gain, settings.gain))
     return table, found

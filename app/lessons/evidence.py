@@ -101,7 +101,7 @@ class Evidence:
         """Return J_d (n,) of the arm in a row, as the law saw it [m/rad]."""
         self.kinematics_at(row)
         law = self.settings.law
-        return self._detector.detect(law.pairs, law.beta, law.convexity).row[self.arm.joints].copy()
+        return self._detector.detect(*law.proximity).row[self.arm.joints].copy()
 
     def hand(self, row: int) -> Array:
         """Return where the arm's hand was (3,) [m]."""

@@ -47,7 +47,7 @@ class Contact(NamedTuple):
 def contact(simulation: Simulation, sample: Sample) -> Contact:
     """Return the contact in the simulation's newest step; `sample` is that step's. The positions are left as they are."""
     run = simulation.settings
-    near = simulation.near or simulation.detector.detect(run.law.pairs, run.law.beta, run.law.convexity)
+    near = simulation.near or simulation.detector.detect(*run.law.proximity)
     own, *others = [mover.joints for mover in simulation.roles.avoiders(run.avoid)]
     second_square = 0.0
     if run.one_row:
