@@ -18,6 +18,8 @@ from scenes.simulation import Simulation
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget
 from tests.scenes.helpers import RIG_NAMES, SCENES, column, given_settings, play, recorded_run, scene_settings
 
+pytestmark = pytest.mark.slow
+
 ROBOTS = get_args(options.RobotName)
 
 

@@ -34,6 +34,8 @@ from scenes.sweep import (
     trade_off,
 )
 
+pytestmark = pytest.mark.slow
+
 USUAL = RunSettings()
 
 

@@ -20,6 +20,8 @@ from controllers.laws.situation import Unanswered
 from tests.app.custom_law.helpers import GOOD, SHORT, SITUATION, ZEROS, frozen, soon, write
 from tests.app.runtime.processes import gone, until
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize(
     ("text", "says"),

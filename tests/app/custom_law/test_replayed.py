@@ -27,6 +27,8 @@ from tests.app.export.test_run_file import as_bytes, rewritten
 from tests.app.inline import Inline
 from tests.app.runtime.processes import until
 
+pytestmark = pytest.mark.slow
+
 COUNTED = "    calls = 0\n" + PAPER.replace("\n        c =", "\n        global calls\n        calls += 1\n        c =").replace(
     "MU**2)", "MU**2) + 1e-4 * (calls % 7)"
 )

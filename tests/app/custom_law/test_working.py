@@ -16,6 +16,8 @@ from controllers.laws.situation import Law
 from tests.app.custom_law.helpers import GOOD, PAPER, SHORT, SITUATION, situation, soon, write
 from tests.app.runtime.processes import gone, until
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def paper(tmp_path_factory: pytest.TempPathFactory) -> Iterator[CustomLaw]:

@@ -30,6 +30,8 @@ from tests.app.export.runs import piece
 from tests.scenes.helpers import given_settings
 from tests.scenes.inputs.helpers import everything
 
+pytestmark = pytest.mark.slow
+
 
 def a_value(spec: Spec, present: object) -> st.SearchStrategy[object]:
     if spec.choices:

@@ -19,6 +19,8 @@ from tests.app.page.helpers import notes, shown
 from tests.blocking_client import BlockingClient
 from tests.scenes.helpers import given_settings
 
+pytestmark = pytest.mark.slow
+
 
 def searching(desk: Inline, **settings: object) -> tuple[Session, CounterexampleSearch]:
     session = Session(Settings(given_settings(pairs="single", v=0.05, dt=0.02, **settings)), background=desk)

@@ -26,6 +26,8 @@ from scenes.sweep import TRADE_OFF_ORDERS, TRADE_OFF_VELOCITIES, TradeOff
 from tests.app.inline import Inline
 from tests.app.session.conftest import go
 
+pytestmark = pytest.mark.slow
+
 
 def running(desk: Inline, seconds: float = 5.0, dt: float = 0.005, **page: Any) -> Session:
     """A session that has run for a while, with "what if" on."""

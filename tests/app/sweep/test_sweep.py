@@ -25,6 +25,8 @@ from scenes.headless import run
 from scenes.settings import RunSettings, changed, specs
 from scenes.sweep import FIGURES, Grid, SweepFigures, read_grid
 
+pytestmark = pytest.mark.slow
+
 USUAL = RunSettings()
 SMALL = Sweep(over=("n=2,8", "pairs=single,soft"), seconds=0.2, workers=1, maps=False)
 
