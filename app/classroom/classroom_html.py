@@ -14,7 +14,7 @@ from app.lessons.tally import Ballot
 from app.page.panels.server_load import load_pills
 from app.plots.curve_chart import Curve
 from app.text.templates import element, macros, tr_html
-from app.web.request import Address, qr_svg
+from app.web.address import Address, qr_svg
 
 WATCHING: Final = N_("Another one of you operates it.")
 TAKE_OVER: Final = N_("Take over")

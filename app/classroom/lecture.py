@@ -29,8 +29,8 @@ from app.lessons.session.lesson_session import LessonSession
 from app.session.frame import Frame, make_frame
 from app.session.session import Session
 from app.settings import Look
+from app.web.address import Address
 from app.web.audiences import SCREEN, SMALL, Audiences
-from app.web.request import Address
 
 log = logging.getLogger("duet.lecture")
 

@@ -22,8 +22,9 @@ from app.page.operation import Operation
 from app.page.panels.hotkeys import CLICKER_KEYS
 from app.page.panels.teachers_tab import name_mistake
 from app.settings import ALONE, Language
+from app.web.address import Address, find_address
 from app.web.audiences import Audience, Audiences
-from app.web.request import Address, browser_language, find_address, request_address
+from app.web.request import browser_language, request_address
 
 
 class PlenaryControls:

@@ -23,7 +23,7 @@ from app.page.lessons.lesson_html import record_html
 from app.page.view import View
 from app.text.lesson_text import lesson_html
 from app.text.templates import element, macros
-from app.web.request import Address
+from app.web.address import Address
 
 
 class Invitation:

@@ -21,8 +21,9 @@ from app.page.view import View
 from app.session.session import Session
 from app.settings import LOOKS, Settings, from_query
 from app.theme import NARROW
+from app.web.address import Address
 from app.web.audiences import SCREEN, Audience
-from app.web.request import Address, request_query
+from app.web.request import request_query
 from app.web.viser_internals import expand_for
 from scenes.settings import values
 

@@ -22,8 +22,9 @@ from app.page.view import View
 from app.session.frame import Frame
 from app.session.session import Session
 from app.settings import Language, Look
+from app.web.address import Address
 from app.web.audiences import Audience
-from app.web.request import Address, browser_language, request_query
+from app.web.request import browser_language, request_query
 
 
 class PlenaryPage:

@@ -20,8 +20,8 @@ from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.hotkeys import PRESENTER_KEYS
 from app.page.panels.teachers_tab import ORDER, NotesView, TeachersTab
 from app.text.templates import macros
+from app.web.address import Address
 from app.web.control_events import on_entry, on_press
-from app.web.request import Address
 from app.web.viser_internals import HotkeyKey
 
 COMMANDS: Final[tuple[tuple[str, HotkeyKey, TeacherAction], ...]] = (

@@ -257,7 +257,7 @@ def _announce(command: Serve, key: str | None, port: int, places: int) -> None:
     print(f"Duet is at {link if made or not key else link.partition('=')[0] + '=KEY'}   (Ctrl+C ends it)", flush=True)
     if command.lecture:
         from app.classroom.breakout_places import group_size
-        from app.web.request import find_address
+        from app.web.address import find_address
 
         print(f"The class opens {find_address('', command.host, port).url}", flush=True)
         if (size := group_size(command.students, places)) > 1:

@@ -38,7 +38,7 @@ class Guest:
     def __init__(self, context: AppContext, client: viser.ClientHandle) -> None:
         query = request_query(client)
         self.client, self.word, self._tab = client, query.get(GUEST, ""), tab_id(query)
-        self._server, self._errors = context.server, context.errors
+        self._context = context
         self._look = look_of(query, browser_language(client), context.options.settings)
         self._hand: SecondHand | None = None
         self._host: Visitor | None = None
@@ -120,7 +120,7 @@ class Guest:
         self.leave()
         if not self._sent:
             self._sent = True
-            self._server.send_elsewhere(self.client)
+            self._context.server.send_elsewhere(self.client)
 
     def leave(self) -> None:
         """Let go of the arm, and leave the place to another one."""
@@ -137,14 +137,12 @@ class Guest:
     def show(self, frame: Frame) -> None:
         """Draw a frame of the host's; the host's page goes on whatever happens here."""
         set_language(self._look.language)
-        try:
+        with self._context.apart("a frame of a guest's page failed", self.client.client_id):
             with self.client.atomic():
                 self._view.show(frame)
                 self._gizmos.show(frame)
                 self._words.show(frame)
             self.client.flush()
-        except Exception as error:
-            self._errors.exception("a frame of a guest's page failed", error, self.client.client_id)
 
 
 def guest_tip(shown: Shown) -> str:

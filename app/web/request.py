@@ -1,25 +1,14 @@
-"""What a browser's own request says: its page's query, its language, and the address under which it knows us; and the address that others
-open, as text and as a QR code."""
+"""What a browser's own request says: its page's query, its language, and the address under which it knows us."""
 
 from __future__ import annotations
 
-import html
-import io
 import re
-import socket
-from functools import lru_cache
-from typing import Final, NamedTuple, cast
-from urllib.parse import urlsplit
+from typing import Final, cast
 
-import segno
 import viser
-from markupsafe import Markup
 
 from app.i18n.reader_language import preferred
 from app.settings import Language
-from app.theme import PALETTES
-from app.web.listening import url_of
-from app.web.origin_policy import is_loopback
 from app.web.pages import page_query
 from app.web.server import DuetServer
 from app.web.viser_internals import request_of, server_of
@@ -54,66 +43,3 @@ def request_address(client: viser.ClientHandle) -> str:
     if _ADDRESS.fullmatch(origin):
         return origin + (folder if _FOLDER.fullmatch(folder) else "")
     return f"http://{host}" if _ADDRESS.fullmatch(f"http://{host}") else cast(DuetServer, server_of(client)).url
-
-
-class Address(NamedTuple):
-    """The address of the page. `url`: what others open; `private`: whether only this computer can open it."""
-
-    url: str
-    private: bool
-
-    @property
-    def short(self) -> str:
-        """The address as a person types it."""
-        return self.url.removeprefix("http://")
-
-
-def find_address(origin: str, listening: str, port: int) -> Address:
-    """Return the address for the students.
-
-    Args:
-        origin: under which the teacher's browser opened the page (`https://duet.example.org`), with a proxy's folder; "" if unknown.
-        listening, port: to which the server is bound.
-    """
-    name = _name(origin)
-    if name and not is_loopback(name):
-        return Address(origin.rstrip("/") + "/", False)
-    host = own_address() if listening in ("", "0.0.0.0", "::") else "localhost" if listening == "::1" else listening
-    return Address(f"{url_of(host, port)}/", is_loopback(host))
-
-
-def address_known_to(client: viser.ClientHandle) -> Address:
-    """Return the address for others, given a browser that has opened the page; if it is private, as that browser knows it."""
-    server, origin = server_of(client), request_address(client)
-    address = find_address(origin, server.get_host(), server.get_port())
-    return address._replace(url=f"{origin}/") if address.private else address
-
-
-def own_address() -> str:
-    """Return this computer's address in its network; 127.0.0.1 without a network. No packet is sent."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        try:
-            # Choosing a route needs no packet; the address is reserved for documentation (RFC 5737).
-            probe.connect(("192.0.2.1", 9))
-            return str(probe.getsockname()[0])
-        except OSError:
-            return "127.0.0.1"
-
-
-@lru_cache(maxsize=8)
-def qr_svg(text: str, label: str = "QR code of the address") -> Markup:
-    """Return a text as a QR code: SVG without a size of its own, dark on white, with the quiet zone that cameras need."""
-    out = io.BytesIO()
-    # Error correction M, as a projector blurs.
-    segno.make(text, error="m", micro=False).save(
-        out, kind="svg", border=4, dark=PALETTES["light"].ink, light="white", omitsize=True, xmldecl=False, svgns=True, nl=False
-    )
-    return Markup(out.getvalue().decode().replace("<svg ", f'<svg role="img" aria-label="{html.escape(label)}" ', 1))
-
-
-def _name(origin: str) -> str:
-    try:
-        parts = urlsplit(origin)
-    except ValueError:
-        return ""
-    return (parts.hostname or "") if parts.scheme in ("http", "https") else ""

@@ -18,8 +18,9 @@ from app.session.frame import NO_INVITATION, Frame, freeze
 from app.session.session import Session
 from app.settings import ATTACK, GUEST, Settings, to_query
 from app.text.templates import macros, tr_html
+from app.web.address import address_known_to, qr_svg
 from app.web.control_events import on_press
-from app.web.request import address_known_to, frames_of, qr_svg, request_address
+from app.web.request import frames_of, request_address
 from scenes.counterexample import Attack
 
 PERIOD: Final = 0.5

@@ -23,8 +23,8 @@ from app.lessons.tally import Ballot, Tally
 from app.lessons.walkthrough import Walkthrough
 from app.plots.curve_chart import COLUMNS
 from app.theme import PALETTES
-from app.web import request
-from app.web.request import Address, find_address, own_address, qr_svg
+from app.web import address
+from app.web.address import Address, find_address, own_address, qr_svg
 from tests.app.html_reader import HtmlReader
 from tests.app.lessons.helpers import our_book
 
@@ -321,7 +321,7 @@ def test_the_key_opens_and_nothing_else_does(key: str, given_key: str) -> None:
 
 def test_the_address_is_one_that_students_can_open(monkeypatch: pytest.MonkeyPatch) -> None:
     assert own_address().count(".") == 3
-    monkeypatch.setattr(request, "own_address", lambda: "10.0.0.5")
+    monkeypatch.setattr(address, "own_address", lambda: "10.0.0.5")
     assert find_address("https://duet.example.org", "127.0.0.1", 8080) == Address("https://duet.example.org/", False)
     assert find_address("http://192.168.1.20:8080", "0.0.0.0", 8080).url == "http://192.168.1.20:8080/"
     assert find_address("http://localhost:8080", "0.0.0.0", 8080) == Address("http://10.0.0.5:8080/", False)
@@ -333,7 +333,7 @@ def test_the_address_is_one_that_students_can_open(monkeypatch: pytest.MonkeyPat
     assert find_address("javascript:alert(1)", "127.0.0.1", 81).url == "http://127.0.0.1:81/"
     assert find_address("http://[", "127.0.0.1", 81).url == "http://127.0.0.1:81/"
     assert find_address("http://10.0.0.5:8080", "0.0.0.0", 8080).short == "10.0.0.5:8080/"
-    monkeypatch.setattr(request, "own_address", lambda: "127.0.0.1")
+    monkeypatch.setattr(address, "own_address", lambda: "127.0.0.1")
     assert find_address("http://localhost:81", "0.0.0.0", 81).private, "in no network at all"
 
 

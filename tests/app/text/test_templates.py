@@ -53,7 +53,7 @@ from app.settings import Settings
 from app.text.documents import document_html, document_page
 from app.text.law_texts import equation_html
 from app.text.templates import element, lowered, macros, page_of_template, tr_html
-from app.web.request import Address
+from app.web.address import Address
 from controllers.errors import LazyText
 from scenes.laws import DEFAULT_LAW
 from scenes.league_runs import QUICK, Outcome, events

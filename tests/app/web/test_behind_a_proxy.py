@@ -12,7 +12,7 @@ from contextlib import suppress
 import pytest
 from playwright.sync_api import expect
 
-from app.web.request import find_address
+from app.web.address import find_address
 from scenes.settings import values
 from tests.app.conftest import OpenHouse, live_sessions
 from tests.blocking_client import BlockingClient
