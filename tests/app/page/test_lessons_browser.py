@@ -2,12 +2,12 @@
 
 import re
 
-import pytest
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, Page
 
 from app.lessons.bookmark import Phase
 from app.lessons.session.lesson_actions import Choose, GoOn
 from app.lessons.session.lesson_session import LessonSession
+from app.session.session import Session
 from app.settings import Settings
 from scenes.settings import changed, values
 from tests.accessibility import accessible
@@ -56,12 +56,8 @@ PICTURE = """(() => {
 """The picture of a step: its share of the panel's width, its form, whether all of it is in view, and two of its colours."""
 
 
-@pytest.mark.parametrize(("lesson", "step", "language", "word"), [(1, 2, "de", "Ellbogen"), (10, 3, "en", "smooth")])
-def test_a_picture_is_seen_in_the_colours_of_the_page(
-    house: OpenHouse, page_at: PageAt, lesson: int, step: int, language: str, word: str
-) -> None:
-    page = page_at(1440, 900)
-    session, run = enter(page, house(), f"lesson={lesson}&step={step}&lang={language}&theme=light")
+def see_picture(page: Page, session: Session, run: LessonSession, word: str) -> None:
+    """Go to the explanation of the present step, and see its picture, which holds a word, in the colours of either theme."""
     question = run.walk.step.question
     assert question is not None
     ask(session, lambda _: run.act(Choose(question.right)))
@@ -84,7 +80,15 @@ def test_a_picture_is_seen_in_the_colours_of_the_page(
             return 0.85 < share <= 1.0 and 1.5 < form < 2.3 and inside and differ
 
         until(page, as_it_should_be, f"the picture, {theme}")
-        screenshot(page, f"lesson-picture-{lesson}-{theme}")
+        screenshot(page, f"lesson-picture-{run.walk.lesson.number}-{theme}")
+
+
+def test_pictures_are_seen_in_the_colours_of_the_page(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(1440, 900)
+    session, run = enter(page, house(), "lesson=1&step=2&lang=de&theme=light")
+    see_picture(page, session, run, "Ellbogen")
+    shown_step(page, session, run, 9, 2)
+    see_picture(page, session, run, "glatt")
 
 
 def test_the_list_shows_what_is_finished_and_goes_on_there(house: OpenHouse, page_at: PageAt) -> None:
