@@ -91,7 +91,7 @@ def test_pictures_are_seen_in_the_colours_of_the_page(house: OpenHouse, page_at:
     see_picture(page, session, run, "glatt")
 
 
-def test_the_list_shows_what_is_finished_and_goes_on_there(house: OpenHouse, page_at: PageAt) -> None:
+def test_the_list_goes_on_where_one_was_and_keys_alone_swing_an_elbow_and_say_numbers(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1024, 768)
     session, run = enter(page, house(), "lesson=1&step=2&theme=dark")
     question = run.walk.step.question
@@ -132,11 +132,8 @@ def test_the_list_shows_what_is_finished_and_goes_on_there(house: OpenHouse, pag
     assert page.locator(".duet-lesson .card").count() == 0 and run.walk.done_in("beliefs", "null_space").outcome is None
     screenshot(page, "test-before")
 
-
-def test_an_elbow_swung_and_numbers_said_by_keys_alone(house: OpenHouse, page_at: PageAt) -> None:
-    opened = house()
-    page = page_at(1024, 768)
-    session, run = enter(page, opened, "lesson=1&step=3")
+    # By keys alone an elbow is swung, and numbers are said.
+    shown_step(page, session, run, 0, 2)
     walker = Walker(page, session, run, Keys(page))
     assert walker.step().challenge == "passed"
     page.keyboard.press("n")

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pinocchio as pin
+from playwright.sync_api import Page
 
 from app.page.handles.transform_handles import AUTOPILOT_SIZE, swivel_frame
 from app.session.session import Session
@@ -14,9 +15,7 @@ from tests.browser import PageAt, point_at, screenshot, settled_view, take_hold,
 from tests.tools.lesson_moves import hands_of
 
 
-def test_a_mouse_takes_over_drags_the_hand_and_the_other_arm_yields_and_it_swivels_the_elbow(
-    house: OpenHouse, page_at: PageAt
-) -> None:
+def test_a_mouse_takes_over_drags_the_hand_swivels_the_elbow_and_brings_arrows(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(900, 800)
     # Slow, so that the arrow is still where the mouse goes.
     session = visit(page, house(), "gizmo=1&speed=0.25&wmax=0.05")
@@ -100,10 +99,12 @@ def test_a_mouse_takes_over_drags_the_hand_and_the_other_arm_yields_and_it_swive
     assert np.linalg.norm(hand(session) - place) < 5e-3
     until(page, lambda: np.linalg.norm(world_position(page, ELBOW) - ask(session, state)[2]) < 5e-3, "the handle on the elbow")
 
+    ask(session, lambda s: [s.change("gizmo", False), s.change("contact", False), s.reset()])
+    see_arrows_under_a_mouse_that_rests(page, session)
 
-def test_a_mouse_that_rests_on_the_hand_brings_its_arrows(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(900, 760)
-    session = visit(page, house(), "autopilot=0&speed=2&contact=0")
+
+def see_arrows_under_a_mouse_that_rests(page: Page, session: Session) -> None:
+    """A mouse that rests on the hand brings its arrows; the arm stands still."""
     settled_view(page)
     there = f"__viserMutable.nodeRefFromName['{HAND}']"
     # Where an arrow will come out of the hand towards the camera.
