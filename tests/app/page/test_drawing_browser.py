@@ -8,12 +8,13 @@ from playwright.sync_api import Page
 from app.lessons.bookmark import Phase
 from app.lessons.session.lesson_actions import GoOn
 from app.plots.curve_chart import COLUMNS
+from app.session.session import Session
 from app.settings import Settings
 from controllers.curve import curve_through
 from scenes.settings import changed
 from tests.app.classroom.test_browser import WAIT, come
 from tests.app.conftest import OpenHouse, ask, lecture_of, live_sessions
-from tests.app.page.by_hand import drag, drag_by_finger, visit
+from tests.app.page.by_hand import drag, drag_by_finger
 from tests.browser import PageAt, close_software_note, screenshot, settled_box, until
 from tests.tools.lesson_walker import enter
 
@@ -36,7 +37,7 @@ def near(curve: tuple[float | None, ...], expected: float, columns: slice) -> bo
     return len(curve) == COLUMNS and all(v is not None and abs(v - expected) < 0.03 for v in curve[columns])
 
 
-def test_by_mouse_finger_and_keys_and_the_truth_over_it(house: OpenHouse, page_at: PageAt) -> None:
+def test_by_mouse_finger_and_keys_the_truth_over_it_and_the_arm_that_obeys(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1000, 760, fresh=True)
     opened = house()
     session, run = enter(page, opened, "lesson=4&step=2")
@@ -95,6 +96,10 @@ def test_by_mouse_finger_and_keys_and_the_truth_over_it(house: OpenHouse, page_a
     page.get_by_role("button", name="Back to the outcome").click()
     until(page, lambda: law() == "smooth_priority", "back")
 
+    page.get_by_role("button", name="Leave the lessons").click()
+    page.get_by_role("tab", name="Law").wait_for()
+    see_the_arm_obey(page, session)
+
 
 def test_a_class_draws_a_cloud(house: OpenHouse, page_at: PageAt) -> None:
     opened = house(changed(Settings(), "picture", "fast"), lecture=True, key="chalk")
@@ -140,9 +145,10 @@ def test_a_class_draws_a_cloud(house: OpenHouse, page_at: PageAt) -> None:
     screenshot(teacher, "drawing-class-slim")
 
 
-def test_the_arm_obeys_a_curve_that_is_drawn_or_typed(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(1440, 900, fresh=True)
-    session = visit(page, house(), "scene=ball&law=drawn_curve")
+def see_the_arm_obey(page: Page, session: Session) -> None:
+    """Outside of the lessons the arm obeys a curve that is drawn or typed."""
+    page.set_viewport_size({"width": 1440, "height": 900})
+    ask(session, lambda s: [s.change("scene", "ball"), s.change("law", "drawn_curve")])
     curve = lambda: ask(session, lambda one: one.settings.run.law.curve)  # noqa: E731
     board = page.get_by_role("application", name="Draw λ over distance d.")
     board.scroll_into_view_if_needed()
