@@ -294,12 +294,16 @@ def wait_frames(page: Page, count: int = 2) -> None:
     )
 
 
+BETWEEN = 3
+"""Drawn frames between two questions to a page: to ask after every one costs as much as the page itself."""
+
+
 def until(page: Page, true: Callable[[], object], what: str = "it", seconds: float = 60.0) -> None:
-    """Return as soon as something is true, asked again after every drawn frame."""
+    """Return as soon as something is true, asked again after every few drawn frames."""
     deadline = time.monotonic() + seconds
     while not true():
         assert time.monotonic() < deadline, f"{what}: not within {seconds:g} s"
-        wait_frames(page, 1)
+        wait_frames(page, BETWEEN)
 
 
 WELCOMED = "try { localStorage.duetWelcome ??= '1'; localStorage.duetPanel ??= 'all'; } catch {}"
@@ -336,7 +340,7 @@ def _settled(page: Page, look: Callable[[], Any], frames: int, what: str) -> np.
         if len(seen) == 1 or not np.allclose(seen[-1], seen[-2], atol=1e-6):
             del seen[:-1]
             since = time.monotonic()
-        return len(seen) > frames and time.monotonic() - since > STILL
+        return BETWEEN * len(seen) > frames and time.monotonic() - since > STILL
 
     until(page, still, what)
     return seen[-1]

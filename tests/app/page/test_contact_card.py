@@ -143,42 +143,6 @@ def draw(page: Page, one: Drawing) -> None:
     )
 
 
-def waiting(page: Page, house: OpenHouse) -> Session:
-    session = visit(page, house())
-    ask(session, lambda s: s.halt.set("visitor"))
-    page.locator("#duet-contact .chart").wait_for()
-    page.get_by_text("paused", exact=True).first.wait_for()
-    return session
-
-
-def test_no_label_lies_over_another(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(900, 700)
-    session = waiting(page, house)
-    faults: list[str] = []
-    layouts: tuple[tuple[int, str, tuple[Language, ...]], ...] = (
-        (900, "desk", ("en", "de", "sl")),
-        (900, "projector", ("en",)),
-        (390, "desk", ("de", "sl")),
-    )
-    for width, profile, languages in layouts:
-        page.set_viewport_size({"width": width, "height": 700})
-        ask(session, lambda s, profile=profile: s.change("profile", profile))
-        k = "1.3" if profile == "projector" else "1"
-        page.wait_for_function("k => getComputedStyle(document.documentElement).getPropertyValue('--duet-k') === k", arg=k)
-        for language in languages:
-            for number, one in enumerate(states(language)):
-
-                def overlaps(one: Drawing = one) -> list[str]:
-                    draw(page, one)
-                    return page.evaluate(TEXTS)
-
-                found = lasting(page, overlaps)
-                faults += [f"{width} {profile} {language} {number}: {fault}" for fault in found]
-                if found:
-                    screenshot(page, f"contact-{width}-{profile}-{language}-{number}")
-    assert not faults, "\n".join(faults)
-
-
 POINTS = """() => {
   const card = document.getElementById("duet-contact"), at = (selector, name) => +card.querySelector(selector).getAttribute(name);
   return { bead: at(".body:not(rect)", "cx"), tip: at(".tip", "cy"), axis: at(".axis", "y1"), left: at(".axis", "x1"),
@@ -192,7 +156,7 @@ CURVES = """() => Object.fromEntries(Object.values(__viserTestpoints.uplots).fla
 """How opaque the first curves of every plot are, by name."""
 
 
-def test_the_bead_and_its_height_are_the_runs_a_symbol_lights_up_everywhere_and_a_number_is_of_the_language(
+def test_what_it_shows_is_the_runs_a_symbol_lights_up_everywhere_and_no_label_lies_over_another(
     house: OpenHouse, page_at: PageAt
 ) -> None:
     page = page_at(1000, 700)
@@ -266,6 +230,8 @@ def test_the_bead_and_its_height_are_the_runs_a_symbol_lights_up_everywhere_and_
 
     see_decimal_signs(page, session)
     ask(session, lambda s: s.change("lang", "en"))
+    see_no_label_over_another(page, session)
+    page.set_viewport_size({"width": 1000, "height": 700})
 
     # Folded it stays so in this browser.
     page.get_by_role("button", name="Fold this drawing").click()
@@ -273,6 +239,33 @@ def test_the_bead_and_its_height_are_the_runs_a_symbol_lights_up_everywhere_and_
     page.get_by_role("button", name="Show the drawing").wait_for()
     page.locator("#duet-contact .gap").wait_for()
     assert not page.locator("#duet-contact .chart").is_visible()
+
+
+def see_no_label_over_another(page: Page, session: Session) -> None:
+    """In no state does a label lie over another one; the run waits."""
+    faults: list[str] = []
+    layouts: tuple[tuple[int, str, tuple[Language, ...]], ...] = (
+        (900, "desk", ("en", "de", "sl")),
+        (900, "projector", ("en",)),
+        (390, "desk", ("de", "sl")),
+    )
+    for width, profile, languages in layouts:
+        page.set_viewport_size({"width": width, "height": 700})
+        ask(session, lambda s, profile=profile: s.change("profile", profile))
+        k = "1.3" if profile == "projector" else "1"
+        page.wait_for_function("k => getComputedStyle(document.documentElement).getPropertyValue('--duet-k') === k", arg=k)
+        for language in languages:
+            for number, one in enumerate(states(language)):
+
+                def overlaps(one: Drawing = one) -> list[str]:
+                    draw(page, one)
+                    return page.evaluate(TEXTS)
+
+                found = lasting(page, overlaps)
+                faults += [f"{width} {profile} {language} {number}: {fault}" for fault in found]
+                if found:
+                    screenshot(page, f"contact-{width}-{profile}-{language}-{number}")
+    assert not faults, "\n".join(faults)
 
 
 def see_decimal_signs(page: Page, session: Session) -> None:

@@ -26,7 +26,7 @@ def operate_tab(page: Page, session: Session, name: str) -> None:
         see_controls(page, session, keys)
 
 
-def test_every_control_of_the_law_by_hand(house: OpenHouse, page_at: PageAt) -> None:
+def test_every_control_by_hand(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(900, 640)
     session = visit(page, house(), "autopilot=0")
     operate_tab(page, session, "Law")
@@ -65,12 +65,13 @@ def test_every_control_of_the_law_by_hand(house: OpenHouse, page_at: PageAt) -> 
     page.get_by_role("tab", name="Compare").click()
     page.get_by_text("as it was", exact=True).wait_for(timeout=1000.0 * PATIENCE)
     page.get_by_text("With dm = 200 mm.").wait_for(timeout=1000.0 * PATIENCE)
+    usual = {"ghost": "off", "whatif": False, "gizmo": True, "autopilot": True}
+    ask(session, lambda s: [*(s.change(key, value) for key, value in usual.items()), s.toggle_pause()])
+    operate_the_others(page, session)
 
 
-def test_every_other_control_by_hand(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(900, 640)
-    session = visit(page, house(), "gizmo=1")
-    ask(session, lambda s: s.toggle_pause())
+def operate_the_others(page: Page, session: Session) -> None:
+    """Set what stands on no tab, and all of two more tabs; the run is paused."""
     control(page, "rig").wait_for()
     see_controls(page, session, PICKER)
 

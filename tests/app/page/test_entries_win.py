@@ -90,7 +90,7 @@ def row_of(page: Page, label: str) -> Locator:
     return page.locator("label:visible").get_by_text(label, exact=True).locator("xpath=../../..")
 
 
-def test_a_setting_that_the_server_changes_meanwhile(house: OpenHouse, page_at: PageAt, line: SlowLine) -> None:
+def test_on_a_slow_line_a_setting_a_joint_and_a_moment_of_a_replay(house: OpenHouse, page_at: PageAt, line: SlowLine) -> None:
     page = page_at(900, 640)
     session = visit(page, house, line, "dm=0.1&n=1")
     d_m, n = (box(control(page, key)) for key in ("dm", "n"))
@@ -114,10 +114,13 @@ def test_a_setting_that_the_server_changes_meanwhile(house: OpenHouse, page_at: 
         until(page, lambda emptied=emptied, value=value: emptied.input_value() == value, "the number again")
     assert session.settings.run.law.order == 4.0 and session.settings.run.law.critical_distance == pytest.approx(0.15)
 
+    see_a_joint_of_an_arm_that_moves(page, session, line)
+    see_a_moment_of_a_replay_that_plays(page, session, line)
 
-def test_a_joint_of_an_arm_that_moves_and_its_box_with_the_caret(house: OpenHouse, page_at: PageAt, line: SlowLine) -> None:
-    page = page_at(900, 640)
-    session = visit(page, house, line, "scene=master_slave")
+
+def see_a_joint_of_an_arm_that_moves(page: Page, session: Session, line: SlowLine) -> None:
+    """And the box with its angle, which has the caret."""
+    ask(session, lambda s: s.change("scene", "master_slave"))
     page.get_by_role("tab", name="Arms").click()
     page.get_by_text("your arm's joints [°]").click()
     arm = session.simulation.guided
@@ -149,11 +152,9 @@ def test_a_joint_of_an_arm_that_moves_and_its_box_with_the_caret(house: OpenHous
     assert first.input_value() == "12.5"
 
 
-def test_a_moment_of_a_replay_that_plays(house: OpenHouse, page_at: PageAt, line: SlowLine) -> None:
-    page = page_at(900, 640)
+def see_a_moment_of_a_replay_that_plays(page: Page, session: Session, line: SlowLine) -> None:
     # Slow, but so much to look back at that the replay is not at its end before everything here is done.
-    session = visit(page, house, line, "speed=0.5")
-    ask(session, lambda s: s.hurry(12.0))
+    ask(session, lambda s: [s.change("scene", "hold"), s.change("speed", 0.5), s.hurry(12.0)])
     until(page, lambda: session.simulation.time > 12.0, "something to look back at")
     page.get_by_text("Keep and replay").click()
     page.get_by_role("button", name="Watch").click()

@@ -14,51 +14,12 @@ from app.stage.hand_marks import RADIUS
 from app.theme import PALETTES, rgb
 from scenes.ball import PATH
 from tests.app.conftest import OpenHouse, ask
-from tests.app.page.by_hand import CUT, LATE_UPDATE, run_on, see_free, see_plots, visit
+from tests.app.page.by_hand import CUT, LATE_UPDATE, see_free, see_plots, visit
 from tests.browser import PageAt, close_software_note, drawn, lasting, screenshot, until, wait_frames, world_to_px
 
 SEEN = "p => document.elementFromPoint(...p) === __viserMutable.canvas"
 FOREARM = "/person/body/left_upper_arm/left_forearm"
 SIGHTS = ("hold", "torso"), ("hold", "table"), *((scene, "torso") for scene in ("solo", "ball", "master_slave", "imitation"))
-
-
-# Every sight in a large window and in one of the small ones.
-@pytest.mark.parametrize(("width", "height", "sights"), [(1440, 900, SIGHTS), (1024, 768, SIGHTS[1::2]), (390, 844, SIGHTS[::2])])
-def test_first_sight_of_every_scene_and_rig(
-    house: OpenHouse, page_at: PageAt, width: int, height: int, sights: tuple[tuple[str, str], ...]
-) -> None:
-    page = page_at(width, height, expect=(LATE_UPDATE,))
-    session = visit(page, house(), f"rig={'table' if width == 1024 else 'torso'}&speed=2")
-    if width > 576:
-        see_plots(page, ("distance", "error"))
-    close_software_note(page)
-    for scene, rig in sights:
-        ask(session, lambda s, scene=scene, rig=rig: [s.change("scene", scene), s.change("rig", rig)])
-        joints = ask(session, lambda s: [(arm.name, arm.joints.stop - arm.joints.start) for arm in s.simulation.room.arms])
-        chains = [[f"/arms/{name}/base", *(f"j{i}" for i in range(1, count + 1))] for name, count in joints]
-        nodes = ["/".join(chain[: n + 1]) for chain in chains for n in range(len(chain))]
-        nodes += {"ball": ["/ball"], "imitation": [FOREARM]}.get(scene, [])
-        see_free(page, nodes, f"{scene}, {rig}")
-        if scene == "ball":
-            keeper = ask(session, lambda s: s.simulation.keeper)
-            assert keeper is not None
-            for end in (keeper.home, keeper.home + PATH):
-                until(page, lambda end=end: page.evaluate(SEEN, world_to_px(page, end)), "the ball's way in free sight")
-        # Somewhere on the way, so that the picture shows what happens.
-        run_on(page, session, 2.5 if scene == "ball" else 1.5)
-        if scene == "hold":
-            # On its way back the hand moves away from the other arm: the numbers are longest then.
-            until(page, lambda: session.simulation.time > 3.0 and session.simulation.sample().law_approach < -0.02, "a retreat")
-        ask(session, lambda s: s.toggle_pause())
-        page.get_by_text("paused", exact=True).wait_for()
-        for theme in ("light", "dark") if scene == "hold" else ("light",):
-            ask(session, lambda s, theme=theme: s.change("theme", theme))
-            page.wait_for_function("theme => document.documentElement.dataset.mantineColorScheme === theme", arg=theme)
-            wait_frames(page, 6)
-            screenshot(page, f"page-{width}-{scene}-{rig}-{theme}")
-            assert lasting(page, lambda: page.evaluate(CUT)) == [], (scene, rig, theme)
-        see_free(page, nodes, f"{scene}, {rig}, on the way")
-        ask(session, lambda s: s.toggle_pause())
 
 
 def ring_share(page: Page, session: Session, colour: str) -> float:
@@ -79,10 +40,11 @@ def ring_share(page: Page, session: Session, colour: str) -> float:
     return seen / 24.0
 
 
-def test_the_ring_is_seen_in_every_look(house: OpenHouse, page_at: PageAt) -> None:
+def see_ring(page: Page, session: Session) -> None:
+    """See the ring in every look, while the arms stand still."""
     assert RADIUS >= 0.06, "a wrist of our robots would hide it"
-    page = page_at(1024, 768)
-    session = visit(page, house(), "scene=hold&autopilot=0")
+    usual = {"scene": "hold", "rig": "torso", "autopilot": False}
+    ask(session, lambda s: [*(s.change(key, value) for key, value in usual.items()), s.reset()])
     page.get_by_text("keeps its hand in the ring").wait_for()
     for look in ("light desk fast", "dark projector fast", "light desk fine"):
         choice = dict(zip(("theme", "profile", "picture"), look.split(), strict=True))
@@ -90,3 +52,43 @@ def test_the_ring_is_seen_in_every_look(house: OpenHouse, page_at: PageAt) -> No
         error = PALETTES[session.settings.page.theme].error
         until(page, lambda error=error: ring_share(page, session, error) > 0.5, f"the ring, {look}", 180.0)
         screenshot(page, f"ring-{look.replace(' ', '-')}")
+
+
+# Every sight in a large window and in one of the small ones.
+@pytest.mark.parametrize(("width", "height", "sights"), [(1440, 900, SIGHTS), (1024, 768, SIGHTS[1::2]), (390, 844, SIGHTS[::2])])
+def test_first_sight_of_every_scene_and_rig_and_of_the_ring(
+    house: OpenHouse, page_at: PageAt, width: int, height: int, sights: tuple[tuple[str, str], ...]
+) -> None:
+    page = page_at(width, height, expect=(LATE_UPDATE,))
+    session = visit(page, house(), f"rig={'table' if width == 1024 else 'torso'}&speed=2")
+    if width > 576:
+        see_plots(page, ("distance", "error"))
+    close_software_note(page)
+    for scene, rig in sights:
+        ask(session, lambda s, scene=scene, rig=rig: [s.change("scene", scene), s.change("rig", rig)])
+        joints = ask(session, lambda s: [(arm.name, arm.joints.stop - arm.joints.start) for arm in s.simulation.room.arms])
+        chains = [[f"/arms/{name}/base", *(f"j{i}" for i in range(1, count + 1))] for name, count in joints]
+        nodes = ["/".join(chain[: n + 1]) for chain in chains for n in range(len(chain))]
+        nodes += {"ball": ["/ball"], "imitation": [FOREARM]}.get(scene, [])
+        see_free(page, nodes, f"{scene}, {rig}")
+        if scene == "ball":
+            keeper = ask(session, lambda s: s.simulation.keeper)
+            assert keeper is not None
+            for end in (keeper.home, keeper.home + PATH):
+                until(page, lambda end=end: page.evaluate(SEEN, world_to_px(page, end)), "the ball's way in free sight")
+        # Somewhere on the way, so that the picture shows what happens.
+        moment = 3.0 if scene == "hold" else session.simulation.time + 1.5
+        ask(session, lambda s, moment=moment: s.hurry(moment))
+        until(page, lambda moment=moment: session.simulation.time > moment, "a moment on the way")
+        if scene == "hold":
+            # On its way back the hand moves away from the other arm: the numbers are longest then.
+            until(page, lambda: session.simulation.sample().law_approach < -0.02, "a retreat")
+        ask(session, lambda s: s.toggle_pause())
+        page.get_by_text("paused", exact=True).wait_for()
+        wait_frames(page, 6)
+        screenshot(page, f"page-{width}-{scene}-{rig}")
+        assert lasting(page, lambda: page.evaluate(CUT)) == [], (scene, rig)
+        see_free(page, nodes, f"{scene}, {rig}, on the way")
+        ask(session, lambda s: s.toggle_pause())
+    if width == 1024:
+        see_ring(page, session)

@@ -1,19 +1,22 @@
-"""Lessons in a real browser: steps of every kind, by clicks or by keys; `python -m tests.tools.walk_lessons` walks all of them."""
+"""Lessons in a real browser: steps of every kind, by clicks or by keys, a contrast, and a reason beside the outcome;
+`python -m tests.tools.walk_lessons` walks all of them."""
 
 import re
+from typing import Literal
 
-import pytest
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, Page
 
+from app.export.lab_report import done_in, lab_bytes
 from app.lessons.bookmark import Phase
 from app.lessons.session.lesson_actions import Choose, GoOn
 from app.lessons.session.lesson_session import LessonSession
+from app.session.session import Session
 from app.settings import Settings
 from scenes.settings import changed, values
 from tests.accessibility import accessible
 from tests.app.conftest import OpenHouse, ask
 from tests.app.page.by_hand import hand, see_plots
-from tests.browser import FLAGS, PageAt, installed_browser, screenshot, until
+from tests.browser import FLAGS, PageAt, installed_browser, screenshot, until, wait_frames
 from tests.tools.lesson_hands import Clicks, Keys, press
 from tests.tools.lesson_moves import LONG
 from tests.tools.lesson_walker import Walker, enter, named, shown_step
@@ -56,12 +59,8 @@ PICTURE = """(() => {
 """The picture of a step: its share of the panel's width, its form, whether all of it is in view, and two of its colours."""
 
 
-@pytest.mark.parametrize(("lesson", "step", "language", "word"), [(1, 2, "de", "Ellbogen"), (10, 3, "en", "smooth")])
-def test_a_picture_is_seen_in_the_colours_of_the_page(
-    house: OpenHouse, page_at: PageAt, lesson: int, step: int, language: str, word: str
-) -> None:
-    page = page_at(1440, 900)
-    session, run = enter(page, house(), f"lesson={lesson}&step={step}&lang={language}&theme=light")
+def see_picture(page: Page, session: Session, run: LessonSession, word: str) -> None:
+    """Go to the explanation of the present step, and see its picture, which holds a word, in the colours of either theme."""
     question = run.walk.step.question
     assert question is not None
     ask(session, lambda _: run.act(Choose(question.right)))
@@ -84,10 +83,18 @@ def test_a_picture_is_seen_in_the_colours_of_the_page(
             return 0.85 < share <= 1.0 and 1.5 < form < 2.3 and inside and differ
 
         until(page, as_it_should_be, f"the picture, {theme}")
-        screenshot(page, f"lesson-picture-{lesson}-{theme}")
+        screenshot(page, f"lesson-picture-{run.walk.lesson.number}-{theme}")
 
 
-def test_the_list_shows_what_is_finished_and_goes_on_there(house: OpenHouse, page_at: PageAt) -> None:
+def test_pictures_are_seen_in_the_colours_of_the_page(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(1440, 900)
+    session, run = enter(page, house(), "lesson=1&step=2&lang=de&theme=light")
+    see_picture(page, session, run, "Ellbogen")
+    shown_step(page, session, run, 9, 2)
+    see_picture(page, session, run, "glatt")
+
+
+def test_the_list_goes_on_where_one_was_and_keys_alone_swing_an_elbow_and_say_numbers(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1024, 768)
     session, run = enter(page, house(), "lesson=1&step=2&theme=dark")
     question = run.walk.step.question
@@ -128,11 +135,8 @@ def test_the_list_shows_what_is_finished_and_goes_on_there(house: OpenHouse, pag
     assert page.locator(".duet-lesson .card").count() == 0 and run.walk.done_in("beliefs", "null_space").outcome is None
     screenshot(page, "test-before")
 
-
-def test_an_elbow_swung_and_numbers_said_by_keys_alone(house: OpenHouse, page_at: PageAt) -> None:
-    opened = house()
-    page = page_at(1024, 768)
-    session, run = enter(page, opened, "lesson=1&step=3")
+    # By keys alone an elbow is swung, and numbers are said.
+    shown_step(page, session, run, 0, 2)
     walker = Walker(page, session, run, Keys(page))
     assert walker.step().challenge == "passed"
     page.keyboard.press("n")
@@ -185,3 +189,62 @@ def test_lessons_plots_numbers_and_keys_work_without_webgl(house: OpenHouse, bro
 
         until(page, above_the_plots, "the note above the plots")
         assert errors == []
+
+
+REASON = "the ball is <b>far</b> & still"
+
+WATCH = """() => { window.flashed = []; document.addEventListener("animationstart", ({ target, animationName }) => {
+  const { animationDuration, animationIterationCount } = getComputedStyle(target);
+  if (/^duet-(flash|mark)$/.test(animationName)) flashed.push([animationName, target.innerText.trim().split(/\\s/)[0],
+    1000 * parseFloat(animationDuration) * animationIterationCount]); }); }"""
+"""Notes what begins to flash: name of the animation, first word of the element, for how long [ms]."""
+
+FLASHES = "() => document.getAnimations().filter(a => /^duet-(flash|mark)$/.test(a.animationName)).length"
+
+
+def why_flashes(page: Page, motion: Literal["no-preference", "reduce"], animation: str) -> None:
+    """See the run that shows why, and once only for how long the control that differs is marked."""
+    page.emulate_media(reduced_motion=motion)
+    # On a busy machine it may be over before it is looked at.
+    page.evaluate("window.flashed = []")
+    press(page, "Show me why")
+    page.locator(".duet-l-verdict b").get_by_text("Here you would be right: n = 10", exact=True).wait_for()
+    until(page, lambda: page.evaluate("flashed") == [[animation, "order", 2000]], "the control flashes")
+
+
+def test_a_reason_stands_beside_the_outcome_and_a_click_runs_the_contrast(house: OpenHouse, page_at: PageAt) -> None:
+    page = page_at(1440, 900, fresh=True)
+    session, run = enter(page, house(), "lesson=4&step=3&theme=light")
+    box = page.get_by_label("Because …", exact=True).locator("visible=true")
+    box.fill(REASON)
+    until(page, lambda: run.walk.done.because == REASON, "the reason")
+    ask(session, lambda _: run.act(Choose(0)))
+    until(page, lambda: run.walk.phase is Phase.DO, "the answer")
+    press(page, "Skip the run")
+    until(page, lambda: run.walk.phase is Phase.OBSERVE, "the outcome")
+    said = page.locator(".duet-l-verdict dd").nth(1)
+    until(page, lambda: said.inner_text() == REASON and box.count() == 0, "the reason beside the outcome")
+    done = ask(session, lambda _: done_in(run.book.lessons, run.walk.done_in, {}))
+
+    # A wrong answer: the run in which it would be right, and what differs in it.
+    page.evaluate(WATCH)
+    why_flashes(page, "no-preference", "duet-flash")
+    until(page, lambda: session.simulation.time > 1.5, "it runs by itself")
+    legend = page.locator(".duet-caption:visible").first
+    until(page, lambda: legend.locator("span:has(i:not([class*=d]))").all_inner_texts() == ["n = 10"], "the run's curve")
+    until(page, lambda: "n = 1" in legend.locator("span:has(i.dash)").all_inner_texts(), "the curve beside it")
+    other = session.ghost
+    assert other is not None and other.settings == run.walk.step.setup.run
+    screenshot(page, "contrast")
+    until(page, lambda: page.evaluate(FLASHES) == 0, "the mark is gone")
+    press(page, "Back to the outcome")
+    page.locator(".duet-l-verdict b").get_by_text("Here you would be right").wait_for(state="detached")
+    wait_frames(page, 3)
+    why_flashes(page, "reduce", "duet-mark")
+    until(page, lambda: page.evaluate(FLASHES) == 0, "the mark is gone")
+
+    page.set_content(lab_bytes(done, "en").decode())
+    reason, outcome = (page.locator(".beside > div").nth(i) for i in (0, 1))
+    assert REASON in reason.inner_text() and "Hand error" in outcome.inner_text()
+    left, right = reason.bounding_box(), outcome.bounding_box()
+    assert left is not None and right is not None and left["x"] + left["width"] <= right["x"] and left["y"] == right["y"]

@@ -2,7 +2,6 @@
 
 import html
 import re
-import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import redirect_stdout
@@ -95,16 +94,6 @@ def test_the_command_line_runs_it_and_writes_its_table(tmp_path: Path, capsys: p
     assert {"ball_q_x", "arm_q1"} <= set(rows[0])
     assert main(["run", "--scene", "made_upp"]) == 2
     assert f"{NAME}." in capsys.readouterr().err
-
-
-def test_the_help_names_it() -> None:
-    code = (
-        "from scenes.experiments import EXPERIMENTS; from dataclasses import replace\n"
-        f"EXPERIMENTS['{NAME}'] = replace(EXPERIMENTS['ball'], name='{NAME}')\n"
-        "from app.cli.main import main; main(['run', '--help'])"
-    )
-    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, cwd=ROOT, timeout=120)
-    assert f"imitation,{NAME}}}" in re.sub(r"[\s│]", "", said.stdout)
 
 
 def test_a_link_opens_it_with_its_settings() -> None:

@@ -118,14 +118,16 @@ def test_the_command_line_runs_it_and_writes_its_table(tmp_path: Path, capsys: p
     assert f"{NAME}." in capsys.readouterr().err
 
 
-def test_the_help_names_it() -> None:
+def test_the_help_names_it_and_a_made_up_experiment() -> None:
     code = (
-        "from scenes.laws import LAWS, LawEntry; from dataclasses import replace\n"
+        "from scenes.experiments import EXPERIMENTS; from scenes.laws import LAWS; from dataclasses import replace\n"
         f"LAWS['{NAME}'] = replace(LAWS['unprotected'], name='{NAME}')\n"
+        f"EXPERIMENTS['{NAME}'] = replace(EXPERIMENTS['ball'], name='{NAME}')\n"
         "from app.cli.main import main; main(['run', '--help'])"
     )
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, cwd=ROOT, timeout=120)
-    assert f"unprotected,{NAME}}}" in re.sub(r"[\s│]", "", said.stdout)
+    choices = re.sub(r"[\s│]", "", said.stdout)
+    assert f"unprotected,{NAME}}}" in choices and f"imitation,{NAME}}}" in choices
 
 
 def test_a_link_opens_it_with_its_settings_and_its_ghost() -> None:

@@ -1,4 +1,5 @@
-"""The decisive moment on the real page: scene, plots and words stand there after a run, and a drag over a plot shows another moment."""
+"""Moments on the real page: scene, plots and words stand at the decisive one after a run, a drag over a plot shows another one, and a
+jump of q̇ is an edge in the plot over time, and single steps in the microscope."""
 
 from contextlib import suppress
 
@@ -11,6 +12,7 @@ from app.lessons.session.lesson_actions import Choose, StartOrPause
 from app.session.replay_player import ReplayPlayer
 from app.session.session import Session
 from scenes.history import COLUMN
+from scenes.smoothness import AROUND, avoiding_rates
 from tests.accessibility import accessible
 from tests.app.conftest import OpenHouse, ask
 from tests.app.page.by_hand import drag, visit
@@ -25,6 +27,18 @@ IN_FREE_SPACE = """() => { const name = getComputedStyle(document.body, '::after
   const [card, plots] = ['#duet-contact', '[data-duet-holds~=plots]'].map(e => document.querySelector(e).getBoundingClientRect());
   return +name.zIndex < 3 && low - parseFloat(name.height) >= card.bottom && low <= plots.top && low > plots.top - 40; }"""
 """Whether the name of the moment lies below the contact card and above the plots, and panels and slides cover it, not it them."""
+
+
+STEEPEST = """() => Math.max(...Object.values(__viserTestpoints.uplots).map(({ chart }) => {
+  const [x, ...lines] = chart.data;
+  let most = 0;
+  for (let i = 1; i < x.length; i++) if (x[i] - x[i - 1] < 0.00501)
+    for (const y of lines) if (y.length) most = Math.max(most, Math.abs(y[i] - y[i - 1]) || 0);
+  return most;
+}))"""
+"""The largest change of any line within one time step."""
+
+DOTS = "() => [...document.querySelectorAll('.duet-chart .dots')].map((p) => p.getAttribute('d').split('h0').length - 1)"
 
 
 def player_of(session: Session) -> ReplayPlayer:
@@ -104,10 +118,40 @@ def test_after_a_run_the_page_stands_at_its_moment(house: OpenHouse, page_at: Pa
     until(page, lambda: pseudo(page, "body", "::after", "content") in ("none", "normal"), "no name over the scene")
 
 
-def test_a_visitor_drags_over_a_plot_of_a_paused_run(house: OpenHouse, page_at: PageAt) -> None:
+def test_a_jump_is_an_edge_has_its_steps_and_a_drag_over_a_plot_shows_another_moment(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1024, 768)
-    session = visit(page, house(), "scene=imitation")
-    ask(session, lambda s: s.hurry(3.0))
+    session = visit(page, house(), "law=strict_switched&pairs=single&plot=rates&speed=2")
+    # From the beginning, as the plots show no more than the last seconds, of which a busy machine may need many to open the page.
+    ask(session, lambda s: [s.reset(), s.hurry(7.0)])
+    until(page, lambda: session.simulation.time > 7.0, "the jump")
+    # Before the jump leaves the plot.
+    ask(session, lambda s: s.toggle_pause())
+    until(page, lambda: session.paused, "the pause")
+    table = ask(session, lambda s: s.simulation.history.table())
+    jump = float(np.abs(np.diff(avoiding_rates(session.simulation, table)[40:], axis=0)).max())
+    assert jump > 0.3
+    page.wait_for_function(f"({STEEPEST})() > {0.999 * jump}")
+    page.get_by_role("button", name="dt", exact=True).click()
+    page.wait_for_function(f"String(({DOTS})()) === '{2 * AROUND + 1},{4 * AROUND + 1}'")
+    page.get_by_text(f"{jump:.3g} at 5 ms").wait_for()
+    # Any other instant by the slider and its keys.
+    knob = page.get_by_role("slider", name="moment [s]")
+
+    def looked_at() -> float:
+        assert session.studies.microscope.span is not None
+        return session.studies.microscope.span[2]
+
+    found = looked_at()
+    until(page, lambda: float(knob.get_attribute("aria-valuenow") or 0.0) == pytest.approx(found, abs=0.003), "its place")
+    screenshot(page, "microscope")
+    knob.press("ArrowLeft")
+    until(page, lambda: looked_at() == pytest.approx(found - 0.005, abs=0.003), "one step back")
+    knob.press("Home")
+    until(page, lambda: looked_at() == table[0, COLUMN["t"]], "the beginning")
+    page.get_by_text(f"over t − {looked_at():.3f} s").wait_for()
+
+    usual = {"scene": "imitation", "law": "smooth_priority", "pairs": "smooth", "plot": "none", "speed": 1.0}
+    ask(session, lambda s: [*(s.change(key, value) for key, value in usual.items()), s.reset(), s.hurry(3.0)])
     until(page, lambda: session.simulation.time > 3.0, "some seconds of the run")
     # While it runs, a plot is only looked at.
     drag_over_plot(page, (0.7, 0.4))

@@ -63,7 +63,9 @@ def let_go(page: Page, session: Session, what: str) -> None:
     until(page, lambda: session.held is None, f"letting go of the {what}")
 
 
-def test_every_scene_is_entered_and_its_ball_or_figure_pulled(house: OpenHouse, page_at: PageAt) -> None:
+def test_every_scene_is_entered_its_ball_or_figure_pulled_and_two_makes_are_drawn_where_they_are(
+    house: OpenHouse, page_at: PageAt
+) -> None:
     page = page_at(960, 720, expect=(LATE_UPDATE,))
     session = visit(page, house(), "gizmo=1&autopilot=0&speed=2")
     page.mouse.click(300, 90)
@@ -107,10 +109,11 @@ def test_every_scene_is_entered_and_its_ball_or_figure_pulled(house: OpenHouse, 
     enter(page, session, "hold")
     until(page, lambda: are_there(HAND) and not are_there("/person/body"), "the hand's handle, and no figure")
 
-
-def test_two_makes_are_drawn_where_they_are_and_one_gives_way(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(960, 720, expect=(LATE_UPDATE,))
-    session = visit(page, house(), "robot=ur5_panda&rig=table&speed=2")
+    # Two makes are drawn where they are, and one gives way.
+    ask(
+        session,
+        lambda s: [s.change(key, value) for key, value in {"robot": "ur5_panda", "rig": "table", "autopilot": True}.items()],
+    )
     until(page, lambda: session.simulation.sample().activation > 0.5, "a meeting")
     ask(session, lambda s: s.change("speed", 0.25))
     run = session.simulation
