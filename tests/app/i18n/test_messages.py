@@ -1,6 +1,5 @@
 """What is wrong is said in the page's language: errors that a visitor may meet, and what the browser says by itself."""
 
-import ast
 import inspect
 import io
 import pickle
@@ -37,7 +36,6 @@ from scenes.rerun import not_again
 from scenes.settings import RunSettings, changed
 from tests.app.export.runs import piece
 from tests.app.i18n.conftest import untranslated
-from tests.app.i18n.messages import errors_of, messages, on_the_page
 from tests.app.lessons.helpers import our_book
 from tests.scenes.person.bvh_text import MIXAMO, write_bvh
 
@@ -71,14 +69,6 @@ def test_a_message_keeps_what_it_is_made_of() -> None:
     assert joined((), ", ") == ""
     # What is put into another text is plain, also where that text is nothing else.
     assert {type(text) for text in (f"{inner}", f"{inner!s}", f"{inner!s:>90}")} == {str}
-
-
-def test_every_error_on_the_page_is_a_text_or_a_template() -> None:
-    """An f-string cannot be looked up: give the template and its parts, `BadSetting("{key} is …", key=key)`."""
-    errors = [(path.name, first) for path in on_the_page() for first in errors_of(path)]
-    assert [f"{name}:{first.lineno}" for name, first in errors if isinstance(first, (ast.JoinedStr, ast.BinOp))] == []
-    assert {"settings.py", "bvh_file.py", "run_file.py", "law_file.py", "job_pool.py"} <= {path.name for path in on_the_page()}
-    assert {"{key} = {value} is out of range; {remedy}", "hips", "The video has ended."} <= set(messages())
 
 
 SKELETON = write_bvh(Clip("wave", 1), MIXAMO, frames=4)
