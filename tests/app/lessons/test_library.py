@@ -13,6 +13,7 @@ import pytest
 from app.cli.main import main
 from app.export.handout_html import handout_html
 from app.lessons import FOLDER
+from app.lessons import library as library_module
 from app.lessons.lesson import LAST, LessonBook
 from app.lessons.library import Library, notes_of
 from app.lessons.loading import in_language, load_lessons
@@ -44,6 +45,12 @@ Is it so?
    > It is not.
 
 """
+
+
+@pytest.fixture(autouse=True)
+def soon(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The files are looked at more often."""
+    monkeypatch.setattr(library_module, "PERIOD", 0.1)
 
 
 def ids(book: LessonBook) -> list[str]:

@@ -89,7 +89,8 @@ def nasty_step(step: Step) -> Step:
         texts["question"] = replace(step.question, text=NASTY, choices=choices)
     if step.challenge is not None:
         texts["challenge"] = replace(step.challenge, text=NASTY)
-    return replace(step, **texts)
+    # The teacher's handout runs every step.
+    return replace(step, setup=replace(step.setup, seconds=0.1), **texts)
 
 
 def views() -> Iterator[StepView]:
