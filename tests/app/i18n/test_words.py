@@ -96,6 +96,7 @@ def test_the_list_knows_what_is_said() -> None:
     # A label, a hint, a choice; a literal; one by the name of a constant; a title; one of two; a row of buttons.
     assert {"your arm", "Which experiment.", "Hold pose", "paused", "Predict first", "avoidance first", "more plots"} <= found
     assert not found & (FORMULAS | NAMES)
+    assert [length for length in LENGTHS if not length[0].isdigit() and length not in found] == []
 
 
 def test_every_error_on_the_page_is_a_text_or_a_template() -> None:
@@ -104,10 +105,6 @@ def test_every_error_on_the_page_is_a_text_or_a_template() -> None:
     assert [f"{name}:{first.lineno}" for name, first in errors if isinstance(first, (ast.JoinedStr, ast.BinOp))] == []
     assert {"settings.py", "bvh_file.py", "run_file.py", "law_file.py", "job_pool.py"} <= {path.name for path in on_the_page()}
     assert {"{key} = {value} is out of range; {remedy}", "hips", "The video has ended."} <= set(messages())
-
-
-def test_lengths_of_a_replay_are_on_the_list() -> None:
-    assert [length for length in LENGTHS if not length[0].isdigit() and length not in messages()] == []
 
 
 def test_names_of_bodies_and_joints_are_on_the_list() -> None:
