@@ -208,7 +208,7 @@ def shown_early(walk: Walkthrough) -> Iterator[str]:
     """Yield what the page says of the law while a step's question waits for its answer."""
     if walk.step.question is None:
         return
-    if walk.law_shown:
+    if not walk.locked:
         yield "λ and what follows from it, on the card of the line of contact"
     yield from (f"the plot {plot}" for plot in walk.plots if plot in AT_ONCE)
 

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Final, cast, get_args
@@ -10,10 +10,9 @@ from typing import Any, Final, cast, get_args
 from app.lessons.blocks import NEEDED, Table, is_number, quoted_value, read_block
 from app.lessons.challenges import no_doubles, read_challenge, read_identity, read_measurement, read_trials
 from app.lessons.curve_drawing import read_drawing
-from app.lessons.lesson import MOST_CHOICES, Challenge, LessonCamera, Measurement, Question, Step
+from app.lessons.lesson import MOST_CHOICES, Challenge, Choice, Expectation, LessonCamera, Measurement, Question, Step
 from app.lessons.markdown import HEAD_SECTIONS, ITEM, Chapter, Fault, FaultLog, Sheet, read_items
 from app.lessons.measures.quantity import QUANTITIES
-from app.lessons.question import Choice, Expectation
 from app.lessons.runs import Setup
 from app.lessons.setups import read_changes, read_setup, usual_setup
 from app.lessons.texts import placeholder_problems
@@ -31,22 +30,14 @@ MOST_NUMBERS: Final = 3
 MOST_CONTROLS: Final = 3
 HINTS: Final = 3
 MOST_MINUTES: Final = 90
+USUAL_MINUTES: Final = 10
 
 
-@dataclass(frozen=True)
-class Common:
-    """What all steps of a lesson begin with: the run that each of them changes, and what the list of lessons says."""
-
-    setup: Setup
-    equations: str = ""
-    minutes: int = 10
-
-
-def read_lesson(sheet: Sheet, folder: Path) -> Common:
-    """Return the settings of the block under the title.
+def read_lesson(sheet: Sheet, folder: Path) -> tuple[Setup, str, int]:
+    """Return what stands under the title: the run that every step changes, the equations of the paper, and the minutes.
 
     Raises:
-        Fault: it is not such a block, there are several, or the lesson has no goal.
+        Fault: the block is none, there are several, or the lesson has no goal.
     """
     log = FaultLog()
     if not sheet.head.text:
@@ -54,14 +45,14 @@ def read_lesson(sheet: Sheet, folder: Path) -> Common:
     log.take(lambda: check_head(sheet.head, folder), None)
     if len(sheet.head.blocks) > 1:
         log.found.append(Fault(sheet.head.blocks[1].line, "there is a second block under the title; put both into one."))
-    common = Common(usual_setup(folder))
+    setup, equations, minutes = usual_setup(folder), "", USUAL_MINUTES
     if sheet.head.blocks and (table := log.take(lambda: read_block(sheet.head.blocks[0]), None)) is not None:
-        changes = log.take(lambda: read_changes(table), ())
-        minutes = log.take(lambda: table.whole("minutes", 10, 1, MOST_MINUTES), 10)
-        common = Common(common.setup.with_changes(changes), log.take(lambda: table.text("equations", ""), ""), minutes)
+        setup = setup.with_changes(log.take(lambda: read_changes(table), ()))
+        minutes = log.take(lambda: table.whole("minutes", USUAL_MINUTES, 1, MOST_MINUTES), USUAL_MINUTES)
+        equations = log.take(lambda: table.text("equations", ""), "")
         log.take(table.close, None)
     log.close()
-    return common
+    return setup, equations, minutes
 
 
 def check_head(head: Chapter, folder: Path) -> None:
@@ -96,8 +87,8 @@ def step_id(title: str) -> str:
     return re.sub(r"[^a-z0-9]+", "_", title.lower()).strip("_")[:40].lstrip("0123456789_") or "step"
 
 
-def read_step(part: Chapter, common: Common) -> Step:
-    """Return a step.
+def read_step(part: Chapter, base: Setup) -> Step:
+    """Return a step. `base`: the run of its lesson.
 
     Raises:
         Fault: something is missing or not possible; all that can be named at once.
@@ -110,7 +101,7 @@ def read_step(part: Chapter, common: Common) -> Step:
     concept = log.take(lambda: table.flag("concept"), False)
     if concept:
         log.found += [table.fault(key, f"a question without a run has no {key}.") for key in WITH_A_RUN if table.has(key)]
-    setup = log.take(lambda: read_setup(table, common.setup), None)
+    setup = log.take(lambda: read_setup(table, base), None)
     if setup is None:
         # What follows depends on the run.
         log.close()

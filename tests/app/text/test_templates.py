@@ -34,11 +34,10 @@ from app.league.league_files import Played
 from app.league.league_page import league_page, league_tables
 from app.lessons.bookmark import Phase
 from app.lessons.labels import Contrast
-from app.lessons.lesson import Lesson, Step
+from app.lessons.lesson import Choice, Lesson, Step
 from app.lessons.loading import read_notes
 from app.lessons.outcomes import AnswerVerdict, Attempt, Judgement
 from app.lessons.progress import Progress, StepProgress, Try, to_json
-from app.lessons.question import Choice
 from app.lessons.step_view import LessonEntry, StepPosition, StepView, make_view
 from app.lessons.tally import Ballot, Tally
 from app.marks.graded_file import GradedFile, Remark, Student

@@ -230,7 +230,7 @@ def test_the_check_asks_our_lessons_for_what_the_list_shows() -> None:
 
 def test_the_check_finds_a_page_that_shows_the_answer_while_it_asks(monkeypatch: pytest.MonkeyPatch) -> None:
     book = our_book()
-    monkeypatch.setattr(Walkthrough, "law_shown", True)
+    monkeypatch.setattr(Walkthrough, "locked", False)
     told = {lesson.id: list(shown_early(at_step(book, lesson, int(lesson.steps[0].at_lever)))) for lesson in book.lessons}
     assert told["strict-priority"] == told["hold"] == ["λ and what follows from it, on the card of the line of contact"]
     assert told["lambda"][1:] == ["the plot curve"] and told["stability"][1:] == ["the plot stability"]
