@@ -97,7 +97,7 @@ def read_step(part: Chapter, base: Setup) -> Step:
         line = part.blocks[1].line if part.blocks else part.line
         raise Fault(line, f"the step has {len(part.blocks)} blocks; give it one that begins with ```duet.")
     table, log = read_block(part.blocks[0]), FaultLog()
-    id = log.take(lambda: read_identity(table, "id", step_id(part.title)), "")
+    id = log.take(lambda: read_identity(table, step_id(part.title)), "")
     concept = log.take(lambda: table.flag("concept"), False)
     if concept:
         log.found += [table.fault(key, f"a question without a run has no {key}.") for key in WITH_A_RUN if table.has(key)]

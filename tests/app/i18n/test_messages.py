@@ -20,6 +20,7 @@ from app.hosting.visitor import open_link, step_of
 from app.i18n.catalogue import words_of
 from app.i18n.client_texts import ALL, ICON_NAMES, LOST, OURS, VISERS, translations
 from app.i18n.speaking import set_language, tr
+from app.lessons.lesson import NO_LESSONS
 from app.lessons.loading import load_lessons
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.walkthrough import Walkthrough
@@ -102,7 +103,10 @@ WRONG: dict[str, Callable[[], object]] = {
     "a word among the numbers": lambda: read_bvh(SKELETON.rstrip().rsplit(" ", 1)[0].encode() + b" -", "🦆"),
     "no lesson": lambda: WALK.go("🦆"),
     "no such lesson": lambda: WALK.go(99),
+    "no lesson before": lambda: WALK.go(-1),
     "no step": lambda: WALK.go(0, 99),
+    "no step before": lambda: WALK.go(0, -1),
+    "an empty book": lambda: Walkthrough(NO_LESSONS),
 }
 
 

@@ -17,7 +17,7 @@ from app.lessons.reference_runs import simulated
 from app.lessons.room_places import RoomPlace
 from controllers.errors import BadSetting
 from scenes.history import COLUMN
-from scenes.settings import LawSettings
+from scenes.settings import LawSettings, RunSettings
 from scenes.simulation import Simulation
 from tests.app.lessons.helpers import our_book
 from tests.app.lessons.measures.test_measurements import RUNS, looped_zigzag, setup
@@ -38,13 +38,13 @@ def test_the_lever_of_an_elbow_is_its_upper_arm_times_the_sine(degrees: float) -
     n=st.floats(1.0, 20.0), v=st.floats(0.01, 1.0), K=st.floats(0.1, 20.0), inside=st.floats(0.0, 0.6), d_m=st.floats(0.03, 0.3)
 )
 def test_balance_balances(n: float, v: float, K: float, inside: float, d_m: float) -> None:
-    d = balance(LawSettings(critical_distance=d_m, order=n, nominal_velocity=v), K, inside)
+    d = balance(RunSettings(law=LawSettings(critical_distance=d_m, order=n, nominal_velocity=v), gain=K), inside)
     lam = (d_m / d) ** n
     assert lam * v == pytest.approx((1.0 - lam) * K * (d - inside), abs=1e-6)
     assert d >= max(d_m, inside) - 1e-9
-    assert balance(LawSettings(), 0.0, 0.1) == np.inf
+    assert balance(RunSettings(gain=0.0), 0.1) == np.inf
     still = LawSettings(critical_distance=d_m, order=n, nominal_velocity=0.0)
-    assert balance(still, K, inside) == max(d_m, inside)
+    assert balance(RunSettings(law=still, gain=K), inside) == max(d_m, inside)
 
 
 @given(values=st.lists(st.floats(-1.0, 1.0), max_size=40))
