@@ -53,7 +53,7 @@ def assert_all_said(visitor: BlockingClient) -> None:
 
 def choose(guest: Guest, **values: object) -> None:
     ask(guest.session, lambda s: [s.change(key, value) for key, value in values.items()])
-    guest.run_on(0.5)
+    guest.run_on(0.2)
 
 
 def test_in_pseudo_nothing_is_left_untranslated(house: OpenHouse, arrive: Arrive) -> None:
