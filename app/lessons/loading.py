@@ -13,7 +13,7 @@ from app.lessons import FOLDER
 from app.lessons.lesson import NO_LESSONS, Lesson, LessonBook, LessonProblem, Step
 from app.lessons.markdown import Chapter, Fault, FaultLog, Sheet, read_items, read_sheet
 from app.lessons.setups import usual_setup
-from app.lessons.steps import LEFT_DOLLAR, check_head, head_texts, read_lesson, read_step, step_texts
+from app.lessons.steps import LEFT_DOLLAR, head_faults, head_texts, read_lesson, read_step, step_texts
 from app.settings import TRANSLATIONS, Language
 from app.text.lesson_text import left_dollar
 from app.text.picture import picture_problems
@@ -187,7 +187,7 @@ def _translated(folder: Path, lesson: Lesson, language: Language, problems: list
     try:
         sheet, log = read_sheet(read_text(path)), FaultLog()
         _compare(sheet, lesson)
-        log.take(lambda: check_head(sheet.head, folder), None)
+        log.found += head_faults(sheet.head, folder)
         pairs = zip(lesson.steps, sheet.steps, strict=True)
         steps = tuple(log.take(partial(_with_texts, step, part), step) for step, part in pairs)
         log.close()

@@ -42,7 +42,7 @@ def read_lesson(sheet: Sheet, folder: Path) -> tuple[Setup, str, int]:
     log = FaultLog()
     if not sheet.head.text:
         log.found.append(Fault(sheet.head.line, "the lesson has no goal; write it under the title."))
-    log.take(lambda: check_head(sheet.head, folder), None)
+    log.found += head_faults(sheet.head, folder)
     if len(sheet.head.blocks) > 1:
         log.found.append(Fault(sheet.head.blocks[1].line, "there is a second block under the title; put both into one."))
     setup, equations, minutes = usual_setup(folder), "", USUAL_MINUTES
@@ -55,18 +55,12 @@ def read_lesson(sheet: Sheet, folder: Path) -> tuple[Setup, str, int]:
     return setup, equations, minutes
 
 
-def check_head(head: Chapter, folder: Path) -> None:
-    """Complain of pictures in what stands under a lesson's title, which is shown as lines of text.
-
-    Raises:
-        Fault: there are some.
-    """
-    log = FaultLog()
+def head_faults(head: Chapter, folder: Path) -> Iterator[Fault]:
+    """Yield what is wrong in what stands under a lesson's title: pictures, as it is shown as lines of text, and formulas without an end."""
     for part in (head, *head.sections.values()):
         for number, line in enumerate((part.title, *part.lines), part.line):
-            log.found += [Fault(number, problem) for problem in picture_problems(line, folder, False)]
-    log.found += formula_faults(head)
-    log.close()
+            yield from (Fault(number, problem) for problem in picture_problems(line, folder, False))
+    yield from formula_faults(head)
 
 
 def formula_faults(chapter: Chapter) -> Iterator[Fault]:
@@ -114,8 +108,8 @@ def read_step(part: Chapter, base: Setup) -> Step:
     question = log.take(lambda: _question(part, table, setup, measurements if measured else None, concept), None)
     challenged = table.has("challenge")
     challenge = log.take(lambda: read_challenge(table, setup), None)
-    texts: dict[str, Any] = log.take(lambda: _checked_texts(part, "Predict" in part.sections, challenged, concept), {})
-    challenge_text = texts.pop("challenge", "")
+    texts: dict[str, Any] = _checked_texts(part, "Predict" in part.sections, challenged, concept, log)
+    challenge_text = texts.pop("challenge")
     hints = log.take(lambda: _hints(part, challenge), ())
     sound = measured and challenged is (challenge is not None)
     trials = log.take(lambda: read_trials(table, challenge, measurements), ()) if sound else ()
@@ -229,7 +223,7 @@ def step_texts(part: Chapter, step: Step) -> dict[str, str]:
         Fault: a section is missing.
     """
     log, challenge = FaultLog(), step.challenge is not None
-    texts = log.take(lambda: _checked_texts(part, step.question is not None, challenge, step.concept), {})
+    texts = _checked_texts(part, step.question is not None, challenge, step.concept, log)
     asked = {"Hints": bool(step.hints), "Predict": step.question is not None}
     missing = [name for name, needed in asked.items() if needed and name not in part.sections]
     log.found += [Fault(part.line, f"the step has no section “### {name}”.") for name in missing]
@@ -238,17 +232,16 @@ def step_texts(part: Chapter, step: Step) -> dict[str, str]:
     return texts
 
 
-def _checked_texts(part: Chapter, question: bool, challenge: bool, concept: bool) -> dict[str, str]:
+def _checked_texts(part: Chapter, question: bool, challenge: bool, concept: bool, log: FaultLog) -> dict[str, str]:
+    """Return the texts of a step by field of `Step`, and that of its challenge; note in the log what is missing."""
     names = ("Goal", "Do", "Observe", "Explain", "Challenge", "Belief")
     texts = {name.lower(): part.sections[name].text if name in part.sections else "" for name in names}
     needed = {"Goal": not concept, "Do": not concept, "Explain": question and not concept, "Challenge": challenge}
     missing = [name for name, needs in needed.items() if needs and not texts[name.lower()]]
-    log = FaultLog()
     log.found += [Fault(part.line, f"the step has no text under “### {name}”; add it.") for name in missing]
     if not challenge and texts["challenge"]:
         where = part.sections["Challenge"].line
         log.found.append(Fault(where, "the challenge is not declared; add [challenge] to the block."))
-    log.close()
     return texts
 
 
