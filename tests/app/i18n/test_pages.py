@@ -130,7 +130,7 @@ def test_pictures(scene: str, details: Details) -> None:
 def test_pictures_are_drawn_in_a_worker_in_the_language_that_it_is_given() -> None:
     recorded, _ = piece("hold", 1.0)
     arguments = recorded, 1.0, "none", "svg"
-    made = {language: make_picture(language, *arguments) for language in ("en", "de", "sl", "en")}
+    made = {language: make_picture(language, *arguments) for language in ("en", "de", "sl")}
     assert len({*made.values()}) == 3 and make_picture("de", *arguments) == made["de"]
 
 
