@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from app.export.class_summary import HandIn
 from app.hosting.visitor_record import VisitorRecord
-from app.lessons.open_steps import OpenSteps
+from app.lessons.bookmark import OpenSteps
 from app.page.panels.server_load import ServerLoad
 from app.session.actions import Action
 from scenes.inputs import Recorded

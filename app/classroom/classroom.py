@@ -7,10 +7,9 @@ from app.classroom.ballots import Ballots, VoterCount, Voters
 from app.classroom.breakout_places import BreakoutPlaces
 from app.classroom.student_work import ProgressBoard, StudentWork, clean_name
 from app.export.class_summary import AskedQuestion, ClassSummary, HandIn
-from app.lessons.bookmark import Phase
+from app.lessons.bookmark import OpenSteps, Phase
 from app.lessons.curve_drawing import Drawing, checked_curve
 from app.lessons.lesson import Lesson, LessonBook, Question, Step
-from app.lessons.open_steps import OpenSteps
 from app.lessons.outcomes import AnswerVerdict, StepOutcome
 from app.lessons.progress import LONGEST_REASON, Progress, StepProgress, from_json, to_json
 from app.lessons.step_view import StepPosition, answer_verdict, fill

@@ -9,9 +9,9 @@ from app.classroom.class_messages import Progressed, Ran, Reported, TakenBack
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.presenter import MOST_QUOTES, TIMERS, Presenter, ScreenAction, ShownWork, Station
 from app.i18n.speaking import N_, tr
+from app.lessons.bookmark import open_steps_from_text
 from app.lessons.curve_drawing import median_curve
 from app.lessons.lesson import LessonBook
-from app.lessons.open_steps import open_steps_from_text
 from app.lessons.session.lesson_actions import Choose, Draw, GoBack, GoOn, ResetStep, StartOrPause
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.tally import QuestionId

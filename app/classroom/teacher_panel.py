@@ -14,8 +14,7 @@ from app.classroom.screen_panel import ScreenPanel, covers_html
 from app.classroom.teacher_control import TeacherAction, TeacherControl
 from app.hosting.serve_options import MOST_STUDENTS
 from app.i18n.speaking import N_, tr
-from app.lessons.bookmark import Bookmark
-from app.lessons.open_steps import LONGEST
+from app.lessons.bookmark import LONGEST_PACE, Bookmark
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.hotkeys import PRESENTER_KEYS
 from app.page.panels.teachers_tab import ORDER, NotesView, TeachersTab
@@ -56,7 +55,7 @@ class BoardPanel:
             self._student = gui.add_dropdown(tr("student"), (NO_ONE,))
             answer = gui.add_button(tr("Show this one"), icon=viser.Icon.PRESENTATION)
             run = gui.add_button(tr("Show this run"), icon=viser.Icon.PLAYER_PLAY, color="gray")
-        on_entry(pace, lambda text: act("pace", text[:LONGEST]))
+        on_entry(pace, lambda text: act("pace", text[:LONGEST_PACE]))
         on_press(answer, lambda: act("show", self._student.value))
         on_press(run, lambda: act("show run", self._student.value))
 

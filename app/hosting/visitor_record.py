@@ -12,7 +12,7 @@ import numpy as np
 
 from app.export.class_summary import ClassSummary, HandIn
 from app.hosting.sqlite_pages import is_whole
-from app.lessons.open_steps import OpenSteps
+from app.lessons.bookmark import OpenSteps
 from app.lessons.progress import SavedLesson
 from app.lessons.tally import Ballot, QuestionId
 from app.session.session_state import RunState, SessionState

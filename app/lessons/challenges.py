@@ -24,11 +24,11 @@ IDENTITY: Final = re.compile(r"^[a-z][a-z0-9_]{0,39}$")
 """How the identity of a step, a measurement or an inequality is written."""
 
 
-def read_identity(table: Table, key: str, default: str) -> str:
+def read_identity(table: Table, default: str) -> str:
     """Return the name of a step, a measurement or an inequality."""
-    found = table.text(key, default, 40)
+    found = table.text("id", default, 40)
     if not IDENTITY.match(found):
-        raise table.fault(key, f"{key} = {quoted_value(found)} is not possible; use small letters, digits and _, a letter first.")
+        raise table.fault("id", f"id = {quoted_value(found)} is not possible; use small letters, digits and _, a letter first.")
     return found
 
 
@@ -43,7 +43,7 @@ def read_measurement(table: Table, setup: Setup) -> Measurement:
     """Return a measurement that a table describes by `name`, `id`, its parameters, `unit`, `digits`, `compare` and `text_only`."""
     name = table.choice("name", sorted(QUANTITIES))
     found = QUANTITIES[name]
-    id = read_identity(table, "id", name)
+    id = read_identity(table, name)
     unit = table.choice("unit", found.units, found.shown)
     digits = table.whole("digits", found.digits, 0, 6)
     compare = [_compared(entry, setup) for entry in table.tables("compare")]

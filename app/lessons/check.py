@@ -3,11 +3,12 @@ fail for the reason that the lesson declares, and no challenge may pass with not
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from time import perf_counter
 from typing import Final, Literal
 
 from app.custom_law import template
+from app.custom_law.arena import TrialResult
 from app.custom_law.trials import TRIALS, verdict_on
 from app.lessons import FOLDER
 from app.lessons.attempts import StandIn
@@ -207,7 +208,7 @@ def shown_early(walk: Walkthrough) -> Iterator[str]:
     """Yield what the page says of the law while a step's question waits for its answer."""
     if walk.step.question is None:
         return
-    if walk.law_shown:
+    if not walk.locked:
         yield "λ and what follows from it, on the card of the line of contact"
     yield from (f"the plot {plot}" for plot in walk.plots if plot in AT_ONCE)
 
@@ -247,7 +248,7 @@ def _untouched(walk: Walkthrough) -> str:
     challenge, texts = walk.step.challenge, list[str]()
     assert challenge is not None
     if challenge.custom_law:
-        attempts = [walk.attempt_custom_law([verdict_on(StandIn(template.law), name) for name in TRIALS])]
+        attempts = [walk.attempt_custom_law(_verdicts(""))]
     else:
         attempts = [walk.attempt(simulated(setup)) for setup in untouched(challenge, walk.step.trials)]
     for attempt in attempts:
@@ -288,14 +289,18 @@ def _attempt(walk: Walkthrough, trial: Trial) -> str:
 
 def _tried(walk: Walkthrough, step: Step, trial: Trial) -> tuple[str, ...]:
     """Return by which inequalities a trial fails."""
-    if trial.law:
-        law = StandIn(LawSettings(law=trial.law).made())
-        attempt = walk.attempt_custom_law([verdict_on(law, name) for name in TRIALS])
-    else:
-        attempt = walk.attempt(simulated(trial.setup), said_by(step, trial))
+    said = said_by(step, trial)
+    attempt = walk.attempt_custom_law(_verdicts(trial.law)) if trial.law else walk.attempt(simulated(trial.setup), said)
     if attempt is None:
         raise NotAsDeclared("the challenge took no attempt")
     return attempt.failed
+
+
+@cache
+def _verdicts(name: str) -> tuple[TrialResult, ...]:
+    """Return how a law does in the tests of a custom law; "" for the one that a student begins with."""
+    law = LawSettings(law=name).made() if name else template.law
+    return tuple(verdict_on(StandIn(law), test) for test in TRIALS)
 
 
 def said_by(step: Step, trial: Trial) -> tuple[float | None, ...]:

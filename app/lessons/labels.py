@@ -7,9 +7,8 @@ from typing import Final
 
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_
-from app.lessons.lesson import Compared, Measurement
+from app.lessons.lesson import Choice, Compared, Measurement
 from app.lessons.measures.quantity import QUANTITIES, shown_parameter
-from app.lessons.question import Choice
 from app.lessons.room_places import Anchor
 from app.lessons.runs import Pairs, Setup, deviations, page_value, settings_text
 from app.settings import Language, Settings

@@ -13,7 +13,7 @@ from app.lessons import FOLDER
 from app.lessons.lesson import NO_LESSONS, Lesson, LessonBook, LessonProblem, Step
 from app.lessons.markdown import Chapter, Fault, FaultLog, Sheet, read_items, read_sheet
 from app.lessons.setups import usual_setup
-from app.lessons.steps import LEFT_DOLLAR, Common, check_head, head_texts, read_lesson, read_step, step_texts
+from app.lessons.steps import LEFT_DOLLAR, head_faults, head_texts, read_lesson, read_step, step_texts
 from app.settings import TRANSLATIONS, Language
 from app.text.lesson_text import left_dollar
 from app.text.picture import picture_problems
@@ -159,11 +159,11 @@ def read_text(path: Path) -> str:
 
 def _read(path: Path, number: int, id: str) -> Lesson:
     sheet, log = read_sheet(read_text(path)), FaultLog()
-    common, head = log.take(lambda: read_lesson(sheet, path.parent), None), sheet.head
+    read, head = log.take(lambda: read_lesson(sheet, path.parent), None), sheet.head
     # Steps build on the settings of the head.
-    base = common or Common(usual_setup(path.parent))
+    base, equations, minutes = read or (usual_setup(path.parent), "", 0)
     steps: list[Step] = []
-    for place, part in enumerate(sheet.steps if common is not None or not head.blocks else (), 1):
+    for place, part in enumerate(sheet.steps if read is not None or not head.blocks else (), 1):
         step = log.take(partial(read_step, part, base), None)
         if step is not None and any(other.id == step.id for other in steps):
             log.found.append(Fault(part.line, f"two steps are called {step.id}; give one of them another id."))
@@ -175,7 +175,7 @@ def _read(path: Path, number: int, id: str) -> Lesson:
         Fault(line, "a test that is asked twice has questions without a run alone; add concept = true.") for line in runs
     ]
     log.close()
-    texts = head.title, head.text, base.equations, base.minutes, promise, learned
+    texts = head.title, head.text, equations, minutes, promise, learned
     return Lesson(id, number, path.name, "en", *texts, tuple(steps), again)
 
 
@@ -187,7 +187,7 @@ def _translated(folder: Path, lesson: Lesson, language: Language, problems: list
     try:
         sheet, log = read_sheet(read_text(path)), FaultLog()
         _compare(sheet, lesson)
-        log.take(lambda: check_head(sheet.head, folder), None)
+        log.found += head_faults(sheet.head, folder)
         pairs = zip(lesson.steps, sheet.steps, strict=True)
         steps = tuple(log.take(partial(_with_texts, step, part), step) for step, part in pairs)
         log.close()

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Final, cast, get_args
@@ -10,10 +10,9 @@ from typing import Any, Final, cast, get_args
 from app.lessons.blocks import NEEDED, Table, is_number, quoted_value, read_block
 from app.lessons.challenges import no_doubles, read_challenge, read_identity, read_measurement, read_trials
 from app.lessons.curve_drawing import read_drawing
-from app.lessons.lesson import MOST_CHOICES, Challenge, LessonCamera, Measurement, Question, Step
+from app.lessons.lesson import MOST_CHOICES, Challenge, Choice, Expectation, LessonCamera, Measurement, Question, Step
 from app.lessons.markdown import HEAD_SECTIONS, ITEM, Chapter, Fault, FaultLog, Sheet, read_items
 from app.lessons.measures.quantity import QUANTITIES
-from app.lessons.question import Choice, Expectation
 from app.lessons.runs import Setup
 from app.lessons.setups import read_changes, read_setup, usual_setup
 from app.lessons.texts import placeholder_problems
@@ -31,51 +30,37 @@ MOST_NUMBERS: Final = 3
 MOST_CONTROLS: Final = 3
 HINTS: Final = 3
 MOST_MINUTES: Final = 90
+USUAL_MINUTES: Final = 10
 
 
-@dataclass(frozen=True)
-class Common:
-    """What all steps of a lesson begin with: the run that each of them changes, and what the list of lessons says."""
-
-    setup: Setup
-    equations: str = ""
-    minutes: int = 10
-
-
-def read_lesson(sheet: Sheet, folder: Path) -> Common:
-    """Return the settings of the block under the title.
+def read_lesson(sheet: Sheet, folder: Path) -> tuple[Setup, str, int]:
+    """Return what stands under the title: the run that every step changes, the equations of the paper, and the minutes.
 
     Raises:
-        Fault: it is not such a block, there are several, or the lesson has no goal.
+        Fault: the block is none, there are several, or the lesson has no goal.
     """
     log = FaultLog()
     if not sheet.head.text:
         log.found.append(Fault(sheet.head.line, "the lesson has no goal; write it under the title."))
-    log.take(lambda: check_head(sheet.head, folder), None)
+    log.found += head_faults(sheet.head, folder)
     if len(sheet.head.blocks) > 1:
         log.found.append(Fault(sheet.head.blocks[1].line, "there is a second block under the title; put both into one."))
-    common = Common(usual_setup(folder))
+    setup, equations, minutes = usual_setup(folder), "", USUAL_MINUTES
     if sheet.head.blocks and (table := log.take(lambda: read_block(sheet.head.blocks[0]), None)) is not None:
-        changes = log.take(lambda: read_changes(table), ())
-        minutes = log.take(lambda: table.whole("minutes", 10, 1, MOST_MINUTES), 10)
-        common = Common(common.setup.with_changes(changes), log.take(lambda: table.text("equations", ""), ""), minutes)
+        setup = setup.with_changes(log.take(lambda: read_changes(table), ()))
+        minutes = log.take(lambda: table.whole("minutes", USUAL_MINUTES, 1, MOST_MINUTES), USUAL_MINUTES)
+        equations = log.take(lambda: table.text("equations", ""), "")
         log.take(table.close, None)
     log.close()
-    return common
+    return setup, equations, minutes
 
 
-def check_head(head: Chapter, folder: Path) -> None:
-    """Complain of pictures in what stands under a lesson's title, which is shown as lines of text.
-
-    Raises:
-        Fault: there are some.
-    """
-    log = FaultLog()
+def head_faults(head: Chapter, folder: Path) -> Iterator[Fault]:
+    """Yield what is wrong in what stands under a lesson's title: pictures, as it is shown as lines of text, and formulas without an end."""
     for part in (head, *head.sections.values()):
         for number, line in enumerate((part.title, *part.lines), part.line):
-            log.found += [Fault(number, problem) for problem in picture_problems(line, folder, False)]
-    log.found += formula_faults(head)
-    log.close()
+            yield from (Fault(number, problem) for problem in picture_problems(line, folder, False))
+    yield from formula_faults(head)
 
 
 def formula_faults(chapter: Chapter) -> Iterator[Fault]:
@@ -96,8 +81,8 @@ def step_id(title: str) -> str:
     return re.sub(r"[^a-z0-9]+", "_", title.lower()).strip("_")[:40].lstrip("0123456789_") or "step"
 
 
-def read_step(part: Chapter, common: Common) -> Step:
-    """Return a step.
+def read_step(part: Chapter, base: Setup) -> Step:
+    """Return a step. `base`: the run of its lesson.
 
     Raises:
         Fault: something is missing or not possible; all that can be named at once.
@@ -106,11 +91,11 @@ def read_step(part: Chapter, common: Common) -> Step:
         line = part.blocks[1].line if part.blocks else part.line
         raise Fault(line, f"the step has {len(part.blocks)} blocks; give it one that begins with ```duet.")
     table, log = read_block(part.blocks[0]), FaultLog()
-    id = log.take(lambda: read_identity(table, "id", step_id(part.title)), "")
+    id = log.take(lambda: read_identity(table, step_id(part.title)), "")
     concept = log.take(lambda: table.flag("concept"), False)
     if concept:
         log.found += [table.fault(key, f"a question without a run has no {key}.") for key in WITH_A_RUN if table.has(key)]
-    setup = log.take(lambda: read_setup(table, common.setup), None)
+    setup = log.take(lambda: read_setup(table, base), None)
     if setup is None:
         # What follows depends on the run.
         log.close()
@@ -123,8 +108,8 @@ def read_step(part: Chapter, common: Common) -> Step:
     question = log.take(lambda: _question(part, table, setup, measurements if measured else None, concept), None)
     challenged = table.has("challenge")
     challenge = log.take(lambda: read_challenge(table, setup), None)
-    texts: dict[str, Any] = log.take(lambda: _checked_texts(part, "Predict" in part.sections, challenged, concept), {})
-    challenge_text = texts.pop("challenge", "")
+    texts: dict[str, Any] = _checked_texts(part, "Predict" in part.sections, challenged, concept, log)
+    challenge_text = texts.pop("challenge")
     hints = log.take(lambda: _hints(part, challenge), ())
     sound = measured and challenged is (challenge is not None)
     trials = log.take(lambda: read_trials(table, challenge, measurements), ()) if sound else ()
@@ -238,7 +223,7 @@ def step_texts(part: Chapter, step: Step) -> dict[str, str]:
         Fault: a section is missing.
     """
     log, challenge = FaultLog(), step.challenge is not None
-    texts = log.take(lambda: _checked_texts(part, step.question is not None, challenge, step.concept), {})
+    texts = _checked_texts(part, step.question is not None, challenge, step.concept, log)
     asked = {"Hints": bool(step.hints), "Predict": step.question is not None}
     missing = [name for name, needed in asked.items() if needed and name not in part.sections]
     log.found += [Fault(part.line, f"the step has no section “### {name}”.") for name in missing]
@@ -247,17 +232,16 @@ def step_texts(part: Chapter, step: Step) -> dict[str, str]:
     return texts
 
 
-def _checked_texts(part: Chapter, question: bool, challenge: bool, concept: bool) -> dict[str, str]:
+def _checked_texts(part: Chapter, question: bool, challenge: bool, concept: bool, log: FaultLog) -> dict[str, str]:
+    """Return the texts of a step by field of `Step`, and that of its challenge; note in the log what is missing."""
     names = ("Goal", "Do", "Observe", "Explain", "Challenge", "Belief")
     texts = {name.lower(): part.sections[name].text if name in part.sections else "" for name in names}
     needed = {"Goal": not concept, "Do": not concept, "Explain": question and not concept, "Challenge": challenge}
     missing = [name for name, needs in needed.items() if needs and not texts[name.lower()]]
-    log = FaultLog()
     log.found += [Fault(part.line, f"the step has no text under “### {name}”; add it.") for name in missing]
     if not challenge and texts["challenge"]:
         where = part.sections["Challenge"].line
         log.found.append(Fault(where, "the challenge is not declared; add [challenge] to the block."))
-    log.close()
     return texts
 
 

@@ -112,7 +112,7 @@ class Walkthrough:
 
     @property
     def locked(self) -> bool:
-        """Return whether Run is locked: a question waits for its answer or its curve."""
+        """Return whether a question waits for its answer or its curve: Run is locked, and no page may say what the law does."""
         return self.phase is Phase.PREDICT
 
     @property
@@ -121,14 +121,9 @@ class Walkthrough:
         return self.beside is not None
 
     @property
-    def law_shown(self) -> bool:
-        """Return whether a page may say what the law does at this moment; not while a question waits for its answer."""
-        return not self.locked
-
-    @property
     def plots(self) -> tuple[str, ...]:
         """Return the plots that are shown now: while a question waits, those that are empty until the run."""
-        return self.step.plots if self.law_shown else tuple(plot for plot in self.step.plots if plot not in AT_ONCE)
+        return tuple(plot for plot in self.step.plots if plot not in AT_ONCE) if self.locked else self.step.plots
 
     def go(self, lesson: str | int, step: int = 0) -> None:
         """Go to a step: by a link, or because the teacher does. What was done there is still there.

@@ -197,7 +197,7 @@ class View:
         self._settle(frame.now)
         self._follow(frame)
         self.stage.show(frame, page)
-        asking = self.lessons.open and not self.lessons.walk.law_shown
+        asking = self.lessons.locked
         self._readout.show(frame, asking)
         box, lever = self.lesson_panel.guess_box, self.lever_box
         self._contact.show(frame, lambda: guess_words(self.lessons, box) | lever_words(frame, lever), asking)

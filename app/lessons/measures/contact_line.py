@@ -8,7 +8,7 @@ from app.lessons.evidence import Evidence
 from app.lessons.measures.quantity import At, Reading, Row, Value, at, quantity
 from controllers import budget
 from controllers.activation import activation
-from scenes.settings import LawSettings, specs, values
+from scenes.settings import RunSettings, specs, values
 
 FAR = 1000.0
 """Farther than anything rests [m]."""
@@ -65,13 +65,13 @@ def rest_now(evidence: Evidence) -> Value:
     return budget.resting_distance(law.critical_distance, law.order, law.nominal_velocity, u, w)
 
 
-def balance(law: LawSettings, gain: float, inside: float) -> float:
+def balance(run: RunSettings, inside: float) -> float:
     """Return the d at which λ(d) v = (1 − λ(d)) K (d − inside), where avoidance and a straight pull to d = inside are equal [m]."""
-    d_m, n, v = law.critical_distance, law.order, law.nominal_velocity
+    d_m, n, v = run.law.critical_distance, run.law.order, run.law.nominal_velocity
 
     def rate(d: float) -> float:
         lam = activation(d, d_m, n)
-        return budget.distance_rate(lam, v, gain * (d - inside), 0.0)
+        return budget.distance_rate(lam, v, run.gain * (d - inside), 0.0)
 
     if v == 0.0:
         return max(d_m, inside)
@@ -86,13 +86,13 @@ def balance(law: LawSettings, gain: float, inside: float) -> float:
 @quantity("d where λv = (1 − λ)K(d − d_goal)", "mm", 1, settings=True)
 def stand_off_formula(evidence: Evidence, gap: float) -> Value:
     """Return where a hand rests that is drawn straight to a goal at the distance `gap` from the obstacle [m]."""
-    return balance(evidence.settings.law, evidence.settings.gain, gap)
+    return balance(evidence.settings, gap)
 
 
 @quantity("displacement by λv = (1 − λ)K e", "mm", 1, settings=True)
 def bias_formula(evidence: Evidence, gap: float) -> Value:
     """Return how far from a goal at the distance `gap` from the obstacle a hand rests, if it yields straight [m]."""
-    return balance(evidence.settings.law, evidence.settings.gain, gap) - gap
+    return balance(evidence.settings, gap) - gap
 
 
 @quantity("largest n λ (v + u) dt / d", "", 2, obstacle=True)

@@ -11,10 +11,9 @@ from typing import Final
 from app.custom_law.examination import ExaminationProgress
 from app.i18n.catalogue import words_of
 from app.i18n.speaking import N_
-from app.lessons.bookmark import Phase
+from app.lessons.bookmark import OpenSteps, Phase
 from app.lessons.labels import label_of
 from app.lessons.lesson import LessonBook
-from app.lessons.open_steps import OpenSteps
 from app.lessons.progress import SavedLesson
 from app.lessons.session import lesson_actions
 from app.lessons.session.step_runner import StepRunner, asks_for_custom_law, deviation_from_lesson, with_look

@@ -44,7 +44,7 @@ class SceneWords(PagePanel):
         if not self._asked:
             return
         self._asked = False
-        asking = self._lessons.open and not self._lessons.walk.law_shown
+        asking = self._lessons.locked
         self._note = self._client.add_notification(
             tr("In the picture"), scene_sentence(frame, asking), color="gray", auto_close_seconds=SHOWN
         )

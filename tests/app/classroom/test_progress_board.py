@@ -8,9 +8,8 @@ import pytest
 from app.classroom.overlays import work_html
 from app.classroom.presenter import ShownWork
 from app.classroom.student_work import NAMES, STUCK, Cell, ProgressBoard
-from app.lessons.bookmark import Bookmark
+from app.lessons.bookmark import Bookmark, OpenSteps, open_steps_from_text
 from app.lessons.lesson import Lesson
-from app.lessons.open_steps import OpenSteps, open_steps_from_text
 from app.lessons.session.lesson_actions import Choose, Enter, GoBack, GoTo, ResetStep
 from app.lessons.session.lesson_session import LessonSession
 from app.plots.curve_chart import COLUMNS

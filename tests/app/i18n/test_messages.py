@@ -1,6 +1,5 @@
 """What is wrong is said in the page's language: errors that a visitor may meet, and what the browser says by itself."""
 
-import ast
 import inspect
 import io
 import pickle
@@ -21,6 +20,7 @@ from app.hosting.visitor import open_link, step_of
 from app.i18n.catalogue import words_of
 from app.i18n.client_texts import ALL, ICON_NAMES, LOST, OURS, VISERS, translations
 from app.i18n.speaking import set_language, tr
+from app.lessons.lesson import NO_LESSONS
 from app.lessons.loading import load_lessons
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.walkthrough import Walkthrough
@@ -37,7 +37,6 @@ from scenes.rerun import not_again
 from scenes.settings import RunSettings, changed
 from tests.app.export.runs import piece
 from tests.app.i18n.conftest import untranslated
-from tests.app.i18n.messages import errors_of, messages, on_the_page
 from tests.app.lessons.helpers import our_book
 from tests.scenes.person.bvh_text import MIXAMO, write_bvh
 
@@ -73,14 +72,6 @@ def test_a_message_keeps_what_it_is_made_of() -> None:
     assert {type(text) for text in (f"{inner}", f"{inner!s}", f"{inner!s:>90}")} == {str}
 
 
-def test_every_error_on_the_page_is_a_text_or_a_template() -> None:
-    """An f-string cannot be looked up: give the template and its parts, `BadSetting("{key} is …", key=key)`."""
-    errors = [(path.name, first) for path in on_the_page() for first in errors_of(path)]
-    assert [f"{name}:{first.lineno}" for name, first in errors if isinstance(first, (ast.JoinedStr, ast.BinOp))] == []
-    assert {"settings.py", "bvh_file.py", "run_file.py", "law_file.py", "job_pool.py"} <= {path.name for path in on_the_page()}
-    assert {"{key} = {value} is out of range; {remedy}", "hips", "The video has ended."} <= set(messages())
-
-
 SKELETON = write_bvh(Clip("wave", 1), MIXAMO, frames=4)
 RUN = saved_bytes(piece("hold", 1.0)[0])
 
@@ -112,7 +103,10 @@ WRONG: dict[str, Callable[[], object]] = {
     "a word among the numbers": lambda: read_bvh(SKELETON.rstrip().rsplit(" ", 1)[0].encode() + b" -", "🦆"),
     "no lesson": lambda: WALK.go("🦆"),
     "no such lesson": lambda: WALK.go(99),
+    "no lesson before": lambda: WALK.go(-1),
     "no step": lambda: WALK.go(0, 99),
+    "no step before": lambda: WALK.go(0, -1),
+    "an empty book": lambda: Walkthrough(NO_LESSONS),
 }
 
 

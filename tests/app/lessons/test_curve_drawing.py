@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import example, given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from app.lessons.bookmark import Phase
@@ -37,8 +37,12 @@ DRAWING = Drawing("time", "distance", CurveAxis("t", "s", 1.0, "", 0.0, 4.0), AX
 GAPPED = st.lists(st.none() | st.floats(0.0, 1.0), min_size=COLUMNS, max_size=COLUMNS)
 VALUES = st.lists(st.none() | st.floats(0.1, 0.5), min_size=COLUMNS, max_size=COLUMNS).map(tuple)
 
+few = settings(max_examples=30)
+"""Each example has as many values as a curve has columns."""
+
 
 @given(GAPPED)
+@few
 def test_what_is_drawn_arrives_as_values_of_the_axis(heights: list[float | None]) -> None:
     curve = curve_from_text(DRAWING, json.dumps(heights))
     assert curve is not None
@@ -69,6 +73,7 @@ def test_a_height_that_is_none_spoils_the_whole(bad: object) -> None:
 
 
 @given(GAPPED.filter(lambda heights: any(h is not None for h in heights)))
+@few
 @example([i / (COLUMNS - 1) for i in range(COLUMNS)])
 def test_the_law_runs_the_curve_that_is_drawn(drawn: list[float | None]) -> None:
     axes = activation_axes(0.15, (0.0, 0.4))
@@ -78,6 +83,7 @@ def test_the_law_runs_the_curve_that_is_drawn(drawn: list[float | None]) -> None
 
 
 @given(VALUES, VALUES)
+@few
 def test_the_score_is_the_mean_distance_where_both_are_known(drawn: Curve, truth: Curve) -> None:
     both = [abs(a - b) for a, b in zip(drawn, truth, strict=True) if a is not None and b is not None]
     known = sum(t is not None for t in truth)
@@ -90,6 +96,7 @@ def test_the_score_is_the_mean_distance_where_both_are_known(drawn: Curve, truth
 
 
 @given(VALUES.filter(lambda values: any(v is not None for v in values)), st.floats(0.1, 0.5))
+@few
 def test_no_flat_line_is_nearer_than_the_one_of_the_check(truth: Curve, level: float) -> None:
     best, other = mean_distance(flat_line(truth), truth), mean_distance((level,) * COLUMNS, truth)
     assert best is not None and other is not None and best <= other + 1e-12

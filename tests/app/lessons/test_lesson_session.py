@@ -252,7 +252,7 @@ def test_a_challenge_says_what_failed_and_is_tried_again_with_the_students_own_s
     assert len(run.walk.view().hints) == 1
     session.change("k", 5.0)
     session.change("dt", 0.005)
-    one.swing()
+    one.frame()
     run.act(do.Check())
     attempt = run.walk.done.last
     assert attempt is not None and not attempt.passed and attempt.note, "settings changed in the middle of the run"

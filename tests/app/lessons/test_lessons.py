@@ -1,6 +1,5 @@
 """Our eleven lessons: every path goes as declared; what declares no answer comes out of closed forms or of runs, here once more."""
 
-import math
 import re
 from collections.abc import Iterator
 from functools import lru_cache
@@ -11,10 +10,11 @@ import pytest
 
 from app.lessons import check, reference_runs
 from app.lessons.check import Walk, check_lesson, table_text
+from app.lessons.evidence import Evidence
 from app.lessons.labels import contrast_of
-from app.lessons.lesson import Lesson, Measurement, Step
-from app.lessons.measures.quantity import UNITS, Value
-from app.lessons.outcomes import reference
+from app.lessons.lesson import Lesson, Step
+from app.lessons.measures.quantity import Value, measure, moment
+from app.lessons.outcomes import AT_END, decisive_moment, reference
 from app.lessons.reference_runs import measured, simulated
 from app.lessons.runs import Setup
 from app.lessons.step_view import fill
@@ -66,6 +66,32 @@ def test_the_right_path_passes_and_wrong_ones_fail_for_the_right_reason(lesson: 
         if step.challenge is not None:
             assert sum(bool(trial.fails) for trial in step.trials) >= 3
             assert sum(not trial.fails for trial in step.trials) >= 1
+        if step.setup.input.kind not in ("yours", "kept"):
+            check_moment(step, f"{lesson.id}.{step.id}" in AT_THE_END)
+
+
+AT_THE_END = {
+    *("drift.open_loop", "drift.closed_loop", "strict-priority.always_first", "lambda.tail", "smooth.rest", "smooth.stand_off"),
+    *("stability.elbow_or_hand", "stability.needed", "stability.without", "limits.fast", "limits.tie"),
+}
+"""Steps whose question is about how a run ends; the other steps have a moment, unless the student moves in them."""
+
+
+def check_moment(step: Step, at_end: bool) -> None:
+    run = reference_runs.simulated(step.setup)
+    evidence = Evidence(run, step.setup.seconds)
+    mark = decisive_moment(step.measurements, evidence)
+    assert (mark is None) == at_end, (step.id, mark)
+    if mark is None:
+        return
+    assert 0.0 < mark.time < step.setup.seconds - AT_END
+    # A run that is cut off right after the moment has the same value, if that is one of extremes or of crossings.
+    named = next(m for m in step.measurements if moment(evidence, m.name, m.parameters) is not None)
+    if named.name in ("smallest_distance", "distance_margin", "velocity_step", "first_jump", "switch_pull", "loss_rate"):
+        half = 1.5 * evidence.settings.dt
+        value = measure(evidence, named.name, named.parameters)
+        for time, same in ((mark.time + half, True), (mark.time - half, False)):
+            assert (measure(Evidence(run, time), named.name, named.parameters) == value) is same, (step.id, named.name)
 
 
 def test_a_text_that_counts_our_lessons_counts_all() -> None:
@@ -214,30 +240,6 @@ def test_lesson_10_between_two_pairs_the_closest_pair_alone_loses_more_than_100_
     assert min(smooth, soft, faster) > 0.0
     assert values("limits", "tie", "approach") == (0.0,)
     assert values("limits", "tie", "authority") == (0.0,)
-
-
-@pytest.mark.parametrize(
-    ("value", "digits", "text"),
-    [
-        (0.000313, 3, "0.31 mm"),
-        (0.001221, 3, "1.2 mm"),
-        (0.0337, 1, "34 mm"),
-        (0.424, 0, "424 mm"),
-        (0.0, 1, "0.0 mm"),
-        (-0.0546, 1, "−55 mm"),
-        (2e-9, 3, "< 0.001 mm"),
-        (1e-6, 3, "0.0010 mm"),
-        (-2e-9, 3, "0.0000 mm"),
-    ],
-)
-def test_two_significant_digits_are_shown_and_no_whole_number_is_rounded(value: float, digits: int, text: str) -> None:
-    assert Measurement("x", "hand_error_now", (), "mm", digits).text(value) == text
-
-
-def test_what_counts_ways_or_ranks_stays_a_whole_number() -> None:
-    assert Measurement("x", "null_dimension", (), "", 0).text(4.0) == "4"
-    angle = Measurement("x", "joint_drift_per_lap", (), "deg", 1)
-    assert UNITS[angle.unit] == ("rad", pytest.approx(180.0 / math.pi), "°") and angle.text(math.pi).endswith("°")
 
 
 def test_a_series_is_a_table_in_the_order_of_what_differs() -> None:

@@ -13,6 +13,7 @@ import pytest
 from app.cli.main import main
 from app.export.handout_html import handout_html
 from app.lessons import FOLDER
+from app.lessons import library as library_module
 from app.lessons.lesson import LAST, LessonBook
 from app.lessons.library import Library, notes_of
 from app.lessons.loading import in_language, load_lessons
@@ -44,6 +45,12 @@ Is it so?
    > It is not.
 
 """
+
+
+@pytest.fixture(autouse=True)
+def soon(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The files are looked at more often."""
+    monkeypatch.setattr(library_module, "PERIOD", 0.1)
 
 
 def ids(book: LessonBook) -> list[str]:
@@ -218,19 +225,17 @@ def test_the_files_are_looked_after_though_reading_them_failed_once(tmp_path: Pa
     library.close()
 
 
-def test_the_playlist_of_the_readme_shows_the_lesson_that_new_lesson_writes(tmp_path: Path) -> None:
-    assert main(["new-lesson", str(tmp_path / "mine" / "01-nearer.md")]) == 0
-    (text,) = re.findall(r"```toml\n(lessons = .*?)```", (FOLDER / "README.md").read_text(encoding="utf-8"), flags=re.DOTALL)
-    book = Library(None, write(tmp_path / "week-3.toml", text)).book
-    assert not book.problems and [step.id for step in book.lessons[book.index("nearer")].steps] == ["the_stop"]
-
-
-def test_a_new_lesson_passes_its_check_and_faults_end_with_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "my own" / "01-nearer.md"
+def test_a_new_lesson_passes_its_check_is_in_the_readmes_playlist_and_faults_end_with_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "my own" / "mine" / "01-nearer.md"
     assert main(["new-lesson", str(path)]) == 0
     assert f"--folder '{path.parent}'" in capsys.readouterr().out
     assert main(["lessons", "--check", "--folder", str(path.parent)]) == 0
     assert "0 not as declared" in capsys.readouterr().out
+    (text,) = re.findall(r"```toml\n(lessons = .*?)```", (FOLDER / "README.md").read_text(encoding="utf-8"), flags=re.DOTALL)
+    book = Library(None, write(path.parents[1] / "week-3.toml", text)).book
+    assert not book.problems and [step.id for step in book.lessons[book.index("nearer")].steps] == ["the_stop"]
     for bad, message in ((path, "a file already"), (path.with_name("nearer.md"), "is like 01-nearer.md")):
         assert main(["new-lesson", str(bad)]) == 2 and message in capsys.readouterr().err
     text = path.read_text(encoding="utf-8")

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from app.lessons import FOLDER
 from app.lessons.lesson import Start
-from app.lessons.reference_runs import begin_reference_run, measured, person_of, simulated
+from app.lessons.reference_runs import measured, person_of
 from app.lessons.room_places import RoomPlace, ball_centre, mark_places, start_positions
 from app.lessons.runs import Input, Setup
 from app.lessons.scripts import SCRIPTS, checked_script, script, to_and_fro
@@ -16,7 +16,6 @@ from controllers.errors import BadSetting
 from controllers.kinematics import Array
 from scenes.ball import BALL_RADIUS, PATH, POINT_RADIUS, build_ball_room
 from scenes.experiments import EXPERIMENTS
-from scenes.history import COLUMN
 from scenes.room import build_room
 from scenes.simulation import Simulation
 from scenes.solo import build_alone
@@ -155,19 +154,6 @@ def test_a_mark_of_no_angle_is_where_the_elbow_is() -> None:
     marks = mark_places(build_alone(), (0.0, 2.0 * np.pi, 1.0))
     assert_allclose(marks[0], marks[1], atol=1e-12)
     assert np.linalg.norm(marks[2] - marks[0]) > 0.1
-
-
-def test_a_run_without_a_page_is_the_run_of_a_page() -> None:
-    changes = (("scene", "ball"), ("pairs", "single"), ("dt", 0.02))
-    setup = Setup(changes, Input("script", "ball_push", (("speed", 0.3),)), Start(PLACE), 2.0, FOLDER)
-    simulation = Simulation(setup.run)
-    begin_reference_run(simulation, setup)
-    person = person_of(simulation, setup)
-    for _ in range(100):
-        simulation.step(person.target(simulation.time))
-    mine, theirs = simulation.history.table(), simulated(setup).history.table()
-    assert_array_equal(mine, theirs)
-    assert mine[0, COLUMN["d"]] != mine[-1, COLUMN["d"]]
 
 
 def test_a_file_moves_the_hand(tmp_path: Any) -> None:

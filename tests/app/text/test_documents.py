@@ -8,10 +8,12 @@ from collections.abc import Callable
 
 import pytest
 
+from app.i18n.catalogue import words_of
 from app.text.documents import DOCUMENTS, FOLDER, document_html, document_page
 from app.text.lesson_text import lesson_html
 from tests.app.conftest import OpenHouse
 from tests.app.html_reader import HtmlReader
+from tests.app.i18n.conftest import untranslated
 
 
 @pytest.mark.parametrize("name", DOCUMENTS)
@@ -22,6 +24,17 @@ def test_every_document_is_whole(name: str) -> None:
     assert here <= {"../", *DOCUMENTS}
     title = (FOLDER / DOCUMENTS[name][0]).read_text(encoding="utf-8").splitlines()[0].removeprefix("# ")
     assert title.replace("`", "") in read.text
+
+
+@pytest.mark.parametrize("name", DOCUMENTS)
+def test_what_stands_around_a_document_is_in_the_readers_language(name: str) -> None:
+    page = document_page(name, "pseudo").decode()
+    frame = page[: page.index("<main")] + page[page.index("</main>") :]
+    assert '<html lang="en">' in page and '<main lang="en">' in page
+    assert untranslated(re.sub(r"<style>.*?</style>", "", frame, flags=re.DOTALL)) == []
+    german = document_page(name, "de").decode()
+    assert '<html lang="de">' in german and words_of("de")(DOCUMENTS[name][1]) in german
+    assert 'lang="en"' not in document_page(name).decode().split("<main")[1]
 
 
 def test_formulas_tables_and_numbers_of_equations() -> None:

@@ -5,7 +5,7 @@ import re
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -34,11 +34,10 @@ from app.league.league_files import Played
 from app.league.league_page import league_page, league_tables
 from app.lessons.bookmark import Phase
 from app.lessons.labels import Contrast
-from app.lessons.lesson import Lesson, Step
+from app.lessons.lesson import Choice, Lesson, Step
 from app.lessons.loading import read_notes
 from app.lessons.outcomes import AnswerVerdict, Attempt, Judgement
 from app.lessons.progress import Progress, StepProgress, Try, to_json
-from app.lessons.question import Choice
 from app.lessons.step_view import LessonEntry, StepPosition, StepView, make_view
 from app.lessons.tally import Ballot, Tally
 from app.marks.graded_file import GradedFile, Remark, Student
@@ -89,7 +88,8 @@ def nasty_step(step: Step) -> Step:
         texts["question"] = replace(step.question, text=NASTY, choices=choices)
     if step.challenge is not None:
         texts["challenge"] = replace(step.challenge, text=NASTY)
-    return replace(step, **texts)
+    # The teacher's handout runs every step.
+    return replace(step, setup=replace(step.setup, seconds=0.1), **texts)
 
 
 def views() -> Iterator[StepView]:
@@ -128,12 +128,6 @@ def panel() -> Iterator[str]:
             yield from blocks_html(view, ((NASTY, NASTY),), computing, operated).values()
         contrast = Contrast(NASTY, (), PLAIN, PLAIN, ("a", "b"))
         yield from blocks_html(replace(view, contrast=contrast, why_outcome=(NASTY,)), (), False, False).values()
-
-
-def duel() -> Iterator[str]:
-    made = macros("page/lessons/duel.html")
-    for margin in (0.001, -0.001):
-        yield made.score([(margin, NASTY)] * 2, 2, 0) + made.record(margin, NASTY)
 
 
 def class_report() -> str:
@@ -205,13 +199,6 @@ def league() -> str:
     return league_page(entrants, outcomes, tables, QUICK, {"Duet": NASTY})
 
 
-def board() -> Iterator[str]:
-    made = macros("classroom/board.html")
-    yield made.board([BoardRow(NASTY, (Cell(True, 2), Cell(here=True, minutes=3)), 2)], 2)
-    yield made.run(NASTY, NASTY)
-    yield made.work(NASTY, NASTY, NASTY, [NASTY], 0, "", [NASTY])
-
-
 def feedback() -> str:
     curve = TrialCurve("d", 1.0, 0.1, {NASTY: [0.1, None, 0.2]})
     remarks = [Remark(NASTY, None, NASTY), Remark(NASTY, False, NASTY, 0.0, 1.0, NASTY, curve)]
@@ -228,58 +215,64 @@ def before_and_after() -> Iterator[str]:
         yield macros("export/gain.html").table(found, whole(found), alone)
 
 
+MACROS: dict[str, list[tuple[str, tuple[Any, ...]]]] = {
+    "classroom/board.html": [
+        ("board", ([BoardRow(NASTY, (Cell(True, 2), Cell(here=True, minutes=3)), 2)], 2)),
+        ("run", (NASTY, NASTY)),
+        ("work", (NASTY, NASTY, NASTY, [NASTY], 0, "", [NASTY])),
+    ],
+    "hosting/guest.html": [("waiting", (NASTY,))],
+    "page/lessons/duel.html": [
+        *(("score", ([(margin, NASTY)] * 2, 2, 0)) for margin in (0.001, -0.001)),
+        *(("record", (margin, NASTY)) for margin in (0.001, -0.001)),
+    ],
+    "page/lessons/lesson_list.html": [("lessons", ([LessonEntry(nasty_lesson(), (True, False), True, 0)], {}))],
+    "page/lessons/search_plot.html": [
+        ("plot", (NASTY, NASTY, [(NASTY, NASTY)], [(1.0, 1.0, False)], [(NASTY, 1.0, 1.0, NASTY)]))
+    ],
+    "page/panels/compare.html": [("what_if", (NASTY, [(NASTY, NASTY, NASTY)], NASTY))],
+    "page/panels/copy.html": [("link", (NASTY, True, NASTY)), ("snippet", (NASTY,))],
+    "page/panels/help.html": [("help", ([SimpleNamespace(shown=NASTY, text=NASTY)], (), 5, [(NASTY, NASTY)], NASTY, NASTY))],
+    "page/panels/invite.html": [("place", (NASTY, NASTY, ""))],
+    "page/panels/law_editor.html": [("place", (NASTY,))],
+    "page/panels/notes.html": [("notes", (read_notes(f"# {NASTY}\n\n{NASTY}\n\n## 1. {NASTY}\n\n{NASTY}"), 1, None))],
+    "page/panels/readout.html": [("error", (NASTY, NASTY))],
+    "text/equation.html": [("of_file", (NASTY,))],
+}
+"""Template → its macros with the worst that a name, a file or a lesson may hold."""
+
+
+def filled(name: str) -> Iterator[str]:
+    yield from (getattr(macros(name), macro)(*given) for macro, given in MACROS[name])
+
+
 SURFACES: dict[str, Callable[[], str | Iterator[str]]] = {
-    "classroom/board.html": board,
+    **{name: partial(filled, name) for name in MACROS},
     "classroom/invitation.html": lambda: iter((join_html(Address(NASTY, False)), overlay_html(Address(NASTY, True)))),
     "classroom/poll.html": lambda: iter((poll_html(poll()), tied_html(poll()), mine_html(poll(), Ballot(0), Ballot(1)))),
     "classroom/screen.html": screens,
     "export/class_report.html": class_report,
     "export/gain.html": before_and_after,
     "export/handout.html": lambda: iter((handout_html(nasty_lesson()), handout_html(nasty_lesson(), f"# {NASTY}\n\n{NASTY}"))),
-    "export/page.html": report,
+    **dict.fromkeys(("export/page.html", "export/report.html", "export/report_entry.html"), report),
     "export/player.html": player,
-    "export/report.html": report,
-    "export/report_entry.html": report,
     "export/tally.html": lambda: poll_html(poll(), live=True),
-    "hosting/guest.html": lambda: macros("hosting/guest.html").waiting(NASTY),
     "league/league.html": league,
     "marks/feedback.html": feedback,
     "page/lessons/custom_law.html": laws,
-    "page/lessons/drawing_board.html": drawing,
-    "page/lessons/duel.html": duel,
     "page/lessons/lesson.html": panel,
-    "page/lessons/lesson_list.html": lambda: macros("page/lessons/lesson_list.html").lessons(
-        [LessonEntry(nasty_lesson(), (True, False), True, 0)], {}
-    ),
-    "page/lessons/search_plot.html": lambda: macros("page/lessons/search_plot.html").plot(
-        NASTY, NASTY, [(NASTY, NASTY)], [(1.0, 1.0, False)], [(NASTY, 1.0, 1.0, NASTY)]
-    ),
-    "page/panels/compare.html": lambda: macros("page/panels/compare.html").what_if(NASTY, [(NASTY, NASTY, NASTY)], NASTY),
-    "page/panels/copy.html": lambda: iter(
-        (macros("page/panels/copy.html").link(NASTY, True, NASTY), macros("page/panels/copy.html").snippet(NASTY))
-    ),
-    "page/panels/help.html": lambda: macros("page/panels/help.html").help(
-        [SimpleNamespace(shown=NASTY, text=NASTY)], (), 5, [(NASTY, NASTY)], NASTY, NASTY
-    ),
-    "page/panels/invite.html": lambda: macros("page/panels/invite.html").place(NASTY, NASTY, ""),
-    "page/panels/law_editor.html": lambda: macros("page/panels/law_editor.html").place(NASTY),
-    "page/panels/notes.html": lambda: macros("page/panels/notes.html").notes(
-        read_notes(f"# {NASTY}\n\n{NASTY}\n\n## 1. {NASTY}\n\n{NASTY}"), 1, None
-    ),
     "page/panels/pills.html": lambda: iter(
         (custom_law_html(LawStatus(NASTY)), custom_law_html(LawStatus("a.py", problem=NASTY)))
     ),
-    "page/panels/readout.html": lambda: macros("page/panels/readout.html").error(NASTY, NASTY),
     "page/panels/title_bar.svg": lambda: page_of_template(
         "page/panels/title_bar.svg", ink=NASTY, motto=NASTY, brand=NASTY, faint=NASTY
     ),
     "page/panels/welcome.html": lambda: re.sub("<style>.*?</style>", "", macros("page/panels/welcome.html").card(NASTY, NASTY)),
     "plots/charts.html": charts,
-    "plots/curve_chart.html": drawing,
+    **dict.fromkeys(("page/lessons/drawing_board.html", "plots/curve_chart.html"), drawing),
     "text/document.html": lambda: document_html(NASTY),
-    "text/equation.html": lambda: macros("text/equation.html").of_file(NASTY),
 }
-"""Template → pages and pieces that are made with it, of the worst that a name, a file or a lesson may hold."""
+"""Template → pages and pieces that are made with it, of the same."""
 
 
 def test_every_template_is_tried() -> None:

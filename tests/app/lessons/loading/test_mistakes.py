@@ -152,7 +152,7 @@ def test_all_mistakes_of_a_file_are_named_at_once(tmp_path: Path) -> None:
         ("01-small.fr.md", SMALL.encode(), "choose from de, sl"),
         ("03-small.de.md", SMALL.encode(), "which is not there"),
         ("01-small.md", b"# T\n\xff\xfe\n", "UTF-8"),
-        ("01-small.md", b"# T\n" + b"x" * 300_000, "larger than"),
+        ("01-small.md", b"# T\n" + b"x" * 200_000, "larger than 200 kB"),
         ("01-small.md", b"", "no title"),
         ("01-small.md", b"# T\ngoal\n", "no step"),
         ("01-small.md", b"# T\ngoal\n\n```duet\n" + b"a = " + b"[" * 5000 + b"\n```\n## S\n", ""),

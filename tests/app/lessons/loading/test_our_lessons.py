@@ -4,6 +4,7 @@ import dataclasses
 import math
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 import tyro
@@ -11,8 +12,8 @@ import tyro
 from app.cli.lessons import Lessons, lessons
 from app.lessons import FOLDER
 from app.lessons.bookmark import Bookmark
-from app.lessons.check import at_step, check_lesson, shown_early
-from app.lessons.lesson import LessonBook
+from app.lessons.check import Walk, at_step, check_lesson, shown_early
+from app.lessons.lesson import LessonBook, Step
 from app.lessons.library import notes_of
 from app.lessons.loading import Notes, StepNotes, read_notes
 from app.lessons.measures.quantity import QUANTITIES
@@ -210,24 +211,30 @@ def test_bad_commands_are_named(tmp_path: Path) -> None:
         lessons(Lessons(check=True, only=("lambda",), out=tmp_path / "none" / "x.json"))
 
 
+def walks_with(place: int, step: Step, **changes: Any) -> tuple[Walk, ...]:
+    """The walks through a lesson of ours, from 0, that has this step alone."""
+    lesson = dataclasses.replace(our_book().lessons[place], steps=(step,), **changes)
+    return check_lesson(LessonBook((lesson,), ()), lesson)
+
+
+def asked_alone(step: Step) -> Step:
+    return dataclasses.replace(step, challenge=None, trials=())
+
+
 def test_the_check_asks_our_lessons_for_what_the_list_shows() -> None:
     """What does show it is not named: `test_lessons.py` walks all of ours."""
-    lesson = our_book().lessons[0]
-    step = dataclasses.replace(lesson.steps[0], challenge=None, trials=())
-    silent = dataclasses.replace(lesson, steps=(step,), promise="")
-    (walk,) = [walk for walk in check_lesson(LessonBook((silent,), ()), silent) if walk.name == "list"]
+    walks = walks_with(4, asked_alone(our_book().lessons[4].steps[0]), promise="")
+    (walk,) = [walk for walk in walks if walk.name == "list"]
     assert not walk.ok and "### Promise" in walk.text
 
 
 def test_the_check_finds_a_page_that_shows_the_answer_while_it_asks(monkeypatch: pytest.MonkeyPatch) -> None:
     book = our_book()
-    monkeypatch.setattr(Walkthrough, "law_shown", True)
+    monkeypatch.setattr(Walkthrough, "locked", False)
     told = {lesson.id: list(shown_early(at_step(book, lesson, int(lesson.steps[0].at_lever)))) for lesson in book.lessons}
     assert told["strict-priority"] == told["hold"] == ["λ and what follows from it, on the card of the line of contact"]
     assert told["lambda"][1:] == ["the plot curve"] and told["stability"][1:] == ["the plot stability"]
-    steps = tuple(dataclasses.replace(step, challenge=None, trials=()) for step in book.lessons[3].steps[:2])
-    lesson = dataclasses.replace(book.lessons[3], steps=steps)
-    (walk,) = [walk for walk in check_lesson(book, lesson) if walk.name == "questions"]
+    (walk,) = [walk for walk in walks_with(3, asked_alone(book.lessons[3].steps[1])) if walk.name == "questions"]
     assert not walk.ok and walk.text.startswith("shown while it is asked: curve: λ")
 
 
@@ -243,30 +250,20 @@ def test_positive_control_the_check_notices_what_goes_otherwise(tmp_path: Path) 
     assert not any(walks[key].ok for key in (("reference", "the right answers"), ("answer", "answer 2"), ("attempt", "less")))
 
 
-def test_a_contrast_with_the_number_of_the_question_says_that_this_is_the_point(tmp_path: Path) -> None:
-    book = our_book()
-    step = book.lessons[5].steps[0]
+def test_a_contrast_with_the_number_of_the_question_says_that_this_is_the_point() -> None:
+    step = our_book().lessons[5].steps[0]
     assert step.question is not None and step.question.choices[0].same
-    choices = tuple(
-        dataclasses.replace(choice, same=choice.why is not None and not choice.same) for choice in step.question.choices
-    )
-    question = dataclasses.replace(step.question, choices=choices)
-    lesson = dataclasses.replace(
-        book.lessons[5], steps=(dataclasses.replace(step, question=question, challenge=None, trials=()),)
-    )
-    walks = {walk.name: walk for walk in check_lesson(LessonBook((lesson,), ()), lesson)}
+    choices = tuple(dataclasses.replace(one, same=one.why is not None and not one.same) for one in step.question.choices)
+    other = dataclasses.replace(asked_alone(step), question=dataclasses.replace(step.question, choices=choices))
+    walks = {walk.name: walk for walk in walks_with(5, other)}
     assert not walks["answer 1"].ok and "say same = true" in walks["answer 1"].text
     assert not walks["answer 3"].ok and "which is not the same" in walks["answer 3"].text
 
 
-def test_a_challenge_that_a_movement_alone_passes_is_noticed(tmp_path: Path) -> None:
-    book = our_book()
-    lesson = book.lessons[0]
-    swing = lesson.steps[2]
+def test_a_challenge_that_a_movement_alone_passes_is_noticed() -> None:
+    swing = our_book().lessons[0].steps[2]
     assert swing.challenge is not None
     lenient = tuple(dataclasses.replace(c, high=0.004) if c.measurement.id == "hand" else c for c in swing.challenge.criteria)
     step = dataclasses.replace(swing, challenge=dataclasses.replace(swing.challenge, criteria=lenient))
-    lenient_lesson = dataclasses.replace(lesson, steps=(step,))
-    walks = check_lesson(dataclasses.replace(book, lessons=(lenient_lesson,)), lenient_lesson)
-    (walk,) = [walk for walk in walks if walk.kind == "untouched"]
+    (walk,) = [walk for walk in walks_with(0, step) if walk.kind == "untouched"]
     assert not walk.ok and "passes with nothing changed" in walk.text and "3.42 mm, as asked" in walk.text

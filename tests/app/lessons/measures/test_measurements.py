@@ -226,8 +226,8 @@ EXPECTED: dict[str, tuple[str, dict[str, Any], Callable[[Seen], float], float]] 
     "activation_formula": ("ball", {"ratio": 3.0}, lambda s: 1.0 / 9.0, 1e-12),
     "pull_now": ("tail", {}, lambda s: -2.0 * float((s.place(s.q[0]) + PATH - s.place(s.q[-1])) @ away(s)), 2e-3),
     "rest_now": ("tail", {}, lambda s: 0.15 * ((s.col("u")[-1] + 0.3) / s.col("u")[-1]) ** 0.5, 1e-9),
-    "stand_off_formula": ("tail", {"gap": 0.1}, lambda s: by_bisection(2.0, 0.3, 2.0, 0.1), 1e-9),
-    "bias_formula": ("tail", {"gap": 0.1}, lambda s: by_bisection(2.0, 0.3, 2.0, 0.1) - 0.1, 1e-9),
+    "stand_off_formula": ("tail", {"gap": 0.1}, lambda s: stand_off(), 1e-9),
+    "bias_formula": ("tail", {"gap": 0.1}, lambda s: stand_off() - 0.1, 1e-9),
     "euler_number": ("steep", {}, lambda s: max(euler_numbers(s)), 1e-9),
     "loss_rate": ("push", {}, lambda s: (s.col("d")[fall(s)] - s.col("d")[fall(s) + 1]) / 0.005, 1e-9),
     "loss_formula": ("push", {}, lambda s: s.col("w")[fall(s)] - 0.3, 1e-9),
@@ -257,14 +257,9 @@ def away(s: Seen) -> Array:
     return np.asarray(way / np.linalg.norm(way), np.float64)
 
 
-def by_bisection(n: float, v: float, K: float, inside: float) -> float:
-    """The d at which λ v = (1 − λ) K (d − inside), d_m = 0.15 m."""
-    low, high = 0.15, 10.0
-    for _ in range(100):
-        d = (low + high) / 2.0
-        lam = (0.15 / d) ** n
-        low, high = (d, high) if lam * v > (1.0 - lam) * K * (d - inside) else (low, d)
-    return low
+def stand_off() -> float:
+    """The d at which λ v = (1 − λ) K (d − 0.1 m) for n = 2, v = 0.3 m/s, K = 2/s and d_m = 0.15 m: the positive root of a cubic."""
+    return float(np.roots([2.0, -0.2, -2.0 * 0.15**2, 0.2 * 0.15**2 - 0.3 * 0.15**2]).real.max())
 
 
 def test_every_measurement_is_tested() -> None:

@@ -9,13 +9,12 @@ from app.custom_law.trials import WHY, verdict_on
 from app.lessons.attempts import StandIn, attempt_of
 from app.lessons.bookmark import Phase
 from app.lessons.labels import Contrast
-from app.lessons.lesson import LessonBook, Start
+from app.lessons.lesson import Start
 from app.lessons.outcomes import reference
 from app.lessons.reference_runs import begin_reference_run, person_of, simulated
 from app.lessons.room_places import RoomPlace, start_positions
 from app.lessons.walkthrough import Walkthrough
 from app.settings import PageSettings, Settings
-from controllers.errors import BadSetting
 from controllers.laws.situation import Situation
 from scenes.roles import NoSource
 from scenes.settings import LawSettings, RunSettings, changed
@@ -178,16 +177,6 @@ def test_every_run_of_every_lesson_can_be_begun_as_a_page_does_it() -> None:
             live = walk.live(simulation)
             assert len(live) == len(step.numbers) and all(m.text(value) for m, value in live)
             assert all(value is not None for _, value in live)
-
-
-def test_going_to_a_step_that_is_not_there_is_refused(walk: Walkthrough) -> None:
-    before = walk.view()
-    for lesson, step in (("none", 0), (7, 0), (-1, 0), ("small", 2), ("small", -1)):
-        with pytest.raises(BadSetting):
-            walk.go(lesson, step)
-    assert walk.view() == before
-    with pytest.raises(BadSetting, match="no lesson"):
-        Walkthrough(LessonBook((), ()))
 
 
 def test_a_failed_challenge_says_which_inequality_and_by_how_much(walk: Walkthrough) -> None:
