@@ -9,6 +9,7 @@ from urllib.parse import quote
 import pytest
 
 from app.bench.headless_client import CAMERA, Mirror
+from app.classroom import breakout_sessions
 from app.classroom.teacher_panel import COMMANDS
 from app.lessons.library import notes_of
 from app.lessons.session.lesson_actions import Choose, GoOn, GoTo
@@ -255,7 +256,9 @@ def test_two_students_and_a_teacher_do_not_reach_each_other(house: OpenHouse, co
     bo.wait_for(lambda _: sessions_of(host)[b].settings.run.law.critical_distance == 0.2, WAIT)
 
 
-def test_more_students_than_places_explore_in_groups_of_which_one_operates(house: OpenHouse, come: Come) -> None:
+def test_more_students_than_places_explore_in_groups_of_which_one_operates(
+    house: OpenHouse, come: Come, monkeypatch: pytest.MonkeyPatch
+) -> None:
     classroom = Class(house, come, sessions=1, students=3)
     host, teacher = classroom.host, classroom.teacher
     sees(teacher, "3 students, room for 1: groups of 3")
@@ -322,6 +325,7 @@ def test_more_students_than_places_explore_in_groups_of_which_one_operates(house
     sees(di, "You are 4 at this robot", "Another one of you")
     sees(bo, "Sie sind zu 4 an diesem Roboter")
     # The one who operates goes for good: after a while the page that was there first comes again, and does.
+    monkeypatch.setattr(breakout_sessions, "AWAY", 1.0)
     cy.close()
     classroom.is_sent_away("ann")
     (ann,) = classroom.come("ann")
