@@ -104,8 +104,7 @@ class _Question(PaperStep):
     def counts(self) -> list[str]:
         """Return how many have answered, a text a round."""
         rounds = enumerate(self.asked.rounds, 1)
-        said = [(tr("Round {number}: {count} answered", number=i, count=tally.handed_in), tally) for i, tally in rounds]
-        return [text + drawn_too(tally) for text, tally in said]
+        return [tr("Round {number}: {count} answered", number=i, count=one.handed_in) + drawn_too(one) for i, one in rounds]
 
     @property
     def rounds(self) -> list[tuple[int, Tally]]:

@@ -1,4 +1,4 @@
-"""A teacher and two students in a real browser: answers by key and by click, the reveal, and out to explore and back."""
+"""A teacher and two students, one with a phone, in a real browser: answers by key and by click, the reveal, and out to explore and back."""
 
 import csv
 import io
@@ -8,9 +8,11 @@ from pathlib import Path
 import numpy as np
 from playwright.sync_api import Page
 
+from app.classroom.lecture import LectureHost
 from app.classroom.teacher_panel import TeacherPanel
 from app.lessons.session.lesson_actions import GoTo
 from app.settings import Settings
+from app.start import App
 from scenes.settings import changed
 from tests.accessibility import accessible
 from tests.app.classroom.lecture_room import sessions_of
@@ -54,7 +56,8 @@ def taken(page: Page, kind: str) -> bytes:
 def test_a_teacher_and_two_students(house: OpenHouse, page_at: PageAt) -> None:
     opened = house(changed(Settings(), "picture", "fast"), lecture=True, key="chalk")
     host = lecture_of(opened)
-    teacher, ann, bo = page_at(1000, 560), page_at(640, 420), page_at(640, 420)
+    # Ann has a desk, Bo a phone.
+    teacher, ann, bo = page_at(1440, 900), page_at(640, 420), page_at(390, 844)
     come(teacher, f"{opened.url}/?key=chalk&lesson=1")
     # The key leaves the address, and is still known after a reload.
     assert "chalk" not in teacher.url and "lesson=1" in teacher.url
@@ -65,8 +68,20 @@ def test_a_teacher_and_two_students(house: OpenHouse, page_at: PageAt) -> None:
     close_software_note(teacher)
     come(ann, opened.url)
     come(bo, opened.url)
+    see_the_stage(host, teacher, ann)
+    ann = answer(opened, teacher, ann, bo)
+    answer_again(teacher, ann, bo)
+    hand_in(teacher, ann)
+    invite(host, teacher, ann, bo)
+    draw(host, teacher, ann, bo)
+    open_a_second_tab(opened, teacher, ann)
+    bo.close()
+    explore(host, teacher, ann)
+    look_at_the_plots(host, teacher)
 
-    # The stage is the same for all, and only the teacher operates it.
+
+def see_the_stage(host: LectureHost, teacher: Page, ann: Page) -> None:
+    """It is the same for all, and only the teacher operates it."""
     session = host.session
     arm, place = ask(session, lambda s: (s.simulation.room.arms[0].name, s.simulation.kinematics.joint_point(7).copy()))
     wrist = f"/arms/{arm}{WRIST}"
@@ -82,10 +97,26 @@ def test_a_teacher_and_two_students(house: OpenHouse, page_at: PageAt) -> None:
         wait_frames(ann, 3)
     assert ask(session, lambda s: (s.settings, s.paused, s.simulation.steps)) == before
 
-    # One answers by key, the other by click; only the teacher sees how many.
+
+def answer(opened: App, teacher: Page, ann: Page, bo: Page) -> Page:
+    """One answers by key, the other by click; only the teacher sees how many. Return Ann's tab, which is another one then."""
     teacher.get_by_text("0 answered · 2 not yet").wait_for()
-    ann.get_by_role("button", name="1 In none").wait_for()
+    until(bo, lambda: in_view(bo, ".duet-l-text") and in_view(bo, "button:has-text('4 In 7')"), "question and answers", WAIT)
+    assert edge(bo, ".duet-banner", "top") > 150.0
+    ann.get_by_role("button", name="3 In 4.").click()
+    teacher.get_by_text("1 answered · 1 not yet").wait_for()
+    # Ann closes the tab and opens the address again: she is who she was.
+    context = ann.context
+    ann.close()
+    teacher.get_by_text("students here: 1").wait_for()
+    ann = context.new_page()
+    ann.set_viewport_size({"width": 640, "height": 420})
+    come(ann, opened.url)
+    ann.get_by_text("Your prediction: In 4.").first.wait_for()
     on_stage(ann, "1")
+    ann.get_by_text("Your prediction: In none").first.wait_for()
+    teacher.get_by_text("1 answered · 1 not yet").wait_for()
+    # Another browser is another student.
     bo.get_by_role("button", name="3 In 4.").click()
     teacher.get_by_text("2 answered · 0 not yet").wait_for()
     teacher.get_by_text("addresses: 1").wait_for()
@@ -98,46 +129,54 @@ def test_a_teacher_and_two_students(house: OpenHouse, page_at: PageAt) -> None:
     for page in (teacher, ann):
         accessible(page)
     until(bo, lambda: "Answers are closed" in (bo.locator("#duet-say").text_content() or ""), "announced", WAIT)
+    return ann
 
-    # Asked again: the first round stays, pale, beside the second one.
+
+def answer_again(teacher: Page, ann: Page, bo: Page) -> None:
+    """The first round stays, pale, beside the second one."""
     teacher.get_by_role("button", name="Ask again").click()
     for page in (ann, bo):
         page.get_by_text("Asked again: talk it over with your neighbours").first.wait_for()
     on_stage(ann, "3")
     bo.get_by_role("button", name="3 In 4.").click()
     teacher.get_by_text("Answered both times: 2, another answer the second time: 1.").wait_for()
-    assert bo.locator(".duet-poll").count() == 0
+    assert ann.locator(".duet-poll").count() == 0
     teacher.get_by_role("button", name="Reveal to everybody").click()
-    third = bo.locator(".duet-poll li").nth(2)
+    third = ann.locator(".duet-poll li").nth(2)
     third.wait_for()
     bars = third.locator(".round > div > div")
     assert third.locator(".round > b").all_inner_texts() == ["1 50 %", "2 100 %"]
     width = "bar => bar.offsetWidth / bar.parentElement.clientWidth"
-    until(bo, lambda: [round(bars.nth(i).evaluate(width), 1) for i in (0, 1)] == [0.5, 1.0], "the bars are grown", WAIT)
+    until(ann, lambda: [round(bars.nth(i).evaluate(width), 1) for i in (0, 1)] == [0.5, 1.0], "the bars are grown", WAIT)
     assert bars.nth(0).evaluate("bar => getComputedStyle(bar).opacity") == "0.4"
     edges = [third.locator(".round").nth(i).bounding_box() for i in (0, 1)]
     assert edges[0] and edges[1] and edges[0]["x"] == edges[1]["x"] and edges[0]["y"] + edges[0]["height"] <= edges[1]["y"]
 
-    # A report is handed in, and the teacher takes away what the class leaves behind.
-    bo.get_by_text("Hand in my report", exact=True).click()
-    bo.get_by_label("Name", exact=True).fill("=Bo <b>")
-    bo.get_by_role("button", name="Hand in", exact=True).click()
-    bo.get_by_text("Handed in as =Bo <b>.", exact=True).wait_for()
-    until(bo, lambda: "Handed in as" in (bo.locator("#duet-say").text_content() or ""), "announced", WAIT)
+
+def hand_in(teacher: Page, ann: Page) -> None:
+    """A report is handed in, and the teacher takes away what the class leaves behind."""
+    ann.get_by_text("Hand in my report", exact=True).click()
+    ann.get_by_label("Name", exact=True).fill("=Ann <b>")
+    ann.get_by_role("button", name="Hand in", exact=True).click()
+    ann.get_by_text("Handed in as =Ann <b>.", exact=True).wait_for()
+    until(ann, lambda: "Handed in as" in (ann.locator("#duet-say").text_content() or ""), "announced", WAIT)
     teacher.get_by_text("reports handed in: 1").wait_for()
     table, page, reports = (taken(teacher, kind) for kind in ("CSV", "HTML", "ZIP"))
     with zipfile.ZipFile(io.BytesIO(reports)) as archive:
-        assert archive.namelist() == ["001 _Bo _b_.html"] and b"=Bo &lt;b&gt;" in archive.read("001 _Bo _b_.html")
+        assert archive.namelist() == ["001 _Ann _b_.html"] and b"=Ann &lt;b&gt;" in archive.read("001 _Ann _b_.html")
     rows = list(csv.DictReader(io.StringIO(table.decode("utf-8-sig"))))
-    assert [[row[key] for key in ("round", "answer_1", "answer_3", "'=Bo <b>")] for row in rows] == [
-        ["1", "1", "1", "3"],
+    assert [[row[key] for key in ("round", "answer_1", "answer_3", "'=Ann <b>")] for row in rows] == [
+        ["1", "1", "1", "1"],
         ["2", "0", "2", "3"],
     ]
-    assert b"=Bo &lt;b&gt;" in page and b"Round 2: 2 answered" in page
-    bo.get_by_role("button", name="Take it back").click()
+    assert b"=Ann &lt;b&gt;" in page and b"Round 2: 2 answered" in page
+    ann.get_by_role("button", name="Take it back").click()
     teacher.get_by_text("reports handed in: 1").wait_for(state="detached")
 
-    # The address on every page; a student closes it for oneself, the teacher by × for all, and a key shows it on the teacher's page alone.
+
+def invite(host: LectureHost, teacher: Page, ann: Page, bo: Page) -> None:
+    """The address on every page; a student closes it for oneself, the teacher by × for all, and a key shows it on the teacher's page
+    alone."""
     teacher.get_by_role("tab", name="Join", exact=True).click()
     teacher.get_by_role("button", name="On every page").click()
     over = ann.locator("#duet-overlay")
@@ -169,64 +208,9 @@ def test_a_teacher_and_two_students(house: OpenHouse, page_at: PageAt) -> None:
             assert bo.locator("#duet-overlay section").count() == 0
     teacher.get_by_role("tab", name="Class", exact=True).click()
 
-    # Out to explore: every tab finds its own session by itself.
-    teacher.get_by_role("button", name="Explore freely").click()
-    for page in (ann, bo):
-        page.locator(".duet-banner.own").first.wait_for()
-        page.locator(".duet-l-head").wait_for()
-    until(ann, lambda: len(sessions_of(host)) == 2, "two sessions", WAIT)
-    close_software_note(ann)
-    on_stage(ann, "[")
-    speeds = lambda: sorted(ask(one, lambda s: s.settings.page.speed) for one in sessions_of(host).values())  # noqa: E731
-    until(ann, lambda: speeds() == [0.5, 1.0], "one of them slower", WAIT)
-    assert ask(host.session, lambda s: s.settings.page.speed) == 1.0
 
-    # Back to the stage.
-    teacher.get_by_role("button", name="Follow me").click()
-    for page in (ann, bo):
-        page.locator(".duet-banner.follow").first.wait_for()
-    until(ann, lambda: not sessions_of(host), "no session of their own", WAIT)
-
-
-def test_a_teachers_plots_stand_side_by_side(house: OpenHouse, page_at: PageAt) -> None:
-    """What a class has besides, and is empty for now, takes no column of the plots."""
-    page = page_at(1440, 900)
-    page.goto(f"{house(lecture=True).url}/?lesson=3&step=2")
-    captions = page.locator(".duet-caption")
-    captions.nth(1).wait_for()
-
-    def side_by_side() -> bool:
-        widths = page.evaluate("() => [...document.querySelectorAll('.duet-caption')].map(one => one.parentElement.clientWidth)")
-        panel = page.locator("[data-floating-window]:has(.duet-plots)").bounding_box()
-        assert panel is not None and len(widths) == 2
-        return abs(widths[0] - widths[1]) <= 2 and sum(widths) > 0.9 * panel["width"]
-
-    until(page, side_by_side, "two plots side by side", WAIT)
-
-
-def test_one_student_is_one_voter_in_one_tab_at_a_time(house: OpenHouse, page_at: PageAt) -> None:
-    opened = house(changed(Settings(), "picture", "fast"), lecture=True, key="chalk")
-    host = lecture_of(opened)
-    # Ann has a desk, Bo a phone.
-    teacher, ann, bo = page_at(1000, 560), page_at(640, 420), page_at(390, 844)
-    come(teacher, f"{opened.url}/?key=chalk&lesson=1")
-    come(ann, opened.url)
-    come(bo, opened.url)
-    teacher.get_by_text("0 answered · 2 not yet").wait_for()
-    until(bo, lambda: in_view(bo, ".duet-l-text") and in_view(bo, "button:has-text('4 In 7')"), "question and answers", WAIT)
-    assert edge(bo, ".duet-banner", "top") > 150.0
-    ann.get_by_role("button", name="3 In 4.").click()
-    teacher.get_by_text("1 answered · 1 not yet").wait_for()
-
-    # Ann closes the tab and opens the address again: she is who she was.
-    context = ann.context
-    ann.close()
-    teacher.get_by_text("students here: 1").wait_for()
-    ann = context.new_page()
-    come(ann, opened.url)
-    ann.get_by_text("Your prediction: In 4.").first.wait_for()
-    ann.get_by_role("button", name="1 In none").click()
-    teacher.get_by_text("1 answered · 1 not yet").wait_for()
+def draw(host: LectureHost, teacher: Page, ann: Page, bo: Page) -> None:
+    """Another question: on a long page of the phone the scene stays a strip, and the banner in view."""
     lesson, drawn = next(
         (i, k)
         for i, one in enumerate(host.lessons.book.lessons)
@@ -234,12 +218,12 @@ def test_one_student_is_one_voter_in_one_tab_at_a_time(house: OpenHouse, page_at
         if one.number == 4 and step.drawing is not None
     )
     ask(host.session, lambda _: host.lessons.act(GoTo(lesson, drawn)))
+    ann.locator(".duet-draw").wait_for()
     on_stage(ann, "2")
-    until(teacher, lambda: len(host.classroom.ballots.questions) == 2, "the second answer", WAIT)
-    (voters,) = {tuple(host.classroom.ballots.rounds_of(question)[0]) for question in host.classroom.ballots.questions}
-    assert len(voters) == 1 and len(host.classroom.ballots.ballots_of(voters[0])) == 2
-    # Another browser is another student.
-    # On a long page of the phone the scene stays a strip, and the banner in view.
+    ballots = host.classroom.ballots
+    until(teacher, lambda: len(ballots.questions) == 2, "the second answer", WAIT)
+    both, one = (ballots.rounds_of(question)[0].keys() for question in ballots.questions)
+    assert len(one) == 1 and one < both, "Ann is the same student"
 
     def stays() -> bool:
         # What comes later may push it down again.
@@ -258,17 +242,49 @@ def test_one_student_is_one_voter_in_one_tab_at_a_time(house: OpenHouse, page_at
     )
     assert teacher.locator(".duet-reasons img").count() == ann.get_by_text("x" * 50).count() == 0
 
-    # A second tab goes on in place of the first one, and the first one again when it is used.
-    second = context.new_page()
+
+def open_a_second_tab(opened: App, teacher: Page, ann: Page) -> None:
+    """One student is one voter: the second tab goes on in place of the first one, and the first one again when it is used."""
+    second = ann.context.new_page()
     come(second, opened.url)
     away = "Duet is open in another tab of this browser."
     ann.get_by_text(away).wait_for()
-    until(ann, lambda: len(host.classroom.here) == 2, "both students", WAIT)
+    until(ann, lambda: len(lecture_of(opened).classroom.here) == 2, "both students", WAIT)
     ann.locator("body").click(position={"x": 400, "y": 60})
     second.get_by_text(away).wait_for()
     ann.get_by_text("You follow the teacher").first.wait_for()
     teacher.get_by_text("students here: 2").wait_for()
-    # The teacher may have several.
-    third = teacher.context.new_page()
-    come(third, f"{opened.url}/?key=chalk")
-    assert not teacher.get_by_text(away).count() and host.controls.operator is not None
+    second.close()
+
+
+def explore(host: LectureHost, teacher: Page, ann: Page) -> None:
+    """Out to explore and back: the tab finds its own session, and the stage, by itself."""
+    teacher.get_by_role("button", name="Explore freely").click()
+    ann.locator(".duet-banner.own").first.wait_for()
+    ann.locator(".duet-l-head").wait_for()
+    close_software_note(ann)
+    on_stage(ann, "[")
+    speeds = lambda: [ask(one, lambda s: s.settings.page.speed) for one in sessions_of(host).values()]  # noqa: E731
+    until(ann, lambda: speeds() == [0.5], "the own session is slower", WAIT)
+    assert ask(host.session, lambda s: s.settings.page.speed) == 1.0
+    teacher.get_by_role("button", name="Follow me").click()
+    ann.locator(".duet-banner.follow").first.wait_for()
+    until(ann, lambda: not sessions_of(host), "no session of their own", WAIT)
+
+
+def look_at_the_plots(host: LectureHost, teacher: Page) -> None:
+    """What a class has besides, and is empty for now, takes no column of the teacher's plots."""
+    third = next(i for i, one in enumerate(host.lessons.book.lessons) if one.number == 3)
+    ask(host.session, lambda _: host.lessons.act(GoTo(third, 1)))
+    captions = teacher.locator(".duet-caption")
+    captions.nth(1).wait_for()
+
+    def side_by_side() -> bool:
+        widths = teacher.evaluate(
+            "() => [...document.querySelectorAll('.duet-caption')].map(one => one.parentElement.clientWidth)"
+        )
+        panel = teacher.locator("[data-floating-window]:has(.duet-plots)").bounding_box()
+        assert panel is not None
+        return len(widths) == 2 and abs(widths[0] - widths[1]) <= 2 and sum(widths) > 0.9 * panel["width"]
+
+    until(teacher, side_by_side, "two plots side by side", WAIT)

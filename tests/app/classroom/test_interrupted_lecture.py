@@ -18,6 +18,8 @@ from tests.app.lessons.helpers import our_book
 
 BOOK = our_book()
 TEACHER, STUDENT = "a" * 32, "b" * 32
+ANSWERED = {("redundancy", "freedom"): {STUDENT: Ballot(1)}}
+BROKEN_OFF = VisitorRecord({}, Settings(), None, None, ClassRecord(5.0, ANSWERED, (), True, TEACHER, (STUDENT,)))
 
 
 def test_a_lecture_that_breaks_off_goes_on_and_one_that_has_ended_does_not(house: OpenHouse, join: Join, tmp_path: Path) -> None:
@@ -80,22 +82,18 @@ def test_a_lecture_that_breaks_off_goes_on_and_one_that_has_ended_does_not(house
 
 
 def test_a_class_that_broke_off_long_ago_is_one_that_has_ended() -> None:
-    classroom = ClassRecord(5.0, {("redundancy", "freedom"): {STUDENT: Ballot(1)}}, (), False, TEACHER, (STUDENT,))
-    record = VisitorRecord({}, Settings(), None, None, classroom)
-    left = _summary_in(record, False, BOOK)
+    left = _summary_in(BROKEN_OFF, False, BOOK)
     assert left is not None and left.saved == 5.0 and left.asked[0].rounds[0].counts[1] == 1
-    assert _summary_in(record, True, BOOK) is None and _summary_in(None, False, BOOK) is None
+    assert _summary_in(BROKEN_OFF, True, BOOK) is None and _summary_in(None, False, BOOK) is None
     ended = VisitorRecord({}, Settings(), None, last_class=left)
     assert _summary_in(record_from_bytes(record_to_bytes(ended), VisitorRecord), False, BOOK) == left
 
 
 def test_a_record_of_a_class_from_before_the_rounds_is_read() -> None:
-    classroom = ClassRecord(5.0, {("redundancy", "freedom"): {STUDENT: Ballot(1)}}, (), True, TEACHER, (STUDENT,))
-    record = VisitorRecord({}, Settings(), None, None, classroom)
-    data = msgspec.to_builtins(record)
+    data = msgspec.to_builtins(BROKEN_OFF)
     del data["last_class"]
     for later in ("earlier", "passed", "hand_ins", "pages_only", "pageless", "names", "pace", "groups"):
         del data["room"][later]
     # A ballot without a reason.
     data["room"]["ballots"] = {("redundancy", "freedom"): {STUDENT: (1, ())}}
-    assert record_from_bytes(record_to_bytes(data), VisitorRecord) == record
+    assert record_from_bytes(record_to_bytes(data), VisitorRecord) == BROKEN_OFF

@@ -8,13 +8,16 @@ from urllib.parse import quote
 
 import pytest
 
-from app.bench.headless_client import Mirror
+from app.bench.headless_client import CAMERA, Mirror
+from app.classroom import breakout_sessions
 from app.classroom.teacher_panel import COMMANDS
 from app.lessons.library import notes_of
 from app.lessons.session.lesson_actions import Choose, GoOn, GoTo
 from app.page.panels.choice_buttons import MARK
+from app.page.panels.hotkeys import CLICKER_KEYS
 from app.start import App
 from app.web.pages import HELLO, ROOM_IS_FULL, TAKEN_OVER
+from app.web.server import MOVED_CODE
 from scenes.settings import values
 from tests.app.classroom.lecture_room import KEY, WAIT, Class, Come, choose, command, drawn_name, sees, sessions_of, tab_of
 from tests.app.conftest import Join, OpenHouse, ask, lecture_of
@@ -85,19 +88,24 @@ def test_only_the_key_opens_the_notes_and_a_wrong_one_is_named(house: OpenHouse,
 
 def test_alone_the_key_opens_the_notes_and_another_one_says_so(house: OpenHouse, come: Come) -> None:
     opened = house(key=KEY)
-    visitors = come(opened, key=KEY), come(opened, "ann"), come(opened, "bo", "key=chal")
-    for visitor in visitors:
+    teacher, bo = come(opened, key=KEY), come(opened, "bo", "key=chal")
+    for visitor in (teacher, bo):
         open_lessons(visitor)
         sees(visitor, "Lesson 1 · step 1")
-    sees(visitors[0], "Usually believed")
-    visitors[2].wait_for(lambda _: "This is not the teacher's key" in everything(visitors[2]).replace("\\'", "'"), WAIT)
-    for words, whose in ("Usually believed", [True, False, False]), ("not the teacher", [False, False, True]):
-        assert [words in everything(visitor) for visitor in visitors] == whose
+    sees(teacher, "Usually believed")
+    bo.wait_for(lambda _: "This is not the teacher's key" in everything(bo).replace("\\'", "'"), WAIT)
+    assert "not the teacher" not in everything(teacher) and "Usually believed" not in everything(bo)
 
 
-def test_a_class_answers_on_its_own_devices(house: OpenHouse, come: Come) -> None:
+def test_a_class_answers_on_its_own_devices_and_every_button_of_the_teacher_has_a_key(house: OpenHouse, come: Come) -> None:
     classroom = Class(house, come)
     host, teacher, (ann, bo, cy) = classroom.host, classroom.teacher, classroom.come("ann", "bo", "cy")
+    names = {action: name for name, _, action in COMMANDS}
+    # There is nothing to reveal yet; what comes after it is done after it.
+    command(teacher, names["reveal"])
+    for action, text in (("pause", "The teacher has paused everybody."), ("pause", "You follow the teacher")):
+        command(teacher, names[action])
+        sees(ann, text)
     screen = come(classroom.opened, query="screen=1")
     sees(ann, "Your prediction? Answer here")
     question = BOOK.lessons[0].steps[0].question
@@ -140,18 +148,33 @@ def test_a_class_answers_on_its_own_devices(house: OpenHouse, come: Come) -> Non
     # Asked again, everybody answers again, and both rounds are shown.
     click(teacher, "Ask again")
     sees(teacher, "0 answered · 3 not yet", "Round 1", "Round 2")
+    command(teacher, names["reveal"])
     sees(bo, "Asked again", "Your first answer:")
     assert "Round 1" not in everything(bo)
     for one in (ann, bo, cy):
         click(one, f"{right + 1} ")
     sees(teacher, "another answer the second time: 1.")
-    click(teacher, "Reveal to everybody")
+    command(teacher, names["reveal"])
     for one in (bo, screen):
         sees(one, "Round 1", "Round 2", "another answer the second time: 1.")
+    command(teacher, names["again"])
+    sees(bo, "Asked again", "Your first answer:")
     # The teacher leaves the lessons: nothing is left of the question.
     click(teacher, "Leave the lessons")
     click(teacher, "Leave with the class")
     bo.wait_for(lambda v: not [c for c in list(v.mirror.commands.values()) if str(c["label"]).startswith("Answer")], WAIT)
+    # An own session has the look of the student's link.
+    ask(host.session, lambda s: s.change("theme", "dark"))
+    for one in (bo, cy):
+        one.close()
+    di = come(classroom.opened, "di", query="lang=sl")
+    command(teacher, names["free"])
+    assert ended(di)[0] == MOVED_CODE
+    classroom.students["di"] = come(classroom.opened, "di", query="lang=sl")
+    page = sessions_of(host)[classroom.number("di")].settings.page
+    assert (page.language, page.theme) == ("sl", "light")
+    command(teacher, names["free"])
+    teacher.wait_for(lambda _: not host.classroom.free, WAIT)
 
 
 def test_votes_of_a_program_without_a_page_are_seen_and_can_be_left_out(house: OpenHouse, come: Come) -> None:
@@ -160,20 +183,20 @@ def test_votes_of_a_program_without_a_page_are_seen_and_can_be_left_out(house: O
     for page in pages:
         page.send({"type": HELLO})
         click(page, "1 ")
-    programs = classroom.come(*(f"program {number}" for number in range(5)))
+    programs = classroom.come(*(f"program {number}" for number in range(3)))
     for program in programs:
         click(program, "2 ")
-    sees(teacher, "7 answered · 0 not yet", "votes: 7", "addresses: 1", "votes without a page: 5")
+    sees(teacher, "5 answered · 0 not yet", "votes: 5", "addresses: 1", "votes without a page: 3")
     click(teacher, "Leave out votes without a page")
-    sees(teacher, "2 answered · 0 not yet", "votes without a page: 5")
+    sees(teacher, "2 answered · 0 not yet", "votes without a page: 3")
     # One that votes later and goes at once is left out, too.
     (late,) = classroom.come("late")
     click(late, "2 ")
     late.close()
-    sees(teacher, "2 answered · 0 not yet", "votes without a page: 6")
+    sees(teacher, "2 answered · 0 not yet", "votes without a page: 4")
     assert ask(host.session, lambda _: host._summaries()[0].asked[0].rounds[0].counts[:2]) == (2, 0)
     click(teacher, "Count votes without a page")
-    sees(teacher, "8 answered · 0 not yet")
+    sees(teacher, "6 answered · 0 not yet")
     click(teacher, "Leave out votes without a page")
     sees(teacher, "2 answered · 0 not yet")
     click(teacher, "Reveal to everybody")
@@ -233,35 +256,9 @@ def test_two_students_and_a_teacher_do_not_reach_each_other(house: OpenHouse, co
     bo.wait_for(lambda _: sessions_of(host)[b].settings.run.law.critical_distance == 0.2, WAIT)
 
 
-def test_a_second_tab_of_a_student_takes_the_place_of_the_first_one(house: OpenHouse, come: Come) -> None:
-    classroom = Class(house, come)
-    (ann,) = classroom.come("ann")
-    click(ann, "2 ")
-    sees(classroom.teacher, "1 answered · 0 not yet")
-
-    def doubled(first: BlockingClient) -> BlockingClient:
-        (second,) = classroom.come("ann")
-        assert ended(first)[1] == TAKEN_OVER
-        return second
-
-    ann = doubled(ann)
-    sees(ann, "You may change it until the reveal.")
-    sees(classroom.teacher, "1 answered · 0 not yet", "students here: 1")
-    # The same holds in a session of her own, at the teacher's step and with her own answer; not for projectors and teachers.
-    ask(classroom.host.session, lambda _: classroom.host.lessons.act(GoTo(2, 1)))
-    (ann,) = classroom.send("Explore freely", "ann")
-    walk = classroom.host.participants[classroom.number("ann")].visitor.lessons.walk  # type: ignore[union-attr]
-    assert walk.done_in(BOOK.lessons[0].id, BOOK.lessons[0].steps[0].id).choice == 1
-    ann = doubled(ann)
-    sees(ann, "this is your own session", "Lesson 2 · step 2")
-    sees(classroom.teacher, "students here: 1")
-    screens = [come(classroom.opened, "s", query="screen=1") for _ in range(2)]
-    teachers = [come(classroom.opened, "t", key=KEY) for _ in range(2)]
-    sees(classroom.teacher, "screens: 2")
-    assert all(one.closed is None for one in (ann, *screens, *teachers))
-
-
-def test_more_students_than_places_explore_in_groups_of_which_one_operates(house: OpenHouse, come: Come) -> None:
+def test_more_students_than_places_explore_in_groups_of_which_one_operates(
+    house: OpenHouse, come: Come, monkeypatch: pytest.MonkeyPatch
+) -> None:
     classroom = Class(house, come, sessions=1, students=3)
     host, teacher = classroom.host, classroom.teacher
     sees(teacher, "3 students, room for 1: groups of 3")
@@ -328,6 +325,7 @@ def test_more_students_than_places_explore_in_groups_of_which_one_operates(house
     sees(di, "You are 4 at this robot", "Another one of you")
     sees(bo, "Sie sind zu 4 an diesem Roboter")
     # The one who operates goes for good: after a while the page that was there first comes again, and does.
+    monkeypatch.setattr(breakout_sessions, "AWAY", 1.0)
     cy.close()
     classroom.is_sent_away("ann")
     (ann,) = classroom.come("ann")
@@ -379,37 +377,38 @@ def test_a_teachers_second_tab_assists_until_it_takes_over(house: OpenHouse, com
     first.wait_for(lambda _: "You assist" not in shown(first) or "Sie assistieren" not in shown(second), WAIT)
 
 
-def test_every_button_of_the_teacher_has_a_key_and_an_own_session_the_look_of_the_students_link(
-    house: OpenHouse, come: Come
-) -> None:
-    classroom = Class(house, come)
-    host, teacher, (ann,) = classroom.host, classroom.teacher, classroom.come("ann")
-    classroom.students["bo"] = come(classroom.opened, "bo", query="lang=sl")
-    ask(host.session, lambda s: s.change("theme", "dark"))
-    names = {action: name for name, _, action in COMMANDS}
-    # There is nothing to reveal yet; what comes after it is done after it.
-    command(teacher, names["reveal"])
-    for action, text in (("pause", "The teacher has paused everybody."), ("pause", "You follow the teacher")):
-        command(teacher, names[action])
-        sees(ann, text)
-    command(ann, "Answer 1")
-    sees(teacher, "1 answered · 1 not yet")
-    for action, text in (("reveal", "The class said"), ("again", "Asked again")):
-        command(teacher, names[action])
-        sees(ann, text)
-    command(teacher, names["free"])
-    for name in ("ann", "bo"):
-        classroom.is_sent_away(name)
-    bo = classroom.students["bo"] = come(classroom.opened, "bo", query="lang=sl")
-    sees(bo, 'data-words="sl"')
-    page = sessions_of(host)[classroom.number("bo")].settings.page
-    assert (page.language, page.theme) == ("sl", "light")
-    sees(teacher, "exploring: 1")
-    command(teacher, names["free"])
-    teacher.wait_for(lambda _: not host.classroom.free, WAIT)
+def have_no_clicker(classroom: Class, keyed: BlockingClient, others: list[BlockingClient]) -> None:
+    """A projector with the key has a clicker, and no other control; what belongs to it and to the teacher's page does nothing elsewhere."""
+    host, teacher = classroom.host, classroom.teacher
+    assert (
+        len(keyed.mirror.commands) == len(CLICKER_KEYS) and not bodies(keyed, "GuiButtonMessage") and not keyed.mirror.grabbable
+    )
+    commands = [*teacher.mirror.commands, *keyed.mirror.commands]
+    elements = [(e["uuid"], o) for e in bodies(teacher, "GuiButtonGroupMessage") for o in e.get("options", ())]
+    for kind, value in (("GuiButtonMessage", True), ("GuiTextMessage", "2"), ("GuiNumberMessage", 60)):
+        elements += [(e["uuid"], value) for e in bodies(teacher, kind)]
+
+    def state(_: object) -> tuple[object, ...]:
+        shown, group = host.control.presenter, host.classroom
+        covers = shown.station, shown.blank, shown.frozen, shown.panels, shown.left, shown.work, shown.quotes, shown.inviting
+        return (*covers, shown.expected, group.pace, group.wanted, group.paused)
+
+    before = ask(host.session, state)
+    for k, one in enumerate(others):
+        assert not [c for c in list(one.mirror.commands.values()) if "screen" in str(c["label"])]
+        for uuid in commands:
+            one.send({"type": "CommandTriggerMessage", "uuid": uuid})
+        for uuid, value in elements:
+            one.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": value}})
+        # The camera is everybody's own: once it has arrived, all of the above has, too.
+        one.send(CAMERA | {"image_height": 500, "image_width": 700 + k})
+        one.wait_for(lambda _, k=k: any(c.camera.image_width == 700 + k for c in classroom.opened.server.get_clients().values()))
+    assert ask(host.session, state) == before
+    for one in others[1:]:
+        one.close()
 
 
-def test_the_address_is_shown_where_the_teacher_asks_for_it_and_ends_everywhere(house: OpenHouse, come: Come) -> None:
+def test_the_address_ends_everywhere_and_only_a_screen_with_the_key_has_a_clicker(house: OpenHouse, come: Come) -> None:
     classroom = Class(house, come)
     teacher, invite = classroom.teacher, next(name for name, _, action in COMMANDS if action == "invite")
     address = classroom.opened.url.removeprefix("http://") + "/"
@@ -443,6 +442,7 @@ def test_the_address_is_shown_where_the_teacher_asks_for_it_and_ends_everywhere(
     no_longer(screen=screen)
     assert classroom.host.control.presenter.frozen
     assert "Join the class" not in everything(ann) and address not in everything(ann) and not inviting(teacher)
+    have_no_clicker(classroom, screen, [ann, *(come(classroom.opened, query=f"screen=1{key}") for key in ("", "&key=chal"))])
     # On every page; one that opens later does not get it, but the next time.
     choose(teacher, "On every page")
     for one in (teacher, screen, ann):
@@ -464,23 +464,41 @@ def test_the_address_is_shown_where_the_teacher_asks_for_it_and_ends_everywhere(
     assert teacher.closed is None
 
 
-def test_a_report_is_handed_in_on_the_stage_and_in_an_own_session_and_taken_back(house: OpenHouse, come: Come) -> None:
+def test_a_student_hands_in_from_one_tab_at_a_time_on_the_stage_and_in_an_own_session(house: OpenHouse, come: Come) -> None:
     classroom = Class(house, come)
     teacher, work, (ann, bo) = classroom.teacher, classroom.host.classroom.work, classroom.come("ann", "bo")
     ids = {name: tab_of(name) for name in ("ann", "bo")}
     assert "Hand in" not in buttons(ann), "there is nothing to hand in"
+
+    def doubled(first: BlockingClient) -> BlockingClient:
+        """A second tab takes the place of the first one."""
+        (second,) = classroom.come("ann")
+        assert ended(first)[1] == TAKEN_OVER
+        return second
+
     click(ann, "2 ")
+    sees(teacher, "1 answered · 1 not yet")
     sees(ann, "The teacher gets what is in your lab report")
     ann.set_value("Name", " Ann\n=1 ")
     click(ann, "Hand in")
     sees(ann, "Handed in as Ann =1.")
     sees(teacher, "reports handed in: 1")
     assert "Hand in" not in buttons(bo) and "Ann =1" not in everything(bo)
-    # In a session of her own she finds it handed in, goes on, and hands it in again, without a name.
+    ann = doubled(ann)
+    sees(ann, "You may change it until the reveal.", "Handed in as Ann =1.")
+    sees(teacher, "1 answered · 1 not yet", "students here: 2")
+    # In a session of her own, at the teacher's step and with her own answer, she finds it handed in, and so does her next tab.
+    ask(classroom.host.session, lambda _: classroom.host.lessons.act(GoTo(2, 1)))
     ann, bo = classroom.send("Explore freely", "ann", "bo")
     sees(ann, "Handed in as Ann =1.")
+    classroom.number("ann")
+    ann = doubled(ann)
+    sees(ann, "this is your own session", "Lesson 2 · step 2", "Handed in as Ann =1.")
+    sees(teacher, "students here: 2")
     visitor = classroom.host.participants[classroom.number("ann")].visitor
     assert visitor is not None
+    assert visitor.lessons.walk.done_in(BOOK.lessons[0].id, BOOK.lessons[0].steps[0].id).choice == 1
+    # She goes on, and hands it in again, without a name.
     ask(visitor.session, lambda _: [visitor.lessons.act(GoTo(4, 1)), visitor.lessons.act(Choose(1))])
     click(ann, "Hand in again")
     sees(ann, "Handed in without a name.")
@@ -497,6 +515,11 @@ def test_a_report_is_handed_in_on_the_stage_and_in_an_own_session_and_taken_back
     click(ann, "Take it back")
     teacher.wait_for(lambda _: set(work.hand_ins) == {ids["bo"]}, WAIT)
     sees(teacher, "reports handed in: 1")
+    # Of projectors and teachers there may be several.
+    screens = [come(classroom.opened, "s", query="screen=1") for _ in range(2)]
+    teachers = [come(classroom.opened, "t", key=KEY) for _ in range(2)]
+    sees(teacher, "screens: 2")
+    assert all(one.closed is None for one in (ann, *screens, *teachers))
 
 
 def test_a_full_lecture_asks_to_wait_but_lets_the_teacher_in(house: OpenHouse, come: Come) -> None:

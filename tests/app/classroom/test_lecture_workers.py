@@ -2,7 +2,7 @@
 
 import pickle
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, suppress
 from math import inf
 from pathlib import Path
@@ -31,14 +31,14 @@ from tests.app.web.conftest import ended
 from tests.blocking_client import BlockingClient
 
 NAMES = ("ann", "bo", "cy")
+"""Each has a session of their own; di, who comes late, shares ann's."""
 
 Come = Callable[..., BlockingClient]
 
 
 @pytest.fixture
-def served(serve: Serve, request: pytest.FixtureRequest) -> Served:
-    sessions = str(getattr(request, "param", 8))
-    return serve("--lecture", "--workers", "2", "--key", "chalk-and-talk", "--sessions", sessions, "--students", "3")
+def served(serve: Serve) -> Served:
+    return serve("--lecture", "--workers", "2", "--key", "chalk-and-talk", "--sessions", "3", "--students", "4")
 
 
 @pytest.fixture
@@ -61,6 +61,25 @@ def critical_distance(store: Path) -> float:
 
 def has_controls(visitor: BlockingClient) -> None:
     visitor.wait_for(lambda v: bodies(v, "GuiSliderMessage"), 60.0)
+
+
+def sent_away(students: Iterable[BlockingClient]) -> None:
+    """Wait until all are asked to come again."""
+    assert {ended(one)[0] for one in students} == {MOVED_CODE}
+
+
+def comes_late(come: Come, name: str) -> BlockingClient:
+    """A student who sees the stage until there is a place in a group."""
+    one = come(name)
+    one.wait_for(lambda v: v.closed or "at this robot" in shown(v))
+    return one if one.closed is None else come(name)
+
+
+def are_together(served: Served, operator: BlockingClient, watcher: BlockingClient) -> None:
+    """Both see their group's session, in one process."""
+    sees(operator, "You are 2 at this robot", "You operate it.")
+    sees(watcher, "You are 2 at this robot", "Another one of you operates it.")
+    assert worker_of(served, operator) == worker_of(served, watcher)
 
 
 def look_after_those_who_explore(teacher: BlockingClient, students: list[BlockingClient], screen: BlockingClient) -> None:
@@ -120,10 +139,13 @@ def share_a_duel(teacher: BlockingClient, students: list[BlockingClient], screen
     return record
 
 
-def test_students_explore_in_other_processes_and_the_teacher_reaches_them(served: Served, come: Come) -> None:
+def test_students_and_a_group_explore_in_other_processes_and_the_teacher_reaches_them(served: Served, come: Come) -> None:
+    assert served.process.stdout is not None
+    lines = [served.process.stdout.readline() for _ in range(2)]
+    assert lines[1] == "4 students, room for 3: groups of 2.\n"
     teacher = come(key=True)
     open_lessons(teacher)
-    sees(teacher, "Lesson 1 · step 1")
+    sees(teacher, "Lesson 1 · step 1", "4 students, room for 3: groups of 2")
     students = [come(name) for name in NAMES]
     click(students[0], "2 ")
     sees(teacher, "1 answered", "students here: 3")
@@ -131,60 +153,71 @@ def test_students_explore_in_other_processes_and_the_teacher_reaches_them(served
     assert {worker_of(served, one) for one in students} == {stage}
     # Explore freely: each has a session, in lesson and step of the stage and with an own answer, in another process.
     choose(teacher, "Explore freely")
-    for one in students:
-        assert ended(one)[0] == MOVED_CODE
-    students = [come(name) for name in NAMES]
-    for one in students:
+    sent_away(students)
+    ann, bo, cy = (come(name) for name in NAMES)
+    for one in (ann, bo, cy):
         has_controls(one)
         sees(one, "this is your own session", "Lesson 1 · step 1")
-    assert "Run" in buttons(students[0])
-    sees(teacher, "students here: 3", "exploring: 3")
-    places = [worker_of(served, one) for one in students]
-    assert stage not in places and len(set(places)) == 2
-    # The stage's session has a process of its own; the other two share the places.
-    sees(teacher, "of 9", "load: ")
+    assert "Run" in buttons(ann)
+    lost = worker_of(served, ann)
+    assert worker_of(served, bo) == lost and len({stage, lost, worker_of(served, cy)}) == 3
+    # The stage's session has a process of its own; the others share the places.
+    sees(teacher, "students here: 3", "exploring: 3", "of 4", "load: ")
     # What a student hands in arrives.
-    click(students[0], "Hand in")
+    click(ann, "Hand in")
     sees(teacher, "reports handed in: 1")
-    sees(students[0], "Handed in without a name.")
+    sees(ann, "Handed in without a name.")
     # Paused, and going on.
     click(teacher, "Pause everybody")
-    for one in students:
+    for one in (ann, bo, cy):
         sees(one, "The teacher has paused everybody.")
     click(teacher, "Let everybody go on")
-    for one in students:
+    for one in (ann, bo, cy):
         sees(one, "this is your own session")
     screen = come(screen=True)
-    look_after_those_who_explore(teacher, students, screen)
-    apart = next(one for one, place in zip(students, places, strict=True) if place != places[0])
-    record = share_a_duel(teacher, [students[0], apart], screen)
-    names = [drawn_name(student) for student in students]
-    # A process that dies takes no session along.
-    students[0].set_value("critical distance d_m [mm]", 70.0)
+    look_after_those_who_explore(teacher, [ann, bo, cy], screen)
+    record = share_a_duel(teacher, [ann, cy], screen)
+    # For one more there is no place; and a process that dies takes no session along, whoever of a group comes first.
+    di = comes_late(come, "di")
+    are_together(served, ann, di)
+    sees(teacher, f"{drawn_name(ann)} × 2")
+    ann.set_value("critical distance d_m [mm]", 70.0)
     until(lambda: critical_distance(served.store) == 0.07)
-    lost = places[0]
-    assert len(served.workers) == 3
+    name, others = drawn_name(ann), [drawn_name(bo), drawn_name(cy)]
+    assert len(served.workers) == 3 and served.said() == ""
     served.replace(lost)
-    sees(teacher, "students here: " + str(3 - places.count(lost)))
-    students = [come(name) if place == lost else one for name, place, one in zip(NAMES, places, students, strict=True)]
-    for one in students:
-        has_controls(one)
-        sees(one, "this is your own session")
-    assert students[0].mirror.labelled("critical distance d_m [mm]")["value"] == 70.0
-    sees(teacher, "students here: 3", "exploring: 3")
+    sees(teacher, "students here: 1")
+    di, bo = come("di"), come("bo")
+    has_controls(di)
+    ann = come("ann")
+    are_together(served, di, ann)
+    has_controls(bo)
+    sees(bo, "this is your own session")
+    assert di.mirror.labelled("critical distance d_m [mm]")["value"] == 70.0 and drawn_name(di) == name
+    sees(teacher, "students here: 4", "exploring: 4", f"{name} × 2")
     # The stage's process dies: the class goes on exploring, and the teacher finds all of them.
     served.replace(stage)
     teacher = come(key=True)
-    sees(teacher, "students here: 3", "exploring: 3", "reports handed in: 1", "Lesson 6: step 3 only.", record, *names)
-    assert all(one.closed is None for one in students)
-    # Follow me: all are at the stage again.
+    sees(teacher, "students here: 4", "exploring: 4", "reports handed in: 1", "Lesson 6: step 3 only.", record)
+    sees(teacher, f"{name} × 2", *others)
+    assert all(one.closed is None for one in (ann, bo, cy, di))
+    # Follow me: all are at the stage again; and the group is one again the next time.
     choose(teacher, "Follow me")
-    for one in students:
-        assert ended(one)[0] == MOVED_CODE
-    students = [come(name) for name in NAMES]
+    sent_away((ann, bo, cy, di))
+    students = [come(name) for name in (*NAMES, "di")]
     for one in students:
         sees(one, "You follow the teacher")
     assert {worker_of(served, one) for one in students} == {worker_of(served, teacher)}
+    choose(teacher, "Explore freely")
+    sent_away(students)
+    ann = come("ann")
+    has_controls(ann)
+    are_together(served, ann, come("di"))
+    assert drawn_name(ann) == name
+    # A service that is ended may be started again, and the lecture goes on.
+    assert served.terminate() == ""
+    left = kept(served.store, "lecture")
+    assert left is not None and left.lessons is not None and left.lessons.open
 
 
 def test_a_process_in_place_of_another_one_knows_what_was_handed_in_meanwhile() -> None:
@@ -236,54 +269,3 @@ def test_what_a_student_did_last_is_kept_when_the_server_ends(
     session.change("dm", 0.07)
     opened.house.close()
     assert critical_distance(tmp_path / "store") == 0.07
-
-
-@pytest.mark.parametrize("served", [1], indirect=True)
-def test_a_group_has_one_session_in_another_process_and_outlives_it_and_the_lecture_sigterm(served: Served, come: Come) -> None:
-    assert served.process.stdout is not None
-    lines = [served.process.stdout.readline() for _ in range(2)]
-    assert lines[1] == "3 students, room for 1: groups of 3.\n"
-    teacher = come(key=True)
-    open_lessons(teacher)
-    pages = [come(name) for name in NAMES]
-    sees(teacher, "students here: 3", "3 students, room for 1: groups of 3")
-    choose(teacher, "Explore freely")
-    assert {ended(one)[0] for one in pages} == {MOVED_CODE}
-
-    def together(*names: str) -> dict[str, BlockingClient]:
-        """The students come, of whom the first one operates; all are in the one process."""
-        found: dict[str, BlockingClient] = {}
-        for name in names:
-            found[name] = come(name)
-            if len(found) == 1:
-                has_controls(found[name])
-        for name, one in found.items():
-            sees(one, "You are 3 at this robot", "You operate it." if name == names[0] else "Another one of you operates it.")
-        assert len({worker_of(served, one) for one in found.values()}) == 1
-        return found
-
-    ann = together(*NAMES)["ann"]
-    sees(teacher, f"{drawn_name(ann)} × 3")
-    ann.set_value("critical distance d_m [mm]", 70.0)
-    until(lambda: critical_distance(served.store) == 0.07)
-    name = drawn_name(ann)
-    assert len(served.workers) == 2 and served.said() == ""
-    served.replace(worker_of(served, ann))
-    pages = together("bo", "ann", "cy")
-    bo = pages["bo"]
-    assert bo.mirror.labelled("critical distance d_m [mm]")["value"] == 70.0 and drawn_name(bo) == name
-    # The stage's process dies: the group stays, also the next time.
-    served.replace(worker_of(served, teacher))
-    teacher = come(key=True)
-    sees(teacher, f"{name} × 3")
-    choose(teacher, "Follow me")
-    assert {ended(one)[0] for one in pages.values()} == {MOVED_CODE}
-    followers = [come(one) for one in NAMES]
-    sees(teacher, "students here: 3")
-    choose(teacher, "Explore freely")
-    assert {ended(one)[0] for one in followers} == {MOVED_CODE}
-    assert drawn_name(together("cy", "ann", "bo")["cy"]) == name
-    # A service that is ended may be started again, and the lecture goes on.
-    assert served.terminate() == ""
-    record = kept(served.store, "lecture")
-    assert record is not None and record.lessons is not None and record.lessons.open

@@ -193,7 +193,7 @@ def strokes(visitor: Client) -> set[tuple[str, float]]:
     return {(str(line["stroke"]), float(line["width"])) for plot in plots for line in plot["series"][1:]}
 
 
-def test_every_tab_of_a_lecture_has_its_own_look_and_language(house: OpenHouse, join: Join) -> None:
+def test_every_tab_has_its_own_look_and_language_and_what_a_look_shows_is_packed_once(house: OpenHouse, join: Join) -> None:
     opened = house(lecture=True)
     host = lecture_of(opened)
     teacher = join(opened, f"resume={'1' * 32}", headers={"Accept-Language": "en"})
@@ -234,27 +234,22 @@ def test_every_tab_of_a_lecture_has_its_own_look_and_language(house: OpenHouse, 
     ask(host.session, lambda _: host.lessons.act(GoOn()))
     for visitor, language in looks:
         sees(visitor, words_of(language)("The class said"), words_of(language)("Measured"))
-
-
-def test_what_a_look_shows_is_packed_once_and_forgotten_with_its_last_watcher(house: OpenHouse, join: Join) -> None:
-    opened = house(lecture=True)
-    host = lecture_of(opened)
-    join(opened)
-    ann, bo, cy = join(opened, "lang=de"), join(opened, "lang=de&dm=0.3"), join(opened, "lang=de&theme=dark")
-    cy.wait_for(lambda _: len(host.shared.pages) == 2, WAIT)
-    assert sorted(len(audience.watchers) for audience in host.audiences.audiences) == [1, 2]
-    ann.close()
-    cy.wait_for(lambda _: [len(one.watchers) for one in host.audiences.audiences] == [1, 1], WAIT)
-    bo.close()
-    cy.wait_for(lambda _: len(host.shared.pages) == 1, WAIT)
+    # What a look shows is packed once, and forgotten with its last watcher.
+    bo = join(opened, "lang=de&picture=fast&dm=0.3")
+    assert sorted(len(audience.watchers) for audience in host.audiences.audiences) == [1, 1, 1, 2]
+    german.close()
+    bo.wait_for(lambda _: [len(one.watchers) for one in host.audiences.audiences] == [1, 1, 1, 1], WAIT)
+    for one in (english, screen):
+        one.close()
+    bo.wait_for(lambda _: len(host.shared.pages) == 2, WAIT)
     # So many looks are drawn; more of them join the one that is most like theirs, in their language.
     every = itertools.product(("sl", "en"), ("light", "dark"), ("desk", "projector"))
-    looks = [f"lang={lang}&theme={theme}&profile={size}" for lang, theme, size in every]
+    more = [f"lang={lang}&theme={theme}&profile={size}" for lang, theme, size in every]
     # Each is a tab of its own, as without an id one address has few connections.
-    others = [join(opened, f"{look}&resume={number:016d}") for number, look in enumerate(looks)]
-    assert len(host.audiences.audiences) == MOST and len(looks) + 1 > MOST
-    more = join(opened, f"lang=de&theme=dark&picture=fast&resume={'f' * 16}")
-    sees(more, 'data-words="de"')
+    others = [join(opened, f"{look}&resume={number:016d}") for number, look in enumerate(more)]
+    assert len(host.audiences.audiences) == MOST and len(more) + 1 > MOST
+    last = join(opened, f"lang=de&theme=dark&picture=fast&resume={'f' * 16}")
+    sees(last, 'data-words="de"')
     assert len(host.audiences.audiences) == MOST and all(one.closed is None for one in others)
-    # A lecture has room for more pages than there are private sessions; a place is taken, and given back, a moment later.
-    more.wait_for(lambda _: opened.server.count_clients() == 11, WAIT)
+    # A place is taken, and given back, a moment later.
+    last.wait_for(lambda _: opened.server.count_clients() == 12, WAIT)

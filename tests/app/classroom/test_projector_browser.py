@@ -1,15 +1,13 @@
-"""A teacher, the projector and a student in a real browser: clicker, reveal, black and frozen; and what a student cannot do."""
+"""A teacher, the projector and a student in a real browser: clicker, reveal, black and frozen."""
 
 from playwright.sync_api import Page
 
-from app.bench.headless_client import CAMERA
 from app.classroom.presenter import Station
-from app.page.panels.hotkeys import CLICKER_KEYS
 from app.settings import Settings
 from scenes.settings import changed
 from tests.accessibility import accessible
 from tests.app.conftest import Join, OpenHouse, ask, lecture_of
-from tests.app.page.helpers import bodies, click, open_lessons
+from tests.app.page.helpers import click
 from tests.browser import PageAt, close_software_note, until
 
 
@@ -155,53 +153,3 @@ def test_a_projector_shows_what_the_clicker_asks_for(house: OpenHouse, page_at: 
     teacher.get_by_role("button", name="Leave the lessons").click()
     teacher.get_by_role("button", name="Leave with the class").click()
     until(teacher, lambda: not host.lessons.open, "out of the lessons")
-
-
-def test_a_student_has_no_clicker(house: OpenHouse, join: Join) -> None:
-    opened = house(lecture=True, key="chalk and talk")
-    host = lecture_of(opened)
-    teacher = join(opened, "key=chalk%20and%20talk")
-    open_lessons(teacher)
-    teacher.wait_for(lambda _: host.lessons.open)
-    keyed = join(opened, "screen=1&key=chalk%20and%20talk")
-    keyed.wait_for(lambda v: len(v.mirror.commands) == len(CLICKER_KEYS))
-    asked = {str(c["label"]) for c in list(keyed.mirror.commands.values())}
-    assert any("next thing on the screen" in label for label in asked)
-    others = [join(opened, query) for query in ("", "screen=1", "screen=1&key=chalk%20or%20talk")]
-    commands = [*teacher.mirror.commands, *keyed.mirror.commands]
-    elements = [(e["uuid"], o) for e in bodies(teacher, "GuiButtonGroupMessage") for o in e.get("options", ())]
-    elements += [(e["uuid"], True) for e in bodies(teacher, "GuiButtonMessage")]
-    elements += [(e["uuid"], "2") for e in bodies(teacher, "GuiTextMessage")] + [
-        (e["uuid"], 60) for e in bodies(teacher, "GuiNumberMessage")
-    ]
-
-    def state() -> tuple[object, ...]:
-        presenter = host.control.presenter
-        covers = presenter.station, presenter.blank, presenter.frozen, presenter.panels, presenter.left
-        return (
-            *covers,
-            presenter.work,
-            presenter.quotes,
-            presenter.expected,
-            host.classroom.pace,
-            host.classroom.wanted,
-            host.classroom.paused,
-        )
-
-    before = ask(host.session, lambda _: state())
-    for k, one in enumerate(others):
-        assert not [c for c in list(one.mirror.commands.values()) if "screen" in str(c["label"])]
-        for uuid in commands:
-            one.send({"type": "CommandTriggerMessage", "uuid": uuid})
-        for uuid, value in elements:
-            one.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": value}})
-        # The camera is everybody's own: once it has arrived, all of the above has, too.
-        one.send(CAMERA | {"image_height": 500, "image_width": 700 + k})
-        one.wait_for(lambda _, k=k: any(c.camera.image_width == 700 + k for c in opened.server.get_clients().values()))
-    assert ask(host.session, lambda _: state()) == before
-    # The projector with the key has the clicker, and no other control.
-    assert not bodies(keyed, "GuiButtonMessage") and not keyed.mirror.grabbable
-    uuid = next(u for u, c in keyed.mirror.commands.items() if "next thing" in str(c["label"]))
-    keyed.send({"type": "CommandTriggerMessage", "uuid": uuid})
-    keyed.wait_for(lambda _: host.control.presenter.station is Station.QUESTION)
-    assert host.controls.operator is not None and len(host.classroom.here) == 1

@@ -70,8 +70,7 @@ def bring(page: Page, name: str, content: bytes) -> None:
 def test_the_past_the_link_and_the_report(house: OpenHouse, page_at: PageAt) -> None:
     opened = house()
     page = page_at(1180, 640, permissions=["clipboard-read", "clipboard-write"])
-    session, bar = enter(page, opened, "picture=fast&dm=0.12&gizmo=1")
-    # Longer than the page takes to say that it is replayed.
+    session, bar = enter(page, opened, "picture=fast&dm=0.12&gizmo=1&speed=2")
     until(page, lambda: session.simulation.time > 4.0, "some seconds of the run")
     look_back(page, session, bar)
     run = export(page, session)
@@ -89,6 +88,8 @@ def look_back(page: Page, session: Session, bar: ReplayBar) -> None:
     until(page, lambda: not is_there(page, HAND), "no handles")
     until(page, lambda: "This is the past" in over_the_stage(page), "the word over the stage")
     until(page, lambda: queue.player.replay is not None and not queue.player.replay.playing, "at rest at its end")
+    # From now on as slow as the page takes to say that it is replayed.
+    ask(session, lambda s: s.change("speed", 1.0))
     press_key(page, "Space")
     until(page, lambda: queue.player.replay is not None and queue.player.replay.playing, "from the beginning")
     # While it plays the page writes into the box too, but not while a visitor is about to type there.

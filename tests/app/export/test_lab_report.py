@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.export.export_queue import ExportQueue
@@ -46,6 +46,7 @@ def full(text: str) -> str:
 
 
 @given(st.text(min_size=1, max_size=60).filter(str.strip))
+@settings(max_examples=30)
 def test_no_text_becomes_a_tag(text: str) -> None:
     page, plain = full(text), full("a")
     assert HtmlReader(page).tags == HtmlReader(plain).tags

@@ -1,4 +1,4 @@
-"""Tables, curves and pictures: the numbers of the run, the same bytes every time."""
+"""Tables, curves and pictures: the numbers of the run, the same bytes every time; and the film of a push."""
 
 import csv
 import gzip
@@ -14,17 +14,21 @@ from PIL import Image
 from app.export import csv_table as table_module
 from app.export.csv_table import changes, csv_bytes, csv_suffix
 from app.export.plot_pictures import PictureKind, caption, embedded, inline_svg, mathtext, picture_bytes
+from app.export.push_film import BEFORE, SECONDS, film_bytes
 from app.export.recorded_curves import MOMENTS, OF_OTHER_RUNS, POINTS, Curves, Panel, thinned_table, without_tags
 from app.plots.plot_choice import possible_details
 from app.plots.time_plots import time_plot_of
 from app.plots.time_series import COLUMNS, NAMES, RollingSeries
 from app.settings import Details
 from scenes.history import COLUMN
+from scenes.inputs import Recorded
 from scenes.rerun import newest_steps
 from scenes.settings import values
 from scenes.simulation import Simulation
+from scenes.targets import HandTarget
 from tests.app.export.runs import SCENES, piece
 from tests.scenes.helpers import given_settings
+from tests.scenes.inputs.test_run_text import recorded as run_of
 
 
 def read(data: bytes) -> tuple[dict[str, str], list[str], list[list[str]]]:
@@ -200,3 +204,28 @@ def test_an_svg_for_a_page_keeps_to_itself() -> None:
     assert clips and set(clips) <= set(ids)
     assert "viewBox" in root.attrib and not {"width", "height"} & set(root.attrib) and "<metadata" not in svg
     assert embedded('<?xml?><svg width="1" height="2" viewBox="0 0 1 2"></svg>', "a") == '<svg viewBox="0 0 1 2"></svg>'
+
+
+def there_and_back(seconds: float, dt: float = 0.02) -> Recorded:
+    """The hand goes to the other one, and comes back."""
+    turn = 0.4 * seconds
+    return run_of(
+        lambda s, i: HandTarget(np.array([0.25 - 0.25 * max(0.0, 1.0 - abs(i * dt - turn)), 0.0, 1.3]), None),
+        round(seconds / dt),
+        dt,
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seconds", [2.0, 8.0])
+def test_a_film_has_five_seconds_around_the_nearest_moment(seconds: float) -> None:
+    film = film_bytes(there_and_back(seconds), size=(64, 48), rate=2.0)
+    with Image.open(io.BytesIO(film)) as picture:
+        assert picture.format == "WEBP" and picture.size == (64, 48)
+        lengths, seen = [], set()
+        for frame in range(getattr(picture, "n_frames", 0)):
+            picture.seek(frame)
+            seen.add(picture.convert("RGB").tobytes())
+            lengths.append(picture.info["duration"])
+    assert sum(lengths) == 1000.0 * SECONDS and len(seen) > 2, "it moves"
+    assert (max(lengths) > 2000) == (seconds < BEFORE), "a short push stands at its end"

@@ -1,15 +1,15 @@
 """What is copied: lines of Python that make the run again, and a link that gives the settings again or leads to the lesson."""
 
-import os
-import subprocess
-import sys
+import io
+import runpy
+from contextlib import chdir, redirect_stdout
 from pathlib import Path
 from urllib.parse import parse_qsl, urlencode, urlsplit
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib import pyplot
 
 from app.export import python_snippet as snippet_module
 from app.export.python_snippet import MOST_CHARACTERS, Snippet, as_python, is_fresh, settings_python
@@ -29,8 +29,6 @@ from scenes.simulation import Simulation
 from tests.app.export.runs import piece
 from tests.scenes.helpers import given_settings
 from tests.scenes.inputs.helpers import everything
-
-pytestmark = pytest.mark.slow
 
 
 def a_value(spec: Spec, present: object) -> st.SearchStrategy[object]:
@@ -95,35 +93,18 @@ def test_a_link_into_a_lesson_opens_its_step_with_what_was_changed_there(step: i
     assert there.settings == session.settings
 
 
-ROOT = Path(__file__).parents[3]
-
-
-ALL = """
-import os, runpy, sys
-from contextlib import redirect_stdout
-for folder in sys.argv[1:]:
-    os.chdir(folder)
-    with open("said.txt", "w") as said, redirect_stdout(said):
-        runpy.run_path("snippet.py", run_name="__main__")
-"""
-
-
-def executed(snippets: dict[str, Snippet], within: Path) -> dict[str, tuple[str, Array]]:
-    """What the lines print, each in a folder that holds nothing but what belongs to them, and their d. One process starts them all."""
-    folders = {name: within / name for name in snippets}
-    for name, snippet in snippets.items():
-        folders[name].mkdir()
-        if snippet.inputs is not None:
-            (folders[name] / "mine.duet.npz").write_bytes(snippet.inputs)
-        text = snippet.text + "import numpy\nnumpy.save('d.npy', table[:, COLUMN['d']])\n"
-        (folders[name] / "snippet.py").write_text(text, encoding="utf-8")
-    environment, command = os.environ | {"PYTHONPATH": str(ROOT)}, [sys.executable, "-c", ALL, *map(str, folders.values())]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300, check=False)
-    assert done.returncode == 0, done.stderr
-    for folder in folders.values():
-        plot = (folder / "mine.png").read_bytes()
-        assert plot.startswith(b"\x89PNG") and len(plot) > 10_000
-    return {name: ((folder / "said.txt").read_text(), np.load(folder / "d.npy")) for name, folder in folders.items()}
+def executed(snippet: Snippet, folder: Path) -> tuple[str, Array]:
+    """What the lines print in a folder that holds nothing but what belongs to them, and their d."""
+    folder.mkdir()
+    if snippet.inputs is not None:
+        (folder / "mine.duet.npz").write_bytes(snippet.inputs)
+    (folder / "snippet.py").write_text(snippet.text, encoding="utf-8")
+    with chdir(folder), redirect_stdout(io.StringIO()) as said:
+        made = runpy.run_path("snippet.py", run_name="__main__")
+    pyplot.close(made["figure"])
+    plot = (folder / "mine.png").read_bytes()
+    assert plot.startswith(b"\x89PNG") and len(plot) > 10_000
+    return said.getvalue(), made["table"][:, COLUMN["d"]]
 
 
 def test_the_lines_make_the_chosen_piece_with_the_settings_in_force_and_plot_it(
@@ -148,9 +129,8 @@ def test_the_lines_make_the_chosen_piece_with_the_settings_in_force_and_plot_it(
     alone, _ = piece("solo", 0.5)
     snippets["an arm alone"] = as_python(alone, alone, 30.0, "mine")
     assert "d_m" not in snippets["an arm alone"].text and "e²" in snippets["an arm alone"].text
-    found = executed(snippets, tmp_path)
     for how, table in tables.items():
-        said, d = found[how]
+        said, d = executed(snippets[how], tmp_path / how)
         assert d.tobytes() == table[:, COLUMN["d"]].tobytes(), how
         assert how == "all of it" or (f"steps={len(d)}," in said and f"Summary(d_min={float(d.min())!r}," in said)
 
