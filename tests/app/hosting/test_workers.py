@@ -26,7 +26,7 @@ from app.hosting.worker_group import FEW, LATE, LOOK, MOST_SILENT, MOST_STARTING
 from app.hosting.worker_messages import WorkerStart
 from app.settings import GUEST
 from tests.app.hosting.test_guests import INVITE, ON_STAGE, came_again, enter, see, word_on
-from tests.app.page.helpers import click
+from tests.app.page.helpers import click, hotkey_uuid, shown
 from tests.app.runtime.processes import gone, until
 from tests.app.served import Serve, Served, kept
 from tests.blocking_client import BlockingClient
@@ -54,6 +54,11 @@ def come(served: Served, number: int, query: str = "autopilot=0") -> BlockingCli
     return served.come(f"{query}&resume={number:032d}")
 
 
+def pause(visitor: BlockingClient) -> None:
+    """Have a run rest, which then costs next to nothing, also after it has been restored."""
+    visitor.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(visitor, "pause")})
+
+
 def peers_of(pid: int, visitor: BlockingClient) -> bool:
     """Whether a process holds the other end of a visitor's connection."""
     port = visitor.local_port
@@ -74,11 +79,10 @@ def worker_of(served: Served, visitor: BlockingClient) -> int:
 
 
 def wait_for_second_worker(served: Served) -> None:
-    """Return when the second worker serves: a newcomer, who takes no place, comes to it."""
-    until(lambda: len(served.workers) == 2)
+    """Return when the second worker serves: a newcomer, who takes no place, has it started and at last comes to it."""
     for number in count(1000):
         with BlockingClient(served.url, query=f"resume={number:032d}", camera=False) as newcomer:
-            if worker_of(served, newcomer) == served.workers[1]:
+            if worker_of(served, newcomer) in served.workers[1:]:
                 return
 
 
@@ -185,10 +189,10 @@ def test_tabs_are_spread_over_the_workers_stay_at_theirs_and_outlive_them(serve:
         count_the_tabs_of_both(served, opened, tabs)
         # A guest comes to the worker of the host, who is the newest and is not where the first tab is.
         tabs.pop(1).close()
+        pause(tabs[HOST])
         click(tabs[HOST], INVITE)
         word = word_on(tabs[HOST])
-        guest = enter(opened, served.url, word, GUEST_TAB)
-        see(guest, ON_STAGE)
+        guest = opened.enter_context(served.come(f"{GUEST}={word}&resume={GUEST_TAB:032d}", lambda v: ON_STAGE in shown(v)))
         assert worker_of(served, guest) == places[HOST] != places[0]
         tabs[HOST].wait_for(lambda _: (left := kept(served.store, f"{HOST:032d}")) is not None and left.invitation == word)
         # The worker is killed: the tab of the other one does not notice, and the guest, who is back before the host, gets in after them.
@@ -206,6 +210,7 @@ def test_tabs_are_spread_over_the_workers_stay_at_theirs_and_outlive_them(serve:
         assert worker_of(served, tabs[0]) == places[0] and served.said().count("has ended with code") == 1
         assert "another one takes its place" in served.said()
         # All are replaced, one after the other.
+        pause(tabs[0])
         before = served.workers
         served.process.send_signal(signal.SIGUSR1)
         for number, visitor in tabs.items():
