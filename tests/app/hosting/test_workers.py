@@ -231,7 +231,7 @@ def real(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
     chosen = threading.Event()
     command = worker_process.subprocess.Popen
 
-    def start(parts: tuple[str, ...], **options: Any) -> subprocess.Popen[bytes]:
+    def start(parts: tuple[str, ...], **options: Any) -> Any:
         idle = [part.replace("app.serve_worker", "tests.app.hosting.idle_worker") for part in parts]
         return command(parts if chosen.is_set() else idle, **options)
 

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO, Any, Final
+from typing import IO, Final
 from urllib.parse import quote
 
 import pytest
@@ -66,8 +66,15 @@ def started(command: Sequence[str], folder: Path, more: Mapping[str, str] = {}) 
     """A command in a group of its own, as a shell starts it; and the file that gets what it says on stderr. `more`: of the environment."""
     said = folder / "stderr"
     with said.open("wb") as errors:
-        options: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": errors, "cwd": ROOT, "env": os.environ | more}
-        process = subprocess.Popen([sys.executable, *command], start_new_session=True, bufsize=0, **options)
+        process = subprocess.Popen(
+            [sys.executable, *command],
+            stdout=subprocess.PIPE,
+            stderr=errors,
+            cwd=ROOT,
+            env=os.environ | more,
+            start_new_session=True,
+            bufsize=0,
+        )
     try:
         yield process, said
     finally:
