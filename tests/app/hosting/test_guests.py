@@ -5,7 +5,6 @@ from contextlib import ExitStack
 
 import numpy as np
 
-from app.hosting.dispatcher import tab_of
 from app.settings import GUEST, Settings
 from app.start import App
 from scenes.settings import RunSettings
@@ -124,9 +123,3 @@ def test_a_guest_holds_the_silver_arm_and_nothing_else(house: OpenHouse, arrive:
         see(unknown, "To povabilo ni odprto")
         click(back, INVITE)
         assert word_on(back) != word
-
-
-def test_the_word_is_found_in_the_first_line_of_a_request() -> None:
-    line = b"GET /?guest=0123456789abcdef&resume=fedcba9876543210 HTTP/1.1\r"
-    assert tab_of(line, GUEST) == "0123456789abcdef" and tab_of(line) == "fedcba9876543210"
-    assert tab_of(b"GET /?noguest=0123456789abcdef HTTP/1.1\r", GUEST) == ""

@@ -1,14 +1,13 @@
 """A server that is killed or terminated, and started again: its tabs go on where they were."""
 
 import re
-from collections.abc import Callable
 
 import numpy as np
 
 from app.hosting.visitor_record import VisitorRecord
 from app.lessons.progress import Progress, from_json
 from tests.app.page.helpers import buttons, click, hotkey_uuid
-from tests.app.served import Serve, Served, kept
+from tests.app.served import Serve, kept
 from tests.blocking_client import BlockingClient
 
 EXPLORER, STUDENT, LATE = "e" * 32, "5" * 32, "6" * 32
@@ -49,29 +48,20 @@ def test_after_a_kill_a_tab_has_its_step_its_answer_and_its_arms_and_sigterm_wri
         # The hand has come to rest, and this is in the file.
         student.wait_for(lambda _: steps_of(kept(store, EXPLORER)) > since + 800, 60.0)
         moved, lesson = joints(explorer), progress_of(kept(store, STUDENT))
-        (worker,) = served.workers
-        served.replace(worker)
-
-    def go_on(served: Served, end: Callable[[], None]) -> None:
-        begin = steps_of(kept(store, EXPLORER))
-        with served.come(exploring) as explorer, served.come(learning) as student:
-            explorer.wait_for(lambda _: steps_of(kept(store, EXPLORER)) > begin, 60.0)
-            # The elbow still drifts a little; the hand was moved by more.
-            assert np.abs(moved - first).max() > 5e-3
-            explorer.wait_for(lambda _: np.abs(joints(explorer) - moved).max() < 5e-3, 60.0)
-            student.wait_for(lambda v: "Run" in buttons(v), 60.0)
-            assert progress_of(kept(store, STUDENT)) == lesson and [done.choice for done in lesson.steps.values()] == [1]
-            end()
-
-    go_on(served, served.kill)
-    again = serve("--workers", "1", "--sessions", "8")
-
-    def end_while_an_answer_waits() -> None:
-        with again.come(lesson_link + LATE) as late:
-            answer(late)
-            assert again.terminate() == ""
-
-    go_on(again, end_while_an_answer_waits)
+        # The elbow still drifts a little; the hand was moved by more.
+        assert np.abs(moved - first).max() > 5e-3
+        served.kill()
+    begin = steps_of(kept(store, EXPLORER))
+    served = serve("--workers", "1", "--sessions", "8")
+    with served.come(exploring) as explorer, served.come(learning) as student:
+        explorer.wait_for(lambda _: steps_of(kept(store, EXPLORER)) > begin, 60.0)
+        explorer.wait_for(lambda _: np.abs(joints(explorer) - moved).max() < 5e-3, 60.0)
+        student.wait_for(lambda v: "Run" in buttons(v), 60.0)
+        assert progress_of(kept(store, STUDENT)) == lesson and [done.choice for done in lesson.steps.values()] == [1]
+    # An answer that waits to be written.
+    with served.come(lesson_link + LATE) as late:
+        answer(late)
+        assert served.terminate() == ""
     record = kept(store, LATE)
     assert record is not None and record.lessons is not None and record.lessons.open
     assert [done.choice for done in progress_of(record).steps.values()] == [1]

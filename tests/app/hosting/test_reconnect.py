@@ -147,7 +147,7 @@ def test_the_health_names_what_is_wrong_with_the_store(house: OpenHouse, tmp_pat
     assert state_with(tmp_path / "file" / "store") == {**well, "problem": "File exists"}
 
 
-def test_six_dropped_connections_lose_nothing(
+def test_four_dropped_connections_lose_nothing(
     house: OpenHouse, tab: Callable[..., Tab], caplog: pytest.LogCaptureFixture
 ) -> None:
     opened = house()
@@ -164,12 +164,12 @@ def test_six_dropped_connections_lose_nothing(
     with caplog.at_level(logging.WARNING):
         caplog.clear()
         counts: list[tuple[int, int]] = []
-        for turn in range(6):
+        for turn in range(4):
             session = one.session
             if turn == 2:
                 click(one.visitor, "Next")
                 one.visitor.wait_for(lambda _: one.lessons.walk.phase is Phase.EXPLAIN, 60.0)
-            if turn == 4:
+            if turn == 3:
                 ask(session, lambda s: s.toggle_pause())
             ask(session, lambda s: s.halt.set("visitor"))
             before = one.remembered()

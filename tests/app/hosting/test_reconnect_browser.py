@@ -1,33 +1,9 @@
 """A browser that comes back by itself, and one that says that it is out of sight."""
 
 from app.session.session import Session
-from app.settings import Settings
-from tests.app.conftest import OpenHouse, ask, live_sessions, visitor_of
+from tests.app.conftest import OpenHouse, ask, live_sessions
 from tests.app.runtime import processes
 from tests.browser import PageAt, until, wait_ready
-
-
-def test_a_browser_comes_back_by_itself_to_where_it_was(house: OpenHouse, page_at: PageAt) -> None:
-    opened = house()
-    page = page_at(800, 600)
-    page.goto(f"{opened.url}/?n=8")
-    until(page, lambda: len(live_sessions(opened)) == 1, "a session")
-    ((number, session),) = live_sessions(opened).items()
-    ask(session, lambda s: [s.change("dm", 0.21), s.change("ghost", "frozen"), s.toggle_pause()])
-    state = ask(session, lambda s: (s.settings, s.simulation.steps))
-    for turn in range(2):
-        wait_ready(page, "/room")
-        if turn == 1:
-            page.reload()
-        else:
-            (connection,) = opened.server._websock_server._live_connections.values()
-            connection.loop.call_soon_threadsafe(connection.transport.abort)
-        until(page, lambda before=number: len(now := live_sessions(opened)) == 1 and before not in now, "a new connection alone")
-        ((number, again),) = live_sessions(opened).items()
-        assert again is session and ask(session, lambda s: (s.settings, s.simulation.steps)) == state
-        page.wait_for_function("() => [...document.querySelectorAll('input')].some(one => one.value === '210')")
-    assert not opened.context.store._parked
-
 
 _TRIES = """
 window.tries = 0;
@@ -40,43 +16,54 @@ window.Worker = class extends Native {
 };
 """
 
-
-def test_no_websocket_is_opened_before_the_server_answers(house: OpenHouse, page_at: PageAt) -> None:
-    # A browser that has seen many of them fail would open none for minutes.
-    opened, asked = house(), list[str]()
-    page = page_at(800, 600, fresh=True, expect=["healthz"])
-    page.add_init_script(_TRIES)
-    page.goto(opened.url)
-    wait_ready(page, "/room")
-    (before,) = live_sessions(opened)
-    health = "**/healthz?origin=*"
-    page.route(health, lambda route: (asked.append(route.request.url), route.abort()))
-    opened.server._websock_server.disconnect_all_clients()
-    until(page, lambda: len(asked) > 3, "questions whether the server is there")
-    assert page.evaluate("tries") == 0 and before not in live_sessions(opened)
-    page.unroute(health)
-    until(page, lambda: len(now := live_sessions(opened)) == 1 and before not in now, "a new connection")
-    assert page.evaluate("tries") == 1
-
-
 _HIDE = """hidden => {
   Object.defineProperty(document, "hidden", { configurable: true, get: () => hidden });
   document.dispatchEvent(new Event("visibilitychange"));
 }"""
 
 
-def test_the_page_says_that_its_tab_is_out_of_sight(house: OpenHouse, page_at: PageAt) -> None:
-    opened = house(Settings(), sessions=2)
-    page = page_at(1000, 700)
-    page.goto(f"{opened.url}/?lang=en")
-    page.get_by_text("× real time").first.wait_for()
-    session = visitor_of(opened).session
+def test_a_browser_comes_back_by_itself_to_where_it_was_and_says_that_it_is_out_of_sight(
+    house: OpenHouse, page_at: PageAt
+) -> None:
+    opened, asked = house(), list[str]()
+    page = page_at(800, 600, fresh=True, expect=["healthz"])
+    page.add_init_script(_TRIES)
+    page.goto(f"{opened.url}/?n=8")
+    until(page, lambda: len(live_sessions(opened)) == 1, "a session")
+    ((number, session),) = live_sessions(opened).items()
+    ask(session, lambda s: [s.change("dm", 0.21), s.change("ghost", "frozen"), s.toggle_pause()])
+    state = ask(session, lambda s: (s.settings, s.simulation.steps))
+
+    def lose_the_line() -> None:
+        (connection,) = opened.server._websock_server._live_connections.values()
+        connection.loop.call_soon_threadsafe(connection.transport.abort)
+
+    def find_no_server() -> None:
+        """No websocket is opened before the server answers: a browser that has seen many of them fail would open none for minutes."""
+        page.evaluate("tries = 0")
+        health = "**/healthz?origin=*"
+        page.route(health, lambda route: (asked.append(route.request.url), route.abort()))
+        opened.server._websock_server.disconnect_all_clients()
+        until(page, lambda: len(asked) > 3, "questions whether the server is there")
+        assert page.evaluate("tries") == 0 and not live_sessions(opened)
+        page.unroute(health)
+        page.wait_for_function("tries === 1")
+
+    for interrupt in (lose_the_line, find_no_server, page.reload):
+        wait_ready(page, "/room")
+        interrupt()
+        until(page, lambda before=number: len(now := live_sessions(opened)) == 1 and before not in now, "a new connection alone")
+        ((number, again),) = live_sessions(opened).items()
+        assert again is session and ask(session, lambda s: (s.settings, s.simulation.steps)) == state
+        page.wait_for_function("() => [...document.querySelectorAll('input')].some(one => one.value === '210')")
+    assert not opened.context.store._parked
 
     def goes_on(session: Session) -> bool:
         steps = session.simulation.steps
         processes.until(lambda: session.simulation.steps > steps or session.paused)
         return not session.paused
 
+    ask(session, lambda s: s.toggle_pause())
     assert goes_on(session)
     page.evaluate(_HIDE, True)
     processes.until(lambda: session.paused)
@@ -86,8 +73,5 @@ def test_the_page_says_that_its_tab_is_out_of_sight(house: OpenHouse, page_at: P
     # A page that connects again in the background is out of sight from the beginning.
     page.evaluate(_HIDE, True)
     processes.until(lambda: session.paused)
-    (before,) = live_sessions(opened)
     opened.server._websock_server.disconnect_all_clients()
-    processes.until(
-        lambda: any(number != before and one is session and one.paused for number, one in live_sessions(opened).items())
-    )
+    processes.until(lambda: any(one != number and its is session and its.paused for one, its in live_sessions(opened).items()))

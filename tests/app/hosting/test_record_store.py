@@ -339,15 +339,6 @@ def test_what_could_not_be_read_when_its_visitor_came_is_not_overwritten(
     assert again is not None and again.settings.run.law.critical_distance == 0.3
 
 
-def test_a_place_that_cannot_be_written_is_no_reason_not_to_start(tmp_path: Path, clock: Clock) -> None:
-    (tmp_path / "file").write_text("")
-    store = SessionStore(DAY, file=RecordWriter(tmp_path / "file" / "store", DAY, 1_000_000, clock=clock))
-    assert store.state.problem
-    store.save(small(1))
-    assert find(store, {"resume": tab(1)}) is not None
-    store.close()
-
-
 def test_two_servers_do_not_share_a_file_but_the_workers_of_one_do(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     dispatcher = StoreLock(path)
     with pytest.raises(StoreRefused, match=r"--store other\.sqlite"):

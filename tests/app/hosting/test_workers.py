@@ -6,23 +6,27 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from datetime import datetime, timedelta
 from itertools import count
 from pathlib import Path
 from time import monotonic
-from typing import cast
+from types import SimpleNamespace
+from typing import Any, cast
 from urllib.request import urlopen
 
 import pytest
 
+from app.hosting import worker_process
 from app.hosting.dispatcher import MOST_OF_ADDRESS, MOST_OF_TAB, tab_of
 from app.hosting.serve_options import ServeOptions
 from app.hosting.worker_group import FEW, LATE, LOOK, MOST_SILENT, MOST_STARTING, MOST_STOPPING, WorkerGroup
 from app.hosting.worker_messages import WorkerStart
+from app.settings import GUEST
 from tests.app.hosting.test_guests import INVITE, ON_STAGE, came_again, enter, see, word_on
-from tests.app.page.helpers import click
+from tests.app.page.helpers import click, hotkey_uuid, shown
 from tests.app.runtime.processes import gone, until
 from tests.app.served import Serve, Served, kept
 from tests.blocking_client import BlockingClient
@@ -50,6 +54,11 @@ def come(served: Served, number: int, query: str = "autopilot=0") -> BlockingCli
     return served.come(f"{query}&resume={number:032d}")
 
 
+def pause(visitor: BlockingClient) -> None:
+    """Have a run rest, which then costs next to nothing, also after it has been restored."""
+    visitor.send({"type": "CommandTriggerMessage", "uuid": hotkey_uuid(visitor, "pause")})
+
+
 def peers_of(pid: int, visitor: BlockingClient) -> bool:
     """Whether a process holds the other end of a visitor's connection."""
     port = visitor.local_port
@@ -70,29 +79,29 @@ def worker_of(served: Served, visitor: BlockingClient) -> int:
 
 
 def wait_for_second_worker(served: Served) -> None:
-    """Return when the second worker serves: a newcomer, who takes no place, comes to it."""
-    until(lambda: len(served.workers) == 2)
+    """Return when the second worker serves: a newcomer, who takes no place, has it started and at last comes to it."""
     for number in count(1000):
         with BlockingClient(served.url, query=f"resume={number:032d}", camera=False) as newcomer:
-            if worker_of(served, newcomer) == served.workers[1]:
+            if worker_of(served, newcomer) in served.workers[1:]:
                 return
 
 
 @pytest.mark.parametrize(
-    ("line", "tab"),
+    ("line", "tab", "guest"),
     [
-        (b"GET /?resume=0123456789abcdef HTTP/1.1\r", "0123456789abcdef"),
-        (b"GET /?scene=ball&resume=0123456789abcdef&window=800x600 HTTP/1.1\r", "0123456789abcdef"),
-        (b"GET /?noresume=0123456789abcdef HTTP/1.1\r", ""),
-        (b"GET /?resume=short HTTP/1.1\r", ""),
-        (b"GET /?resume=0123456789ABCDEF HTTP/1.1\r", ""),
-        (b"GET /healthz HTTP/1.1\r", ""),
-        (b"\x16\x03\x01 no HTTP at all", ""),
-        (b"", ""),
+        (b"GET /?resume=0123456789abcdef HTTP/1.1\r", "0123456789abcdef", ""),
+        (b"GET /?scene=ball&resume=0123456789abcdef&window=800x600 HTTP/1.1\r", "0123456789abcdef", ""),
+        (b"GET /?guest=0123456789abcdef&resume=fedcba9876543210 HTTP/1.1\r", "fedcba9876543210", "0123456789abcdef"),
+        (b"GET /?noresume=0123456789abcdef&noguest=0123456789abcdef HTTP/1.1\r", "", ""),
+        (b"GET /?resume=short HTTP/1.1\r", "", ""),
+        (b"GET /?resume=0123456789ABCDEF HTTP/1.1\r", "", ""),
+        (b"GET /healthz HTTP/1.1\r", "", ""),
+        (b"\x16\x03\x01 no HTTP at all", "", ""),
+        (b"", "", ""),
     ],
 )
-def test_the_tab_is_found_in_the_first_line_of_a_request(line: bytes, tab: str) -> None:
-    assert tab_of(line) == tab
+def test_tab_and_invitation_are_found_in_the_first_line_of_a_request(line: bytes, tab: str, guest: str) -> None:
+    assert (tab_of(line), tab_of(line, GUEST)) == (tab, guest)
 
 
 def answer_what_is_no_request(served: Served) -> None:
@@ -167,31 +176,31 @@ def count_the_tabs_of_both(served: Served, opened: ExitStack, tabs: dict[int, Bl
 
 
 def test_tabs_are_spread_over_the_workers_stay_at_theirs_and_outlive_them(serve: Serve) -> None:
-    served = serve("--workers", "2", "--sessions", "4")
+    served = serve("--workers", "2", "--sessions", "3")
     assert len(served.workers) == 1, "one worker is enough for the first"
     answer_what_is_no_request(served)
     keep_lines_without_headers_from_the_workers(served)
     with ExitStack() as opened:
-        tabs = {number: opened.enter_context(come(served, number)) for number in range(3)}
+        tabs = {number: opened.enter_context(come(served, number)) for number in range(2)}
         wait_for_second_worker(served)
         tabs[HOST] = opened.enter_context(come(served, HOST, HOLD))
         places = {number: worker_of(served, visitor) for number, visitor in tabs.items()}
         assert set(places.values()) == set(served.workers), "both have tabs"
         count_the_tabs_of_both(served, opened, tabs)
         # A guest comes to the worker of the host, who is the newest and is not where the first tab is.
-        tabs.pop(2).close()
+        tabs.pop(1).close()
+        pause(tabs[HOST])
         click(tabs[HOST], INVITE)
         word = word_on(tabs[HOST])
-        guest = enter(opened, served.url, word, GUEST_TAB)
-        see(guest, ON_STAGE)
+        guest = opened.enter_context(served.come(f"{GUEST}={word}&resume={GUEST_TAB:032d}", lambda v: ON_STAGE in shown(v)))
         assert worker_of(served, guest) == places[HOST] != places[0]
         tabs[HOST].wait_for(lambda _: (left := kept(served.store, f"{HOST:032d}")) is not None and left.invitation == word)
-        # The worker is killed: those of the other one do not notice, and the guest, who is back before the host, gets in after the host.
+        # The worker is killed: the tab of the other one does not notice, and the guest, who is back before the host, gets in after them.
         frames = tabs[0].received.frames
         served.replace(places[HOST])
         guest = enter(opened, served.url, word, GUEST_TAB)
         see(guest, "This invitation is not open")
-        tabs |= {n: opened.enter_context(come(served, n, HOLD)) for n in tabs if places[n] == places[HOST]}
+        tabs[HOST] = opened.enter_context(come(served, HOST, HOLD))
         guest = came_again(opened, guest, served.url, word, GUEST_TAB)
         see(guest, ON_STAGE)
         see(tabs[HOST], "The second person is here")
@@ -201,6 +210,7 @@ def test_tabs_are_spread_over_the_workers_stay_at_theirs_and_outlive_them(serve:
         assert worker_of(served, tabs[0]) == places[0] and served.said().count("has ended with code") == 1
         assert "another one takes its place" in served.said()
         # All are replaced, one after the other.
+        pause(tabs[0])
         before = served.workers
         served.process.send_signal(signal.SIGUSR1)
         for number, visitor in tabs.items():
@@ -213,6 +223,20 @@ def test_tabs_are_spread_over_the_workers_stay_at_theirs_and_outlive_them(serve:
     # A test run in the background of a shell hands on that Ctrl+C is ignored.
     assert served.terminate() == ""
     assert all(gone(pid) for pid in processes) and "Traceback" not in served.said()
+
+
+@pytest.fixture
+def real(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
+    """While this is set, the workers that are started are real ones; the others take a moment instead of seconds."""
+    chosen = threading.Event()
+    command = worker_process.subprocess.Popen
+
+    def start(parts: tuple[str, ...], **options: Any) -> Any:
+        idle = [part.replace("app.serve_worker", "tests.app.hosting.idle_worker") for part in parts]
+        return command(parts if chosen.is_set() else idle, **options)
+
+    monkeypatch.setattr(worker_process, "subprocess", SimpleNamespace(**{**vars(subprocess), "Popen": start}))
+    return chosen
 
 
 class Group:
@@ -237,6 +261,7 @@ class Group:
         self.hear_until(lambda: not self._selector.select(0.0))
 
 
+@pytest.mark.usefixtures("real")
 def test_a_worker_that_hangs_is_replaced_and_one_that_works_is_not() -> None:
     with ExitStack() as opened:
         dispatcher = Group(opened)
@@ -302,7 +327,7 @@ signal.signal(signal.SIGUSR2, hang)
 
 
 def test_a_newcomer_goes_to_a_worker_that_serves_and_one_whose_frames_alone_hang_is_replaced(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, real: threading.Event
 ) -> None:
     (tmp_path / "sitecustomize.py").write_text(HANGING, encoding="utf-8")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
@@ -313,10 +338,14 @@ def test_a_newcomer_goes_to_a_worker_that_serves_and_one_whose_frames_alone_hang
         first, *_ = group.workers
         hear_until(lambda: first.ready)
         first.clients = 10 * FEW
+        real.set()
         assert [group.worker_of(tab) for tab in ("", "a", "b")] == [first] * 3
         _, second = group.workers
         hear_until(lambda: second.ready)
         assert group.worker_of("") is second and group.worker_of("a") is first
+        real.clear()
+        second.silent = 1
+        hear_until(lambda: not second.silent)
         os.kill(second.process.pid, signal.SIGUSR2)
         hear_until(lambda: group.look_after(monotonic()) or group.workers[1] is not second)
         assert gone(second.process.pid) and group.workers[0] is first

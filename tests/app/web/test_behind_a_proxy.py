@@ -73,43 +73,35 @@ def proxies() -> Iterator[tuple[Proxy, Proxy]]:
             proxy.shutdown()
 
 
-def test_both_proxies_work_once_their_address_is_let_in(
+def test_both_proxies_work_once_their_address_is_let_in_and_a_tab_stays_with_its_own_of_two_servers(
     proxies: tuple[Proxy, Proxy], house: OpenHouse, page_at: PageAt, caplog: pytest.LogCaptureFixture
 ) -> None:
-    strict = house()
-    page = page_at(700, 500)
-    for one, address in zip(proxies, ("/lab/duet/?lang=sl", "/?lang=sl"), strict=True):
-        one.behind = strict.server.get_port()
-        page.goto(one.origin + address)
-        expect(page.locator("#duet-connection")).to_have_text(
-            f"Duet tega naslova ne pozna. Zaženite ga z --allow-origin {one.origin}", timeout=60_000
-        )
+    strict, page, (rewriting, keeping) = house(), page_at(700, 500, fresh=True), proxies
+    rewriting.behind = strict.server.get_port()
+    page.goto(f"{rewriting.origin}/lab/duet/?lang=sl")
+    expect(page.locator("#duet-connection")).to_have_text(
+        f"Duet tega naslova ne pozna. Zaženite ga z --allow-origin {rewriting.origin}", timeout=60_000
+    )
     screenshot(page, "address-not-known")
-    assert f"start it with --allow-origin {proxies[0].origin}" in caplog.text
+    assert f"start it with --allow-origin {rewriting.origin}" in caplog.text
     assert live_sessions(strict) == {}
-    open_to_both = house(allowed_origins=tuple(one.origin for one in proxies))
-    for one, folder in zip(proxies, ("/lab/duet", ""), strict=True):
-        one.behind = open_to_both.server.get_port()
-        page.goto(f"{one.origin}{folder}/?n=8")
+    # Of two servers behind the second proxy one has the tab, and the page comes from the other one.
+    first, open_to_both = (house(allowed_origins=tuple(one.origin for one in proxies)) for _ in range(2))
+    rewriting.behind = keeping.of_tabs = open_to_both.server.get_port()
+    keeping.behind = first.server.get_port()
+    loads: list[int] = []
+    page.on("load", lambda _: loads.append(1))
+    for number, (one, folder) in enumerate(((rewriting, "/lab/duet"), (keeping, "")), 1):
+        with page.expect_response(lambda answer: "healthz?resume=" in answer.url) as health:
+            page.goto(f"{one.origin}{folder}/?n=8")
+        assert health.value.json()["run"] == open_to_both.server.run != first.server.run
         wait_ready(page, "/room")
         until(page, lambda: any(values(s.settings)["n"] == 8.0 for s in live_sessions(open_to_both).values()), "its link")
         assert page.evaluate("fetch('documents/model').then(answer => answer.status)") == 200
         link = page.locator(".duet-link input")
         expect(link).to_have_value(re.compile(rf"^{re.escape(one.origin + folder)}/\?"), timeout=60_000)
-
-
-def test_a_tab_stays_with_its_own_of_two_servers(proxies: tuple[Proxy, Proxy], house: OpenHouse, page_at: PageAt) -> None:
-    proxy = proxies[1]
-    first, second = (house(allowed_origins=(proxy.origin,)) for _ in range(2))
-    proxy.behind, proxy.of_tabs = first.server.get_port(), second.server.get_port()
-    page = page_at(700, 500, fresh=True)
-    loads: list[int] = []
-    page.on("load", lambda _: loads.append(1))
-    with page.expect_response(lambda answer: "healthz?resume=" in answer.url) as health:
-        page.goto(proxy.origin)
-    assert health.value.json()["run"] == second.server.run != first.server.run
-    wait_ready(page, "/room")
-    assert len(loads) == 1 and len(live_sessions(second)) == 1 and not live_sessions(first)
+        assert len(loads) == number, "it is not loaded again to look for its server"
+    assert not live_sessions(first)
 
 
 def test_programs_and_the_class_find_the_way_through(

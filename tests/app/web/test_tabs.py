@@ -9,29 +9,12 @@ from tests.app.web.conftest import Start
 from tests.blocking_client import BlockingClient
 from tests.browser import PageAt, screenshot
 
-
-def test_a_lost_connection_is_said_and_taken_back(start: Start, page_at: PageAt) -> None:
-    server = start()
-    server.gui.add_markdown("first start")
-    page = page_at(900, 600)
-    page.goto(server.url)
-    page.get_by_text("first start").wait_for()
-    pill = page.locator("#duet-connection")
-    assert not pill.is_visible() and pill.get_attribute("role") == "status"
-    port = server.get_port()
-    server.stop()
-    pill.get_by_text("Connection lost").wait_for()
-    screenshot(page, "connection-lost")
-    again = start(port)
-    again.gui.add_markdown("second start")
-    page.get_by_text("second start").wait_for()
-    pill.wait_for(state="hidden")
-    # Another server than before: the page was loaded from it.
-    page.wait_for_function("fetch('/healthz').then(a => a.json()).then(s => document.documentElement.outerHTML.includes(s.run))")
+RESUME, TEACHER_KEY = PageAssets((STATIC / "resume.js",)), PageAssets((STATIC / "teacher_key.js",))
 
 
-def test_the_full_page_lets_in_by_itself(start: Start, page_at: PageAt) -> None:
-    server = start(max_clients=1)
+def test_the_full_page_lets_in_by_itself_and_a_teacher_at_once(start: Start, page_at: PageAt) -> None:
+    server = start(max_clients=1, assets=TEACHER_KEY)
+    server.always_admits = lambda query: query.get("key") == "chalk-and-talk"
     server.gui.add_markdown("welcome")
     page = page_at(900, 600, fresh=True, expect=(r"status of 503",))
     with BlockingClient(server.url) as program:
@@ -51,24 +34,13 @@ def test_the_full_page_lets_in_by_itself(start: Start, page_at: PageAt) -> None:
     server.max_clients = 1
     page.get_by_text("welcome").wait_for()
     assert page.evaluate("location.search") == "?dm=0.1"
-
-
-def test_a_teacher_who_reloads_gets_in_though_every_place_is_taken(start: Start, page_at: PageAt) -> None:
-    server = start(max_clients=1, assets=TEACHER_KEY)
-    server.always_admits = lambda query: query.get("key") == "chalk-and-talk"
-    server.gui.add_markdown("welcome")
-    page = page_at(900, 600, fresh=True, expect=(r"status of 503",))
-    with BlockingClient(server.url) as program:
-        program.wait_for(lambda _: server.count_clients() == 1)
-        page.goto(f"{server.url}/?dm=0.1&key=chalk-and-talk")
-        page.get_by_text("welcome").wait_for()
-        assert page.evaluate("location.search") == "?dm=0.1"
-        page.reload()
+    # A teacher who comes, and reloads, gets in though every place is taken.
+    server.max_clients = 0
+    for come in (lambda: page.goto(f"{server.url}/?dm=0.1&key=chalk-and-talk"), page.reload):
+        come()
         page.get_by_text("welcome").wait_for()
         assert page.evaluate("location.search") == "?dm=0.1"
 
-
-RESUME, TEACHER_KEY = PageAssets((STATIC / "resume.js",)), PageAssets((STATIC / "teacher_key.js",))
 
 _IN_THE_BACKGROUND = """
 Object.defineProperty(window, "sessionStorage", { get() { throw new Error("blocked"); } });
@@ -93,12 +65,17 @@ def test_a_tab_that_draws_nothing_and_stores_nothing_says_hello_and_its_name(sta
         assert server.client_id(tab) not in server.get_clients()
 
 
-def test_a_tab_that_was_doubled_too_often_says_so_and_stays_away(start: Start, page_at: PageAt) -> None:
-    server = start(assets=RESUME, limits=TrafficLimits(connections=1))
-    server.gui.add_markdown("welcome")
+def test_a_lost_connection_is_said_and_taken_back_and_a_tab_that_was_doubled_too_often_stays_away(
+    start: Start, page_at: PageAt
+) -> None:
+    options = {"assets": RESUME, "limits": TrafficLimits(connections=1)}
+    server = start(**options)
+    server.gui.add_markdown("first start")
     page = page_at(900, 600)
     page.goto(server.url)
-    page.get_by_text("welcome").wait_for()
+    page.get_by_text("first start").wait_for()
+    pill = page.locator("#duet-connection")
+    assert not pill.is_visible() and pill.get_attribute("role") == "status"
     word = page.evaluate("sessionStorage.getItem('duetResume')")
     double = page_at(900, 600, locale="de-DE")
     double.add_init_script(f"sessionStorage.setItem('duetResume', '{word}')")
@@ -108,3 +85,13 @@ def test_a_tab_that_was_doubled_too_often_says_so_and_stays_away(start: Start, p
     assert double.evaluate(f"{note}.scrollWidth <= {note}.clientWidth")
     screenshot(double, "tab-doubled")
     assert server.count_clients() == 1
+    port = server.get_port()
+    server.stop()
+    pill.get_by_text("Connection lost").wait_for()
+    screenshot(page, "connection-lost")
+    again = start(port, **options)
+    again.gui.add_markdown("second start")
+    page.get_by_text("second start").wait_for()
+    pill.wait_for(state="hidden")
+    # Another server than before: the page was loaded from it.
+    page.wait_for_function("fetch('/healthz').then(a => a.json()).then(s => document.documentElement.outerHTML.includes(s.run))")
