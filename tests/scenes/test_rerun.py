@@ -42,9 +42,8 @@ def session(scene: str, law: str, seconds: float, window: float) -> tuple[Simula
 def test_again_to_the_last_bit_from_the_middle_of_a_run(scene: str, law: str) -> None:
     simulation, recorded = session(scene, law, 2.6, 1.6)
     assert recorded.begin >= 0.9 and len(recorded.stretches) == 3
-    again = rerun(recorded)
-    assert again.table.tobytes() == simulation.history.table(recorded.steps).tobytes()
-    assert again.table.tobytes() == rerun(pickle.loads(pickle.dumps(recorded))).table.tobytes()
+    sent = pickle.loads(pickle.dumps(recorded))
+    assert rerun(sent).table.tobytes() == simulation.history.table(recorded.steps).tobytes()
 
 
 @pytest.mark.parametrize(("key", "value"), [("dead", 0.05), ("fps", 20.0)])
