@@ -90,6 +90,16 @@ def test_two_avoiding_arms_keep_the_threshold_for_any_v(scene: str, v: float) ->
     assert run(replace(both, avoid="free"), 30.0).summary.d_min < 0.15 - 0.01
 
 
+@pytest.mark.parametrize("seed", range(1, 7))
+def test_two_arms_that_add_the_obstacles_speed_to_v_do_not_ring(seed: int) -> None:
+    """Of one row, each adds the other's w: no joint's velocity alternates, nor jumps by .1 rad/s from one time step to the next."""
+    order, dt = ((6.0, 0.01), (20.0, 0.005))[seed % 2]
+    chosen = options.LawSettings(feed_forward=True, order=order)
+    settings = experiment("master_slave", law=chosen, hand_speed=0.8, seed=seed, dt=dt)
+    result = run(settings, 10.0)
+    assert settings.one_row and np.abs(np.diff(result.simulation.history.velocities(result.table), axis=0)).max() <= 0.1
+
+
 def test_followers_copy_their_models() -> None:
     # Mirrored: joints about the vertical turn the other way; identical: all the same way; both from the start posture.
     for following, signs in (("identical", np.ones(7)), ("mirrored", np.array([-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0]))):

@@ -125,9 +125,7 @@ def test_joint_sensors_show_noise_and_steps() -> None:
     coarse = measured_positions(real(RunSettings(), qstep=0.01), q, arms, 0)
     assert coarse / 0.01 == pytest.approx(np.round(coarse / 0.01), abs=1e-9)
     assert 1e-4 < np.abs(coarse - q).max() <= 0.005 + 1e-12
-
-
-def test_the_ball_has_no_joint_sensors() -> None:
+    # The ball has none.
     simulation = Simulation(real(scene_settings("ball"), qnoise=0.01, qstep=0.01))
     assert simulation.room.ball is not None
     shown = measured_positions(simulation.settings, simulation.positions, simulation.room.arms, 3)
