@@ -177,6 +177,7 @@ def point(led: Led, joint: int, offset: Array) -> Array:
     return led.kinematics.data.oMi[led.arm.joint(joint)].act(offset)
 
 
+@settings(max_examples=40)
 @given(ROBOTS, st.integers(1, 6), OFFSETS, st.integers(0, 2**32 - 1))
 def test_the_jacobian_of_the_point_is_that_of_finite_differences(robot: RobotName, joint: int, offset: Array, seed: int) -> None:
     led = Led(robot=robot)
@@ -198,7 +199,7 @@ def test_the_jacobian_of_the_point_is_that_of_finite_differences(robot: RobotNam
         assert_allclose(J[:, i], (ends[0] - ends[1]) / 2e-6, atol=1e-7)
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(ROBOTS, st.integers(1, 6), OFFSETS, WAYS, st.sampled_from((0.00125, DT, 0.02)), st.sampled_from((0.05, TOP_SPEED, 1.0)))
 def test_any_pull_stays_inside_every_limit_and_comes_nearer(
     robot: RobotName, joint: int, offset: Array, way: Array, dt: float, top_speed: float
