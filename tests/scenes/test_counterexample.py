@@ -22,7 +22,7 @@ from tests.scenes.helpers import given_settings
 
 pytestmark = pytest.mark.slow
 
-CLOSEST = given_settings(pairs="single", v=0.05, dt=0.01)
+CLOSEST = given_settings(pairs="single", v=0.05, dt=0.02)
 
 
 def test_the_closest_pair_loses_fifty_millimetres_with_every_other_condition_met() -> None:
@@ -43,7 +43,7 @@ def test_the_closest_pair_loses_fifty_millimetres_with_every_other_condition_met
         least = min(least, d_m - d[lowest])
     assert least == pytest.approx(loss.lost, abs=1e-12)
     # The same person, from the same start, cannot break one smooth distance.
-    smooth = given_settings(v=0.05, dt=0.01, wmax=attack.settings.hand_speed)
+    smooth = given_settings(v=0.05, dt=0.02, wmax=attack.settings.hand_speed)
     assert broken_by(smooth, Attack(smooth, attack.start, attack.points).table()) < BROKEN
 
 
@@ -70,7 +70,7 @@ def test_a_loss_that_shrinks_with_the_time_step_is_none() -> None:
 
 def test_a_smooth_distance_loses_nothing() -> None:
     for index in range(4):
-        assert searched(given_settings(v=0.05, dt=0.01), 1, index).loss.lost < BROKEN
+        assert searched(given_settings(v=0.05, dt=0.02), 1, index).loss.lost < BROKEN
 
 
 def test_a_start_finds_the_same_again_and_another_one_something_else() -> None:
