@@ -49,7 +49,7 @@ def test_palettes_and_normals(name: RobotName) -> None:
     orange, silver = (robot_glbs(name, palette) for palette in ("orange", "silver"))
     # Base and flange of the UR5 are bare metal.
     assert sum(a != b for a, b in zip(orange, silver, strict=True)) >= len(orange) - 2
-    for parts in robot_link_meshes(name):
+    for parts in robot_link_meshes(name, False):
         for part in parts.values():
             assert_allclose(np.linalg.norm(part.vertex_normals, axis=1), 1, atol=1e-6)
             agree = np.einsum("ij,ij->i", part.face_normals, part.vertex_normals[part.faces].mean(1))
