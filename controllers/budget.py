@@ -77,16 +77,6 @@ def largest_dead_time_without_overshoot(settling: float) -> float:
     return settling / math.e
 
 
-def largest_share_of_step(steps: int) -> tuple[float, float]:
-    """Return dt over the time constant of line (R) up to which explicit Euler does not overshoot, and below which it is stable.
-
-    Args:
-        steps: of the dead time, N. The limits are N^N / (N + 1)^(N + 1) and 2 sin(π / (4 N + 2)): for N = 0 they are 1 and 2, for many
-            short steps a T is at most 1/e and below π/2.
-    """
-    return (steps / (steps + 1.0)) ** steps / (steps + 1.0), 2.0 * math.sin(math.pi / (4.0 * steps + 2.0))
-
-
 def far_bias_speed(distance: float, critical_distance: float, order: float, nominal_velocity: float) -> float:
     """Return λ(d) v, the speed at which an arm with nothing to do is still pushed away at distance d [m/s]."""
     return activation(distance, critical_distance, order) * nominal_velocity

@@ -63,7 +63,7 @@ def _shoulder_block(bases: list[tuple[Array, Array]], heart: Array) -> trimesh.T
 
 
 @functools.cache
-def torso_meshes(coarse: bool = False) -> dict[str, trimesh.Trimesh]:
+def torso_meshes(coarse: bool) -> dict[str, trimesh.Trimesh]:
     """Material name → mesh in the world frame [m]. Shared: do not change them.
 
     Args:
@@ -98,7 +98,7 @@ def torso_meshes(coarse: bool = False) -> dict[str, trimesh.Trimesh]:
 
 
 @functools.cache
-def table_meshes(separation: float, plates: int = 2, coarse: bool = False) -> dict[str, trimesh.Trimesh]:
+def table_meshes(separation: float, plates: int, coarse: bool) -> dict[str, trimesh.Trimesh]:
     """Material name → mesh in the world frame [m], with a plate for both arms or only for the left one; `coarse` as above."""
     half_x, half_y, corner, top = separation / 2 + 0.22, 0.30, 0.045, TABLE_HEIGHT - PLATE
     board = rounded([(0, top - 0.032), (corner, top - 0.032), (corner, top), (0, top)], 0.006, 4)
@@ -129,13 +129,13 @@ def table_meshes(separation: float, plates: int = 2, coarse: bool = False) -> di
 
 
 @functools.cache
-def torso_glb(coarse: bool = False) -> bytes:
+def torso_glb(coarse: bool) -> bytes:
     """The stand of the rig "torso"; coarse for a browser without a graphics card."""
     return glb.cached(f"torso-{coarse:d}", _key(), lambda: (_packed(torso_meshes(coarse), coarse),))[0]
 
 
 @functools.cache
-def table_glb(separation: float, coarse: bool = False, plates: int = 2) -> bytes:
+def table_glb(separation: float, coarse: bool, plates: int = 2) -> bytes:
     """The bench of the rig "table", for bases at x = ± half the separation [m], facing each other, or (`plates` = 1) only for the
     left one; `coarse` as above."""
     name = f"table-{separation:.3f}-{plates}-{coarse:d}"
@@ -143,7 +143,7 @@ def table_glb(separation: float, coarse: bool = False, plates: int = 2) -> bytes
 
 
 @functools.cache
-def stands_glb(feet: tuple[tuple[float, float, float], ...], coarse: bool = False) -> bytes:
+def stands_glb(feet: tuple[tuple[float, float, float], ...], coarse: bool) -> bytes:
     """A column from the floor to every base, given by its place [m]; `coarse` as above."""
     columns = []
     for x, y, z in feet:

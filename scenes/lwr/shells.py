@@ -251,7 +251,7 @@ def _tool(coarse: bool) -> Parts:
 
 
 @functools.cache
-def link_meshes(coarse: bool = False) -> tuple[Parts, ...]:
+def link_meshes(coarse: bool) -> tuple[Parts, ...]:
     """Links 0 (base) … 7 (flange and handle): material name → mesh in the link frame [m]. Shared: do not change them.
 
     Args:

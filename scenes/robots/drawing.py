@@ -109,7 +109,7 @@ def robot_glbs(name: str, palette: str, coarse: bool = False) -> tuple[bytes, ..
 
 
 @functools.cache
-def robot_link_meshes(name: str, coarse: bool = False) -> tuple[shells.Parts, ...]:
+def robot_link_meshes(name: str, coarse: bool) -> tuple[shells.Parts, ...]:
     """Base and links of a robot: material name → mesh in the joint's frame [m]. Shared: do not change them.
 
     Raises:

@@ -14,8 +14,7 @@ from scenes.rigs import RIGS
 from scenes.room import Room
 from scenes.settings import RigName
 from tests.controllers.helpers import bodies, derivative, random_postures
-
-RIG_NAMES: list[RigName] = ["torso", "table"]
+from tests.scenes.helpers import RIG_NAMES
 
 
 def postures(room: Room) -> list[Array]:

@@ -16,7 +16,6 @@ import pytest
 from controllers.choices import Treatment
 from controllers.kinematics import Array
 from scenes.experiments import EXPERIMENTS
-from scenes.headless import Run, run
 from scenes.history import COLUMN
 from scenes.inputs import InputsLog, Recorded
 from scenes.settings import LawSettings, RigName, RunSettings, changed
@@ -26,22 +25,13 @@ from scenes.targets import HandTarget, Target
 T = TypeVar("T")
 RIG_NAMES: tuple[RigName, ...] = ("torso", "table")
 SCENES = tuple(EXPERIMENTS)
-SEEDS = (1, 2, 3)
 TREATMENTS: tuple[Treatment, ...] = ("single", "soft")
-SCRIPT: float = 46.0
-"""Length of a hold run [s]."""
 
 
 def hold_settings(
     rig: RigName = "torso", seed: int = 1, pairs: Treatment = "soft", law: str = "smooth_priority", dt: float = 0.005
 ) -> RunSettings:
     return RunSettings(rig=rig, seed=seed, dt=dt, law=LawSettings(law=law, pairs=pairs))
-
-
-@cache
-def hold_run(rig: RigName, seed: int, pairs: Treatment = "soft", law: str = "smooth_priority", dt: float = 0.005) -> Run:
-    """The hold scene with the autopilot; computed once for all tests, so only to be read."""
-    return run(hold_settings(rig, seed, pairs, law, dt), SCRIPT)
 
 
 def inside_limits(simulation: Simulation) -> bool:

@@ -22,7 +22,7 @@ from tests.scenes.helpers import given_settings
 
 pytestmark = pytest.mark.slow
 
-CLOSEST = given_settings(pairs="single", v=0.05, dt=0.01)
+CLOSEST = given_settings(pairs="single", v=0.05, dt=0.02)
 
 
 def test_the_closest_pair_loses_fifty_millimetres_with_every_other_condition_met() -> None:
@@ -43,7 +43,7 @@ def test_the_closest_pair_loses_fifty_millimetres_with_every_other_condition_met
         least = min(least, d_m - d[lowest])
     assert least == pytest.approx(loss.lost, abs=1e-12)
     # The same person, from the same start, cannot break one smooth distance.
-    smooth = given_settings(v=0.05, dt=0.01, wmax=attack.settings.hand_speed)
+    smooth = given_settings(v=0.05, dt=0.02, wmax=attack.settings.hand_speed)
     assert broken_by(smooth, Attack(smooth, attack.start, attack.points).table()) < BROKEN
 
 
@@ -70,7 +70,7 @@ def test_a_loss_that_shrinks_with_the_time_step_is_none() -> None:
 
 def test_a_smooth_distance_loses_nothing() -> None:
     for index in range(4):
-        assert searched(given_settings(v=0.05, dt=0.01), 1, index).loss.lost < BROKEN
+        assert searched(given_settings(v=0.05, dt=0.02), 1, index).loss.lost < BROKEN
 
 
 def test_a_start_finds_the_same_again_and_another_one_something_else() -> None:
@@ -94,13 +94,13 @@ def test_a_link_and_a_file_make_the_same_run_in_every_scene(scene: str) -> None:
 
 def test_a_search_begins_where_two_pairs_tie_just_above_the_critical_distance() -> None:
     room, ties = room_of(CLOSEST), 0
-    for index in range(12):
+    for index in range(6):
         start, world = searched(CLOSEST, 3, index, until=0.0).attack.start, World(room, 10.0)
         world.kinematics.update(start)
         world.detector.detect()
         nearest = np.sort(world.detector.distances())[:2]
         ties += bool(np.ptp(nearest) < 0.03 and abs(nearest[0] - CLOSEST.law.critical_distance) < 0.04)
-    assert ties >= 6
+    assert ties >= 3
 
 
 def test_what_nothing_can_be_searched_for_is_refused() -> None:
@@ -122,17 +122,17 @@ GOOD = ",".join(f"{number:.4f}" for number in (*ROOM.start, *np.zeros(9)))
 
 
 @pytest.mark.parametrize(
-    "text", ["", "1,2,3", GOOD + ",1", GOOD.replace("0.0000", "nan", 1), GOOD.replace("0.0000", "1e9", 1), "x" * 5000]
+    ("text", "why"),
+    [
+        *((text, "numbers, start posture and way") for text in ("", "1,2,3", GOOD + ",1", "x" * 5000)),
+        *((GOOD.replace("0.0000", number, 1), "numbers, start posture and way") for number in ("nan", "1e9")),
+        (",".join(["9.0"] * 23), "outside the joints' limits"),
+    ],
 )
-def test_a_damaged_link_is_refused(text: str) -> None:
+def test_a_damaged_link_is_refused(text: str, why: str) -> None:
     assert attack_of(RunSettings(), GOOD).start.shape == (14,)
-    with pytest.raises(BadSetting, match="copy the link again"):
+    with pytest.raises(BadSetting, match=f"{why}; copy the link again"):
         attack_of(RunSettings(), text)
-
-
-def test_a_start_beyond_a_stop_is_refused() -> None:
-    with pytest.raises(BadSetting, match="outside the joints' limits"):
-        attack_of(RunSettings(), ",".join(["9.0"] * 23))
 
 
 @given(st.text(max_size=300))

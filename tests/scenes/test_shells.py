@@ -49,7 +49,7 @@ def outside(link: int, points: np.ndarray) -> np.ndarray:
 
 
 def test_the_tool_ends_inside_the_hand() -> None:
-    tip = max(part.vertices[:, 2].max() for part in shells.link_meshes()[7].values())
+    tip = max(part.vertices[:, 2].max() for part in shells.link_meshes(False)[7].values())
     assert 0.12 < tip + facts.JOINTS[6].origin < 0.17
 
 
@@ -64,7 +64,7 @@ def test_every_vertex_is_inside_the_capsules_and_a_bump_of_three_centimetres_is_
 
 
 def test_normals_are_right_also_in_the_viewer() -> None:
-    groups = [*shells.link_meshes(), room_shells.torso_meshes(), room_shells.table_meshes(1.1)]
+    groups = [*shells.link_meshes(False), room_shells.torso_meshes(False), room_shells.table_meshes(1.1, 2, False)]
     for name, part in ((f"{i} {name}", part) for i, group in enumerate(groups) for name, part in group.items()):
         normals = part.vertex_normals
         assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-6, err_msg=name)
@@ -87,17 +87,17 @@ def test_normals_are_right_also_in_the_viewer() -> None:
 
 def test_furniture_fits_the_arms() -> None:
     # A disc around each base point, facing along the arm's z axis: Ry(35°) Rx(±60°) e_z.
-    vertices = room_shells.torso_meshes()["dark"].vertices
+    vertices = room_shells.torso_meshes(False)["dark"].vertices
     for side in (-1, 1):
         base = np.array([0, side * 0.0765, 0.92])
         axis = np.array([0.5 * np.sin(np.radians(35)), side * np.sqrt(3) / 2, 0.5 * np.cos(np.radians(35))])
         near = vertices[np.linalg.norm(vertices - base, axis=1) < 0.082] - base
         assert len(near) > 100 and (near @ axis).max() == pytest.approx(0, abs=1e-9)
-    vertices = room_shells.table_meshes(1.3)["black"].vertices
+    vertices = room_shells.table_meshes(1.3, 2, False)["black"].vertices
     assert vertices[:, 2].max() == pytest.approx(rigs.TABLE_HEIGHT)
     for x in (-0.65, 0.65):
         assert (np.hypot(vertices[:, 0] - x, vertices[:, 1]) < 0.11).sum() == len(vertices) / 2
-    for parts in (room_shells.torso_meshes(), room_shells.table_meshes(1.1)):
+    for parts in (room_shells.torso_meshes(False), room_shells.table_meshes(1.1, 2, False)):
         assert min(part.vertices[:, 2].min() for part in parts.values()) == pytest.approx(0, abs=1e-9)
 
 
@@ -126,7 +126,10 @@ def test_surfaces_by_closed_forms() -> None:
 
 
 def test_sizes_and_colours_of_files() -> None:
-    assert max(map(len, (room_shells.torso_glb(), room_shells.table_glb(1.1), room_shells.table_glb(1.4)))) <= 300_000
+    assert (
+        max(map(len, (room_shells.torso_glb(False), room_shells.table_glb(1.1, False), room_shells.table_glb(1.4, False))))
+        <= 300_000
+    )
     n = 70_000
     points = np.random.default_rng(1).normal(size=(n, 3))
     faces = np.array([[0, 1, n - 1]])
@@ -141,7 +144,7 @@ def test_sizes_and_colours_of_files() -> None:
     assert_allclose(shown * 255, [int(shells.ORANGE[i : i + 2], 16) for i in (1, 3, 5)], atol=0.1)
     for ghost, solid in zip(robot_glbs("lwr", "ghost"), robot_glbs("lwr", "orange"), strict=True):
         assert glb_head(ghost)["accessors"][0]["max"][0] < glb_head(solid)["accessors"][0]["max"][0]
-    names = {name for parts in shells.link_meshes() for name in parts}
+    names = {name for parts in shells.link_meshes(False) for name in parts}
     assert {"orange", "silver", "ghost"} <= set(shells.PALETTES)
     assert all(names <= set(palette) for palette in shells.PALETTES.values())
 
@@ -149,7 +152,7 @@ def test_sizes_and_colours_of_files() -> None:
 @pytest.mark.parametrize("link", range(8))
 def test_glbs_load_back(link: int) -> None:
     scene = trimesh.load_scene(io.BytesIO(robot_glbs("lwr", "orange")[link]), file_type="glb")
-    parts = shells.link_meshes()[link]
+    parts = shells.link_meshes(False)[link]
     assert set(scene.geometry) == set(parts)
     for name, loaded in scene.geometry.items():
         assert isinstance(loaded, trimesh.Trimesh)
@@ -168,7 +171,7 @@ def test_coarse_links_are_one_mesh_with_light_painted_on_their_materials_colours
     parts = shells.link_meshes(True)[link]
     assert isinstance(loaded, trimesh.Trimesh)
     assert len(loaded.faces) == sum(len(part.faces) for part in parts.values())
-    assert len(loaded.faces) < 0.3 * sum(len(part.faces) for part in shells.link_meshes()[link].values())
+    assert len(loaded.faces) < 0.3 * sum(len(part.faces) for part in shells.link_meshes(False)[link].values())
     head = glb_head(robot_glbs("lwr", "orange", coarse=True)[link])
     (primitive,) = head["meshes"][0]["primitives"]
     assert head["materials"][primitive["material"]]["extensions"] == {glb.UNLIT: {}} and head["extensionsUsed"] == [glb.UNLIT]

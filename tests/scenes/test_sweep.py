@@ -151,23 +151,20 @@ def test_two_workers_and_one_find_the_same() -> None:
     assert signal.getsignal(signal.SIGINT) is handler
 
 
-def test_calls_are_drawn_up_shortly_before_they_are_made() -> None:
+def test_calls_are_drawn_up_shortly_before_they_are_made_and_workers_stop() -> None:
     count = itertools.count()
     found = computed(abs, ((next(count),) for _ in range(10**6)), 2)
     first = dict(next(found) for _ in range(5))
     drawn = next(count)
+    assert multiprocessing.active_children()
     found.close()  # pyright: ignore[reportAttributeAccessIssue]
+    assert multiprocessing.active_children() == []
     assert all(index == value for index, value in first.items())
     # At most as many as are under way, were done at once before, and have been taken.
     assert drawn <= 2 * (2 * AHEAD) + 5
 
 
-def test_workers_stop_and_their_end_is_reported() -> None:
-    points = run_points(read_grid(USUAL, ["seed=1:40"], 1.0), range(40), partial(computed, workers=2))
-    next(points)
-    assert multiprocessing.active_children()
-    points.close()  # pyright: ignore[reportAttributeAccessIssue]
-    assert multiprocessing.active_children() == []
+def test_the_end_of_a_worker_is_reported() -> None:
     points = run_points(read_grid(USUAL, ["seed=1:200"], 2.0), range(200), partial(computed, workers=2))
     next(points)
     victim = multiprocessing.active_children()[0]
@@ -213,7 +210,7 @@ def test_workers_do_not_outlive_a_parent_that_is_killed() -> None:
 
 def test_trade_off_maps() -> None:
     assert len(set(itertools.product(TRADE_OFF_ORDERS, TRADE_OFF_VELOCITIES))) == 25
-    chosen, orders = changed(USUAL, "k", 3.0), (2.0, 8.0)
+    chosen, orders = changed(changed(USUAL, "k", 3.0), "dt", 0.02), (2.0, 8.0)
     found = [point for order in orders for point in trade_off(chosen, 8.0, order)]
     assert [(point.order, point.nominal_velocity) for point in found] == list(itertools.product(orders, TRADE_OFF_VELOCITIES))
     for point in found[::3]:

@@ -233,7 +233,7 @@ def test_the_law_is_a_projected_gradient_flow(n: float) -> None:
     assert seen > 30
 
 
-def frozen_run(arm: Planar, start: Array, n: float, exact: bool, steps: int = 5000) -> tuple[Array, Array, Array]:
+def frozen_run(arm: Planar, start: Array, n: float, exact: bool, steps: int = 2500) -> tuple[Array, Array, Array]:
     """W, ½ |q_r − q|² and d along a run towards `GOAL`, the ball at rest; `exact`: v grows with |J_d|², else it is .3 m/s."""
     q, dt, kept = start.copy(), 1e-3, []
     for _ in range(steps):

@@ -208,7 +208,7 @@ def test_films_played_and_read() -> None:
     assert long.closed.is_set()
 
 
-def test_without_the_packages(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_without_the_packages_or_the_files(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
     def missing(name: str) -> None:
         raise ModuleNotFoundError(f"No module named {name!r}")
@@ -219,9 +219,7 @@ def test_without_the_packages(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -
         with pytest.raises(MissingPackage, match=r"pip install 'lwr-duet\[camera\]'") as caught:
             attempt()
         assert isinstance(caught.value, DuetError)
-
-
-def test_missing_files(tmp_path: Path) -> None:
+    # What is missing of files is said first.
     for attempt in (film.open_video, film.open_detector):
         for path in (tmp_path / "none.mp4", tmp_path):
             with pytest.raises(BadInputFile, match="there is no such file"):

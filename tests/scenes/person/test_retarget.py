@@ -13,7 +13,7 @@ from controllers.kinematics import Array, Kinematics
 from controllers.proximity import ProximityDetector
 from scenes.lwr.facts import JOINTS
 from scenes.person.angles import arm_directions
-from scenes.person.clips import CLIP_NAMES, REST, Clip, ClipName
+from scenes.person.clips import REST, Clip, ClipName
 from scenes.person.retarget import LIMIT_MARGIN, AngleFilter, Retargeter, fill_joints
 from scenes.rigs import MIRROR, RIGS
 from scenes.room import build_room
@@ -159,7 +159,7 @@ def test_directions_match_on_from_anywhere(angles: Array, seed: int) -> None:
                 assert_allclose(found, wanted, atol=1e-6)
 
 
-@settings(max_examples=600)
+@settings(max_examples=300)
 @given(arms, st.integers(0, 10_000))
 def test_the_nearest_branch(angles: Array, seed: int) -> None:
     before = np.random.default_rng(seed).uniform(-LIMITS, LIMITS)
@@ -196,10 +196,10 @@ def test_mirror_images_and_bones_out_of_reach(angles: Array) -> None:
     assert_allclose(natural_pose(angles[::-1])[::-1] * MIRROR[:4], q, atol=1e-9)
 
 
-@pytest.mark.parametrize("name", CLIP_NAMES)
 @pytest.mark.parametrize("seed", range(3))
-def test_clips_never_leap(name: ClipName, seed: int) -> None:
-    clip, dt = Clip(name, seed), 0.02
+def test_clips_never_leap(seed: int) -> None:
+    """The medley is all of them, one after the other."""
+    clip, dt = Clip("medley", seed), 0.02
     retargeter = Retargeter(RIGS["torso"])
     q = np.array([retargeter.joints(clip.angles(k * dt)) for k in range(int(clip.duration / dt) + 2)])
     assert np.abs(np.diff(q, axis=0)).max() / dt < np.radians(110.0)

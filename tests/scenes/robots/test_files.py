@@ -162,7 +162,7 @@ def test_a_link_without_collision_shapes_gets_a_capsule_around_all_that_is_drawn
 @pytest.mark.parametrize("pair", ["lwr_panda", "ur5_panda", "file", "lwr_file", "file_ur5"])
 def test_two_arms_start_clear_and_keep_clear(pair: str, rig: str, box_arm: str) -> None:
     """For 5 s d ≥ d_law ≥ d_m, from a start that is comfortably farther apart, away from the stops, with the hand in front."""
-    settings = validate(replace(RunSettings(), robot=pair.replace("file", box_arm), rig=rig))
+    settings = validate(replace(RunSettings(), robot=pair.replace("file", box_arm), rig=rig, dt=0.01))
     simulation = Simulation(settings, 1)
     start, model = simulation.positions.copy(), simulation.room.model
     assert simulation.sample().distance > 1.2 * settings.law.critical_distance
@@ -184,7 +184,7 @@ def test_two_short_arms_of_five_joints_hold_follow_and_keep_clear_on_the_table(n
     files = importlib.metadata.files("example-robot-data")
     assert files is not None
     (file,) = (Path(str(one.locate())) for one in files if one.name == f"{name}.urdf")
-    given = replace(RunSettings(), robot=register(file), rig="table")
+    given = replace(RunSettings(), robot=register(file), rig="table", dt=0.01)
     for scene in ("hold", "master_slave"):
         settings = validate(replace(given, scene=scene))
         room = room_of(settings)
@@ -302,6 +302,6 @@ def test_every_serial_arm_of_the_package_avoids_or_is_refused_for_a_reason(regis
             assert str(path) in str(error)
     assert {"kinova", "panda", "talos_left_arm", "ur3_robot", "ur5_robot", "ur10_robot", "xarm7", "z1"} <= set(fits)
     for stem in ("kinova", "talos_left_arm", "ur10_robot", "ur3_gripper", "xarm7", "z1"):
-        settings = replace(RunSettings(), robot=fits[stem], rig="table")
+        settings = replace(RunSettings(), robot=fits[stem], rig="table", dt=0.01)
         assert column(run(settings, 5.0).table, "d").min() >= settings.law.critical_distance, stem
         assert len(robot_glbs(fits[stem], "orange", coarse=True)) == robot(fits[stem]).model.nv + 1

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import cache
 from typing import get_args
 
 import numpy as np
@@ -15,7 +16,7 @@ from controllers.choices import BoundsTreatment, Treatment
 from controllers.kinematics import Array
 from controllers.laws.situation import row_damping
 from controllers.limits import Authority
-from scenes.headless import summarise
+from scenes.headless import Run, run, summarise
 from scenes.history import COLUMN, Sample
 from scenes.room import build_room
 from scenes.settings import ArmName, LawSettings, RigName, RunSettings, changed
@@ -23,12 +24,10 @@ from scenes.simulation import Simulation
 from scenes.targets import HandTarget
 from tests.scenes.helpers import (
     RIG_NAMES,
-    SEEDS,
     TREATMENTS,
     avoiding_hand,
     column,
     guided_hand,
-    hold_run,
     hold_settings,
     inside_limits,
     overlapping_start,
@@ -40,6 +39,17 @@ from tests.scenes.helpers import (
 )
 
 pytestmark = pytest.mark.slow
+
+
+SEEDS = (2, 3, 6)
+SCRIPT = 16.0
+"""Length of a hold run [s]: in the shortest of them the hand has come near, and with seed 6 the closest pair switches dozens of times."""
+
+
+@cache
+def hold_run(rig: RigName, seed: int, pairs: Treatment = "soft", law: str = "smooth_priority", dt: float = 0.005) -> Run:
+    """The hold scene with the autopilot; computed once for all tests, so only to be read."""
+    return run(hold_settings(rig, seed, pairs, law, dt), SCRIPT)
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -77,12 +87,12 @@ def test_what_the_law_and_the_minimum_are_for(rig: RigName, seed: int) -> None:
     assert finished.summary.ddq_max <= 5.0 and finished.summary.ddq_max > 0.1
 
 
-@pytest.mark.parametrize(("rig", "seed"), [("torso", 2), ("table", 3)])
-def test_a_finer_step_makes_the_smooth_minimum_no_rougher_and_the_closest_pair_alone_jump(rig: RigName, seed: int) -> None:
+@pytest.mark.parametrize("rig", RIG_NAMES)
+def test_a_finer_step_makes_the_smooth_minimum_no_rougher_and_the_closest_pair_alone_jump(rig: RigName) -> None:
     """Within 10 % at a quarter of dt; in a concave corner, q̇ jumps as much at half the step when the pair switches (control)."""
-    coarse, fine, finest = (hold_run(rig, seed, "soft", dt=dt).summary for dt in (0.005, 0.0025, 0.00125))
+    coarse, fine, finest = (hold_run(rig, 6, "soft", dt=dt).summary for dt in (0.005, 0.0025, 0.00125))
     assert max(fine.ddq_max, finest.ddq_max) <= 1.1 * coarse.ddq_max
-    rough, rougher = (hold_run(rig, seed, "single", dt=dt).summary for dt in (0.005, 0.0025))
+    rough, rougher = (hold_run(rig, 6, "single", dt=dt).summary for dt in (0.005, 0.0025))
     assert rough.dq_step_max > 0.05 and rougher.dq_step_max > 0.8 * rough.dq_step_max
     assert rougher.ddq_max > 1.6 * rough.ddq_max
     assert rougher.pair_switches > rough.pair_switches > 10
