@@ -97,7 +97,7 @@ def eager(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(custom_law_module, "LOOK", 0.0)
 
 
-PLENTY = LawLimits(load=2.0, call=0.5, memory=SHORT.memory)
+PLENTY = LawLimits(load=1.0, call=0.5, memory=SHORT.memory)
 """Short for an endless loop; a good law has it also where it gets no core for a while."""
 
 ENDLESS = "def law(s):\n    while True: pass"
