@@ -156,6 +156,11 @@ def test_a_new_law_is_the_papers_and_fails_what_the_paper_left_open(
     assert len(lines) == 4 and lines[-1] == "her_law.py: 2 of 3 tests passed."
     assert [line[:4] for line in lines[:-1]] == ["pass", "FAIL", "pass"]
     assert BOUNDED in lines[1] and "fails by" in lines[1]
+    # By whatever names, its answers are those of the template; those of a law that is damped more are not.
+    renamed = text.replace("    c = ", "    print(lam)\n    rate = ").replace("J_d * c", "J_d * rate")
+    for own, same in ((renamed, True), (text.replace("MU = 0.01", "MU = 0.06"), False)):
+        (verdict,) = examine(path, only=(BOUNDED,), text=own.encode())
+        assert own != text and (verdict.as_template, verdict.passed) == (same, not same)
 
 
 FAILED: dict[str, set[str]] = {
