@@ -33,9 +33,6 @@ LONG: Final = 0.1
 _MISSED: Final = 4
 """Looks in a row without a file, after which it is away."""
 
-_REMEMBERED: Final = 4096
-"""Values of λ kept: a curve is drawn again and again at the same distances."""
-
 
 class CustomLaw(LawOfFile):
     """A law that calls `law(situation)` of a file, in a process of its own.
@@ -86,7 +83,8 @@ class CustomLaw(LawOfFile):
         self._idle = False
         """Whether no process is to be started: the law has failed, or is closed."""
         self._closed = False
-        self._known: dict[float, float] = {}
+        self._lam: tuple[float, float] | None = None
+        """The newest distance that λ was given at, and λ: at rest and in an empty room it is the same step after step."""
         self._question: VelocityQuestion | None = None
         """The newest situation, as it was asked about."""
         self._answers: dict[LawQuestion, Array] = {}
@@ -156,19 +154,16 @@ class CustomLaw(LawOfFile):
         Raises:
             Unanswered: there is no answer yet.
         """
-        known = self._known.get(distance)
-        if known is not None:
-            return known
+        if self._lam is not None and self._lam[0] == distance:
+            return self._lam[1]
         process = self._loaded()
         if process is None or not process.has_activation:
             return 0.0
         values = self._ask(ActivationQuestion(distance))
         if values is None:
             return 0.0
-        if len(self._known) >= _REMEMBERED:
-            self._known.clear()
-        lam = self._known[distance] = float(values[0])
-        return lam
+        self._lam = distance, float(values[0])
+        return self._lam[1]
 
     def activations(self, distances: Array) -> Array:
         """Return λ (k,) at distances (k,) for a chart: the newest answer to this; nan until there is one."""
@@ -340,10 +335,9 @@ class CustomLaw(LawOfFile):
         self._idle = True
 
     def _end(self) -> None:
-        self._known.clear()
         self._answers.clear()
         self._curves.clear()
-        self._since, self.need = None, 0.0
+        self._lam, self._since, self.need = None, None, 0.0
         process, self._process = self._process, None
         if process is not None:
             process.end()

@@ -42,14 +42,12 @@ class FenceLimits:
     Attributes:
         seconds: wall time of all together [s].
         memory: of all processes together [bytes].
-        processes: at a time.
         law: of each call.
         isolated: whether to run it in namespaces of its own, where the system allows it.
     """
 
     seconds: float = 120.0
     memory: int = 1536 * 2**20
-    processes: int = PROCESSES
     law: LawLimits = LawLimits()  # noqa: RUF009 (frozen)
     isolated: bool = True
 
@@ -169,8 +167,8 @@ def _followed(
         if stopped():
             return LazyText("given up")
         members = started()
-        if len(members) > limits.processes:
-            return LazyText("it started more than {count} processes", count=limits.processes)
+        if len(members) > PROCESSES:
+            return LazyText("it started more than {count} processes", count=PROCESSES)
         if sum(map(_memory, members)) > limits.memory:
             return LazyText("it took more than {size} MiB of memory", size=limits.memory >> 20)
     return LazyText("it did not end within {seconds:g} s", seconds=limits.seconds)

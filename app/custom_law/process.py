@@ -215,7 +215,7 @@ class LawProcess:
                 # It may have come while the clocks were read.
                 body = self._body(0.0)
                 if body is None:
-                    raise self._too_long(self._patience.limit)
+                    raise self._too_long()
             if body is not None:
                 return self._reply(kind, body)
             if left <= _SLICE:
@@ -253,7 +253,8 @@ class LawProcess:
         self.end()
         return LawFailed(problem_of(self._name, what, line))
 
-    def _too_long(self, limit: float) -> LawFailed:
+    def _too_long(self) -> LawFailed:
+        limit = self._patience.limit
         if self._phase == "starting":
             return self._lost(
                 LazyText(

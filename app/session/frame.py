@@ -68,15 +68,6 @@ def contact(simulation: Simulation, sample: Sample) -> Contact:
     )
 
 
-class OpenInvitation(NamedTuple):
-    """Of a second person. `word`: of the link, "" without an invitation; `accepted`: whether a guest has come by it."""
-
-    word: str = ""
-    accepted: bool = False
-
-
-NO_INVITATION: Final = OpenInvitation()
-
 LATEST: Final = 3.0
 """Panels wait so many times their period at most."""
 
@@ -95,7 +86,6 @@ class Frame:
         settings: of the run that is shown, and of the page.
         pace: how fast it goes.
         elapsed: wall time since the last frame [s]; 0 where there was none.
-        invitation: of a second person.
     """
 
     now: float
@@ -108,7 +98,6 @@ class Frame:
     settings: Settings
     pace: Pace
     elapsed: float = 0.0
-    invitation: OpenInvitation = NO_INVITATION
 
     def after(self, period: float) -> float:
         """Return when a panel is due again that is drawn once in a period [s].
@@ -184,5 +173,4 @@ def freeze(live: Shown, now: float, shown: Shown | None = None, elapsed: float =
     """
     shown = shown or live
     simulation, ghost = shown.simulation, None if live.ghost_hidden else shown.ghost
-    sample, invitation = simulation.sample(), OpenInvitation(live.invitation, live.guest is not None)
-    return Frame(now, shown, live, live.studies, simulation, ghost, sample, shown.settings, shown.pace, elapsed, invitation)
+    return Frame(now, shown, live, live.studies, simulation, ghost, simulation.sample(), shown.settings, shown.pace, elapsed)

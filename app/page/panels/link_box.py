@@ -14,7 +14,7 @@ from app.lessons.session.lesson_session import LessonSession
 from app.page.panels import PagePanel
 from app.session.actions import Action
 from app.session.counterexample_search import NAME
-from app.session.frame import NO_INVITATION, Frame, freeze
+from app.session.frame import Frame, freeze
 from app.session.session import Session
 from app.settings import ATTACK, GUEST, Settings, to_query
 from app.text.templates import macros, tr_html
@@ -96,7 +96,7 @@ class InviteBox(PagePanel):
     def __init__(self, client: viser.ClientHandle, session: Session, order: float) -> None:
         gui, self._session = client.gui, session
         self._address = address_known_to(client)
-        self._shown, self.offered = (NO_INVITATION, True), True
+        self._shown, self.offered = ("", False, True), True
         self._folder = gui.add_folder(tr("Two people, one arm each"), order=order, expand_by_default=False)
         with self._folder:
             self._place = gui.add_html("")
@@ -115,12 +115,13 @@ class InviteBox(PagePanel):
 
     def show(self, frame: Frame) -> None:
         """Show the link, and whether a guest has come by it."""
-        invitation, for_two = frame.invitation, frame.live.settings.run.experiment.for_two
-        self._folder.visible = bool(invitation.word) or (self.offered and for_two)
-        if (invitation, for_two) != self._shown:
-            self._shown = invitation, for_two
-            self._invite.visible, self._end.visible = not invitation.word, bool(invitation.word)
-            self._place.content = self._html(*invitation, for_two)
+        live = frame.live
+        word, here, for_two = live.invitation, live.guest is not None, live.settings.run.experiment.for_two
+        self._folder.visible = bool(word) or (self.offered and for_two)
+        if (word, here, for_two) != self._shown:
+            self._shown = word, here, for_two
+            self._invite.visible, self._end.visible = not word, bool(word)
+            self._place.content = self._html(word, here, for_two)
 
     def _html(self, word: str, here: bool, for_two: bool) -> Markup:
         if not word:

@@ -55,7 +55,6 @@ def kept(queue: ExportQueue, background: Inline) -> File:
 
 
 CASES: dict[str, tuple[str, dict[str, object]]] = {
-    "hold": (COUNTED, {"scene": "hold"}),
     "fails": (FAILING, {"scene": "hold"}),
     "both": (COUNTED, {"scene": "imitation", "avoid": "both"}),
     "coupled": (COUNTED, {"scene": "imitation", "avoid": "both", "coupled": True}),

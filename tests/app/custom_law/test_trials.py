@@ -5,6 +5,7 @@ import re
 import shlex
 import textwrap
 from collections.abc import Callable
+from contextlib import closing
 from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar
@@ -117,11 +118,16 @@ def test_a_reason_has_names_and_numbers_of_its_language(language: Language, bodi
         assert not re.search(r"\d\.\d", said) and (verdict.name != KEEPS or bodies in said), said
 
 
-def test_through_another_process(tmp_path: Path) -> None:
-    # And the tests are made on the text that is given, whatever the file says by then.
-    path = write(tmp_path / "my_law.py", "def law(s):\n    return s.nominal * 0")
-    (verdict,) = examine(path, only=(OUT,), text=TASK_ONLY.encode())
-    assert verdict == verdicts_of("unprotected")[OUT]
+def test_through_other_processes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # The tests are made on the text that was there, whatever the file says by then.
+    monkeypatch.setattr(examination_module, "TRIALS", {OUT: TRIALS[OUT]})
+    path = write(tmp_path / "my_law.py", TASK_ONLY)
+    with closing(JobPool(1)) as background:
+        examination = Examination(path, background, lambda: None)
+        examination.begin()
+        write(path, "def law(s):\n    return s.nominal * 0")
+        until(examination.advance)
+    assert examination.progress.verdicts == (verdicts_of("unprotected")[OUT],)
     asked = 0
 
     def stopped() -> bool:
@@ -150,6 +156,11 @@ def test_a_new_law_is_the_papers_and_fails_what_the_paper_left_open(
     assert len(lines) == 4 and lines[-1] == "her_law.py: 2 of 3 tests passed."
     assert [line[:4] for line in lines[:-1]] == ["pass", "FAIL", "pass"]
     assert BOUNDED in lines[1] and "fails by" in lines[1]
+    # By whatever names, its answers are those of the template; those of a law that is damped more are not.
+    renamed = text.replace("    c = ", "    print(lam)\n    rate = ").replace("J_d * c", "J_d * rate")
+    for own, same in ((renamed, True), (text.replace("MU = 0.01", "MU = 0.06"), False)):
+        (verdict,) = examine(path, only=(BOUNDED,), text=own.encode())
+        assert own != text and (verdict.as_template, verdict.passed) == (same, not same)
 
 
 FAILED: dict[str, set[str]] = {

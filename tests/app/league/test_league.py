@@ -35,17 +35,20 @@ TINY = Schedule(2.0, (0.5,), (2,))
 FILES = ["league.csv", "league.html", "league.json", "league.md", PART, "times.csv"]
 
 
-@pytest.fixture(autouse=True)
-def _few_laws_and_short_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What holds for every scene is seen in one, and what holds for every law in two; the runs are short."""
     monkeypatch.setattr(league, "QUICK", TINY)
     monkeypatch.setattr(entrants, "LAWS", {name: LAWS[name] for name in (DEFAULT_LAW, NO_AVOIDANCE)})
+    for module in (league, league_page):
+        monkeypatch.setattr(module, "SCENES", (HOLD,))
+    monkeypatch.setattr(command, "ISOLATION", dict.fromkeys(("full", "network", "none"), "how well a file is fenced"))
 
 
 @pytest.fixture
-def one_scene(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What holds for every scene is seen in one, and what holds for every robot with the ideal one."""
+def one_robot(small: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """… and what holds for every robot with the ideal one."""
     for module in (league, league_page):
-        monkeypatch.setattr(module, "SCENES", (HOLD,))
         monkeypatch.setattr(module, "ROBOTS", {"ideal": ROBOTS["ideal"]})
 
 
@@ -53,37 +56,48 @@ def play(out: Path, *more: str) -> int:
     return main(["league", "--quick", "--out", str(out), *more])
 
 
-def test_it_goes_on_where_it_was_interrupted_and_one_core_or_two_write_the_same(
+@pytest.mark.usefixtures("small")
+def test_it_goes_on_where_it_was_interrupted_and_one_core_two_or_a_cluster_write_the_same(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    here, there = tmp_path / "here", tmp_path / "there"
-    whole = command.computing
+    here, two, cluster = tmp_path / "here", tmp_path / "two", tmp_path / "cluster"
+    whole, word = command.computing, ("--seed-word", "pear")
 
     @contextmanager
     def part(*arguments: Any) -> Iterator[Any]:
         with whole(*arguments) as compute:
-            yield interrupted(compute, 5)
+            yield interrupted(compute, 3)
 
     with monkeypatch.context() as patch:
         patch.setattr(command, "computing", part)
-        assert play(here, "--workers", "1") == INTERRUPTED
+        assert play(here, *word, "--workers", "1") == INTERRUPTED
     said = capsys.readouterr()
-    assert said.err.endswith(f"19 scenes are left, the rest is in {here / PART}; the same command goes on from there.\n")
+    assert said.err.endswith(f"5 scenes are left, the rest is in {here / PART}; the same command goes on from there.\n")
+    # Of built-in laws alone there is nothing to say.
+    assert "how well" not in said.err
     assert [path.name for path in here.iterdir()] == [PART]
     with (here / PART).open("a", encoding="utf-8") as file:
         # A power failure in the middle of a line.
         file.write('{"name":"smooth_pri')
-    assert play(here, "--workers", "1") == 0
-    assert play(there, "--workers", "2") == 0
+    assert play(here, *word, "--workers", "1") == 0
+    assert play(two, *word, "--workers", "2") == 0
+    with scheduler(tmp_path) as (_, address), worker(tmp_path, address):
+        assert play(cluster, *word, "--scheduler", address) == 0
     assert sorted(path.name for path in here.iterdir()) == FILES
-    for name in ("league.csv", "league.json"):
-        assert (here / name).read_bytes() == (there / name).read_bytes()
+    for there in (two, cluster):
+        for name in ("league.csv", "league.json"):
+            assert (here / name).read_bytes() == (there / name).read_bytes()
     found = json.loads((here / "league.json").read_text(encoding="utf-8"))
-    assert found["edition"] == league.EDITION and found["versions"]["numpy"] and len(found["outcomes"]) == 24
+    assert found["edition"] == league.EDITION and found["versions"]["numpy"] and len(found["outcomes"]) == 8
     assert found["settings"]["hold, delayed"]["dead"] == 0.02 and found["schedule"]["speeds"] == [0.5]
+    assert not any(b"pear" in path.read_bytes() for path in here.iterdir())
+    assert "hidden half" in (here / "league.md").read_text(encoding="utf-8")
+    capsys.readouterr()
+    assert play(here) == 2
+    assert "holds a league of other persons (--quick or --seed-word); give another --out" in capsys.readouterr().err
 
 
-@pytest.mark.usefixtures("one_scene")
+@pytest.mark.usefixtures("one_robot")
 def test_a_broken_file_costs_its_row_a_further_file_only_its_own_runs_and_isolation_is_said_once(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -91,10 +105,6 @@ def test_a_broken_file_costs_its_row_a_further_file_only_its_own_runs_and_isolat
     folder.mkdir()
     write(folder / "<b>paper.py", PAPER)
     write(tmp_path / "broken.py", "def law(situation):\n    return situation.nominal * float('nan')\n")
-    monkeypatch.setattr(command, "ISOLATION", dict.fromkeys(("full", "network", "none"), "how well a file is fenced"))
-    # Of built-in laws alone there is nothing to say.
-    assert play(out, "--workers", "1") == 0
-    assert "how well" not in capsys.readouterr().err
     assert play(out, str(tmp_path / "broken.py"), "--workers", "2") == 0
     assert capsys.readouterr().err.count("how well a file is fenced") == 1
     seen: list[tuple[str, Event]] = []
@@ -104,11 +114,10 @@ def test_a_broken_file_costs_its_row_a_further_file_only_its_own_runs_and_isolat
         return played(entrant, schedule, event, *more)
 
     monkeypatch.setattr(entrants, "played", watched)
-    word = ["--seed-word", "pear"]
     assert play(out, str(tmp_path / "broken.py"), str(folder), "--workers", "1") == 0
     assert seen == [("<b>paper.py", event) for event in events()]
-    rows = [line for line in (out / "league.md").read_text(encoding="utf-8").splitlines() if line.startswith("| <b>paper.py ")]
-    broken = [line for line in (out / "league.md").read_text(encoding="utf-8").splitlines() if line.startswith("| broken.py ")]
+    lines = (out / "league.md").read_text(encoding="utf-8").splitlines()
+    rows, broken = ([line for line in lines if line.startswith(f"| {name} ")] for name in ("<b>paper.py", "broken.py"))
     assert len(rows) == len(broken) == len(LEVELS)
     assert all("broken.py, line 1: law returned nan for joint 1 of 7" in line for line in broken)
     # At equal safety; in so short a run not every scene lets the arms come near.
@@ -117,16 +126,9 @@ def test_a_broken_file_costs_its_row_a_further_file_only_its_own_runs_and_isolat
     read = HtmlReader(page)
     assert "<b>paper.py" in read.text and "<b>" not in page and "<script" not in page
     assert set(read.links) == {"#projector", "#"} and page.count("<svg") == 2 and 'content="default-src' in page
-    capsys.readouterr()
-    assert play(out, *word) == 2
-    assert "holds a league of other persons (--quick or --seed-word); give another --out" in capsys.readouterr().err
-    other = tmp_path / "other"
-    assert play(other, *word, "--workers", "1") == 0
-    assert not any(b"pear" in path.read_bytes() for path in other.iterdir())
-    assert "hidden half" in (other / "league.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.usefixtures("one_scene")
+@pytest.mark.usefixtures("one_robot")
 def test_a_file_that_runs_out_of_time_costs_its_rows_and_has_another_try_with_more_time(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -155,16 +157,6 @@ def test_every_file_plays_once_under_a_name_of_its_own(tmp_path: Path, monkeypat
     found = entrants.entrants([*paths, tmp_path / "my_law.py", paths[0]])
     names = [one.name for one in found if one.text is not None]
     assert names == ["my_law.py", str(tmp_path / "my_law.py"), str(tmp_path / NO_AVOIDANCE)]
-
-
-@pytest.mark.usefixtures("one_scene")
-def test_a_cluster_writes_the_same(tmp_path: Path) -> None:
-    here, there = tmp_path / "here", tmp_path / "there"
-    with scheduler(tmp_path) as (_, address), worker(tmp_path, address):
-        assert play(there, "--scheduler", address) == 0
-    assert play(here, "--workers", "1") == 0
-    for name in ("league.csv", "league.json"):
-        assert (here / name).read_bytes() == (there / name).read_bytes()
 
 
 @pytest.mark.parametrize(
@@ -221,8 +213,7 @@ def test_a_row_is_the_worst_of_its_runs_and_its_error_against_the_paper() -> Non
     )
 
 
-def test_the_document_has_the_tables_of_the_built_in_laws(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(entrants, "LAWS", LAWS)
+def test_the_document_has_the_tables_of_the_built_in_laws() -> None:
     text = (FOLDER / "documents" / "league.md").read_text(encoding="utf-8")
     tables = re.findall(r"^### (.+)\n\n((?:\|.*\n)+)", text, re.MULTILINE)
     assert [title for title, _ in tables] == [f"{title}, {robot} robots" for title in LEVELS.values() for robot in ROBOTS]

@@ -14,9 +14,11 @@ from app.i18n.catalogue import words_of
 from app.lessons.loading import load_lessons
 from app.marks import graded_file
 from app.marks.graded_file import GradedFile, Student, graded, returned_line, student_of, weights_of
-from app.marks.mark_files import StudentMarks
+from app.marks.mark_files import StudentMarks, feedback_page
 from app.settings import Language
 from controllers.errors import DuetError, LazyText
+
+*_, BOUNDED, _ = TRIALS
 
 
 def row_of(path: Path, language: Language = "en") -> GradedFile:
@@ -65,6 +67,17 @@ def test_full_marks_are_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     records = [StepRecord("hold", id, 1 if right else None, right, passed, 1) for id, right, passed in asked]
     (tmp_path / "report.html").write_text(records_html(records), encoding="utf-8")
     assert row_of(tmp_path / "report.html").feedback == "Every prediction is right, and every challenge is passed."
+
+
+def test_the_template_has_no_points(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = LawMarks(passed={name: name != BOUNDED for name in TRIALS}, reasons={BOUNDED: "no"}, as_template=True)
+    monkeypatch.setattr(graded_file, "marked", lambda *given: made)
+    (tmp_path / "my_law.py").touch()
+    row = row_of(tmp_path / "my_law.py")
+    assert row.points == 0 and row.maximum == 6
+    page = feedback_page(StudentMarks(row.student, (row,)))
+    assert "answers as the template" in row.reason and "answers as the template of <code>lwr-duet new-law</code>" in page
+    assert "μ² beside <code>J_d @ J_d</code>" in page and "`" not in page
 
 
 def test_a_full_disk_costs_no_points(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

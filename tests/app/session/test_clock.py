@@ -12,7 +12,7 @@ from pytest import MonkeyPatch
 
 from app.session import session as session_module
 from app.session.actions import Action, Pause, SetSetting, SingleStep
-from app.session.clock import BUDGET, LEAST, LONGEST_GAP, SLOWEST, SPEEDS, TOGETHER, Clock, Halt, budget_of, next_speed
+from app.session.clock import BUDGET, LEAST, LONGEST_GAP, SLOWEST, SPEEDS, TOGETHER, Clock, budget_of, next_speed
 from app.session.session import Session
 from app.settings import Settings
 from scenes.targets import HandTarget
@@ -54,6 +54,12 @@ def test_nothing_moves_while_paused_and_no_time_is_owed_afterwards(session: Sess
     assert not session.pace.paused
     assert session.advance(0.0001) == 0
     assert session.advance(0.05) == 10
+    # A reset keeps the pause.
+    session.toggle_pause()
+    session.reset()
+    assert session.paused and session.advance(0.1) == 0 and session.simulation.steps == 0
+    session.toggle_pause()
+    assert session.advance(0.1) == 20
 
 
 def test_single_steps(session: Session) -> None:
@@ -179,29 +185,18 @@ def test_a_run_that_stands_still_or_starts_again_is_in_no_hurry(session: Session
 
 def test_a_run_out_of_sight_stands_still_and_its_hurry_goes_on(session: Session) -> None:
     session.advance(0.05)
-    session.halt.set("hidden")
+    for reason in ("visitor", "hidden", "teacher"):
+        session.halt.set(reason)
     session.hurry(1.0)
-    session.halt.go_on()
+    # What is not the visitor's to lift stays.
+    assert session.halt == {"hidden", "teacher"}
+    session.halt.set("teacher", False)
     assert session.paused and [session.advance(0.5) for _ in range(5)] == [0] * 5
     session.halt.set("hidden", False)
     assert not session.paused
     while session.simulation.time < 1.0 - DT / 2:
         assert session.advance(0.0) > 0
     assert session.state().halted == ()
-
-
-def test_the_run_goes_on_when_no_reason_is_left() -> None:
-    halt = Halt()
-    halt.set("lesson")
-    halt.set("replay")
-    halt.set("lesson", False)
-    assert halt and "replay" in halt and "lesson" not in halt
-    halt.set("replay", False)
-    assert not halt
-    halt.set("visitor")
-    halt.set("teacher")
-    halt.go_on()
-    assert "teacher" in halt and "visitor" not in halt
 
 
 Ask = Callable[[Session], None]
@@ -255,12 +250,3 @@ def test_reset_is_a_fresh_start_to_the_last_bit(session: Session, change: dict[s
         assert session.advance(elapsed) == fresh.advance(elapsed)
     assert bits(session) == bits(fresh)
     assert session.simulation.history.count > 100
-
-
-def test_reset_keeps_the_pause(session: Session) -> None:
-    session.advance(0.1)
-    session.toggle_pause()
-    session.reset()
-    assert session.paused and session.advance(0.1) == 0 and session.simulation.steps == 0
-    session.toggle_pause()
-    assert session.advance(0.1) == 20

@@ -5,8 +5,9 @@ from urllib.parse import quote
 import pytest
 
 from app.page.panels.link_box import attack_query
+from app.session import counterexample_search
 from app.session.actions import Compute
-from app.session.counterexample_search import NAME, SECONDS, STARTS, CounterexampleSearch
+from app.session.counterexample_search import NAME, SECONDS, CounterexampleSearch
 from app.session.session import Session
 from app.settings import ATTACK, Settings, from_query
 from controllers.errors import BadSetting
@@ -28,15 +29,18 @@ def searching(desk: Inline, **settings: object) -> tuple[Session, Counterexample
     return session, session.studies.counterexample
 
 
-def test_it_goes_from_start_to_start_and_ends(desk: Inline) -> None:
-    session, search = searching(desk)
-    for done in range(1, STARTS + 1):
+@pytest.mark.parametrize("in_time", [3, 5])
+def test_it_goes_from_start_to_start_and_ends(desk: Inline, monkeypatch: pytest.MonkeyPatch, in_time: int) -> None:
+    """After so many starts as are made in time, but not before a fourth one."""
+    monkeypatch.setattr(counterexample_search, "STARTS", 4)
+    session, search = searching(desk, seed=7)
+    for done in range(1, (starts := max(in_time, 4)) + 1):
         assert search.busy and desk.work("search") == ["search"]
-        session.advance(SECONDS if done == STARTS else 0.0)
+        session.advance(SECONDS if done == in_time else 0.0)
         assert search.worst is not None and search.runs >= 3 * done
     assert not search.busy
     found = [job.result for job in desk.jobs if job.kind == "search"]
-    assert search.worst is not None and len(found) == STARTS and search.worst.badness == max(one.badness for one in found)
+    assert search.worst is not None and len(found) == starts and search.worst.badness == max(one.badness for one in found)
     # The worst of all is one in which the closest pair loses centimetres.
     assert search.broken and search.worst.loss.lost > 0.01
 

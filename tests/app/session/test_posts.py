@@ -26,16 +26,7 @@ from app.session.actions import (
 )
 from app.session.session import Session
 from app.settings import PageSettings, Settings
-from tests.app.posted_call import NamedCall, do_call, post_call
-
-
-def test_posts_are_done_in_order_at_the_beginning_of_the_next_frame(session: Session) -> None:
-    done: list[int] = []
-    for number in range(3):
-        post_call(session, lambda number=number: done.append(10 * number + session.simulation.steps))
-    assert done == []
-    session.advance(0.05)
-    assert done == [0, 10, 20]
+from tests.app.posted_call import post_call
 
 
 def test_a_post_that_fails_stops_neither_the_others_nor_the_clock(session: Session, caplog: pytest.LogCaptureFixture) -> None:
@@ -54,18 +45,6 @@ def clock(session: Session) -> SimpleNamespace:
     clock = SimpleNamespace(now=100.0)
     session.posts = ActionQueue(session.handle, lambda: clock.now)
     return clock
-
-
-def test_the_newest_value_of_a_control_wins_and_the_order_of_different_ones_is_kept(session: Session) -> None:
-    done: list[str] = []
-    session.takers["test"] = do_call
-    for control, value in (("dm", 1), ("n", 1), ("dm", 2), ("v", 1), ("n", 2)):
-        session.post(NamedCall(control, lambda control=control, value=value: done.append(f"{control}={value}")))
-    session.advance(0.0)
-    assert done == ["dm=2", "v=1", "n=2"]
-    session.post(NamedCall("dm", lambda: done.append("dm=3")))
-    session.advance(0.0)
-    assert done[3:] == ["dm=3"]
 
 
 def test_what_counts_every_time_is_done_every_time_but_not_without_end(session: Session) -> None:
@@ -91,6 +70,7 @@ def test_actions_go_on_in_the_next_frame(session: Session, clock: SimpleNamespac
 
     for number in range(7):
         post_call(session, lambda number=number: slow(number))
+    assert done == []
     assert [session.advance(0.005) for _ in range(7)] == [1] * 7 and done == first and not len(session.posts)
 
 
@@ -159,10 +139,13 @@ def test_what_waits_is_done_in_order_or_dropped() -> None:
     queue.put(drag := Drag("hand", "end", np.zeros(3)))
     queue.do()
     assert done == [Pause(), SetSetting("dm", 0.2), Pause(), Digit(2), drag] and not len(queue)
+    queue.put(SetSetting("dm", 0.25))
+    queue.do()
+    assert done[5:] == [SetSetting("dm", 0.25)]
     queue.put(Pause())
     queue.drop()
     queue.do()
-    assert len(done) == 5 and not len(queue)
+    assert len(done) == 6 and not len(queue)
 
 
 def test_nothing_is_queued_but_values() -> None:

@@ -109,6 +109,11 @@ def test_a_run_that_shows_why_stands_at_its_moment_with_both_runs() -> None:
 def test_a_visitor_looks_back_while_the_run_stands(ghost: str) -> None:
     watched = Watched(Settings(page=PageSettings(ghost=ghost)))
     session, player = watched.session, watched.player
+    session.handle(Pause())
+    player.review(1.0)
+    frame = watched.frame()
+    assert not frame.replayed and not player.reviewing and moment_html(frame, None) == "", "nothing before the first step"
+    session.handle(Pause())
     watched.run(3.0)
     player.review(1.0)
     assert not watched.frame().replayed, "a run that goes on has no moment"
@@ -147,14 +152,6 @@ def test_a_reset_or_another_setting_ends_it() -> None:
         else:
             watched.session.handle(act)
         assert not watched.frame().replayed and watched.session.paused
-
-
-def test_nothing_is_looked_back_at_before_the_first_step() -> None:
-    watched = Watched()
-    watched.session.handle(Pause())
-    watched.player.review(1.0)
-    frame = watched.frame()
-    assert not frame.replayed and not watched.player.reviewing and moment_html(frame, None) == ""
 
 
 def test_a_moment_outside_of_the_plots_has_its_words_and_no_line() -> None:

@@ -1,8 +1,7 @@
 """What a session has computed beside its run: asked when a slider rests, answered once, dropped when it is about another run."""
 
-import threading
+import pickle
 from collections.abc import Callable
-from contextlib import closing
 from dataclasses import replace
 from typing import Any
 
@@ -10,7 +9,7 @@ import numpy as np
 import pytest
 
 from app.plots.trade_off_charts import map_html, place_on_map, safety_html
-from app.runtime.job_pool import JobPool
+from app.session import background_studies
 from app.session.background_studies import SafetyPoint
 from app.session.session import Session
 from app.session.studies import MOVING, REST, SMOOTHNESS_WINDOW, WINDOW
@@ -259,31 +258,37 @@ RUN = RunSettings(dt=0.02)
     ],
     ids=["map", "curves"],
 )
-def test_a_study_grows_and_is_computed_once(study: str, unlike: dict[str, Any], alike: dict[str, Any]) -> None:
+def test_a_study_grows_and_is_computed_once(
+    desk: Inline, monkeypatch: pytest.MonkeyPatch, study: str, unlike: dict[str, Any], alike: dict[str, Any]
+) -> None:
     """Every point in the end; what is varied, or chosen beside it, does not begin it again, anything else does."""
-    news = threading.Event()
-    with closing(JobPool(1)) as background:
-        made, seen = getattr(Session(Settings(), news.set, background).studies, study), [0]
-        assert made.results(RUN) == {} and made.size == 0.0
-        while made.size < 1.0:
-            assert news.wait(60.0)
-            news.clear()
-            seen.append(sum(map(len, made.results(RUN).values())))
-        assert seen == sorted(seen)
-        rows = made.results(replace(RUN, law=replace(RUN.law, **alike)))
-        points = [point for row in rows.values() for point in row]
-        if study == "trade_off":
-            at = {(p.order, p.nominal_velocity): p for p in points}
-            assert set(at) == {(n, v) for n in TRADE_OFF_ORDERS for v in TRADE_OFF_VELOCITIES}
-            # The larger n, the later the arm gives way: nearer, and with a smaller error.
-            far, near = at[2.0, 0.3], at[16.0, 0.3]
-        else:
-            assert tuple(rows) == knobs() and all(len(row) == len(knob.setting.points) for knob, row in rows.items())
-            assert all(list(row) == sorted(row) for row in rows.values())
-            near, *_, far = rows[knobs()[0]]
-        assert near.d_min < far.d_min and near.e2_max < far.e2_max
-        assert made.results(replace(RUN, law=replace(RUN.law, **unlike))) == {}
-        made.forget()
+    monkeypatch.setattr(background_studies, "SECONDS", 5.0)
+    news: list[int] = []
+    made = getattr(Session(Settings(), lambda: news.append(1), desk).studies, study)
+    assert made.results(RUN) == {} and made.size == 0.0
+    jobs, seen = desk.waiting(), [0]
+    for number, job in enumerate(jobs, 1):
+        # As far as another process: what goes there, and what comes back.
+        assert pickle.loads(pickle.dumps((job.function, job.arguments))) == (job.function, job.arguments)
+        assert desk.work(job.kind) == [job.kind] and len(news) == number
+        assert pickle.loads(pickle.dumps(job.result)) == job.result
+        seen.append(sum(map(len, made.results(RUN).values())))
+        assert made.size == number / len(jobs) and seen[-1] > seen[-2]
+    rows = made.results(replace(RUN, law=replace(RUN.law, **alike)))
+    points = [point for row in rows.values() for point in row]
+    if study == "trade_off":
+        at = {(p.order, p.nominal_velocity): p for p in points}
+        assert set(at) == {(n, v) for n in TRADE_OFF_ORDERS for v in TRADE_OFF_VELOCITIES}
+        # The larger n, the later the arm gives way: nearer, and with a smaller error.
+        far, near = at[2.0, 0.3], at[16.0, 0.3]
+    else:
+        assert tuple(rows) == knobs() and all(len(row) == len(knob.setting.points) for knob, row in rows.items())
+        assert all(list(row) == sorted(row) for row in rows.values())
+        near, *_, far = rows[knobs()[0]]
+    assert near.d_min < far.d_min and near.e2_max < far.e2_max
+    assert made.results(replace(RUN, law=replace(RUN.law, **unlike))) == {} and len(desk.waiting()) == len(jobs)
+    made.forget()
+    assert not desk.waiting()
 
 
 @pytest.mark.parametrize(("n", "v"), [(1.0, 0.1), (4.0, 0.3), (16.0, 0.7)])

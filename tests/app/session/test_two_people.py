@@ -12,7 +12,7 @@ from app.session.second_hand import SecondHand
 from app.session.session import Session
 from app.settings import Settings
 from controllers.errors import BadInputFile
-from scenes.inputs import Recorded, Stretch
+from scenes.inputs import Stretch
 from scenes.inputs_file import recorded_bytes, recorded_from
 from scenes.packing import PAIRS, PARTS, WIDTHS, decoded, encoded
 from scenes.rerun import target_between
@@ -115,4 +115,3 @@ def test_a_file_with_an_impossible_second_hand_is_refused(second: HandTarget | L
     )
     with pytest.raises(BadInputFile):
         recorded_from(recorded_bytes(replace(recorded, stretches=(Stretch(recorded.settings, targets),))), "two")
-    assert isinstance(recorded, Recorded)
