@@ -3,7 +3,9 @@ interrupted."""
 
 import json
 import shlex
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +13,7 @@ import pytest
 from app.cli.main import main
 from app.recording.run_file import load_run
 from app.runtime.terminal import INTERRUPTED
-from scenes import random_runs
+from scenes import children, random_runs
 from scenes.counterexample import SECONDS
 from scenes.promise import Condition, missing
 from scenes.random_runs import RandomRun, RunVerdict, explained, random_run, run_verdict
@@ -20,6 +22,23 @@ from scenes.settings import RunSettings
 from tests.scenes.test_promise import BETWEEN
 
 pytestmark = pytest.mark.slow
+
+
+def interrupted(compute: Callable[..., Iterator[Any]], after: int) -> Callable[..., Iterator[Any]]:
+    """The same, but that Ctrl+C comes once so many of its computations are done."""
+
+    def some(*arguments: Any) -> Iterator[Any]:
+        for done, found in enumerate(compute(*arguments)):
+            if done == after:
+                raise KeyboardInterrupt
+            yield found
+
+    return some
+
+
+@pytest.fixture
+def interrupted_after_two(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(children, "computed", interrupted(children.computed, 2))
 
 
 def test_forty_random_runs_break_nothing(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
