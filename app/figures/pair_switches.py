@@ -1,7 +1,7 @@
 """Two pairs that are equally close: does the motion get smooth when the time step gets small, and what is lost along their tie?"""
 
 from dataclasses import replace
-from typing import Final, get_args
+from typing import Any, Final, get_args
 
 import numpy as np
 
@@ -10,10 +10,14 @@ from controllers.choices import Treatment
 from scenes.headless import Summary
 from scenes.settings import RunSettings, specs
 
-LOOKS: Final[dict[Treatment, tuple[str, str, object, str]]] = {
-    "single": ("o", COLOURS.approach, DASHES[0], "closest pair (paper)"),
-    "soft": ("s", COLOURS.velocity, DASHES[1], "smooth minimum (ours)"),
+LOOKS: Final[dict[Treatment, dict[str, Any]]] = {
+    "single": {"marker": "o", "color": COLOURS.approach, "linestyle": DASHES[0], "label": "closest pair (paper)"},
+    "soft": {"marker": "s", "color": COLOURS.velocity, "linestyle": DASHES[1], "label": "smooth minimum (ours)"},
 }
+"""How each is drawn, …"""
+
+MARKED: Final = {"markersize": 5.5, "markeredgecolor": "white"}
+"""… and what both have in common."""
 
 
 def draw(plan: Plan) -> Drawn:
@@ -22,21 +26,13 @@ def draw(plan: Plan) -> Drawn:
     length = plan.either(46.0, 12.0)
     base = plan.settings(rig="table")
     runs: dict[Treatment, list[Summary]] = {
-        pairs: [plan.run(plan.settings({"pairs": pairs}, rig="table", dt=dt), length).summary for dt in steps] for pairs in LOOKS
+        pairs: plan.summaries([plan.settings({"pairs": pairs}, rig="table", dt=dt) for dt in steps], length) for pairs in LOOKS
     }
     milli = [1000.0 * dt for dt in steps]
     figure, (upper, lower) = stack(4.3, 2)
-    for pairs, (marker, colour, dash, label) in LOOKS.items():
-        style = {
-            "marker": marker,
-            "color": colour,
-            "linestyle": dash,
-            "markersize": 5.5,
-            "markeredgecolor": "white",
-            "label": label,
-        }
-        upper.plot(milli, [max(s.pair_switches, 0.5) for s in runs[pairs]], **style)
-        lower.plot(milli, [s.dq_step_max for s in runs[pairs]], **style)
+    for pairs, look in LOOKS.items():
+        upper.plot(milli, [max(s.pair_switches, 0.5) for s in runs[pairs]], **look, **MARKED)
+        lower.plot(milli, [s.dq_step_max for s in runs[pairs]], **look, **MARKED)
     reference = runs["soft"][0].dq_step_max * np.array(steps) / steps[0] * 0.55
     lower.plot(milli, reference, color=COLOURS.calm, linestyle=DASHES[2], linewidth=1.3)
     at = len(steps) // 2
@@ -67,7 +63,7 @@ def _sentence(pairs: Treatment, steps: tuple[float, ...], runs: list[Summary]) -
     listed = ", ".join(str(s.pair_switches) for s in runs)
     times = ", ".join(f"{1000 * dt:g}" for dt in steps)
     jumps = ", ".join(f"{s.dq_step_max:.3g}" for s in runs)
-    return f"{LOOKS[pairs][3].capitalize()}: {listed} changes of the closest pair at {times} ms; largest step of q̇ {jumps} rad/s."
+    return f"{LOOKS[pairs]['label'].capitalize()}: {listed} changes of the closest pair at {times} ms; largest step of q̇ {jumps} rad/s."
 
 
 SLIDE_SEED: Final = 396
@@ -89,9 +85,8 @@ def draw_slide_loss(plan: Plan) -> Drawn:
     rows: list[list[object]] = []
     lost: dict[str, list[float]] = {}
     for i, pairs in enumerate(get_args(Treatment)):
-        summaries = [
-            plan.run(replace(base, law=replace(base.law, pairs=pairs, nominal_velocity=v)), SLIDE_SECONDS).summary for v in speeds
-        ]
+        settings = [replace(base, law=replace(base.law, pairs=pairs, nominal_velocity=v)) for v in speeds]
+        summaries = plan.summaries(settings, SLIDE_SECONDS)
         lost[pairs] = [1000.0 * (base.law.critical_distance - s.d_min) for s in summaries]
         axes.plot(
             speeds, lost[pairs], color=COLOURS_OF[pairs], linestyle=DASHES[i], marker=MARKERS[i], markersize=5,

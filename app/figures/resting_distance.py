@@ -197,10 +197,10 @@ SCRIPT: Final = 46.0
 """Length of the person's script at its own pace [s]."""
 
 LOOKS: Final = {
-    False: ("o", COLOURS.distance, DASHES[0], "paper's law"),
-    True: ("s", COLOURS.velocity, DASHES[1], "$w$ added to $v$"),
+    False: {"marker": "o", "color": COLOURS.distance, "linestyle": DASHES[0], "label": "paper's law"},
+    True: {"marker": "s", "color": COLOURS.velocity, "linestyle": DASHES[1], "label": "$w$ added to $v$"},
 }
-"""Whether the law knows w → marker, colour, dash and label."""
+"""Whether the law knows w → how it is drawn."""
 
 
 def _at_pace(settings: RunSettings, seconds: float, pace: float) -> tuple[float, Summary]:
@@ -224,10 +224,10 @@ def draw_threshold(plan: Plan) -> Drawn:
     results = {feed_forward: list(islice(made, len(paces))) for feed_forward in LOOKS}
     figure = sheet(3.1)
     axes = figure.subplots()
-    for feed_forward, (marker, colour, dash, label) in LOOKS.items():
+    for feed_forward, look in LOOKS.items():
         runs = results[feed_forward]
         xs, ys = [v / w for w, _ in runs], [summary.d_min for _, summary in runs]
-        axes.plot(xs, ys, marker=marker, color=colour, linestyle=dash, markersize=5, markeredgecolor="white", label=label)
+        axes.plot(xs, ys, markersize=5, markeredgecolor="white", **look)
     axes.axhline(critical, color=COLOURS.critical, linestyle=DASHES[4], linewidth=1.3)
     axes.axvline(1.0, color=COLOURS.approach, linestyle=DASHES[2], linewidth=1.3)
     axes.set(xscale="log", xlabel="$v/w$, retreat over the fastest approach", ylabel="smallest distance [m]", ylim=(0, 0.2))

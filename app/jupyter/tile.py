@@ -18,7 +18,7 @@ def tile() -> dict[str, Any]:
     return {**made, "launcher_entry": {"title": "Duet", "icon_path": str(icon)}}
 
 
-def proxied(options: Sequence[str] = ("--store", "memory", "--workers", "1")) -> dict[str, Any]:
+def proxied(options: Sequence[str]) -> dict[str, Any]:
     """Return how jupyter-server-proxy starts Duet. `options`: of `lwr-duet serve`."""
     return {
         # Without -P a folder named `app` in the notebook's folder would be started.

@@ -13,7 +13,7 @@ from scenes.headless import run
 from scenes.law_knobs import knobs
 from scenes.laws import LAWS
 from scenes.settings import RunSettings
-from tests.app.figures.conftest import Numbers
+from tests.app.figures.conftest import KNOBS, Numbers
 from tests.scenes.helpers import with_values
 
 pytestmark = pytest.mark.slow
@@ -31,7 +31,7 @@ def test_every_point_is_the_run_that_it_says(table: Numbers, folder: Path) -> No
     """A curve a knob, several persons; a point made once more has the same numbers. The report has a table at equal distance."""
     rows = table("equal_safety")
     curves = set(zip(rows.columns["law"], rows.columns["w_added"], rows.columns["knob"], strict=True))
-    assert curves == {(knob.law, str(int(knob.setting.feed_forward)), knob.setting.key) for knob in knobs()}
+    assert curves == {(knob.law, str(int(knob.setting.feed_forward)), knob.setting.key) for knob in KNOBS}
     assert len(set(rows["seed"])) == 2 and equal_safety.SEEDS >= 5, "five in the whole figure"
     at = next(i for i, law in enumerate(rows.columns["law"]) if law == "intermediate_value")
     changes = {"law": "intermediate_value", rows.columns["knob"][at]: rows["value"][at]}
@@ -70,6 +70,13 @@ def test_every_law_has_the_knob_that_its_authors_would_take(law: str) -> None:
     assert moved.critical_distance == 0.19 and (moved.influence_distance == pytest.approx(0.34)) == (law == "task_activation")
     # What can be given w is compared with it, too.
     assert {knob.law for knob in knobs() if knob.setting.feed_forward} == {n for n, entry in LAWS.items() if "ff" in entry.reads}
+
+
+def test_every_value_of_every_knob_makes_a_run_of_its_law() -> None:
+    for knob in knobs():
+        for value in knob.setting.points:
+            done = run(knob.at(RunSettings(dt=0.01), value), 0.02)
+            assert done.simulation.settings.law.law == knob.law and np.isfinite(done.summary.d_min), (knob, value)
 
 
 @pytest.mark.parametrize(("ratio", "words"), [(0.5, "is better"), (1.0, "is as good"), (1.5, "is worse")])

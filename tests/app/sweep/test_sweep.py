@@ -31,6 +31,14 @@ USUAL = RunSettings()
 SMALL = Sweep(over=("n=2,8", "pairs=single,soft"), seconds=0.2, workers=1, maps=False)
 
 
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """The complete table of `SMALL`."""
+    out = tmp_path_factory.mktemp("whole")
+    assert sweep(replace(SMALL, out=out)) == 0
+    return (out / "sweep.csv").read_bytes()
+
+
 def read(path: Path) -> tuple[list[str], list[str], list[list[str]]]:
     """The # lines, the columns and the rows of a table."""
     lines = path.read_text(encoding="utf-8").splitlines()
@@ -87,9 +95,8 @@ def interrupted(monkeypatch: pytest.MonkeyPatch, after: int) -> list[int]:
 
 @pytest.mark.parametrize("torn", ["", "8.0,single,0.1", "8.0,single,0.1,0.2,0.3,0.4,0.5,0.6,7,0"])
 def test_it_goes_on_where_it_was_ended(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str], torn: str
+    whole: bytes, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str], torn: str
 ) -> None:
-    assert sweep(replace(SMALL, out=tmp_path / "whole")) == 0
     folder = tmp_path / "parts"
     with monkeypatch.context() as patch:
         assert interrupted(patch, 2) == []
@@ -105,13 +112,12 @@ def test_it_goes_on_where_it_was_ended(
         assert sweep(replace(SMALL, out=folder)) == 0
     assert seen == [1, 0]
     assert [path.name for path in folder.iterdir()] == ["sweep.csv"]
-    assert (folder / "sweep.csv").read_bytes() == (tmp_path / "whole" / "sweep.csv").read_bytes()
+    assert (folder / "sweep.csv").read_bytes() == whole
     # What is complete is not run again.
     seen = interrupted(monkeypatch, 0)
     assert sweep(replace(SMALL, out=folder)) == 0 and seen == []
 
 
-@pytest.mark.parametrize("part", [False, True])
 @pytest.mark.parametrize(
     ("other", "named"),
     [
@@ -122,16 +128,15 @@ def test_it_goes_on_where_it_was_ended(
         ({"over": ("pairs=single,soft", "n=2,8")}, "the order of the settings"),
     ],
 )
-def test_rows_of_another_sweep_are_not_mixed_in(tmp_path: Path, other: dict[str, Any], named: str, part: bool) -> None:
-    assert sweep(replace(SMALL, out=tmp_path)) == 0
-    path = tmp_path / "sweep.csv"
-    if part:
-        path = path.rename(tmp_path / "sweep.part.csv")
-    before = path.read_bytes()
-    with pytest.raises(BadSetting) as error:
-        sweep(replace(SMALL, out=tmp_path, **other))
-    assert all(text in str(error.value) for text in (path.name, "another --out", named)), error.value
-    assert path.read_bytes() == before
+def test_rows_of_another_sweep_are_not_mixed_in(whole: bytes, tmp_path: Path, other: dict[str, Any], named: str) -> None:
+    for name in ("sweep.csv", "sweep.part.csv"):
+        path = tmp_path / name
+        path.write_bytes(whole)
+        with pytest.raises(BadSetting) as error:
+            sweep(replace(SMALL, out=tmp_path, **other))
+        assert all(text in str(error.value) for text in (name, "another --out", named)), error.value
+        assert path.read_bytes() == whole
+        path.unlink()
 
 
 @pytest.mark.parametrize(
@@ -142,10 +147,8 @@ def test_rows_of_another_sweep_are_not_mixed_in(tmp_path: Path, other: dict[str,
         (lambda text: text + "\n9.0,soft" + text.rpartition("soft")[2], "9.0,soft"),
     ],
 )
-def test_a_spoilt_file_is_named(tmp_path: Path, spoil: Callable[[str], str], named: str) -> None:
-    assert sweep(replace(SMALL, out=tmp_path)) == 0
-    path = tmp_path / "sweep.csv"
-    path.write_text(spoil(path.read_text(encoding="utf-8").rstrip()) + "\n", encoding="utf-8")
+def test_a_spoilt_file_is_named(whole: bytes, tmp_path: Path, spoil: Callable[[str], str], named: str) -> None:
+    (tmp_path / "sweep.csv").write_text(spoil(whole.decode().rstrip()) + "\n", encoding="utf-8")
     with pytest.raises(BadInputFile) as error:
         sweep(replace(SMALL, out=tmp_path))
     assert all(text in str(error.value) for text in ("sweep.csv", named, "not of this sweep")), error.value

@@ -1,15 +1,20 @@
-"""`lwr-duet hunt`: it finds what is broken, says how to repeat it, and finds nothing in our own runs."""
+"""`lwr-duet hunt` and `falsify`: what is broken is found and can be made again, our own runs break nothing, and both say where they were
+interrupted."""
 
 import json
 import shlex
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from app.cli.main import main
+from app.recording.run_file import load_run
 from app.runtime.terminal import INTERRUPTED
-from scenes import random_runs
+from scenes import children, random_runs
+from scenes.counterexample import SECONDS
 from scenes.promise import Condition, missing
 from scenes.random_runs import RandomRun, RunVerdict, explained, random_run, run_verdict
 from scenes.room import World, room_of
@@ -17,6 +22,23 @@ from scenes.settings import RunSettings
 from tests.scenes.test_promise import BETWEEN
 
 pytestmark = pytest.mark.slow
+
+
+def interrupted(compute: Callable[..., Iterator[Any]], after: int) -> Callable[..., Iterator[Any]]:
+    """The same, but that Ctrl+C comes once so many of its computations are done."""
+
+    def some(*arguments: Any) -> Iterator[Any]:
+        for done, found in enumerate(compute(*arguments)):
+            if done == after:
+                raise KeyboardInterrupt
+            yield found
+
+    return some
+
+
+@pytest.fixture
+def interrupted_after_two(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(children, "computed", interrupted(children.computed, 2))
 
 
 def test_forty_random_runs_break_nothing(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -101,10 +123,57 @@ def test_a_broken_run_comes_with_the_command_that_repeats_it(
     assert (summary["d_min"], summary["e2_end"], summary["dq_step_max"]) == (again.d_min, again.e2_end, again.dq_step_max)
 
 
+CLOSEST = ["falsify", "--pairs", "single", "--v", "0.05", "--dt", "0.01", "--workers", "1"]
+
+
+def test_the_closest_pair_is_broken_and_its_run_can_be_made_again(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    out = tmp_path / "worst.duet.npz"
+    assert main([*CLOSEST, "--starts", "1", "--skip", "6", "--seconds", "600", "--out", str(out)]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("1 start postures, ") and lines[1].endswith("Closest pair (paper), v = 0.05 m/s.")
+    assert lines[2].startswith("The promise breaks: d_law falls 1") and lines[2].endswith("mm below d_m, at dt and at dt/4.")
+    assert lines[3] == "All of this held: w ≤ v, J_d regular, no joint at its limit, an ideal robot."
+    assert lines[4].startswith("What was missing: one closest pair.") and lines[-1] == str(out)
+    loaded = load_run(out.read_bytes(), out.name)
+    assert loaded.verdict == "exact" and loaded.recorded.seconds == pytest.approx(SECONDS)
+
+
+def test_a_smooth_distance_is_not_broken(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["falsify", "--starts", "3", "--seconds", "600", "--workers", "1", "--dt", "0.01"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[2].startswith("No run broke the promise.") and lines[3].startswith("The nearest approach: d_law − d_m = ")
+    assert lines[4].startswith("Lost where a condition was missing: w ≤ v ")
+
+
+def test_a_law_without_a_promise_breaks_none(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["falsify", "--law", "unprotected", "--starts", "1", "--seconds", "600", "--workers", "1", "--dt", "0.01"]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[2] == "This law makes no promise." and lines[3].startswith("d_law falls ")
+
+
+@pytest.mark.usefixtures("interrupted_after_two")
+def test_an_interrupted_search_says_what_it_has_and_how_to_go_on(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([*CLOSEST, "--seed", "3", "--starts", "9", "--skip", "5"]) == INTERRUPTED
+    said = capsys.readouterr()
+    assert said.out.startswith("2 start postures, ") and said.err.endswith("Interrupted; --seed 3 --skip 7 goes on from here.\n")
+
+
 @pytest.mark.parametrize(
-    ("options", "named"),
-    [(("--runs", "0"), "at least 1 run"), (("--seconds", "nan"), "seconds = nan"), (("--out", "/no/such"), "no such folder")],
+    ("arguments", "message"),
+    [
+        ("hunt --runs 0", "at least 1 run"),
+        ("hunt --seconds nan", "seconds = nan"),
+        ("hunt --out /no/such", "no such folder"),
+        ("falsify --scene solo", "Nothing is in the way in the scene solo"),
+        ("falsify --lag 0.1", "The promise is made for an ideal robot"),
+        ("falsify --seconds 0", "seconds = 0 is out of range; give a number above 0 and up to 86400."),
+        ("falsify --seconds nan", "seconds = nan is out of range"),
+        ("falsify --workers -1", "workers from 1, or 0 for one a core"),
+        ("falsify --starts -1", "starts and skip from 0"),
+        ("falsify --out nowhere/at/all.npz", "/nowhere/at; make it first"),
+    ],
 )
-def test_what_cannot_be_hunted(capsys: pytest.CaptureFixture[str], options: tuple[str, ...], named: str) -> None:
-    assert main(["hunt", *options]) == 2
-    assert named in capsys.readouterr().err
+def test_nonsense_is_refused_before_anything_runs(arguments: str, message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(arguments.split()) == 2
+    said = capsys.readouterr()
+    assert message in said.err and said.out == "" and said.err.count("\n") == 1
