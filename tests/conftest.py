@@ -32,6 +32,18 @@ SLOW = {"browser", "house", "serve", "folder", "jupyter"}
 a notebook's server."""
 
 
+BEGUN = pytest.StashKey[bool]()
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """A worker that begins without the browser's tests gives way to the one that has them, which takes longest."""
+    session = item.session
+    if BEGUN not in session.stash:
+        session.stash[BEGUN] = True
+        if hasattr(item.config, "workerinput") and hasattr(os, "nice") and not _draws(item.path):
+            os.nice(3)
+
+
 @pytest.fixture(scope="session", autouse=True)
 def _own_store(tmp_path_factory: pytest.TempPathFactory) -> None:
     """The store of a server that runs on this machine is not ours."""

@@ -219,6 +219,8 @@ def draw(host: LectureHost, teacher: Page, ann: Page, bo: Page) -> None:
     )
     ask(host.session, lambda _: host.lessons.act(GoTo(lesson, drawn)))
     ann.locator(".duet-draw").wait_for()
+    # The phone is looked at as it opens, whatever has been done on it.
+    bo.reload()
     on_stage(ann, "2")
     ballots = host.classroom.ballots
     until(teacher, lambda: len(ballots.questions) == 2, "the second answer", WAIT)
