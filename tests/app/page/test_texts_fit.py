@@ -61,8 +61,10 @@ def wide_formulas(page: Page, session: Session, run: LessonSession) -> list[str]
 
 
 def see_labels(page: Page, session: Session) -> None:
-    """Look at the labels of every tab, in experiments and under laws that have long ones."""
+    """Look at the labels of every tab, in experiments and under laws that have long ones; the tabs themselves stand in one row."""
     tabs = page.get_by_role("tab")
+    tops = page.locator("[role=tablist]").first.evaluate("row => [...row.children].map(tab => tab.getBoundingClientRect().top)")
+    assert len(tops) > len(TABS) and len(set(tops)) == 1
     seen: set[str] = set()
     for key in ("d0", "gamma", "kr", "coupled", "kx"):
 
