@@ -77,9 +77,9 @@ class ClassDownloads:
         ChoiceButtons(
             self._client.gui,
             label,
-            KINDS,
+            {kind: MakeReport(self._client.client_id, which, kind) for kind in KINDS},
             hint,
-            lambda i: self._session.post(MakeReport(self._client.client_id, which, KINDS[i])),
+            self._session.post,
         )
 
     def _take(self, action: Action) -> bool:

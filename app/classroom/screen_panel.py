@@ -6,7 +6,7 @@ import viser
 from markupsafe import Markup
 
 from app.classroom.presenter import STATION_NAMES, TIMERS, Presenter, Station, clock_text
-from app.classroom.teacher_control import TeacherControl
+from app.classroom.teacher_control import Teach, TeacherControl
 from app.i18n.speaking import N_, tr
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.settings import PageSettings
@@ -28,27 +28,26 @@ class ScreenPanel:
         self._state = gui.add_html("")
         self._on = gui.add_button("", icon=viser.Icon.ARROW_DOWN)
         self._back = gui.add_button(tr("Back"), color="gray", icon=viser.Icon.ARROW_UP)
-        timers = tuple(TIMERS)
         self._timer = ChoiceButtons(
             gui,
             "timer",
-            tuple(f"{seconds} s" if seconds else N_("Off") for seconds in TIMERS.values()),
-            N_("Everybody sees the time run down. When it is over, answers still count until the reveal."),
-            lambda i: act(timers[i]),
+            {f"{seconds} s" if seconds else N_("Off"): Teach(action) for action, seconds in TIMERS.items()},
+            "Everybody sees the time run down. When it is over, answers still count until the reveal.",
+            control.session.post,
         )
         self._picture = ChoiceButtons(
             gui,
             "screen",
-            (N_("Live"), N_("Frozen"), N_("Black")),
-            N_("Frozen: the screen keeps its picture while you prepare something. Page ↓ brings it back."),
-            lambda i: act(("live", "freeze", "blank")[i]),
+            {"Live": Teach("live"), "Frozen": Teach("freeze"), "Black": Teach("blank")},
+            "Frozen: the screen keeps its picture while you prepare something. Page ↓ brings it back.",
+            control.session.post,
         )
         self._layout = ChoiceButtons(
             gui,
             "shows",
-            (N_("Stage alone"), N_("With panels")),
-            N_("With panels: lesson and plots beside the stage, as students see them."),
-            lambda i: act(("stage", "panels")[i]),
+            {"Stage alone": Teach("stage"), "With panels": Teach("panels")},
+            "With panels: lesson and plots beside the stage, as students see them.",
+            control.session.post,
         )
         gui.add_html(open_html(control.session.settings.page, keyed))
         on_press(self._on, lambda: act("on"))

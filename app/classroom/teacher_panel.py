@@ -11,7 +11,7 @@ from app.classroom.class_downloads import ClassDownloads
 from app.classroom.classroom import Poll
 from app.classroom.classroom_html import TAKE_OVER, banner_html, heads_html, join_html, joined_text, poll_html, voters_html
 from app.classroom.screen_panel import ScreenPanel, covers_html
-from app.classroom.teacher_control import TeacherAction, TeacherControl
+from app.classroom.teacher_control import Teach, TeacherAction, TeacherControl
 from app.hosting.serve_options import MOST_STUDENTS
 from app.i18n.speaking import N_, tr
 from app.lessons.bookmark import LONGEST_PACE, Bookmark
@@ -107,10 +107,10 @@ class TeacherPanel:
             self._heads = gui.add_html("")
             self._mode = ChoiceButtons(
                 gui,
-                tr("class"),
-                (tr("Follow me"), tr("Explore freely")),
-                tr("Follow me: everybody sees this stage. Explore freely: everybody has a session of their own."),
-                lambda i: act(("follow", "free")[i]),
+                "class",
+                {"Follow me": Teach("follow"), "Explore freely": Teach("free")},
+                "Follow me: everybody sees this stage. Explore freely: everybody has a session of their own.",
+                control.session.post,
             )
             self._board = BoardPanel(gui, control)
             self._poll, self._voters = gui.add_html(""), gui.add_html("")
@@ -138,9 +138,9 @@ class TeacherPanel:
             self._invite = ChoiceButtons(
                 gui,
                 "shown",
-                (N_("Nowhere"), N_("On the screen"), N_("On every page")),
-                N_("On the screen: where there is no projector, this page shows it. × here or Page ↓ takes it away everywhere."),
-                lambda i: act(("hide", "invite", "invite all")[i]),
+                {"Nowhere": Teach("hide"), "On the screen": Teach("invite"), "On every page": Teach("invite all")},
+                "On the screen: where there is no projector, this page shows it. × here or Page ↓ takes it away everywhere.",
+                control.session.post,
             )
         for name, key, action in COMMANDS:
             self._command(name, key, action)

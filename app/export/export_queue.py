@@ -6,7 +6,7 @@ A request submits a job to the pool; the page takes files, messages and the snip
 import copy
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any, Final, Literal, NamedTuple, get_args
+from typing import Any, Final, Literal, NamedTuple
 
 from app.export.csv_table import csv_bytes, csv_suffix
 from app.export.lab_report import Done, lab_bytes
@@ -22,7 +22,6 @@ from scenes.inputs import KEEP, Recorded
 from scenes.rerun import not_again
 
 FileKind = Literal["run", "csv", "png", "svg", "html", "python"]
-KINDS: Final[tuple[FileKind, ...]] = get_args(FileKind)
 
 WORDS: Final[dict[str, str]] = {
     "run": N_("the file of the run"),

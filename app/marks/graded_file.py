@@ -29,8 +29,8 @@ KINDS: Final = {".py": "law", ".html": "report", ".htm": "report"}
 REPORT: Final = ("steps", "predictions", "right", "challenges", "passed", "attempts")
 """Columns of a report."""
 
-_MOODLE: Final = re.compile(r"(?P<name>.+)_(?P<id>\d+)_assignsubmission_file_?(?P<rest>.*)")
-_CANVAS: Final = re.compile(r"(?P<name>[^_]+)(?:_LATE)?_(?P<id>\d+)_\d+_(?P<rest>.+)")
+_MOODLE: Final = re.compile(r"(?P<name>.+)_(?P<id>\d+)_assignsubmission_file_?.*")
+_CANVAS: Final = re.compile(r"(?P<name>[^_]+)(?:_LATE)?_(?P<id>\d+)_\d+_.+")
 """What Moodle and Canvas name a folder, or a file, of a student in the ZIP file of an assignment."""
 
 

@@ -123,9 +123,9 @@ class LessonControls:
             self._steps = ChoiceButtons(
                 gui,
                 "step",
-                tuple(str(i + 1) for i in range(MOST_STEPS)),
+                {str(i + 1): lesson_actions.GoTo(None, i) for i in range(MOST_STEPS)},
                 "Any step at any time.",
-                lambda i: self._post(lesson_actions.GoTo(None, i)),
+                self._post,
                 order=2.0,
             )
             self._board = DrawingBoard(
@@ -146,9 +146,9 @@ class LessonControls:
             self._nav = ChoiceButtons(
                 gui,
                 "",
-                ("Back", "Reset step"),
+                {"Back": lesson_actions.GoBack(), "Reset step": lesson_actions.ResetStep()},
                 "Reset restarts the step." if self._presenting else "B goes back, N goes on. Reset restarts the step.",
-                lambda i: self._post((lesson_actions.GoBack(), lesson_actions.ResetStep())[i]),
+                self._post,
                 order=ORDER["hints"] + 6.0,
             )
             self._leave = self._button(lesson_actions.Leave(), ORDER["hints"] + 7.0)

@@ -1,14 +1,17 @@
 """A row of buttons of which one is marked as the present choice."""
 
-from collections.abc import Callable
-from typing import Final
+from collections.abc import Callable, Mapping
+from typing import Final, TypeVar
 
 import viser
 
 from app.i18n.speaking import tr
+from app.session.actions import Action
 
 MARK: Final = "● "
 """Stands before the present choice: a cue that is no colour."""
+
+Asked = TypeVar("Asked", bound=Action)
 
 
 class ChoiceButtons:
@@ -16,9 +19,9 @@ class ChoiceButtons:
 
     Args:
         label: before the row, in English; may be empty.
-        labels: what the buttons say, in English.
+        choices: what a button says, in English → what it asks for.
         hint: one line that explains it, in English.
-        chosen: called with the index of a button that was pressed, on the network's thread.
+        post: called with what a button that was pressed asks for, on the network's thread.
         order: place among its neighbours, None for the end.
     """
 
@@ -26,21 +29,22 @@ class ChoiceButtons:
         self,
         gui: viser.GuiApi,
         label: str,
-        labels: tuple[str, ...],
+        choices: Mapping[str, Asked],
         hint: str,
-        chosen: Callable[[int], None],
+        post: Callable[[Asked], None],
         order: float | None = None,
     ) -> None:
-        said = self._labels = tuple(tr(label) for label in labels)
+        said = {tr(label): choice for label, choice in choices.items()}
+        self._labels = tuple(said)
         self._shown: tuple[object, ...] = ()
-        self._buttons = gui.add_button_group(tr(label), said, hint=tr(hint), order=order)
+        self._buttons = gui.add_button_group(tr(label), self._labels, hint=tr(hint), order=order)
 
         @self._buttons.on_click
         async def _(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
             # A press may have been on its way while the mark moved, or the button was taken away.
             plain = event.target.value.removeprefix(MARK)
             if plain in {one.removeprefix(MARK) for one in event.target.options}:
-                chosen(said.index(plain))
+                post(said[plain])
 
     def show(self, marked: int = -1, offered: tuple[int, ...] | None = None, visible: bool = True) -> None:
         """Update the row.

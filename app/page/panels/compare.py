@@ -28,27 +28,27 @@ class ComparePanel:
         self._button = ChoiceButtons(
             gui,
             "how smooth",
-            ("Measure",),
+            {"Measure": Compute("smoothness")},
             "Runs the last 10 s again at dt, dt/2, dt/4 and dt/8: the largest step of q̇ halves with dt unless the law jumps.",
-            lambda _: session.post(Compute("smoothness")),
+            session.post,
         )
         self._smoothness = gui.add_html("")
         self._match = ChoiceButtons(
             gui,
             "same distance",
-            ("Set the knob",),
+            {"Set the knob": Compute("same distance")},
             "Sets d_m, or another setting of the ghost’s law, so that it comes as near as the present law on the last 30 s; the present "
             "settings become the ghost. Beside a frozen ghost it sets the run’s law.",
-            lambda _: session.post(Compute("same distance")),
+            session.post,
         )
         self._matched = gui.add_html("")
         self._break = ChoiceButtons(
             gui,
             "try to break it",
-            ("Search", "Watch"),
+            {"Search": Compute("counterexample"), "Watch": Compute("worst run")},
             "Searches for 20 s over start postures, ways and speeds for the run in which d falls farthest below dₘ although w ≤ v and the "
             "arm can do what the law asks for. Watch replays the worst run; Copy link then shares it.",
-            lambda i: session.post(Compute(("counterexample", "worst run")[i])),
+            session.post,
         )
         self._broken = gui.add_html("")
         self._state: tuple[object, ...] = ()

@@ -112,10 +112,8 @@ class Controls:
         with self._tabs.add_tab(tr("Keys"), viser.Icon.KEYBOARD):
             gui.add_html(element("div", "", help_html(presenting), class_="duet"))
         self._panel = gui.add_html("")
-        further = (ShowAll(), ShowAll(False), FirstView())
-        self._further = ChoiceButtons(
-            gui, "", ("All settings", "Fewer settings", "First view"), "", lambda i: session.post(further[i])
-        )
+        further = {"All settings": ShowAll(), "Fewer settings": ShowAll(False), "First view": FirstView()}
+        self._further = ChoiceButtons(gui, "", further, "", session.post)
         self.show(freeze(session, 0.0))
 
     @property
@@ -125,18 +123,15 @@ class Controls:
 
     def _transport(self) -> None:
         gui = self._gui
-        actions = (Pause(), SingleStep(), Reset())
         self._clock = ChoiceButtons(
             gui,
             "clock",
-            ("Pause", "Step", "Reset"),
+            {"Pause": Pause(), "Step": SingleStep(), "Reset": Reset()},
             "Space pauses and goes on, . makes one step, R restarts the run.",
-            lambda i: self._session.post(actions[i]),
+            self._session.post,
         )
-        labels = tuple({0.25: "¼×", 0.5: "½×", 1.0: "1×", 2.0: "2×"}[speed] for speed in SPEEDS)
-        self._speed = ChoiceButtons(
-            gui, "speed", labels, "Slower and faster: [ and ].", lambda i: self._session.post(SetSetting("speed", SPEEDS[i]))
-        )
+        speeds = {{0.25: "¼×", 0.5: "½×", 1.0: "1×", 2.0: "2×"}[speed]: SetSetting("speed", speed) for speed in SPEEDS}
+        self._speed = ChoiceButtons(gui, "speed", speeds, "Slower and faster: [ and ].", self._session.post)
 
     def _control(self, key: str, spec: Spec, value: Any, order: float | None = None) -> Any:
         gui, label = self._gui, spec.title(tr)

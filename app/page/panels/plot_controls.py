@@ -1,7 +1,7 @@
 """The controls of the plots: which are shown beside the first two, which moment, and, for the microscope, signal and instant."""
 
 import re
-from typing import Final, get_args
+from typing import Final
 
 import viser
 from markupsafe import Markup
@@ -38,9 +38,9 @@ class DetailsChooser(PagePanel):
             self._buttons = ChoiceButtons(
                 client.gui,
                 "more plots",
-                tuple(spec.options().values()),
+                {said: SetSetting("plot", choice) for choice, said in spec.options().items()},
                 spec.help,
-                lambda i: session.post(SetSetting("plot", spec.choices[i])),
+                session.post,
                 order=0.5,
             )
 
@@ -55,7 +55,8 @@ class DetailsChooser(PagePanel):
         self._buttons.show(marked, tuple(map(self._choices.index, possible)), not self._lessons.open)
 
 
-QUANTITIES: Final[tuple[Signal, ...]] = get_args(Signal)
+SIGNALS: Final[dict[str, Signal]] = {"d": "d", "λ": "lambda", "q̇": "dq", "e": "e"}
+"""What a button says → the signal that is looked at."""
 
 WRITE: Final = 0.5
 """Time between two writes of the slider while the run goes on [s]."""
@@ -82,18 +83,19 @@ class MicroscopeButtons(PagePanel):
             self._buttons = ChoiceButtons(
                 gui,
                 "single steps",
-                ("d", "λ", "q̇", "e", "Largest jump", "◀", "▶"),
+                {
+                    **{said: Magnify(quantity) for said, quantity in SIGNALS.items()},
+                    "Largest jump": Magnify(),
+                    "◀": Magnify(steps=-STRIDE),
+                    "▶": Magnify(steps=STRIDE),
+                },
                 "Which steps are shown: about the largest step of q̇ in the last 20 s, or ten steps earlier or later.",
-                self._press,
+                session.post,
                 order=0.6,
             )
             self._scrubber = Scrubber(
                 gui, session, lambda time: session.studies.microscope.go_to(time), "instant", 0.005, WRITE, order=0.7
             )
-
-    def _press(self, place: int) -> None:
-        later = (Magnify(), Magnify(steps=-STRIDE), Magnify(steps=STRIDE))
-        self._session.post((*map(Magnify, QUANTITIES), *later)[place])
 
     def take(self, action: Action) -> bool:
         """Do an action if it is about the microscope; return whether it was."""
@@ -115,7 +117,7 @@ class MicroscopeButtons(PagePanel):
             return
         microscope = frame.studies.microscope
         shown = "microscope" in self._view.plots.shown and frame.of_live
-        self._buttons.show(QUANTITIES.index(microscope.quantity), visible=shown)
+        self._buttons.show(list(SIGNALS.values()).index(microscope.quantity), visible=shown)
         self._scrubber.show(frame.now, microscope.span if shown else None)
 
 

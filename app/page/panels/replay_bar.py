@@ -7,7 +7,7 @@ from typing import Final, Literal
 import viser
 from markupsafe import Markup
 
-from app.export.export_queue import KINDS, ExportQueue, FileKind
+from app.export.export_queue import ExportQueue, FileKind
 from app.i18n.speaking import N_, tr
 from app.page import STATIC
 from app.page.panels.choice_buttons import ChoiceButtons
@@ -30,8 +30,8 @@ knows where the focus is, and a value that is not possible yet (the 1 of 12.5) n
 LENGTHS: Final[dict[str, float]] = {"10 s": 10.0, "30 s": 30.0, "1 min": 60.0, N_("All"): KEEP}
 """What is said → how much of the newest part of the run is meant [s]."""
 
-LABELS: Final = ("Run", "CSV", "PNG", "SVG", "HTML", "Python")
-"""Of the buttons, in the order of `app.export.export_queue.KINDS`."""
+EXPORTS: Final[dict[str, FileKind]] = {"Run": "run", "CSV": "csv", "PNG": "png", "SVG": "svg", "HTML": "html", "Python": "python"}
+"""What a button says → the kind of file that it makes."""
 
 HINT: Final = (
     "Run: a file that can be loaded again. CSV: every step. PNG, SVG: the plots. HTML: a page that plays scene and plots offline. "
@@ -102,9 +102,9 @@ class ReplayBar:
         self._replay = ChoiceButtons(
             gui,
             "replay",
-            ("Watch", "Play", "Back to live"),
+            {"Watch": OperateReplay("watch"), "Play": OperateReplay("play"), "Back to live": OperateReplay("leave")},
             "The run waits while you look at what was; Space plays and rests, . goes one step.",
-            lambda i: session.post(OperateReplay(("watch", "play", "leave")[i])),
+            session.post,
         )
         self._replay.show(offered=(0,))
         self._scrubber = Scrubber(gui, session, session.player.seek, "moment", 0.01, WRITE)
@@ -112,16 +112,15 @@ class ReplayBar:
         self._mark = element("i", hidden="", data_duet_moment=self._scrubber.id)
         self._state = gui.add_html(self._mark)
         self._rest_key: viser.CommandHandle | None = None
-        lengths = tuple(LENGTHS)
         self._lengths = ChoiceButtons(
             gui,
             "the last",
-            lengths,
+            {said: ChooseLength(i) for i, said in enumerate(LENGTHS)},
             "How much of the run is meant, to watch and to save.",
-            lambda i: session.post(ChooseLength(i)),
+            session.post,
         )
-        self._lengths.show(lengths.index("30 s"))
-        ChoiceButtons(gui, "save as", LABELS, HINT, lambda i: session.post(Export(KINDS[i])))
+        self._lengths.show(list(LENGTHS).index("30 s"))
+        ChoiceButtons(gui, "save as", {said: Export(kind) for said, kind in EXPORTS.items()}, HINT, session.post)
         upload = gui.add_upload_button(
             tr("Load a run"),
             icon=viser.Icon.UPLOAD,

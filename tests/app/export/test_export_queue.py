@@ -1,13 +1,13 @@
 """What a visitor keeps: files, a loaded file, and the past beside the live run; a job ends as soon as its result is not wanted."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
 
 from app.export.csv_table import csv_bytes
-from app.export.export_queue import KINDS, ExportQueue, FileKind, file_name
+from app.export.export_queue import ExportQueue, FileKind, file_name
 from app.export.lab_report import Done, lab_bytes
 from app.export.player import player_html
 from app.export.plot_pictures import picture_bytes
@@ -74,7 +74,7 @@ def desk(monkeypatch: pytest.MonkeyPatch) -> Desk:
     return made
 
 
-@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind not in ("html", "python")])
+@pytest.mark.parametrize("kind", [kind for kind in get_args(FileKind) if kind not in ("html", "python")])
 def test_a_file_is_made_in_the_background_and_handed_over_once(desk: Desk, kind: FileKind) -> None:
     desk.queue.ask(kind, 1.0)
     assert desk.queue.busy and not desk.queue.take_files()
@@ -136,10 +136,10 @@ def test_before_the_first_step_there_is_nothing(desk: Desk) -> None:
             # The log still has the run before, which was not asked for.
             desk.session.toggle_pause()
             desk.session.reset()
-        for kind in KINDS:
+        for kind in get_args(FileKind):
             empty.queue.ask(kind, 10.0)
         empty.queue.player.watch(10.0)
-        assert not empty.background.waiting() and len(empty.take_news()) == len(KINDS) + 1
+        assert not empty.background.waiting() and len(empty.take_news()) == len(get_args(FileKind)) + 1
         assert empty.queue.player.replay is None
 
 

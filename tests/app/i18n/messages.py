@@ -224,6 +224,8 @@ def _texts(nodes: Iterable[ast.expr], named: dict[str, ast.expr], deep: bool = T
             yield node.value
         elif isinstance(node, (ast.Tuple, ast.List)):
             yield from _texts(node.elts, named, deep)
+        elif isinstance(node, ast.Dict):
+            yield from _texts(filter(None, node.keys), named, deep)
         elif isinstance(node, ast.IfExp):
             yield from _texts((node.body, node.orelse), named, deep)
         elif isinstance(node, ast.Name) and deep and node.id in named:
