@@ -5,7 +5,7 @@ from typing import Any, Final
 
 import viser
 
-from app.i18n.speaking import spoken, tr
+from app.i18n.speaking import N_, spoken, tr
 from app.page.lessons.drawing_board import CurveControl
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.compare import ComparePanel
@@ -112,7 +112,7 @@ class Controls:
         with self._tabs.add_tab(tr("Keys"), viser.Icon.KEYBOARD):
             gui.add_html(element("div", "", help_html(presenting), class_="duet"))
         self._panel = gui.add_html("")
-        further = {"All settings": ShowAll(), "Fewer settings": ShowAll(False), "First view": FirstView()}
+        further = {N_("All settings"): ShowAll(), N_("Fewer settings"): ShowAll(False), N_("First view"): FirstView()}
         self._further = ChoiceButtons(gui, "", further, "", session.post)
         self.show(freeze(session, 0.0))
 

@@ -30,7 +30,14 @@ knows where the focus is, and a value that is not possible yet (the 1 of 12.5) n
 LENGTHS: Final[dict[str, float]] = {"10 s": 10.0, "30 s": 30.0, "1 min": 60.0, N_("All"): KEEP}
 """What is said → how much of the newest part of the run is meant [s]."""
 
-EXPORTS: Final[dict[str, FileKind]] = {"Run": "run", "CSV": "csv", "PNG": "png", "SVG": "svg", "HTML": "html", "Python": "python"}
+EXPORTS: Final[dict[str, FileKind]] = {
+    N_("Run"): "run",
+    "CSV": "csv",
+    "PNG": "png",
+    "SVG": "svg",
+    "HTML": "html",
+    "Python": "python",
+}
 """What a button says → the kind of file that it makes."""
 
 HINT: Final = (
