@@ -177,7 +177,7 @@ def test_students_and_a_group_explore_in_other_processes_and_the_teacher_reaches
     screen = come(screen=True)
     look_after_those_who_explore(teacher, [ann, bo, cy], screen)
     record = share_a_duel(teacher, [ann, cy], screen)
-    # For one more there is no place; and a process that dies takes no session along, whoever of a group comes first.
+    # For one more there is no place; and a process that dies takes no session along, in any order of the group.
     di = comes_late(come, "di")
     are_together(served, ann, di)
     sees(teacher, f"{drawn_name(ann)} × 2")
