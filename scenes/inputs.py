@@ -3,6 +3,9 @@
 from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import groupby, islice
+from operator import attrgetter
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -98,7 +101,7 @@ class Recorded:
         """Length [s]."""
         return sum(stretch.seconds for stretch in self.stretches)
 
-    @property
+    @cached_property
     def nbytes(self) -> int:
         """Memory that it takes, about [B]."""
         return _CHAPTER_BYTES + sum(stretch.nbytes for stretch in self.stretches)
@@ -139,6 +142,16 @@ class RecordedPerson:
         return decoded(code, self._targets.numbers[begin : begin + WIDTHS[code]])
 
 
+@dataclass(slots=True)
+class _Wanted:
+    """The same target under the same settings for some steps in a row; kind and numbers as `encoded` gives them."""
+
+    settings: RunSettings
+    code: int
+    numbers: bytes
+    steps: int = 1
+
+
 class InputsLog:
     """The last ten minutes of a run's targets and settings, with a snapshot every second.
 
@@ -149,50 +162,48 @@ class InputsLog:
 
     def __init__(self, keep: float = KEEP, most_bytes: int = MOST_BYTES) -> None:
         self._keep, self._most_bytes = keep, most_bytes
-        self._pieces: deque[Recorded] = deque()
-        self._settings: RunSettings | None = None
+        self._chapters: deque[Recorded] = deque()
         self._roles: Roles | None = None
         self._law: LawOfFile | None = None
         self.forget()
 
     def forget(self) -> None:
         """Clear the log."""
-        self._pieces.clear()
-        self._seconds, self._nbytes = 0.0, 0
-        self._snapshot: Snapshot | None = None
-        """Beginning of the newest chapter, of which these stretches are closed:"""
-        self._stretches: list[Stretch] = []
+        self._chapters.clear()
         self._expected = self._turn = -1
-        self._codes: list[int] = []
-        self._counts: list[int] = []
-        self._numbers: list[bytes] = []
+        """Steps made before the next note, and before the next chapter."""
+        self._snapshot: Snapshot | None = None
+        """Beginning of the newest chapter, which is still open, …"""
+        self._wanted: list[_Wanted] = []
+        """… what was wanted in it, and …"""
         self._answers: list[bytes] = []
+        """… what the law of a file answered, step by step."""
 
     @property
     def nbytes(self) -> int:
         """How much memory it takes, about [B]."""
-        return self._nbytes + (len(self._codes) + len(self._answers)) * _OPEN_BYTES
+        return sum(chapter.nbytes for chapter in self._chapters) + (len(self._wanted) + len(self._answers)) * _OPEN_BYTES
 
     def record(self, simulation: Simulation, target: Target | None) -> None:
         """Note what the next step is made with, before each; after a reset, or with other roles or another room, the log starts again."""
-        steps, same = simulation.steps, simulation.settings is self._settings and law_of_file(simulation) is self._law
-        if steps != self._expected or not same or steps >= self._turn:
-            self._turn_over(simulation)
-        code, numbers = encoded(target)
-        if self._codes and self._codes[-1] == code and self._numbers[-1] == numbers:
-            self._counts[-1] += 1
+        if not self._leads_to(simulation):
+            self.forget()
+            self._roles, self._law = simulation.roles, law_of_file(simulation)
+        if simulation.steps >= self._turn:
+            self._begin_chapter(simulation)
+        settings, (code, numbers) = simulation.settings, encoded(target)
+        last = self._wanted[-1] if self._wanted else None
+        if last is not None and last.settings is settings and last.code == code and last.numbers == numbers:
+            last.steps += 1
         else:
-            self._codes.append(code)
-            self._counts.append(1)
-            self._numbers.append(numbers)
-        self._expected = steps + 1
+            self._wanted.append(_Wanted(settings, code, numbers))
+        self._expected = simulation.steps + 1
 
     def take_back(self) -> None:
         """Forget the newest note: its step was not made."""
-        self._counts[-1] -= 1
-        if not self._counts[-1]:
-            for notes in (self._codes, self._counts, self._numbers):
-                notes.pop()
+        self._wanted[-1].steps -= 1
+        if not self._wanted[-1].steps:
+            self._wanted.pop()
         self._expected -= 1
 
     def note_answers(self, simulation: Simulation) -> None:
@@ -200,56 +211,47 @@ class InputsLog:
         if self._law is not None:
             self._answers.append(np.hstack(simulation.answers).tobytes())
 
-    def _turn_over(self, simulation: Simulation) -> None:
-        law = law_of_file(simulation)
-        if simulation.steps != self._expected or simulation.roles is not self._roles or law is not self._law:
-            self.forget()
-        if self._codes:
-            stretch = self._open_stretch()
-            self._stretches.append(stretch)
-            self._seconds += stretch.seconds
-            self._nbytes += stretch.nbytes
-            self._codes, self._counts, self._numbers, self._answers = [], [], [], []
-        self._settings, self._roles, self._law = simulation.settings, simulation.roles, law
-        if simulation.steps >= self._turn:
-            if self._stretches:
-                assert self._snapshot is not None
-                self._pieces.append(Recorded(self._snapshot, tuple(self._stretches)))
-            self._snapshot, self._stretches = simulation.snapshot(), []
-            self._nbytes += _CHAPTER_BYTES
-            self._turn = simulation.steps + max(round(CHAPTER / simulation.settings.dt), 1)
-            self._forget_oldest()
+    def _leads_to(self, simulation: Simulation) -> bool:
+        """Return whether what is noted ends where a simulation is now."""
+        same_run = simulation.roles is self._roles and law_of_file(simulation) is self._law
+        return same_run and simulation.steps == self._expected
 
-    def _open_stretch(self) -> Stretch:
-        assert self._settings is not None
-        numbers = np.frombuffer(b"".join(self._numbers), np.float64)
-        targets = PackedTargets(np.array(self._codes, np.uint8), np.array(self._counts, np.uint32), numbers)
-        answers = None
-        if self._law is not None:
-            rows = np.frombuffer(b"".join(self._answers)).reshape(len(self._answers), -1)
-            answers = LawAnswers(self._law.file, self._law.sha256, rows)
-        return Stretch(self._settings, targets, answers)
-
-    def _forget_oldest(self) -> None:
-        while len(self._pieces) > 1:
-            first = self._pieces[0]
-            if self._seconds - first.seconds < self._keep and self._nbytes <= self._most_bytes:
+    def _begin_chapter(self, simulation: Simulation) -> None:
+        if self._wanted:
+            self._chapters.append(self._open_chapter())
+        self._snapshot, self._wanted, self._answers = simulation.snapshot(), [], []
+        self._turn = simulation.steps + max(round(CHAPTER / simulation.settings.dt), 1)
+        while len(self._chapters) > 1:
+            if simulation.time - self._chapters[1].begin < self._keep and self.nbytes <= self._most_bytes:
                 return
-            self._pieces.popleft()
-            self._seconds -= first.seconds
-            self._nbytes -= first.nbytes
+            self._chapters.popleft()
+
+    def _open_chapter(self) -> Recorded:
+        """Return the newest chapter as far as it goes; there must be a step in it."""
+        assert self._snapshot is not None
+        stretches: list[Stretch] = []
+        answers = iter(self._answers)
+        for settings, group in groupby(self._wanted, attrgetter("settings")):
+            wanted = list(group)
+            codes, counts = np.array([one.code for one in wanted], np.uint8), np.array([one.steps for one in wanted], np.uint32)
+            targets = PackedTargets(codes, counts, np.frombuffer(b"".join(one.numbers for one in wanted)))
+            answered = None
+            if self._law is not None:
+                rows = list(islice(answers, targets.steps))
+                answered = LawAnswers(self._law.file, self._law.sha256, np.frombuffer(b"".join(rows)).reshape(len(rows), -1))
+            stretches.append(Stretch(settings, targets, answered))
+        return Recorded(self._snapshot, tuple(stretches))
 
     def cut(self, simulation: Simulation) -> tuple[Snapshot, tuple[Recorded, ...]]:
         """Return the present state, and the pieces of the run that lead to it, in order; what is recorded later goes into a new piece.
 
         There are no pieces before the first step, or where the last one was of another experiment.
         """
-        if simulation.steps != self._expected or simulation.roles is not self._roles:
+        if not self._leads_to(simulation):
             return simulation.snapshot(), ()
-        if self._codes or self._stretches:
-            self._turn = simulation.steps
-            self._turn_over(simulation)
-        return simulation.snapshot(), tuple(self._pieces)
+        if self._wanted:
+            self._begin_chapter(simulation)
+        return simulation.snapshot(), tuple(self._chapters)
 
     def restore(self, pieces: Sequence[Recorded], simulation: Simulation) -> None:
         """Take up the pieces that have led a simulation to its present state, see `cut`; none that had a law of another kind."""
@@ -257,22 +259,22 @@ class InputsLog:
         law = law_of_file(simulation)
         if not pieces or (pieces[-1].law is None) != (law is None):
             return
-        self._pieces.extend(pieces)
-        self._seconds = sum(piece.seconds for piece in pieces)
-        self._nbytes = sum(piece.nbytes for piece in pieces)
+        self._chapters.extend(pieces)
         self._expected = self._turn = simulation.steps
-        self._settings, self._roles, self._law = simulation.settings, simulation.roles, law
+        self._roles, self._law = simulation.roles, law
 
     def window(self, seconds: float = KEEP) -> Recorded | None:
         """Return the newest piece of the run: `seconds` long, up to `CHAPTER` longer, or all that there is; None if that is nothing."""
-        snapshot, stretches = self._snapshot, [*self._stretches, *([self._open_stretch()] if self._codes else [])]
-        length = sum(stretch.seconds for stretch in stretches)
-        for piece in reversed(self._pieces):
+        newest: list[Recorded] = []
+        length = 0.0
+        for chapter in reversed([*self._chapters, *([self._open_chapter()] if self._wanted else [])]):
             if length >= seconds * (1.0 - 1e-9):
                 break
-            snapshot, stretches = piece.snapshot, [*piece.stretches, *stretches]
-            length += piece.seconds
-        return Recorded(snapshot, merged_stretches(stretches)) if snapshot is not None and stretches else None
+            newest.insert(0, chapter)
+            length += chapter.seconds
+        if not newest:
+            return None
+        return Recorded(newest[0].snapshot, merged_stretches([stretch for chapter in newest for stretch in chapter.stretches]))
 
 
 def law_of_file(simulation: Simulation) -> LawOfFile | None:
@@ -283,16 +285,10 @@ def law_of_file(simulation: Simulation) -> LawOfFile | None:
 
 def merged_stretches(stretches: list[Stretch]) -> tuple[Stretch, ...]:
     """Return the stretches with neighbours of the same settings put together."""
-    groups: list[list[Stretch]] = []
-    for stretch in stretches:
-        before = groups[-1][0].settings if groups else None
-        if before is not None and (before is stretch.settings or before == stretch.settings):
-            groups[-1].append(stretch)
-        else:
-            groups.append([stretch])
     merged: list[Stretch] = []
-    for group in groups:
-        answers = [stretch.answers for stretch in group if stretch.answers is not None]
+    for settings, group in groupby(stretches, attrgetter("settings")):
+        parts = list(group)
+        answers = [part.answers for part in parts if part.answers is not None]
         joined = answers[-1]._replace(rows=np.concatenate([part.rows for part in answers])) if answers else None
-        merged.append(Stretch(group[0].settings, joined_targets([stretch.targets for stretch in group]), joined))
+        merged.append(Stretch(settings, joined_targets([part.targets for part in parts]), joined))
     return tuple(merged)
