@@ -5,7 +5,7 @@ import json
 import math
 import re
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -18,7 +18,7 @@ from controllers.kinematics import Array
 from scenes.files import input_content
 from scenes.inputs import Recorded, RecordedPerson, Stretch
 from scenes.law_answers import LawAnswers
-from scenes.packing import ANGLES, BALL, HAND, JOINTS, LINK, PARTS, ROTATION, TURNED, WIDTH, WIDTHS, PackedTargets
+from scenes.packing import ANGLES, JOINTS, KINDS, LINK, ROTATION, TURNED, WIDTHS, PackedTargets
 from scenes.recording import REACH, inputs_from
 from scenes.roles import TargetSource
 from scenes.room import room_of
@@ -114,8 +114,8 @@ def read_person(path: Path, settings: RunSettings) -> TargetSource:
             scene=scene,
             here=settings.scene,
         )
-    kinds = np.concatenate([PARTS[stretch.targets.codes].ravel() for stretch in recorded.stretches])
-    if ((kinds == LINK) | (kinds > JOINTS)).any() and _joint_counts(recorded.settings) != _joint_counts(settings):
+    kinds = {kind for stretch in recorded.stretches for code in set(stretch.targets.codes.tolist()) for kind in KINDS[code]}
+    if any(kind == LINK or kind > JOINTS for kind in kinds) and _joint_counts(recorded.settings) != _joint_counts(settings):
         raise BadInputFile(
             "{name}: pulls at joints of other arms than these; add --robot {robot} --guided {guided}.",
             name=path,
@@ -275,35 +275,29 @@ def _targets(arrays: dict[str, np.ndarray], count: int, links: list[int]) -> Pac
     _check(len(numbers) == int(offsets[-1]) + WIDTHS[int(codes[-1])], "has targets with missing numbers")
     _check(np.isfinite(numbers).all(), "has targets that are not finite")
 
-    # From here on the targets of two people are looked at one by one, those of the second person last.
-    parts = PARTS[codes]
-    codes = parts.T.ravel()
-    offsets = np.concatenate([offsets, offsets + WIDTH[parts[:, 0]]])
-    of_second = np.arange(len(codes)) >= count
-
-    def checked(which: np.ndarray, width: int, fine: Callable[[Array], Any], what: str, begin: int = 0) -> None:
-        rows = numbers[offsets[which][:, None] + np.arange(begin, begin + width)]
-        _check(fine(rows), what)
-
-    hands = (codes >= HAND) & (codes < BALL)
-    near = LazyText("has a target that is out of any reach")
-    checked(hands | (codes == BALL), 3, lambda rows: (np.abs(rows) <= REACH).all(), near)
-    turned = hands & ((codes & (ROTATION | TURNED)) > 0)
-    checked(turned, 9, _are_rotations, LazyText("has an orientation that is none"), begin=3)
     for code in np.unique(codes).tolist():
-        if HAND <= code < BALL and WIDTHS[code] in (6, 15):
-            checked(codes == code, 3, lambda rows: (np.abs(rows) <= REACH).all(), near, begin=WIDTHS[code] - 3)
-        elif code == LINK:
-            for which, most in zip((~of_second, of_second), (links[0], links[-1]), strict=True):
-                known = range(1, most + 1)
-                fault = LazyText("pulls a link that no arm has")
-                checked((codes == code) & which, 1, lambda rows, known=known: np.isin(rows, known).all(), fault)
-            checked(codes == code, 6, lambda rows: (np.abs(rows) <= REACH).all(), near, begin=1)
-        elif code == ANGLES or code > JOINTS:
-            _check(code == ANGLES or code - JOINTS == links[0], "moves joints that the arm does not have")
-            turns = LazyText("has an angle beyond two turns")
-            checked(codes == code, WIDTHS[code], lambda rows: (np.abs(rows) <= WIDEST).all(), turns)
+        rows = numbers[offsets[codes == code][:, None] + np.arange(WIDTHS[code])]
+        begin = 0
+        for kind, joints in zip(KINDS[code], (links[0], links[-1]), strict=False):
+            _check_targets(kind, rows[:, begin : begin + WIDTHS[kind]], joints)
+            begin += WIDTHS[kind]
     return targets
+
+
+def _check_targets(kind: int, rows: Array, joints: int) -> None:
+    """Check targets of a kind by their numbers (k, width). `joints`: of the arm."""
+    if kind == ANGLES or kind > JOINTS:
+        _check(kind == ANGLES or kind - JOINTS == joints, "moves joints that the arm does not have")
+        _check((np.abs(rows) <= WIDEST).all(), "has an angle beyond two turns")
+        return
+    places = rows
+    if kind == LINK:
+        _check(np.isin(rows[:, 0], range(1, joints + 1)).all(), "pulls a link that no arm has")
+        places = rows[:, 1:]
+    elif kind & (ROTATION | TURNED):
+        _check(_are_rotations(rows[:, 3:12]), "has an orientation that is none")
+        places = np.delete(rows, np.s_[3:12], axis=1)
+    _check((np.abs(places) <= REACH).all(), "has a target that is out of any reach")
 
 
 def _are_rotations(rows: Array) -> bool:

@@ -26,7 +26,7 @@ JOINTS: Final = 64
 
 MOST_JOINTS: Final = 32
 PAIR: Final = 128
-"""Plus the place in `PAIRS`."""
+"""Plus the place among the pairs in `KINDS`."""
 
 _HANDS: Final = {
     HAND + turn + elbow: 3 + (9 if turn else 0) + (3 if elbow else 0) for turn in (0, ROTATION, TURNED) for elbow in (0, ELBOW)
@@ -42,13 +42,13 @@ WIDTHS: Final[dict[int, int]] = {
 }
 """Code of a kind of target → how many numbers it has."""
 
-PAIRS: Final = dict(enumerate(product((NOTHING, LINK, *sorted(_HANDS)), (LINK, *sorted(_HANDS))), start=PAIR))
-"""Code of a pair → the codes of its two targets; the numbers of the second follow those of the first."""
-WIDTHS.update({code: WIDTHS[first] + WIDTHS[second] for code, (first, second) in PAIRS.items()})
-_PAIR_OF: Final = {kinds: code for code, kinds in PAIRS.items()}
-
-PARTS: Final = np.array([PAIRS.get(code, (code, NOTHING)) for code in range(256)], np.uint8)
-"""Code → those of the one or two targets of which it consists (256, 2)."""
+KINDS: Final[dict[int, tuple[int, ...]]] = {
+    **{code: (code,) for code in WIDTHS},
+    **dict(enumerate(product((NOTHING, LINK, *sorted(_HANDS)), (LINK, *sorted(_HANDS))), start=PAIR)),
+}
+"""Code → the kinds of the one or two targets of which it consists; the numbers of the second follow those of the first."""
+WIDTHS.update({code: sum(WIDTHS[kind] for kind in kinds) for code, kinds in KINDS.items()})
+_CODE_OF: Final = {kinds: code for code, kinds in KINDS.items()}
 
 WIDTH: Final = np.array([WIDTHS.get(code, 0) for code in range(256)], np.int64)
 """The same as `WIDTHS` (256,), 0 for what is no code."""
@@ -130,7 +130,7 @@ def encoded(target: Target | None) -> tuple[int, bytes]:
         return LINK, np.array([target.joint, *target.offset, *target.position], np.float64).tobytes()
     if isinstance(target, PairTarget):
         (first, numbers), (second, more) = encoded(target.first), encoded(target.second)
-        return _PAIR_OF[first, second], numbers + more
+        return _CODE_OF[first, second], numbers + more
     positions = np.asarray(target.positions, np.float64)
     return JOINTS + len(positions), positions.tobytes()
 
@@ -147,8 +147,8 @@ def decoded(code: int, numbers: Array) -> Target | None:
         return BallTarget(numbers)
     if code == LINK:
         return LinkTarget(int(numbers[0]), numbers[1:4], numbers[4:])
-    if code in PAIRS:
-        first, second = PAIRS[code]
+    if code >= PAIR:
+        first, second = KINDS[code]
         held = decoded(first, numbers[: WIDTHS[first]]), decoded(second, numbers[WIDTHS[first] :])
         return PairTarget(*cast(tuple[HeldTarget | None, HeldTarget], held))
     if code > JOINTS:

@@ -14,7 +14,7 @@ from app.settings import Settings
 from controllers.errors import BadInputFile
 from scenes.inputs import Stretch
 from scenes.inputs_file import recorded_bytes, recorded_from
-from scenes.packing import PAIRS, PARTS, WIDTHS, decoded, encoded
+from scenes.packing import KINDS, WIDTHS, decoded, encoded
 from scenes.rerun import target_between
 from scenes.settings import RunSettings
 from scenes.targets import HandTarget, LinkTarget, PairTarget
@@ -34,7 +34,7 @@ def test_what_two_people_want_is_kept_to_the_last_bit(
     first: HandTarget | LinkTarget | None, second: HandTarget | LinkTarget
 ) -> None:
     code, numbers = encoded(PairTarget(first, second))
-    assert code in PAIRS and len(numbers) == 8 * WIDTHS[code] and code < len(PARTS)
+    assert len(KINDS[code]) == 2 and len(numbers) == 8 * WIDTHS[code] and code < 256
     found = decoded(code, np.frombuffer(numbers))
     assert isinstance(found, PairTarget)
     assert encoded(found) == (code, numbers) and encoded(found.first) == encoded(first)
