@@ -13,7 +13,7 @@ from scenes.arm_tasks.hold_task import HoldTask
 from scenes.guide import FOLLOW_GAIN, SMOOTHING_TIME, shortened
 from scenes.rigs import ALONE
 from scenes.robots import robot
-from scenes.roles import NoSource, Roles, Scenario, TargetSource
+from scenes.roles import NOBODY, Roles, Scenario, Scripted, TargetSource
 from scenes.room import Room, World, pair_bodies, with_arm
 from scenes.setting_spec import makes
 from scenes.settings import ControlPoint, RunSettings
@@ -118,25 +118,23 @@ class BallInTheWay(Scenario):
 
     def source(self, world: World, settings: RunSettings) -> TargetSource:
         if settings.ball == "still":
-            return NoSource()
+            return NOBODY
         assert world.room.ball is not None
-        return BallSwing(world.room.start[world.room.ball], settings.seed)
+        return ball_swing(world.room.start[world.room.ball], settings.seed)
 
     def way(self, settings: RunSettings, home: Array) -> Array:
         return np.array([home, home + PATH])
 
 
-class BallSwing:
-    """Carries the ball across the path and back, at a pace that the seed chooses. `middle`: of its way (3,) [m]; `seed`: which person."""
+def ball_swing(middle: Array, seed: int) -> Scripted:
+    """Return who carries the ball across the path and back, at a pace that the seed chooses.
 
-    def __init__(self, middle: Array, seed: int) -> None:
-        self._middle = middle.copy()
-        self._period = float(np.random.default_rng(seed).uniform(7.0, 11.0))
-
-    def target(self, time: float) -> BallTarget:
-        """Return where the ball should be at a time [s]."""
-        way = np.array([SWING * np.sin(2.0 * np.pi * time / self._period), 0.0, 0.0])
-        return BallTarget(self._middle + way)
+    Args:
+        middle: of its way (3,) [m].
+        seed: which person.
+    """
+    period = float(np.random.default_rng(seed).uniform(7.0, 11.0))
+    return Scripted(lambda time: BallTarget(middle + np.array([SWING * np.sin(2.0 * np.pi * time / period), 0.0, 0.0])))
 
 
 class BallTask(ArmTask):

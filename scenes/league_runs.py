@@ -14,7 +14,7 @@ from scenes.history import COLUMN
 from scenes.law_knobs import LawKnob, knob_range, sought
 from scenes.laws import LAWS
 from scenes.promise import fallen
-from scenes.roles import Paced
+from scenes.roles import paced
 from scenes.settings import HardwareSettings, LawSettings, RunSettings
 from scenes.simulation import Simulation
 
@@ -176,7 +176,7 @@ def held(schedule: Schedule, event: Event, applied: Applied, ends: tuple[float, 
     def simulated(person: Person, value: float | None) -> Run:
         settings, law = applied(event.settings(person), value)
         factor = person.speed / NATURAL_SPEED
-        return run(settings, schedule.seconds / factor, Paced(Simulation(settings, 1).source(), factor), law=law)
+        return run(settings, schedule.seconds / factor, paced(Simulation(settings, 1).source(), factor), law=law)
 
     value, reached = None, None
     if event.level == "equal":

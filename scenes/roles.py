@@ -1,7 +1,8 @@
 """What an experiment is made of, and its roles: which task moves which arm, and which arms avoid."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Final, Protocol
 
 import numpy as np
 
@@ -47,23 +48,24 @@ class TargetSource(Protocol):
         ...
 
 
-class NoSource:
-    """Never asks for anything."""
+@dataclass(frozen=True)
+class Scripted:
+    """A person with a target that is a function of time [s]."""
 
-    def target(self, time: float) -> Target | None:
-        """Return None."""
-        del time
-
-
-class Paced:
-    """A person who does the same as another one, but faster. `factor`: so many times."""
-
-    def __init__(self, source: TargetSource, factor: float) -> None:
-        self._source, self._factor = source, factor
+    motion: Callable[[float], Target | None]
 
     def target(self, time: float) -> Target | None:
         """Return what is wanted at a time [s]."""
-        return self._source.target(self._factor * time)
+        return self.motion(time)
+
+
+NOBODY: Final = Scripted(lambda _: None)
+"""Never asks for anything."""
+
+
+def paced(source: TargetSource, factor: float) -> Scripted:
+    """Return a person who does the same as another one, but faster. `factor`: so many times."""
+    return Scripted(lambda time: source.target(factor * time))
 
 
 class Scenario:
@@ -79,7 +81,7 @@ class Scenario:
 
     def source(self, world: World, settings: RunSettings) -> TargetSource:
         """Return the default source of targets, used while the visitor moves nothing. `world`: as it stands now."""
-        return NoSource()
+        return NOBODY
 
     def way(self, settings: RunSettings, home: Array) -> Array:
         """Return points (k, 3) of the way that the task prescribes to the hand [m]; (0, 3) if it does not. `home`: where it begins."""

@@ -13,7 +13,7 @@ from scenes.arm_tasks.hold_task import HoldTask
 from scenes.rigs import ALONE
 from scenes.robots import robot
 from scenes.robots.start_search import found_postures
-from scenes.roles import NoSource, Roles, Scenario, TargetSource
+from scenes.roles import NOBODY, Roles, Scenario, Scripted, TargetSource
 from scenes.room import Room, World, with_arm
 from scenes.setting_spec import makes
 from scenes.settings import RunSettings
@@ -66,7 +66,7 @@ class Solo(Scenario):
         return Roles((keeper,), arm, arm, keeper, None, (keeper,))
 
     def source(self, world: World, settings: RunSettings) -> TargetSource:
-        return NoSource() if settings.draws_circle else ElbowSway(world, settings.seed)
+        return NOBODY if settings.draws_circle else elbow_sway(world, settings.seed)
 
     def way(self, settings: RunSettings, home: Array) -> Array:
         if not settings.draws_circle:
@@ -87,22 +87,16 @@ def swing(kinematics: Kinematics, arm: Arm) -> Callable[[float], HandTarget]:
     return lambda angle: HandTarget(hand, rotation, shoulder + pin.exp3(axis * angle) @ (elbow - shoulder))
 
 
-class ElbowSway:
-    """Swings the elbow to and fro, while the hand stays.
+def elbow_sway(world: World, seed: int) -> Scripted:
+    """Return who swings the elbow to and fro, while the hand stays.
 
     Args:
         world: a room with one arm, as it stands now.
         seed: which person.
     """
-
-    def __init__(self, world: World, seed: int) -> None:
-        self._swing = swing(world.kinematics, world.room.arms[0])
-        random = np.random.default_rng(seed)
-        self._period, self._angle = float(random.uniform(6.0, 9.0)), float(random.uniform(0.5, 0.8))
-
-    def target(self, time: float) -> HandTarget:
-        """Return where hand and elbow should be at a time [s]."""
-        return self._swing(self._angle * np.sin(2.0 * np.pi * time / self._period))
+    turned, random = swing(world.kinematics, world.room.arms[0]), np.random.default_rng(seed)
+    period, angle = float(random.uniform(6.0, 9.0)), float(random.uniform(0.5, 0.8))
+    return Scripted(lambda time: turned(angle * np.sin(2.0 * np.pi * time / period)))
 
 
 MOTIONS: Final = 4

@@ -13,7 +13,7 @@ from controllers.errors import BadSetting
 from controllers.kinematics import Array
 from scenes.ball import BALL_RADIUS, POINT_RADIUS
 from scenes.experiments import EXPERIMENTS, Moved, Obstacle
-from scenes.roles import TargetSource
+from scenes.roles import Scripted
 from scenes.simulation import Simulation
 from scenes.solo import NullMotions, swing
 from scenes.targets import BallTarget, HandTarget, JointTarget, Target, quintic
@@ -23,16 +23,6 @@ Motion = Callable[[float], Target]
 
 POSTURES: Final = 150
 """Postures on the way along one null-space motion."""
-
-
-@dataclass(frozen=True)
-class ScriptedSource:
-    """A person with a target that is a function of time."""
-
-    motion: Motion
-
-    def target(self, time: float) -> Target | None:
-        return self.motion(time)
 
 
 def _hand(simulation: Simulation) -> Array:
@@ -229,6 +219,6 @@ def checked_script(name: str, given: Mapping[str, Any], scene: str) -> tuple[tup
     return (*numbers, *places.items())
 
 
-def script(name: str, parameters: tuple[tuple[str, Any], ...], simulation: Simulation) -> TargetSource:
+def script(name: str, parameters: tuple[tuple[str, Any], ...], simulation: Simulation) -> Scripted:
     """Return the target source of a script with checked parameters, in a simulation that has just begun."""
-    return ScriptedSource(SCRIPTS[name].make(simulation, **dict(parameters)))
+    return Scripted(SCRIPTS[name].make(simulation, **dict(parameters)))

@@ -19,7 +19,7 @@ from scenes.league_runs import (
     Schedule,
     law_held,
 )
-from scenes.roles import Paced
+from scenes.roles import paced
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget
 
@@ -29,7 +29,7 @@ SHORT = Schedule(6.0, (0.5,), (2,))
 def test_a_person_at_another_speed_goes_the_same_way() -> None:
     event, person = Event("hold", "ideal", "default"), SHORT.persons()[0]
     source = Simulation(event.settings(person), 1).source()
-    fast = Paced(Simulation(event.settings(person), 1).source(), 2.5)
+    fast = paced(Simulation(event.settings(person), 1).source(), 2.5)
     for time in (0.3, 1.0, 2.2):
         there, here = source.target(2.5 * time), fast.target(time)
         assert isinstance(there, HandTarget) and isinstance(here, HandTarget)
@@ -48,7 +48,7 @@ def test_a_law_with_its_own_settings() -> None:
     outcome = law_held("smooth_priority", SHORT, event)
     settings = event.settings(person)
     factor = person.speed / NATURAL_SPEED
-    done = run(settings, SHORT.seconds / factor, Paced(Simulation(settings, 1).source(), factor))
+    done = run(settings, SHORT.seconds / factor, paced(Simulation(settings, 1).source(), factor))
     (figures,) = outcome.runs
     assert (outcome.value, outcome.reached, outcome.problem) == (None, None, "") and outcome.step_us is not None
     summary = done.summary
