@@ -137,22 +137,21 @@ def rerun(
     rows = sum(stretch.targets.steps * substeps for stretch in stretches)
     simulation = begun(replace(recorded, stretches=stretches), rows)
     seams: list[int] = []
-    made = 0
-    everything = [list(stretch.targets.each()) for stretch in stretches]
-    for stretch, wishes, following in zip(stretches, everything, [*everything[1:], everything[-1][-1:]], strict=True):
-        if made:
-            seams.append(made)
+    wishes = [target for stretch in stretches for target in stretch.targets.each()]
+    following = while_wanted(zip(wishes, [*wishes[1:], wishes[-1]], strict=True), stopped, LOOK)
+    before: object = None
+    for stretch in stretches:
         simulation.apply(replace(stretch.settings, dt=stretch.settings.dt / substeps))
-        before: Target | None = None
-        targets = wishes if substeps == 1 else _finer([*wishes, following[0]], substeps)
-        for target in while_wanted(targets, stopped, LOOK):
-            if made and _kind(target) != _kind(before):
-                seams.append(made)
-            before = target
+        for i, (target, after) in enumerate(itertools.islice(following, stretch.targets.steps)):
+            kind = _kind(target)
+            if simulation.history.count and (i == 0 or kind != before):
+                seams.append(simulation.history.count)
+            before = kind
             simulation.step(target)
-            made += 1
+            for part in range(1, substeps):
+                simulation.step(target_between(target, after, part / substeps))
     table = simulation.history.table()
-    return Rerun(table, summarise(simulation, table), tuple(sorted(set(seams))))
+    return Rerun(table, summarise(simulation, table), tuple(seams))
 
 
 def newest_steps(recorded: Recorded, seconds: float) -> int:
@@ -245,13 +244,6 @@ def _named(settings: RunSettings | LawSettings | HardwareSettings, keys: Mapping
         if spec is not None and spec.key in keys:
             found[f.name] = getattr(settings, f.name)
     return found
-
-
-def _finer(wishes: list[Target | None], substeps: int) -> Iterator[Target | None]:
-    for target, following in itertools.pairwise(wishes):
-        yield target
-        for i in range(1, substeps):
-            yield target_between(target, following, i / substeps)
 
 
 def _kind(target: Target | None) -> object:
