@@ -136,7 +136,12 @@ def _content(path: Path) -> bytes:
 
 
 def recorded_from(data: bytes, name: str) -> Recorded:
-    """Return the recorded inputs in a file's content.
+    """Return the recorded inputs in a file's content; see `parts_from`."""
+    return parts_from(data, name)[0]
+
+
+def parts_from(data: bytes, name: str) -> tuple[Recorded, dict[str, np.ndarray]]:
+    """Return the recorded inputs in a file's content, and all its parts by name; those of `further` in `recorded_bytes` are not checked.
 
     Args:
         name: of the file, for messages.
@@ -147,7 +152,8 @@ def recorded_from(data: bytes, name: str) -> Recorded:
     if len(data) > LARGEST_FILE:
         raise _too_large(name)
     try:
-        return _recorded(_unpacked(data))
+        arrays = _unpacked(data)
+        return _recorded(arrays), arrays
     except BadSetting as error:
         raise BadInputFile("{name}: {reason}", name=name, reason=str(error)) from None
     except _Damage as damage:

@@ -4,11 +4,8 @@ It is a file of recorded inputs (`scenes.inputs_file`) with further parts, so th
 program, libraries and machine, on which the last bits of a run may depend.
 """
 
-import io
 import json
 import platform
-import zipfile
-import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, Literal
@@ -20,7 +17,7 @@ from app.recording import outcome as outcomes
 from app.version import duet_version
 from controllers.errors import BadInputFile, BadSetting, LazyText, joined
 from scenes.inputs import Recorded
-from scenes.inputs_file import recorded_bytes, recorded_from
+from scenes.inputs_file import parts_from, recorded_bytes
 from scenes.rerun import never, rerun
 from scenes.simulation import Simulation
 
@@ -146,7 +143,7 @@ def saved_from(data: bytes, name: str) -> SavedRun:
     Raises:
         BadInputFile: it is not a file of a run, is damaged, or is of something impossible.
     """
-    recorded = recorded_from(data, name)
+    recorded, parts = parts_from(data, name)
     if recorded.seconds > LONGEST:
         raise BadInputFile(
             "{name}: is a run of {seconds:.0f} s; at most {most:.0f} s can be made again here.",
@@ -154,23 +151,17 @@ def saved_from(data: bytes, name: str) -> SavedRun:
             seconds=recorded.seconds,
             most=LONGEST,
         )
-    try:
-        # All parts have been unpacked once by now, within limits.
-        with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
-            if any(part not in arrays.files for part in (MADE, *outcomes.ARRAYS)):
-                raise BadInputFile(
-                    "{name}: holds inputs but not what came out, so that nothing can be compared; use it with --inputs.",
-                    name=name,
-                )
-            parts = {part: arrays[part] for part in (MADE, *outcomes.ARRAYS)}
-    except (zipfile.BadZipFile, zlib.error, OSError, EOFError, ValueError, KeyError, TypeError, SyntaxError) as error:
-        raise BadInputFile("{name}: is damaged.", name=name) from error
+    if not {MADE, *outcomes.ARRAYS} <= parts.keys():
+        raise BadInputFile(
+            "{name}: holds inputs but not what came out, so that nothing can be compared; use it with --inputs.",
+            name=name,
+        )
     try:
         outcome = outcomes.outcome_from(parts, recorded.steps)
     except BadInputFile as error:
         raise BadInputFile("{name}: {reason}.", name=name, reason=str(error)) from None
     try:
-        about = json.loads(parts[MADE].tobytes().decode())
+        about = json.loads(np.asarray(parts[MADE]).tobytes().decode())
     except (ValueError, RecursionError):
         about = None
     return SavedRun(recorded, outcome, made_from(about))
