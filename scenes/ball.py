@@ -64,7 +64,7 @@ def path(time: float, home: Array) -> tuple[Array, Array]:
 def build_ball_room(robot_name: str = "lwr", point: ControlPoint = "hand") -> Room:
     """Return the room of one arm and a ball, built once. The ball moves by three joints of its own."""
     made, geometry = robot(robot_name), pin.GeometryModel()
-    model, arm = with_arm(pin.Model(), geometry, made, ALONE_NAME, ALONE.left_base)
+    model, arm = with_arm(pin.Model(), geometry, made, ALONE_NAME, ALONE.bases[0])
     start = alone_start(robot_name)
     start[0] += PATH_TURN
     first = model.nv

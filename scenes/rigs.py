@@ -34,19 +34,17 @@ class Camera:
 
 @dataclass(frozen=True)
 class Rig:
-    """Two bases and a start.
+    """Where arms stand and how they start: the left one and the right one, or the one that stands alone.
 
     Attributes:
-        left_base, right_base: poses in the world.
-        left_start, right_start: postures (7,) [rad].
-        camera: a view that shows both arms.
+        bases: poses in the world.
+        starts: postures (7,) [rad]; none where they are not known.
+        camera: a view that shows all arms.
     """
 
     name: str
-    left_base: pin.SE3
-    right_base: pin.SE3
-    left_start: Array
-    right_start: Array
+    bases: tuple[pin.SE3, ...]
+    starts: tuple[Array, ...]
     camera: Camera
 
 
@@ -62,10 +60,11 @@ _torso_start = np.radians([-78.0, 58.0, 62.0, -84.0, 0.0, -35.0, 0.0])
 # The authors' laboratory: bases from the second author's own two-LWR example.
 _TORSO: Final = Rig(
     "torso",
-    pin.SE3(_turn(-60.0, 35.0, 120.0), np.array([0.0, 0.0765, 0.92])),
-    pin.SE3(_turn(60.0, 35.0, -120.0), np.array([0.0, -0.0765, 0.92])),
-    _torso_start * MIRROR,
-    _torso_start,
+    (
+        pin.SE3(_turn(-60.0, 35.0, 120.0), np.array([0.0, 0.0765, 0.92])),
+        pin.SE3(_turn(60.0, 35.0, -120.0), np.array([0.0, -0.0765, 0.92])),
+    ),
+    (_torso_start * MIRROR, _torso_start),
     Camera((0.30, 0.0, 0.93), (2.45, -0.45, 0.69), 1.70, 0.80, FIELD_OF_VIEW),
 )
 
@@ -80,10 +79,11 @@ TABLE_SEPARATION: Final = 1.1
 _table_start = np.radians([0.0, 15.0, 0.0, 100.0, 0.0, -70.0, 0.0])
 _TABLE: Final = Rig(
     "table",
-    pin.SE3(np.eye(3), np.array([-TABLE_SEPARATION / 2.0, 0.0, TABLE_HEIGHT])),
-    pin.SE3(_turn(0.0, 0.0, 180.0), np.array([TABLE_SEPARATION / 2.0, 0.0, TABLE_HEIGHT])),
-    _table_start,
-    _table_start.copy(),
+    (
+        pin.SE3(np.eye(3), np.array([-TABLE_SEPARATION / 2.0, 0.0, TABLE_HEIGHT])),
+        pin.SE3(_turn(0.0, 0.0, 180.0), np.array([TABLE_SEPARATION / 2.0, 0.0, TABLE_HEIGHT])),
+    ),
+    (_table_start, _table_start),
     Camera((0.0, 0.0, 1.27), (0.45, -2.75, 0.67), 1.75, 1.32, FIELD_OF_VIEW),
 )
 
@@ -104,10 +104,8 @@ def for_reach(rig: Rig, reach: float) -> Rig:
         width=share * camera.width,
         height=share * camera.height,
     )
-    left, right = (
-        pin.SE3(base.rotation, base.translation * np.array([share, share, 1.0])) for base in (rig.left_base, rig.right_base)
-    )
-    return replace(rig, left_base=left, right_base=right, camera=nearer)
+    bases = tuple(pin.SE3(base.rotation, base.translation * np.array([share, share, 1.0])) for base in rig.bases)
+    return replace(rig, bases=bases, camera=nearer)
 
 
 RIGS: Final[dict[str, Rig]] = {"torso": _TORSO, "table": _TABLE}
@@ -126,8 +124,7 @@ def rig_named(name: str) -> Rig:
     side = np.array([right[1] - left[1], left[0] - right[0], 0.0])
     toward = side / np.linalg.norm(side) if np.linalg.norm(side) > 1e-6 else np.array([1.0, 0.0, 0.0])
     camera = Camera((x, y, z + 0.45), (float(2.75 * toward[0]), float(2.75 * toward[1]), 0.67), 0.9 + across, 1.45, FIELD_OF_VIEW)
-    unknown = np.zeros(0)
-    return Rig(name, pin.SE3(_turn(0, 0, left_yaw), left), pin.SE3(_turn(0, 0, right_yaw), right), unknown, unknown, camera)
+    return Rig(name, (pin.SE3(_turn(0, 0, left_yaw), left), pin.SE3(_turn(0, 0, right_yaw), right)), (), camera)
 
 
 def place_bases(left: str, right: str) -> str:
@@ -168,5 +165,5 @@ _alone_base = pin.SE3(np.eye(3), np.array([-0.35, 0.0, TABLE_HEIGHT]))
 _alone_start = np.radians([0.0, 25.0, 0.0, 95.0, 0.0, -60.0, 0.0])
 # From the front and from the side at once: the way from A to B runs across the view, and the arm does not stand before it.
 _alone_camera = Camera((0.0, 0.0, 1.28), (2.3, -1.75, 0.72), 1.35, 1.2, FIELD_OF_VIEW)
-ALONE: Final = Rig("table", _alone_base, _alone_base, _alone_start, _alone_start, _alone_camera)
-"""Where a single arm stands, whatever the rig of two: upright at the end of the table. Only its left half is used."""
+ALONE: Final = Rig("table", (_alone_base,), (_alone_start,), _alone_camera)
+"""Where a single arm stands, whatever the rig of two: upright at the end of the table."""

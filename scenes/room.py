@@ -77,10 +77,6 @@ class Room:
     def _hands_turn(self) -> bool:
         return all(arm.joints.stop - arm.joints.start >= TASK_DIMENSION["pose"] for arm in self.arms)
 
-    def bases(self) -> tuple[pin.SE3, ...]:
-        """Return the pose of each arm's base."""
-        return (self.rig.left_base, self.rig.right_base)[: len(self.arms)]
-
 
 class World:
     """Positions and velocities of everything that moves, and all that is computed from them.
@@ -126,7 +122,7 @@ def build_room(rig_name: str, robot_name: str = "lwr") -> Room:
     rig = for_reach(rig_named(rig_name), sum(map(arm_reach, made)) / len(made))
     model, geometry = pin.Model(), pin.GeometryModel()
     arms: list[Arm] = []
-    for side, base, one in zip(SIDES, (rig.left_base, rig.right_base), made, strict=True):
+    for side, base, one in zip(SIDES, rig.bases, made, strict=True):
         model, arm = with_arm(model, geometry, one, side, base)
         arms.append(arm)
     pair_bodies(model, geometry, "left ", "right ")
@@ -142,7 +138,7 @@ def _start_of_two(room: Room) -> Array:
     """
     left, right = (
         found_postures(made, base, other, side, room.rig.name)
-        for made, base, other, side in zip(room.robots, room.bases(), room.bases()[::-1], SIDES, strict=True)
+        for made, base, other, side in zip(room.robots, room.rig.bases, room.rig.bases[::-1], SIDES, strict=True)
     )
     both = [np.concatenate([a, b]) for a in left for b in right]
     if len(both) == 1:

@@ -13,7 +13,7 @@ import numpy as np
 
 from scenes import glb, rigs, surfaces
 from scenes.glb import Material
-from scenes.rigs import ALONE, RIGS, TABLE_HEIGHT, Rig
+from scenes.rigs import RIGS, TABLE_HEIGHT, Rig
 from scenes.surfaces import Array, join, moved, revolve, rounded, smooth_max, smooth_min, thinned_mesh
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def torso_meshes(coarse: bool) -> dict[str, trimesh.Trimesh]:
         return revolve(outline, FEW) if coarse else revolve(rounded(outline, radius, steps), sections)
 
     rig = RIGS["torso"]
-    bases = [(base.translation, base.rotation) for base in (rig.right_base, rig.left_base)]
+    bases = [(base.translation, base.rotation) for base in reversed(rig.bases)]
     heart = np.array([-0.028, 0.0, 0.875])
     column_top = heart[2] - 0.095
     foot = turned([(0, 0.0), (0.235, 0.0), (0.235, 0.012), (0.215, 0.022), (0.0, 0.022)], 0.008, 4, 72)
@@ -168,9 +168,7 @@ def furniture_glb(rig: Rig, coarse: bool) -> bytes:
     """Return what the arms of a rig stand on; coarse for a browser without a graphics card."""
     if rig.name == "torso":
         return torso_glb(coarse)
-    if rig.name != "table":
-        feet = (rig.left_base.translation, rig.right_base.translation)
-        return stands_glb(tuple((float(x), float(y), float(z)) for x, y, z in feet), coarse)
-    if rig is ALONE:
-        return table_glb(-2.0 * float(ALONE.left_base.translation[0]), coarse, plates=1)
-    return table_glb(float(rig.right_base.translation[0] - rig.left_base.translation[0]), coarse)
+    if rig.name == "table":
+        return table_glb(-2.0 * float(rig.bases[0].translation[0]), coarse, len(rig.bases))
+    feet = (base.translation.tolist() for base in rig.bases)
+    return stands_glb(tuple((x, y, z) for x, y, z in feet), coarse)

@@ -43,15 +43,15 @@ def circle(time: float, home: Array) -> tuple[Array, Array]:
 def build_alone(robot_name: str = "lwr") -> Room:
     """Return the room of one arm and nothing that it could meet, built once."""
     made, geometry = robot(robot_name), pin.GeometryModel()
-    model, arm = with_arm(pin.Model(), geometry, made, ALONE_NAME, ALONE.left_base)
+    model, arm = with_arm(pin.Model(), geometry, made, ALONE_NAME, ALONE.bases[0])
     return Room(ALONE, (made,), model, geometry, (arm,), alone_start(robot_name))
 
 
 def alone_start(robot_name: str) -> Array:
     """Return q (n,) [rad] in which an arm of a make begins that stands alone."""
     if robot_name == "lwr":
-        return ALONE.left_start.copy()
-    return found_postures(robot(robot_name), ALONE.left_base, ALONE.left_base, "left", "table")[0]
+        return ALONE.starts[0].copy()
+    return found_postures(robot(robot_name), ALONE.bases[0], ALONE.bases[0], "left", "table")[0]
 
 
 class Solo(Scenario):

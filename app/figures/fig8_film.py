@@ -106,7 +106,7 @@ def still(plan: Plan) -> Drawn:
     _frame(axes, run, row, STILL_CAMERA, plan.either((1040, 664), (130, 83)), [])
     found = [
         "The paper's photo shows two real arms; this is the model that all runs use, each arm at its place on the torso "
-        f"(bases {2000 * abs(run.simulation.room.bases()[0].translation[1]):.0f} mm apart), at the moment of Fig. 5 when they are "
+        f"(bases {2000 * abs(run.simulation.room.rig.bases[0].translation[1]):.0f} mm apart), at the moment of Fig. 5 when they are "
         f"nearest: {1000 * row[COLUMN['d']]:.1f} mm.",
         "All that is seen lies inside the capsules that are checked for collisions.",
     ]

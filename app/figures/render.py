@@ -267,7 +267,7 @@ def arms(room: Room, positions: Array, palettes: tuple[str, ...]) -> list[Mesh]:
     data = room.model.createData()
     pin.forwardKinematics(room.model, data, np.ascontiguousarray(positions))
     drawn: list[Mesh] = []
-    for arm, robot, base, palette in zip(room.arms, room.robots, room.bases(), palettes, strict=True):
+    for arm, robot, base, palette in zip(room.arms, room.robots, room.rig.bases, palettes, strict=True):
         before = arm.shoulder - robot.shoulder
         poses = [base, *(data.oMi[before + i] for i in range(1, robot.model.njoints))]
         for parts, pose in zip(links(palette, robot.key), poses, strict=True):

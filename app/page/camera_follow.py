@@ -200,7 +200,7 @@ def _near(simulation: Simulation, where: LessonCamera) -> Array:
     points: list[Array] = []
     for arm in arms:
         points += [kinematics.joint_point(joint) for joint in range(arm.shoulder, arm.wrist + 1)]
-        points += [room.bases()[room.arms.index(arm)].translation, kinematics.hand_pose(arm).translation]
+        points += [room.rig.bases[room.arms.index(arm)].translation, kinematics.hand_pose(arm).translation]
     if simulation.settings.experiment.obstacle == "nothing":
         # Where a circle is drawn, or the handle's arrow stands.
         points.append(points[-1] + np.array([0.0, 0.0, REACH]))

@@ -95,7 +95,7 @@ class TranslucentArms(StagePart):
         if positions is None:
             self.remove()
             return
-        for arm, base, made in zip(room.arms, room.bases(), room.robots, strict=True):
+        for arm, base, made in zip(room.arms, room.rig.bases, room.robots, strict=True):
             q: Array = positions[arm.joints]
             away = float(np.abs(q - simulation.positions[arm.joints]).max())
             view = self._arms.get(arm.name)

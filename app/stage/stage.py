@@ -122,7 +122,7 @@ class Stage:
         yours = simulation.guided if room.ball is None else None
         self._arms = tuple(
             ArmView(self.scene, f"/arms/{arm.name}", base, "orange" if arm is yours else "silver", fine, made.key)
-            for arm, base, made in zip(room.arms, room.bases(), room.robots, strict=True)
+            for arm, base, made in zip(room.arms, room.rig.bases, room.robots, strict=True)
         )
         views = {arm.name: view for arm, view in zip(room.arms, self._arms, strict=True)}
         self.yours = None if yours is None else views[yours.name]

@@ -131,7 +131,7 @@ class Retargeter:
     """
 
     def __init__(self, rig: Rig) -> None:
-        self._bases = (rig.left_base.rotation.copy(), rig.right_base.rotation.copy())
+        self._bases = tuple(base.rotation.copy() for base in rig.bases)
         self._previous: Array | None = None
 
     def reset(self, joints: Array | None = None) -> None:

@@ -29,8 +29,7 @@ STOP: Final = np.radians(17.0)
 def start_posture(robot_name: str, rig_name: str, side: ArmName) -> Array | None:
     """Return q (n,) [rad] in which an arm starts, a copy; None if none is known."""
     if robot_name == "lwr" and rig_name in RIGS:
-        rig = RIGS[rig_name]
-        return (rig.left_start if side == "left" else rig.right_start).copy()
+        return RIGS[rig_name].starts[side == "right"].copy()
     if robot_name not in EXAMPLES or rig_name not in RIGS:
         return None
     return np.radians(EXAMPLES[robot_name].starts[rig_name][side == "right"])

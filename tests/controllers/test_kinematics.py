@@ -74,7 +74,7 @@ def test_where_arms_stand_and_errors_begin(rig: RigName) -> None:
     # All zero is straight up from the base: shoulder .310, elbow .710, wrist 1.100, flange 1.178 m along it.
     room, kinematics, _ = bodies(rig)
     kinematics.update(np.zeros(room.model.nv))
-    for arm, base in zip(room.arms, (RIGS[rig].left_base, RIGS[rig].right_base), strict=True):
+    for arm, base in zip(room.arms, RIGS[rig].bases, strict=True):
         for height, point in (
             (0.310, kinematics.joint_point(arm.shoulder)),
             (0.710, kinematics.joint_point(arm.elbow)),

@@ -107,7 +107,7 @@ def test_a_single_arm_stands_on_a_bench() -> None:
     drawn = arms(room, room.start, ("orange",))
     foot = min(mesh.vertices[:, 2].min() for mesh in drawn)
     top = max(mesh.vertices[:, 2].max() for mesh in furniture(room))
-    assert foot == pytest.approx(room.bases()[0].translation[2], abs=2e-3)
+    assert foot == pytest.approx(room.rig.bases[0].translation[2], abs=2e-3)
     assert top == pytest.approx(foot, abs=0.02)
 
 
@@ -117,7 +117,7 @@ def test_arms_stand_on_what_the_page_shows(rig: str) -> None:
     drawn = furniture(room)
     shown = meshes(furniture_glb(room.rig, coarse=False), MATERIALS)
     assert [len(mesh.vertices) for mesh in drawn] == [len(mesh.vertices) for mesh in shown]
-    for base in room.bases():
+    for base in room.rig.bases:
         near = [np.linalg.norm(mesh.vertices - base.translation, axis=1).min() for mesh in drawn]
         assert min(near) < 0.12, "something is below each foot"
 

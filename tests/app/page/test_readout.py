@@ -296,7 +296,7 @@ def test_the_elbow_angle_knows_no_turn_of_the_base_and_changes_sign_in_a_mirror(
     if math.isnan(angle):
         return
     assert abs(angle) <= math.pi
-    assert room.rig.left_base.rotation[2, 2] == pytest.approx(1.0, abs=1e-12), "the base stands upright"
+    assert room.rig.bases[0].rotation[2, 2] == pytest.approx(1.0, abs=1e-12), "the base stands upright"
     turned = q + turn * np.eye(7)[0]
     assert math.remainder(Swivel(room, room.arms[0]).angle(turned) - angle, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-6)
     assert math.remainder(Swivel(room, room.arms[0]).angle(MIRROR * q) + angle, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-6)

@@ -179,7 +179,7 @@ def test_another_nearest_link_fades_in_while_the_one_before_fades_out(monkeypatc
         session.simulation.step(None)
         room = session.simulation.room
         arms = tuple(
-            ArmView(scene, f"/{arm.name}", base, "silver", False) for arm, base in zip(room.arms, room.bases(), strict=True)
+            ArmView(scene, f"/{arm.name}", base, "silver", False) for arm, base in zip(room.arms, room.rig.bases, strict=True)
         )
         skin = ContactSkin(scene, room, arms)
         skin.dress(session.settings.page)

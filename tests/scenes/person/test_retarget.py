@@ -92,8 +92,8 @@ REACHABLE = float(LIMITS[1])
 """A bone may stand off the axis of what carries it by so much."""
 
 
-def bases(rig: RigName = "torso") -> tuple[pin.SE3, pin.SE3]:
-    return RIGS[rig].left_base, RIGS[rig].right_base
+def bases(rig: RigName = "torso") -> tuple[pin.SE3, ...]:
+    return RIGS[rig].bases
 
 
 def pointed(q: Array, arm: int, rig: RigName = "torso") -> tuple[Array, Array]:
@@ -163,7 +163,7 @@ def test_directions_match_on_from_anywhere(angles: Array, seed: int) -> None:
 @given(arms, st.integers(0, 10_000))
 def test_the_nearest_branch(angles: Array, seed: int) -> None:
     before = np.random.default_rng(seed).uniform(-LIMITS, LIMITS)
-    base = RIGS["torso"].left_base.rotation
+    base = RIGS["torso"].bases[0].rotation
     directions = arm_directions(angles, "left")
     u, f = (base.T @ d for d in directions)
     if np.hypot(u[0], u[1]) < 0.06 or np.sin(angles[3]) < 0.06:
@@ -219,7 +219,7 @@ def test_without_avoidance_clap_and_cross_collide_and_wave_and_reach_keep_apart(
 
 def test_special_postures_and_reset() -> None:
     # An upper arm that passes over the axis of the robot's base, where q1 is undefined, moves no joint by leaps.
-    base = RIGS["torso"].left_base.rotation
+    base = RIGS["torso"].bases[0].rotation
     bend = pin.exp3(0.9 * base[:, 1])
     before, steps, misses = None, [], []
     for tilt in np.linspace(-0.4, 0.4, 401):

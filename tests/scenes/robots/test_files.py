@@ -194,7 +194,7 @@ def test_two_short_arms_of_five_joints_hold_follow_and_keep_clear_on_the_table(n
         assert settings.law.critical_distance <= column(done.table, "law_d").min() < column(done.table, "d").min() < 0.25
         assert column(done.table, "lambda").max() > 0.1
         assert done.summary.out_of_authority_s < 1.0
-    assert room.bases()[1].translation[0] < 0.46 < room_of(replace(given, robot="lwr")).bases()[1].translation[0]
+    assert room.rig.bases[1].translation[0] < 0.46 < room_of(replace(given, robot="lwr")).rig.bases[1].translation[0]
 
 
 def test_five_joints_keep_a_place_and_not_a_turn(tmp_path: Path, registry: None) -> None:
@@ -210,7 +210,7 @@ def test_five_joints_keep_a_place_and_not_a_turn(tmp_path: Path, registry: None)
 def test_given_bases(registry: None) -> None:
     name = place_bases("0,0.5,0.2,0", "0,-0.5,0.2,0")
     settings = changed(replace(RunSettings(), robot="ur5_panda"), "rig", name)
-    left, right = Simulation(settings, 1).room.bases()
+    left, right = Simulation(settings, 1).room.rig.bases
     assert left.translation.tolist() == [0.0, 0.5, 0.2] and right.translation.tolist() == [0.0, -0.5, 0.2]
     assert column(run(settings, 2.0).table, "d").min() >= settings.law.critical_distance
     for text in ("1,2,3", "0,0,9,0", "nan,0,0,0", "a,b,c,d"):
