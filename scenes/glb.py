@@ -62,23 +62,18 @@ class Material:
 GlbPalette = Mapping[str, Material]
 
 
-Piece = tuple[str, NDArray[np.float64], NDArray[np.float64], NDArray[np.int64], int, NDArray[np.float64] | None]
-"""Name, vertices, normals, faces, number of the material, colours of the vertices or None."""
-
-
 def glb(meshes: Mapping[str, trimesh.Trimesh], palette: GlbPalette) -> bytes:
     """One GLB (glTF 2.0, binary) with a node, a mesh and a material for every name; positions and normals as float32.
 
     trimesh's exporter rounds colours to 1/255, which shows in dark linear ones, and spends four bytes on an index.
     """
-    pieces: list[Piece] = [
-        (name, np.asarray(part.vertices), np.asarray(part.vertex_normals), np.asarray(part.faces), material, None)
-        for material, (name, part) in enumerate(meshes.items())
-    ]
-    return _pack_glb(pieces, [{"name": name} | palette[name].gltf() for name in meshes])
+    return _pack_glb(meshes, [{"name": name} | palette[name].gltf() for name in meshes])
 
 
-def _pack_glb(pieces: list[Piece], materials: list[dict[str, object]]) -> bytes:
+def _pack_glb(
+    meshes: Mapping[str, trimesh.Trimesh], materials: list[dict[str, object]], colours: NDArray[np.float64] | None = None
+) -> bytes:
+    """Return a GLB of meshes with a material each. `colours`: of the vertices (n, 3) of a single mesh, linear."""
     body, views, accessors = bytearray(), [], []
 
     def put(data: NDArray[np.generic], kind: str, target: int) -> int:
@@ -93,11 +88,11 @@ def _pack_glb(pieces: list[Piece], materials: list[dict[str, object]]) -> bytes:
         return len(accessors) - 1
 
     shapes = []
-    for name, vertices, normals, faces, material, colours in pieces:
-        index = faces.reshape(-1).astype(np.uint16 if len(vertices) < 2**16 - 1 else np.uint32)
+    for material, (name, part) in enumerate(meshes.items()):
+        index = np.asarray(part.faces).reshape(-1).astype(np.uint16 if len(part.vertices) < 2**16 - 1 else np.uint32)
         attributes = {
-            "POSITION": put(vertices.astype(np.float32), "VEC3", 34962),
-            "NORMAL": put(normals.astype(np.float32), "VEC3", 34962),
+            "POSITION": put(np.asarray(part.vertices, np.float32), "VEC3", 34962),
+            "NORMAL": put(np.asarray(part.vertex_normals, np.float32), "VEC3", 34962),
         }
         if colours is not None:
             attributes["COLOR_0"] = put(colours.astype(np.float32), "VEC3", 34962)
@@ -140,12 +135,11 @@ def merged_glb(meshes: Mapping[str, trimesh.Trimesh], palette: GlbPalette) -> by
     Without a graphics card every mesh drawn costs as much as thousands of triangles, and lighting a pixel more than filling it.
     """
     whole = join(meshes.values())
-    vertices, normals, faces = np.asarray(whole.vertices), np.asarray(whole.vertex_normals), np.asarray(whole.faces)
     colours = np.vstack([np.tile(palette[name].linear()[:3], (len(part.vertices), 1)) for name, part in meshes.items()])
-    facing = np.clip(normals @ PAINTED_LIGHT, -1.0, 1.0)[:, None]
+    facing = np.clip(np.asarray(whole.vertex_normals) @ PAINTED_LIGHT, -1.0, 1.0)[:, None]
     colours = np.minimum(colours * (1.20 + 0.60 * facing) + SHEEN * (0.5 + 0.5 * facing) ** 3, 1.0)
     paint = Material("#ffffff", 0.45, 0.05).gltf() | {"name": "paint", "extensions": {UNLIT: {}}}
-    return _pack_glb([("all", vertices, normals, faces, 0, colours)], [paint])
+    return _pack_glb({"all": whole}, [paint], colours)
 
 
 def source_key(files: Iterable[str | Path], *more: object) -> str:
