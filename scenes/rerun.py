@@ -3,8 +3,9 @@
 import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, fields, replace
-from typing import Any, Final, TypeVar, cast
+from dataclasses import dataclass, replace
+from functools import reduce
+from typing import Final, TypeVar, cast
 
 import pinocchio as pin
 
@@ -15,8 +16,7 @@ from scenes.headless import Summary, summarise
 from scenes.history import COLUMN
 from scenes.inputs import Recorded, Stretch, merged_stretches
 from scenes.law_answers import ReplayedLaw
-from scenes.setting_spec import Spec
-from scenes.settings import HardwareSettings, LawSettings, RunSettings, changed, specs
+from scenes.settings import HardwareSettings, LawSettings, RunSettings, changed, leaves, replaced, specs, values
 from scenes.simulation import Simulation
 from scenes.targets import AnglesTarget, HandTarget, HeldTarget, LinkTarget, PairTarget, Target
 
@@ -229,21 +229,15 @@ def _stretches(recorded: Recorded, overrides: Mapping[str, object]) -> tuple[Str
             known = ", ".join(name for name in specs() if name not in FIXED)
             raise BadSetting("{key} cannot be given to a recorded run; choose from {known}.", key=key, known=known)
         checked = changed(checked, key, value)
-    run, law, hardware = (_named(part, overrides) for part in (checked, checked.law, checked.hardware))
+    wanted = [(leaves(RunSettings)[key][0], value) for key, value in values(checked).items() if key in overrides]
 
     def overridden(settings: RunSettings) -> RunSettings:
-        return replace(settings, law=replace(settings.law, **law), hardware=replace(settings.hardware, **hardware), **run)
+        for path, value in wanted:
+            if reduce(getattr, path, settings) != value:
+                settings = replaced(settings, path, value)
+        return settings
 
     return merged_stretches([Stretch(overridden(s.settings), s.targets) for s in recorded.stretches])
-
-
-def _named(settings: RunSettings | LawSettings | HardwareSettings, keys: Mapping[str, object]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for f in fields(settings):
-        spec: Spec | None = f.metadata.get("spec")
-        if spec is not None and spec.key in keys:
-            found[f.name] = getattr(settings, f.name)
-    return found
 
 
 def _kind(target: Target | None) -> object:

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, field, fields, replace
-from functools import cache
+from functools import cache, reduce
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar, cast
 
@@ -268,34 +268,26 @@ class RunSettings:
         return "start" in self.experiment.reads and self.rig == "torso" and self.robot == "lwr"
 
 
-def specs(settings_type: type = RunSettings) -> dict[str, Spec]:
-    """Return key → `Spec` of every field of the tree, in order."""
-    found: dict[str, Spec] = {}
+@cache
+def leaves(settings_type: type) -> dict[str, tuple[tuple[str, ...], Spec]]:
+    """Return key → names of the fields that lead to it, and what is declared of it, for every leaf of the tree, in order."""
+    found: dict[str, tuple[tuple[str, ...], Spec]] = {}
     for f in fields(settings_type):
         if SPEC in f.metadata:
-            spec = with_added(f.metadata[SPEC])
-            found[spec.key] = spec
+            found[f.metadata[SPEC].key] = (f.name,), f.metadata[SPEC]
         else:
-            found |= specs(cast(type, f.default_factory))
+            found |= {key: ((f.name, *path), spec) for key, (path, spec) in leaves(cast(type, f.default_factory)).items()}
     return found
 
 
-@cache
-def _keys(settings_type: type) -> frozenset[str]:
-    """Return the keys of every field of the tree."""
-    return frozenset(specs(settings_type))
+def specs(settings_type: type = RunSettings) -> dict[str, Spec]:
+    """Return key → `Spec` of every field of the tree, in order."""
+    return {key: with_added(spec) for key, (_, spec) in leaves(settings_type).items()}
 
 
 def values(settings: Any) -> dict[str, Any]:
     """Return key → value of every field of the tree, in order."""
-    found: dict[str, Any] = {}
-    for f in fields(settings):
-        value = getattr(settings, f.name)
-        if SPEC in f.metadata:
-            found[f.metadata[SPEC].key] = value
-        else:
-            found |= values(value)
-    return found
+    return {key: reduce(getattr, path, settings) for key, (path, _) in leaves(type(settings)).items()}
 
 
 def changed(settings: T, key: str, value: object) -> T:
@@ -307,15 +299,17 @@ def changed(settings: T, key: str, value: object) -> T:
     Raises:
         BadSetting: unknown key, wrong type, not finite, out of range or not among the choices; the settings are untouched.
     """
-    for f in fields(cast(Any, settings)):
-        if SPEC not in f.metadata:
-            branch = getattr(settings, f.name)
-            if key in _keys(type(branch)):
-                return replace(cast(Any, settings), **{f.name: changed(branch, key, value)})
-        elif f.metadata[SPEC].key == key:
-            present = getattr(settings, f.name)
-            return replace(cast(Any, settings), **{f.name: checked(with_added(f.metadata[SPEC]), present, value, start_remedy)})
-    raise BadSetting("There is no setting {key!r}; choose from {known}.", key=key, known=", ".join(specs(type(settings))))
+    known = leaves(type(settings))
+    if key not in known:
+        raise BadSetting("There is no setting {key!r}; choose from {known}.", key=key, known=", ".join(known))
+    path, spec = known[key]
+    return replaced(settings, path, checked(with_added(spec), reduce(getattr, path, settings), value, start_remedy))
+
+
+def replaced(settings: T, path: tuple[str, ...], value: Any) -> T:
+    """Return the settings with the field at the end of a path of names set to a value that is possible."""
+    name, *rest = path
+    return replace(cast(Any, settings), **{name: replaced(getattr(settings, name), tuple(rest), value) if rest else value})
 
 
 def validate(settings: RunSettings) -> RunSettings:

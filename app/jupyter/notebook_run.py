@@ -4,9 +4,9 @@ import hashlib
 import math
 import secrets
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Final, TypeVar
@@ -31,7 +31,7 @@ from scenes.history import unit_of
 from scenes.law_answers import LawOfFile
 from scenes.laws import DEFAULT_LAW
 from scenes.person.source import MissingPackage
-from scenes.settings import SPEC, LawSettings, changed, specs, values
+from scenes.settings import LawSettings, changed, leaves, values
 
 if TYPE_CHECKING:
     import pandas
@@ -65,15 +65,8 @@ def all_changed(settings: Settings, wanted: Mapping[str, object]) -> Settings:
 
 def key_of(name: str) -> str:
     """Return the key of a setting in a link: `dm` for dm and for critical_distance; the name itself where there is none."""
-    return name if name in specs(Settings) else dict(_long_names(Settings())).get(name, name)
-
-
-def _long_names(settings: Any) -> Iterator[tuple[str, str]]:
-    for f in fields(settings):
-        if SPEC in f.metadata:
-            yield f.name, f.metadata[SPEC].key
-        else:
-            yield from _long_names(getattr(settings, f.name))
+    known = leaves(Settings)
+    return name if name in known else {path[-1]: key for key, (path, _) in known.items()}.get(name, name)
 
 
 def _number(value: Any, name: str = "seconds") -> float:
