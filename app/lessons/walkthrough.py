@@ -14,7 +14,7 @@ from app.lessons.attempts import RunWatch, attempt_of, attempted
 from app.lessons.bookmark import Bookmark, Phase, first_phase, fitting, furthest_phase, is_finished, phases_of
 from app.lessons.curve_drawing import checked_curve, law_curve
 from app.lessons.evidence import Evidence
-from app.lessons.lesson import AT_ONCE, LAST, Lesson, LessonBook, Measurement, Step
+from app.lessons.lesson import AT_ONCE, LAST, Challenge, Lesson, LessonBook, Measurement, Step
 from app.lessons.measures.quantity import measure
 from app.lessons.outcomes import (
     FARTHEST,
@@ -98,6 +98,11 @@ class Walkthrough:
     @property
     def phases(self) -> tuple[Phase, ...]:
         return phases_of(self.step)
+
+    @property
+    def challenge(self) -> Challenge | None:
+        """Return the step's challenge while it is its turn; None in every other phase."""
+        return self.step.challenge if self.phase is Phase.CHALLENGE else None
 
     @property
     def done(self) -> StepProgress:
@@ -276,11 +281,7 @@ class Walkthrough:
 
     @property
     def setup(self) -> Setup:
-        if self.beside is not None:
-            return self.beside
-        if self.phase is Phase.CHALLENGE and self.step.challenge is not None:
-            return self.step.challenge.setup
-        return self.step.setup
+        return self.beside or (self.step.setup if self.challenge is None else self.challenge.setup)
 
     @property
     def yours(self) -> bool:
@@ -295,7 +296,7 @@ class Walkthrough:
     @property
     def pushes(self) -> bool:
         """Return whether the present run is a push of a duel."""
-        return self.duel and self.phase is Phase.CHALLENGE
+        return self.duel and self.challenge is not None
 
     @property
     def ends(self) -> bool:
@@ -337,7 +338,7 @@ class Walkthrough:
 
     def observe(self, simulation: Simulation) -> StepOutcome:
         """Measure the present run. At its end the outcome is kept, and a run that is not the student's own goes on to OBSERVE."""
-        setup = self.setup if self.phase is not Phase.CHALLENGE else self.step.setup
+        setup = self.beside or self.step.setup
         until = inf if self.yours else setup.seconds
         outcome = observed(self.step, setup, Evidence(simulation, until), simulation.time)
         if outcome.complete and self.showing:
@@ -355,8 +356,8 @@ class Walkthrough:
         """Return the moment of a finished run that the step is about; None where that is its end, and where the run has none."""
         if not self.ends or not simulation.history.count:
             return None
-        challenge = self.step.challenge if self.phase is Phase.CHALLENGE and not self.showing else None
-        asked = self.step.measurements if challenge is None else tuple(each.measurement for each in challenge.criteria)
+        criteria = None if self.challenge is None else self.challenge.criteria
+        asked = self.step.measurements if criteria is None else tuple(each.measurement for each in criteria)
         return decisive_moment(asked, Evidence(simulation, self.setup.seconds))
 
     def attempt(
@@ -368,8 +369,8 @@ class Walkthrough:
             said: the student's forecasts, where the challenge asks for any.
             person: what the student did in this run, as someone who does it again; kept for a later step that asks for it.
         """
-        challenge = self.step.challenge
-        if challenge is None or self.phase is not Phase.CHALLENGE or challenge.custom_law:
+        challenge = self.challenge
+        if challenge is None or challenge.custom_law:
             return None
         finished, mixed = self.finished(simulation), self._watch.mixed
         attempt = attempted(challenge, simulation, said, yours=self.yours, finished=finished, mixed=mixed)
@@ -393,8 +394,7 @@ class Walkthrough:
 
     def attempt_custom_law(self, verdicts: Sequence[TrialResult]) -> Attempt | None:
         """Judge the challenge by how a custom law did in its tests; None where none is to be tried."""
-        challenge = self.step.challenge
-        if challenge is None or self.phase is not Phase.CHALLENGE or not challenge.custom_law:
+        if self.challenge is None or not self.challenge.custom_law:
             return None
         attempt = attempt_of(verdicts)
         self.done.note(attempt)

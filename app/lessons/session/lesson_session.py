@@ -302,7 +302,7 @@ class LessonSession:
     def _run_again(self) -> None:
         self.walk.run_again()
         # A challenge is tried with the student's own settings, and tried again with them.
-        self._begin(self.walk.phase is Phase.CHALLENGE)
+        self._begin(self.walk.challenge is not None)
 
     # ---- frame by frame ----------------------------------------------------------------------------------------------------
 
@@ -357,7 +357,7 @@ class LessonSession:
             return
         if walk.ends:
             session.halt.set("lesson")
-        if not walk.showing and walk.phase not in (Phase.DO, Phase.CHALLENGE):
+        if not walk.showing and walk.phase is not Phase.DO and walk.challenge is None:
             # The run is seen once more, and was measured before.
             self._measured = walk.run_id
             self._show_moment()
@@ -365,12 +365,12 @@ class LessonSession:
         if not self._runner.further.done():
             return
         self._measured = walk.run_id
-        if walk.phase is not Phase.CHALLENGE or walk.showing:
+        if walk.challenge is None:
             if walk.step.measurements:
                 self._runner.observe(walk)
             elif not walk.yours:
                 walk.next()
-        elif walk.ends and walk.step.challenge is not None and walk.step.challenge.criteria:
+        elif walk.ends and walk.challenge.criteria:
             self._runner.check(walk, self.said)
         self._follow()
         self._show_moment()

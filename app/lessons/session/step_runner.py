@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import Final
 
 from app.i18n.speaking import N_
-from app.lessons.bookmark import Phase
 from app.lessons.lesson import Setup, Step
 from app.lessons.measures.quantity import UNITS
 from app.lessons.outcomes import reference
@@ -58,8 +57,7 @@ def with_look(settings: Settings, session: Session) -> Settings:
 
 def asks_for_custom_law(walk: Walkthrough) -> bool:
     """Return whether it is the turn of the visitor's custom law: everything else in the lessons is about the settings' law."""
-    challenge = walk.step.challenge
-    return walk.phase is Phase.CHALLENGE and challenge is not None and challenge.custom_law
+    return walk.challenge is not None and walk.challenge.custom_law
 
 
 def deviation_from_lesson(session: Session, walk: Walkthrough) -> tuple[str, str] | None:
@@ -156,8 +154,8 @@ class StepRunner:
         Args:
             said: the forecasts that the visitor has typed, each in the unit in which its measurement is shown.
         """
-        session, challenge = self._session, walk.step.challenge
-        if challenge is None or walk.phase is not Phase.CHALLENGE:
+        session, challenge = self._session, walk.challenge
+        if challenge is None:
             return
         if challenge.custom_law:
             if session.law.examination is not None:
