@@ -12,7 +12,7 @@ from app.i18n.speaking import N_, tr
 from app.lessons.bookmark import open_steps_from_text
 from app.lessons.curve_drawing import median_curve
 from app.lessons.lesson import LessonBook
-from app.lessons.session.lesson_actions import Choose, Draw, GoBack, GoOn, ResetStep, StartOrPause
+from app.lessons.session.lesson_actions import Choose, Draw, Press
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.tally import QuestionId
 from app.lessons.walkthrough import Walkthrough
@@ -141,7 +141,7 @@ class TeacherControl:
             case "again":
                 if (poll := self.poll()) is not None:
                     classroom.ballots.ask_again(poll.question)
-                    self.lessons.act(ResetStep())
+                    self.lessons.act(Press("reset"))
             case "pages":
                 classroom.count_pages_only(not classroom.voters.pages_only)
             case "show":
@@ -235,18 +235,18 @@ class TeacherControl:
             case Station.QUESTION if poll is not None and poll.tally.handed_in:
                 self._reveal()
             case Station.QUESTION | Station.ANSWERS if walk.step.concept:
-                lessons.act(GoOn())
+                lessons.act(Press("next"))
             case Station.SCENE | Station.QUESTION | Station.ANSWERS:
                 presenter.show(Station.RUN if not walk.locked or walk.done.predicted else presenter.station)
                 if session.paused:
                     # Without a prediction the lesson says that it needs one.
-                    lessons.act(StartOrPause())
+                    lessons.act(Press("run"))
             case Station.RUN if session.paused and not walk.showing and not walk.yours and not walk.finished(session.simulation):
-                lessons.act(StartOrPause())
+                lessons.act(Press("run"))
             case Station.CHALLENGE:
                 presenter.show(Station.TRY)
             case _:
-                lessons.act(GoOn())
+                lessons.act(Press("next"))
 
     def _go_back(self) -> None:
         """Show the station before; what is revealed stays so."""
@@ -261,12 +261,12 @@ class TeacherControl:
                 presenter.show(Station.SCENE)
             case Station.RUN if poll is not None and not walk.showing:
                 if not self.session.paused:
-                    lessons.act(StartOrPause())
+                    lessons.act(Press("run"))
                 presenter.show(Station.ANSWERS if poll.revealed else Station.QUESTION)
             case Station.TRY:
                 presenter.show(Station.CHALLENGE)
             case _:
-                lessons.act(GoBack())
+                lessons.act(Press("back"))
 
     def _start_timer(self, seconds: int) -> None:
         """Give the class time to answer the question, which everybody sees then."""

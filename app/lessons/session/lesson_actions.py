@@ -1,5 +1,7 @@
 """What a student can ask a lesson for, as typed values."""
 
+from typing import Literal
+
 from app.plots.curve_chart import Curve
 from app.session.actions import Action
 
@@ -58,45 +60,14 @@ class Write(LessonAction, newest_by=("lesson", "step")):
     words: str
 
 
-class ListLessons(LessonAction):
-    """Show the list of lessons, or close it."""
+class Press(LessonAction, newest_by=("what",)):
+    """Press a button of the lessons, or its key.
 
+    Attributes:
+        what: show the list of lessons, or close it (list); go to the next phase or step, where a run that is to be measured runs to its
+            end first (next), or to the one before (back); begin the step from its first phase (reset), or the present run (again); start
+            the run, pause it, or go on (run); show the run that explains a wrong answer (why), or run the step once more with the λ(d)
+            that the student drew (curve); show the next hint of the challenge (hint), or check it (check); close the lessons (leave).
+    """
 
-class GoOn(LessonAction):
-    """Go to the next phase or step; a run that is to be measured runs to its end first."""
-
-
-class GoBack(LessonAction):
-    """Go to the phase or step before."""
-
-
-class ResetStep(LessonAction):
-    """Begin the step from its first phase."""
-
-
-class RunAgain(LessonAction):
-    """Begin the present run again."""
-
-
-class StartOrPause(LessonAction):
-    """Start the run, pause it, or go on."""
-
-
-class ShowWhy(LessonAction):
-    """Show the run that explains a wrong answer."""
-
-
-class RunDrawing(LessonAction):
-    """Run the step once more with the λ(d) that the student drew."""
-
-
-class ShowHint(LessonAction):
-    """Show the next hint of the challenge."""
-
-
-class Check(LessonAction):
-    """Check the challenge."""
-
-
-class Leave(LessonAction):
-    """Close the lessons."""
+    what: Literal["list", "next", "back", "reset", "again", "run", "why", "curve", "hint", "check", "leave"]

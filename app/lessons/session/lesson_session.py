@@ -56,7 +56,7 @@ class LessonSession:
         """Lesson and step where the visitor was last, of those that are open."""
         self._errors = ThrottledLog(log)
         self._runner = StepRunner(session, self.notes)
-        self._waiting: lesson_actions.GoOn | lesson_actions.Check | None = None
+        self._waiting: lesson_actions.LessonAction | None = None
 
     # ---- in and out --------------------------------------------------------------------------------------------------------
 
@@ -182,7 +182,7 @@ class LessonSession:
     def act(self, action: lesson_actions.LessonAction) -> None:
         """Do what the student asks for; an action at the wrong moment does nothing."""
         match action:
-            case lesson_actions.ListLessons():
+            case lesson_actions.Press("list"):
                 self.listing = bool(self.book.lessons) and not self.listing
                 self.version += 1
             case lesson_actions.Enter(lesson):
@@ -212,7 +212,7 @@ class LessonSession:
 
     def _act(self, action: lesson_actions.LessonAction) -> None:
         walk, session = self.walk, self._session
-        if isinstance(action, lesson_actions.GoOn | lesson_actions.Check) and not self._runner.further.done():
+        if action in (lesson_actions.Press("next"), lesson_actions.Press("check")) and not self._runner.further.done():
             self._waiting = action
             return
         shown_beside = walk.showing and "teacher" not in session.halt
@@ -228,41 +228,40 @@ class LessonSession:
                     walk.guess(distance)
             case lesson_actions.GoTo():
                 walk.go(*self._place(action))
-            case lesson_actions.GoOn():
+            case lesson_actions.Press("next"):
                 if walk.phase is Phase.DO and walk.yours and walk.step.measurements and walk.finished(session.simulation):
                     self._runner.observe(walk)
                 if not self._fast_forwards():
                     walk.next()
-            case lesson_actions.GoBack():
+            case lesson_actions.Press("back"):
                 walk.back()
-            case lesson_actions.ResetStep():
+            case lesson_actions.Press("reset"):
                 walk.reset()
                 self.said.clear()
                 self._run_id = -1
-            case lesson_actions.RunAgain():
+            case lesson_actions.Press("again"):
                 self._run_again()
-            case lesson_actions.StartOrPause():
+            case lesson_actions.Press("run"):
                 self._run()
-            case lesson_actions.ShowWhy() | lesson_actions.RunDrawing():
-                shown = walk.show_why() if isinstance(action, lesson_actions.ShowWhy) else walk.show_curve()
-                if shown:
+            case lesson_actions.Press("why" | "curve" as what):
+                if walk.show_why() if what == "why" else walk.show_curve():
                     self._begin()
                     session.halt.go_on()
-            case lesson_actions.ShowHint():
+            case lesson_actions.Press("hint"):
                 walk.hint()
-            case lesson_actions.Check() if walk.pushes and self._taken is None:
+            case lesson_actions.Press("check") if walk.pushes and self._taken is None:
                 self.notes.append((N_("Push first"), N_("Take the hand and push it at the other one.")))
-            case lesson_actions.Check():
+            case lesson_actions.Press("check"):
                 self._runner.check(walk, self.said)
                 if walk.pushes:
                     self._measured = walk.run_id
                     session.halt.set("lesson")
                     self._show_moment()
-            case lesson_actions.Leave():
+            case lesson_actions.Press("leave"):
                 self.leave()
             case _:
                 raise TypeError(f"a lesson does not do {action!r}")
-        if shown_beside and isinstance(action, lesson_actions.GoOn | lesson_actions.GoBack):
+        if shown_beside and action in (lesson_actions.Press("next"), lesson_actions.Press("back")):
             # The question's run is made once more at once, so that it stands in the plots and at its moment.
             self._begin()
             session.hurry(walk.setup.seconds)

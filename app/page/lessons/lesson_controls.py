@@ -67,14 +67,14 @@ class LessonControls:
             hint=tr("Lessons: predict, run, compare, explain."),
             order=-4.0,
         )
-        on_press(self._list_button, lambda: self._post(lesson_actions.ListLessons()))
+        on_press(self._list_button, lambda: self._post(lesson_actions.Press("list")))
 
     # ---- keys --------------------------------------------------------------------------------------------------------------
 
     def take(self, action: Action) -> bool:
         """Do an action that is about the lessons, or that has a meaning of its own while one is open; return whether it was done."""
         match action:
-            case lesson_actions.StartOrPause() if self._session.coming:
+            case lesson_actions.Press("run") if self._session.coming:
                 # Else the lesson's own run begins in the place of what is being loaded.
                 pass
             case lesson_actions.LessonAction():
@@ -97,14 +97,14 @@ class LessonControls:
             case Digit(number):
                 run.act(lesson_actions.Choose(number - 1))
             case Pause():
-                run.act(lesson_actions.StartOrPause())
+                run.act(lesson_actions.Press("run"))
             case Reset():
-                run.act(lesson_actions.RunAgain())
+                run.act(lesson_actions.Press("again"))
             case SingleStep() if run.walk.locked:
-                run.act(lesson_actions.StartOrPause())
+                run.act(lesson_actions.Press("run"))
             case Nudge(right) if run.hands_off:
                 if right:
-                    run.act(lesson_actions.GoBack() if right < 0 else lesson_actions.GoOn())
+                    run.act(lesson_actions.Press("back") if right < 0 else lesson_actions.Press("next"))
             case Toggle("autopilot") if run.hands_off:
                 pass
             case _:
@@ -117,7 +117,7 @@ class LessonControls:
         assert self._panel.tab is not None
         gui, run = self._gui, self._run
         with self._panel.tab:
-            listing = self._button(lesson_actions.ListLessons(), 1.0)
+            listing = self._button(lesson_actions.Press("list"), 1.0)
             self._openers = [self._opener(i, lesson) for i, lesson in enumerate(run.book.lessons)]
             self._panel.openers = {one.id: uuid_of(b) for one, b in zip(run.book.lessons, self._openers, strict=True)}
             self._steps = ChoiceButtons(
@@ -133,25 +133,25 @@ class LessonControls:
             )
             self._panel.guess_box = add_guess_box(gui, self._session.post)
             self._choices = [self._button(lesson_actions.Choose(i), ORDER["choices"] + 1.0 + i) for i in range(MOST_CHOICES)]
-            self._start = self._button(lesson_actions.StartOrPause(), ORDER["choices"] + 8.0)
-            self._why = self._button(lesson_actions.ShowWhy(), ORDER["verdict"] + 1.0)
-            self._own_curve = self._button(lesson_actions.RunDrawing(), ORDER["verdict"] + 2.0)
+            self._start = self._button(lesson_actions.Press("run"), ORDER["choices"] + 8.0)
+            self._why = self._button(lesson_actions.Press("why"), ORDER["verdict"] + 1.0)
+            self._own_curve = self._button(lesson_actions.Press("curve"), ORDER["verdict"] + 2.0)
             self._flash = gui.add_html("", order=0.0)
             self._reason = ReasonBox(gui, self._session, run, self._panel.tab)
             self._forecasts = Forecasts(gui, self._session, run)
             self._motions = NullMotionSliders(gui, self._session, run)
-            self._check = self._button(lesson_actions.Check(), ORDER["after"] + 8.0)
-            self._hint = self._button(lesson_actions.ShowHint(), ORDER["hints"] + 1.0)
-            self._next = self._button(lesson_actions.GoOn(), ORDER["hints"] + 5.0)
+            self._check = self._button(lesson_actions.Press("check"), ORDER["after"] + 8.0)
+            self._hint = self._button(lesson_actions.Press("hint"), ORDER["hints"] + 1.0)
+            self._next = self._button(lesson_actions.Press("next"), ORDER["hints"] + 5.0)
             self._nav = ChoiceButtons(
                 gui,
                 "",
-                {"Back": lesson_actions.GoBack(), "Reset step": lesson_actions.ResetStep()},
+                {"Back": lesson_actions.Press("back"), "Reset step": lesson_actions.Press("reset")},
                 "Reset restarts the step." if self._presenting else "B goes back, N goes on. Reset restarts the step.",
                 self._post,
                 order=ORDER["hints"] + 6.0,
             )
-            self._leave = self._button(lesson_actions.Leave(), ORDER["hints"] + 7.0)
+            self._leave = self._button(lesson_actions.Press("leave"), ORDER["hints"] + 7.0)
         return listing
 
     def _opener(self, index: int, lesson: Lesson) -> viser.GuiButtonHandle:
@@ -161,8 +161,8 @@ class LessonControls:
         return button
 
     def _post(self, action: lesson_actions.LessonAction) -> None:
-        asks = self._presenting and isinstance(action, lesson_actions.Leave)
-        self._session.post(AskToLeave() if asks else action)
+        leaves = action == lesson_actions.Press("leave")
+        self._session.post(AskToLeave() if self._presenting and leaves else action)
 
     def _ask_to_leave(self, asks: bool) -> None:
         if self._close_question is not None and not asks:
@@ -178,7 +178,7 @@ class LessonControls:
             leave = self._gui.add_button(tr("Leave with the class"), color="gray")
 
         def leave_all() -> None:
-            self._session.post(lesson_actions.Leave())
+            self._session.post(lesson_actions.Press("leave"))
             self._session.post(AskToLeave(False))
 
         self._close_question = modal.close

@@ -8,7 +8,7 @@ import viser
 from markupsafe import Markup
 
 from app.i18n.speaking import N_, spoken, tr
-from app.lessons.session.lesson_actions import Check, GoBack, GoOn, Leave, LessonAction, ShowHint, ShowWhy
+from app.lessons.session.lesson_actions import LessonAction, Press
 from app.session.actions import (
     Action,
     ChangeSpeed,
@@ -115,12 +115,12 @@ def hotkeys() -> tuple[Hotkey[Action], ...]:
 
 
 LESSON_KEYS: Final[tuple[Hotkey[LessonAction], ...]] = (
-    Hotkey("next", GoOn(), "N", "lesson: go on", "N", icon=viser.Icon.ARROW_RIGHT),
-    Hotkey("back", GoBack(), "B", "lesson: go back", "B", icon=viser.Icon.ARROW_LEFT),
-    Hotkey("check", Check(), "C", "lesson: check the challenge", "C", icon=viser.Icon.CHECKS),
-    Hotkey("hint", ShowHint(), "H", "lesson: the next hint", "H", icon=viser.Icon.BULB),
-    Hotkey("why", ShowWhy(), "Y", "lesson: the run that shows why", "Y", icon=viser.Icon.QUESTION_MARK),
-    Hotkey("leave", Leave(), "X", "lesson: leave the lessons", "X", icon=viser.Icon.X),
+    Hotkey("next", Press("next"), "N", "lesson: go on", "N", icon=viser.Icon.ARROW_RIGHT),
+    Hotkey("back", Press("back"), "B", "lesson: go back", "B", icon=viser.Icon.ARROW_LEFT),
+    Hotkey("check", Press("check"), "C", "lesson: check the challenge", "C", icon=viser.Icon.CHECKS),
+    Hotkey("hint", Press("hint"), "H", "lesson: the next hint", "H", icon=viser.Icon.BULB),
+    Hotkey("why", Press("why"), "Y", "lesson: the run that shows why", "Y", icon=viser.Icon.QUESTION_MARK),
+    Hotkey("leave", Press("leave"), "X", "lesson: leave the lessons", "X", icon=viser.Icon.X),
 )
 """Keys of an open lesson. There the digits answer, and ← and → go back and on where the hand cannot be moved."""
 

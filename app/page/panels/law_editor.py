@@ -11,7 +11,7 @@ from app.custom_law.edited_file import MOST, ChangedMeanwhile, Version, read_ver
 from app.custom_law.examination import ExaminationProgress
 from app.custom_law.trials import TRIALS
 from app.i18n.speaking import N_, tr
-from app.lessons.session.lesson_actions import RunAgain
+from app.lessons.session.lesson_actions import Press
 from app.page.lessons.lesson_html import law_html
 from app.page.lessons.lesson_panel import ORDER
 from app.page.panels import PagePanel
@@ -107,7 +107,7 @@ class LawEditor(PagePanel):
         session.change("ghost", DEFAULT_LAW)
         session.take_law_file(self._path)
         if lessons.own_tests is not None:
-            lessons.act(RunAgain())
+            lessons.act(Press("again"))
         session.halt.go_on()
         if session.law.examination is not None:
             session.law.examination.begin()

@@ -12,7 +12,7 @@ from app.bench.headless_client import CAMERA, Mirror
 from app.classroom import breakout_sessions
 from app.classroom.teacher_panel import COMMANDS
 from app.lessons.library import notes_of
-from app.lessons.session.lesson_actions import Choose, GoOn, GoTo
+from app.lessons.session.lesson_actions import Choose, GoTo, Press
 from app.page.panels.choice_buttons import MARK
 from app.page.panels.hotkeys import CLICKER_KEYS
 from app.start import App
@@ -139,7 +139,7 @@ def test_a_class_answers_on_its_own_devices_and_every_button_of_the_teacher_has_
     sent = ask(host.session, lambda _: host.classroom.answer(host.lessons.walk, "bo", right))
     assert not sent and not [label for label in buttons(bo) if label.startswith(f"{right + 1} ")]
     # The outcome stands beside the answers, and everybody gets the verdict on their own one.
-    ask(host.session, lambda _: host.lessons.act(GoOn()))
+    ask(host.session, lambda _: host.lessons.act(Press("next")))
     for one in (ann, bo, cy):
         sees(one, "The class said", "Measured", "You said")
     sees(bo, "card wrong duet-say")

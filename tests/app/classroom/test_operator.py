@@ -10,7 +10,7 @@ from app.classroom.leader import Leader
 from app.hosting.teacher_key import LONGEST, MOST_ADDRESSES, Guesses
 from app.i18n.catalogue import words_of
 from app.lessons.loading import in_language
-from app.lessons.session.lesson_actions import GoOn
+from app.lessons.session.lesson_actions import Press
 from app.page.panels.hotkeys import hotkeys
 from app.session.session import Session
 from app.settings import Language, Settings
@@ -231,7 +231,7 @@ def test_every_tab_has_its_own_look_and_language_and_what_a_look_shows_is_packed
     place = walk.lesson.id, walk.step.id
     teacher.wait_for(lambda _: host.classroom.ballots.counts(place, 3, ()).newest.answered == 1, WAIT)
     host.control.post("reveal")
-    ask(host.session, lambda _: host.lessons.act(GoOn()))
+    ask(host.session, lambda _: host.lessons.act(Press("next")))
     for visitor, language in looks:
         sees(visitor, words_of(language)("The class said"), words_of(language)("Measured"))
     # What a look shows is packed once, and forgotten with its last watcher.

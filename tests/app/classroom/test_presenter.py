@@ -20,7 +20,7 @@ from app.classroom.student_work import BoardRow
 from app.classroom.teacher_control import Because, TeacherControl
 from app.lessons.bookmark import Phase
 from app.lessons.loading import in_language
-from app.lessons.session.lesson_actions import Choose, GoTo, ShowWhy, StartOrPause
+from app.lessons.session.lesson_actions import Choose, GoTo, Press
 from app.lessons.session.lesson_session import LessonSession
 from app.plots.curve_chart import COLUMNS
 from app.session.frame import make_frame
@@ -121,7 +121,7 @@ def test_the_projector_follows_what_the_teacher_does_otherwise(stage: Stage) -> 
     stage.lessons.act(Choose(1))
     assert stage.frame() is Station.RUN and stage.session.paused
     assert stage.act("back") is Station.QUESTION
-    stage.lessons.act(StartOrPause())
+    stage.lessons.act(Press("run"))
     assert stage.frame() is Station.RUN and not stage.session.paused
     stage.lessons.act(GoTo(3, 1))
     assert stage.frame() is Station.SCENE
@@ -352,7 +352,7 @@ def test_a_tie_is_compared_with_both(stage: Stage) -> None:
     assert cards.count("The class said") == 2 and cards.count("card wrong") == cards.count("card right") == 1
     # The run that shows why the first one is wrong is about that one alone.
     if stage.lessons.walk.view().why:
-        stage.lessons.act(ShowWhy())
+        stage.lessons.act(Press("why"))
         stage.frame()
         poll = stage.control.poll()
         assert poll is not None and poll.staged == (0,) and tied_html(poll) == ""

@@ -10,7 +10,7 @@ from app.classroom.presenter import ShownWork
 from app.classroom.student_work import NAMES, STUCK, Cell, ProgressBoard
 from app.lessons.bookmark import Bookmark, OpenSteps, open_steps_from_text
 from app.lessons.lesson import Lesson
-from app.lessons.session.lesson_actions import Choose, Enter, GoBack, GoTo, ResetStep
+from app.lessons.session.lesson_actions import Choose, Enter, GoTo, Press
 from app.lessons.session.lesson_session import LessonSession
 from app.plots.curve_chart import COLUMNS
 from app.session.session import Session
@@ -93,12 +93,12 @@ def test_a_step_that_is_not_open_is_refused_however_it_is_asked_for() -> None:
 
     assert where() == (LESSON.id, 1)
     assert lessons.notes.pop() == ("Your teacher has not opened this step", "Lesson 1: steps 2 to 3 only.")
-    for asked in (GoTo(None, 0), GoBack(), GoTo(3, 0), Enter(5)):
+    for asked in (GoTo(None, 0), Press("back"), GoTo(3, 0), Enter(5)):
         lessons.act(asked)
         # Neither is a step that is not open answered before the next frame.
         lessons.act(Choose(0))
         assert lessons.walk.done_in(LESSON.id, LESSON.steps[0].id).untouched
-        lessons.act(ResetStep())
+        lessons.act(Press("reset"))
         assert where() == (LESSON.id, 1) and lessons.notes.pop()[0].startswith("Your teacher"), asked
     lessons.act(GoTo(None, 2))
     assert where() == (LESSON.id, 2) and not lessons.notes

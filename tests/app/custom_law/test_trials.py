@@ -24,7 +24,7 @@ from app.custom_law.trials import TRIALS, WHY, verdict_on
 from app.i18n.catalogue import words_of
 from app.lessons.bookmark import Phase
 from app.lessons.loading import load_lessons
-from app.lessons.session.lesson_actions import Check, GoBack, GoOn
+from app.lessons.session.lesson_actions import Press
 from app.lessons.session.lesson_session import LessonSession
 from app.page.lessons.lesson_html import COMMANDS, law_html
 from app.runtime.job_pool import BUSY, JobPool
@@ -334,7 +334,7 @@ def test_without_a_file() -> None:
     run = LessonSession(session, load_lessons())
     to_challenge(session, run)
     assert run.own_tests == ExaminationProgress()
-    run.act(Check())
+    run.act(Press("check"))
     run.decide()
     assert run.walk.done.attempts == 0 and run.own_tests == ExaminationProgress()
 
@@ -349,7 +349,7 @@ def test_without_a_file_the_step_says_what_to_type(house: OpenHouse, arrive: Arr
 def to_challenge(session: Session, run: LessonSession) -> None:
     run.enter("limits", 4)
     while run.walk.phase is not Phase.CHALLENGE:
-        run.act(GoOn())
+        run.act(Press("next"))
         session.advance(0.0)
         run.decide()
 
@@ -364,7 +364,7 @@ def test_in_lessons_it_rests_until_its_turn(tmp_path: Path) -> None:
         assert session.student_law.file == "my_law.py"
         while run.walk.phase is not Phase.DO:
             assert session.student_law.file == "my_law.py"
-            run.act(GoBack())
+            run.act(Press("back"))
         assert session.student_law.file is None
         to_challenge(session, run)
         run.leave()
@@ -382,14 +382,14 @@ def test_the_challenge_is_passed_by_six_tests(tmp_path: Path, monkeypatch: pytes
 
         def check() -> None:
             until(lambda: run._runner.further.done())
-            run.act(Check())
+            run.act(Press("check"))
             for name in NAMES:
                 background.work(name)
                 run.decide()
             assert run.own_tests is not None and run.own_tests.finished
 
         until(lambda: run._runner.further.done())
-        run.act(Check())
+        run.act(Press("check"))
         check()
         assert run.walk.done.attempts == 1 and not run.walk.done.passed
         attempt = run.walk.done.last

@@ -19,7 +19,7 @@ from app.hosting.visitor_record import VisitorRecord
 from app.lessons.bookmark import Phase
 from app.lessons.progress import LONGEST_REASON, MOST_WORDS
 from app.lessons.reference_runs import simulated
-from app.lessons.session.lesson_actions import Choose, Draw, ResetStep, StartOrPause
+from app.lessons.session.lesson_actions import Choose, Draw, Press
 from app.lessons.session.lesson_session import LessonSession
 from app.plots.curve_chart import COLUMNS
 from app.session.replay_player import ReplayPlayer
@@ -119,7 +119,7 @@ def run() -> LessonSession:
     run.enter(0)
     run.act(Choose(3))
     run._runner.further.result(60.0)
-    run.act(StartOrPause())
+    run.act(Press("run"))
     while run.walk.phase is Phase.DO:
         run._session.advance(0.05)
         run.decide()
@@ -228,7 +228,7 @@ def test_words_and_runs_survive_a_reload_and_a_reset_spares_the_words(run: Lesso
     assert open_link(back, query, find(store, query)) == ()
     assert back.walk.done.words == run.walk.done.words and back.seen == run.seen
     assert back.walk.done.because == run.walk.done.because != ""
-    back.act(ResetStep())
+    back.act(Press("reset"))
     assert back.walk.done.words == run.walk.done.words and back.walk.done.choice is None and not back.walk.done.because
     back.walk.give_reason("y" * (LONGEST_REASON + 1), BOOK.lessons[2].id, BOOK.lessons[2].steps[0].id)
     assert len(back.walk.done_in(BOOK.lessons[2].id, BOOK.lessons[2].steps[0].id).because) == LONGEST_REASON

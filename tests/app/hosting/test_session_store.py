@@ -23,7 +23,7 @@ from app.hosting.visitor_record import (
 from app.lessons.bookmark import Phase
 from app.lessons.loading import load_lessons
 from app.lessons.progress import SavedLesson
-from app.lessons.session.lesson_actions import Choose, StartOrPause
+from app.lessons.session.lesson_actions import Choose, Press
 from app.lessons.session.lesson_session import LessonSession
 from app.session.frame import make_frame
 from app.session.session import Session
@@ -243,7 +243,7 @@ def test_a_lessons_run_that_breaks_off_comes_to_the_same_outcome(ghost: str) -> 
     open_link(lessons, link, None)
     lessons.act(Choose(1))
     session.change("ghost", ghost)
-    lessons.act(StartOrPause())
+    lessons.act(Press("run"))
     run(session, lessons, lambda: session.simulation.time > 1.0)
     record = again(VisitorRecord(link, session.settings, lessons.saved(), session.state()))
     other = Session(record.settings)

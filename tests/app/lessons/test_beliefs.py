@@ -144,14 +144,14 @@ def test_a_session_without_a_run_goes_on_by_button_and_by_key() -> None:
     run = LessonSession(session, BOOK)
     run.enter("beliefs" + LAST, 9)
     run._runner.further.result(60.0)
-    for key in (do.StartOrPause(), do.GoOn()):
+    for key in (do.Press("run"), do.Press("next")):
         run.act(key)
         assert run.walk.phase is Phase.PREDICT and session.paused
     run.act(do.Choose(2))
-    run.act(do.StartOrPause())
+    run.act(do.Press("run"))
     assert run.walk.phase is Phase.OBSERVE and run.walk.done.outcome is not None and session.paused
     run.decide()
-    run.act(do.ResetStep())
+    run.act(do.Press("reset"))
     assert run.walk.done.choice == 2 and session.simulation.steps == 0 and not run.notes
 
 

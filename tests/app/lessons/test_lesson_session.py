@@ -52,7 +52,7 @@ class Student:
         assert any(self.frame(elapsed) or true() for _ in range(4000)), "the run does not end"
 
     def finish(self) -> None:
-        self.run.act(do.StartOrPause())
+        self.run.act(do.Press("run"))
         self.run_out()
 
     def run_out(self) -> None:
@@ -66,7 +66,7 @@ class Student:
     def to_challenge(self) -> None:
         """Go on to the step's challenge, and skip what can be skipped."""
         while self.run.walk.phase is not Phase.CHALLENGE:
-            self.run.act(do.GoOn())
+            self.run.act(do.Press("next"))
             self.frame(0.0)
 
     def swing(self) -> None:
@@ -82,7 +82,7 @@ def test_a_run_is_locked_until_an_answer_is_chosen_and_nonsense_does_no_harm() -
     one = Student()
     session, run = one.session, one.run
     nonsense = (do.GoTo(99, 0), do.GoTo(0, 99), do.Choose(-1), do.Choose(99))
-    for action in (do.StartOrPause(), do.GoOn(), do.ShowWhy(), do.Check(), *nonsense):
+    for action in (do.Press("run"), do.Press("next"), do.Press("why"), do.Press("check"), *nonsense):
         run.act(action)
         one.frame()
         assert session.paused and session.simulation.steps == 0 and run.open and run.walk.phase is Phase.PREDICT, action
@@ -91,7 +91,7 @@ def test_a_run_is_locked_until_an_answer_is_chosen_and_nonsense_does_no_harm() -
     assert session.paused
     run.act(do.Choose(0))
     assert run.walk.phase is Phase.DO
-    run.act(do.StartOrPause())
+    run.act(do.Press("run"))
     session.advance(0.1)
     assert session.simulation.steps > 0
 
@@ -101,13 +101,13 @@ def test_at_the_lever_the_law_plays_the_same_attack_unseen_until_the_end_and_all
     session, run = one.session, one.run
     seen = lambda: (session.traced[1] is not None, freeze(session, 0.0).ghost is not None)  # noqa: E731
     assert run.walk.step.at_lever and run.walk.phase is Phase.DO and session.paused
-    run.act(do.StartOrPause())
+    run.act(do.Press("run"))
     for lever in (0.0, 0.8, 0.35, 1.0, 0.1):
         session.change("lever", lever)
         end = session.simulation.time + 3.0
         one.frames_until(lambda end=end: session.simulation.time >= end)
         assert seen() == (False, False)
-    run.act(do.GoOn())
+    run.act(do.Press("next"))
     one.run_out()
     outcome = run.walk.done.outcome
     assert run.walk.phase is Phase.OBSERVE and outcome is not None and outcome.unlike == ()
@@ -132,7 +132,7 @@ def test_the_outcome_is_measured_in_this_run_and_a_wrong_choice_gets_its_own() -
     verdict, outcome = run.walk.view().verdict, run.walk.done.outcome
     assert run.walk.phase is Phase.OBSERVE and verdict is not None and not verdict.right and one.session.paused
     assert outcome is not None and not outcome.reference
-    run.act(do.ShowWhy())
+    run.act(do.Press("why"))
     assert run.walk.view().showing and one.session.simulation.steps == 0
     contrast = run.walk.view().contrast
     assert contrast is not None and contrast.headline == "Here you would be right: task = Hold pose"
@@ -149,7 +149,7 @@ def test_the_outcome_is_measured_in_this_run_and_a_wrong_choice_gets_its_own() -
     assert_array_equal(other.history.table()[:, COLUMN["t"]], one.session.simulation.history.table()[:, COLUMN["t"]])
     alone, count = simulated(asked).history, simulated(asked).steps
     assert_array_equal(other.history.table()[:count], alone.table(), "the step's own run, with its own inputs")
-    run.act(do.GoOn())
+    run.act(do.Press("next"))
     assert not run.walk.view().showing and one.session.ghost is None
     # The question's run is made again at once, to its end, so that it stands in the plots.
     while not one.session.paused:
@@ -162,7 +162,7 @@ def test_the_plot_counts_the_changes_that_the_outcome_counts() -> None:
     one = Student(9, 3)
     session, run = one.session, one.run
     run.act(do.Choose(2))
-    run.act(do.StartOrPause())
+    run.act(do.Press("run"))
     # Frames that do not come out even at the end of the run.
     one.frames_until(lambda: session.simulation.steps > 0 and session.paused, 0.047)
     assert session.simulation.time == pytest.approx(run.walk.setup.seconds, abs=1e-6)
@@ -187,7 +187,7 @@ def test_a_run_that_is_skipped_is_still_measured_where_it_can_go_on(halted: bool
     run._runner.further.result(60.0)
     if halted:
         session.halt.set("teacher")
-    run.act(do.GoOn())
+    run.act(do.Press("next"))
     assert (run.walk.phase is Phase.OBSERVE) == halted
     while run.walk.phase is Phase.DO:
         before = session.simulation.steps
@@ -207,7 +207,7 @@ def test_leaving_gives_the_visitors_own_settings_back() -> None:
         one.frame()
         assert values(session.settings)["scene"] == BOOK.lessons[lesson].steps[0].setup.run.scene
     session.change("theme", "dark")
-    run.act(do.Leave())
+    run.act(do.Press("leave"))
     assert session.settings == changed(before, "theme", "dark") and not session.paused and not run.open
     assert session.target() is None
 
@@ -218,9 +218,9 @@ def test_reset_is_a_fresh_start_and_another_experiment_begins_the_run_again() ->
     fresh = run.walk.to_json(), values(session.settings)
     run.act(do.Choose(2))
     session.change("k", 9.0)
-    run.act(do.ResetStep())
+    run.act(do.Press("reset"))
     assert (run.walk.to_json(), values(session.settings)) == fresh
-    run.act(do.GoBack())
+    run.act(do.Press("back"))
     assert run.walk.phase is Phase.PREDICT
     run.act(do.Choose(2))
     session.change("scene", "hold")
@@ -237,32 +237,32 @@ def test_a_challenge_says_what_failed_and_is_tried_again_with_the_students_own_s
     assert reaches(run.walk.step) == (0.015, 0.015) and reaches(BOOK.lessons[0].steps[0]) == (), "how near a mark is touched"
     one.to_challenge()
     assert run.walk.yours and not run.hands_off and not session.paused
-    run.act(do.Check())
+    run.act(do.Press("check"))
     assert "Press Run first." in attempt_html(run.walk.view())
     shown = run.version
     one.frame()
     assert run.version > shown and attempt_html(run.walk.view()) == "", "the run that was asked for takes the request away"
     for _ in range(40):
         one.frame()
-    run.act(do.Check())
+    run.act(do.Press("check"))
     attempt = run.walk.done.last
     assert attempt is not None and not attempt.passed and attempt.failed
     assert any("must be" in j.text for j in attempt.judgements)
-    run.act(do.ShowHint())
+    run.act(do.Press("hint"))
     assert len(run.walk.view().hints) == 1
     session.change("k", 5.0)
     session.change("dt", 0.005)
     one.frame()
-    run.act(do.Check())
+    run.act(do.Press("check"))
     attempt = run.walk.done.last
     assert attempt is not None and not attempt.passed and attempt.note, "settings changed in the middle of the run"
-    run.act(do.RunAgain())
+    run.act(do.Press("again"))
     assert session.simulation.steps == 0 and session.settings.run.gain == 5.0 and not session.paused
     one.swing()
-    run.act(do.Check())
+    run.act(do.Press("check"))
     assert run.walk.done.passed, run.walk.done.last
-    run.act(do.ResetStep())
-    run.act(do.GoOn())
+    run.act(do.Press("reset"))
+    run.act(do.Press("next"))
     assert session.settings.run.gain == run.walk.setup.run.gain != 5.0
 
 
@@ -286,11 +286,11 @@ fails = ["near"]
     to_challenge(run.walk)
     run.act(do.SayNumber(0, 1.0))
     run._runner.further.result(60.0)
-    run.act(do.Check())
+    run.act(do.Press("check"))
     said = run.walk.done.last
     assert said is not None and said.judgements[0].value is not None and "you said 1.0 mm" in said.judgements[0].text
     run.act(do.SayNumber(0, 1000.0 * said.judgements[0].value))
-    run.act(do.Check())
+    run.act(do.Press("check"))
     assert run.walk.done.passed
 
 
@@ -298,7 +298,7 @@ def push(one: Student, fast: float, then: float | None = None) -> None:
     """Take the hand and push it at the other one for a second, and count that. `then`: top speed from the middle on, if another."""
     session, run = one.session, one.run
     session.change("wmax", fast)
-    run.act(do.RunAgain())
+    run.act(do.Press("again"))
     pose = session.simulation.kinematics.hand_pose(session.arm)
     place, turn = pose.translation.copy(), pose.rotation.copy()
     while session.simulation.time < 1.0:
@@ -307,7 +307,7 @@ def push(one: Student, fast: float, then: float | None = None) -> None:
         one.frame()
         if then is not None and session.simulation.time > 0.5:
             session.change("wmax", then)
-    run.act(do.Check())
+    run.act(do.Press("check"))
 
 
 @pytest.mark.usefixtures("fast_machine")
@@ -318,7 +318,7 @@ def test_of_five_pushes_the_nearest_is_kept_and_is_in_its_link_to_the_last_bit()
     assert session.held is not None and session.held[0] is place, "outside a duel a hand is where it is held"
     one.to_challenge()
     # A hand that is left alone costs no push, and a run that waits begins again.
-    run.act(do.Check())
+    run.act(do.Press("check"))
     assert run.notes.pop()[0] == "Push first" and not run.walk.done.tries and run.walk.nearest is None
     before = run.walk._watch.run
     one.frames_until(lambda: run.walk._watch.run > before, 1.0)
@@ -329,9 +329,9 @@ def test_of_five_pushes_the_nearest_is_kept_and_is_in_its_link_to_the_last_bit()
         push(one, fast)
         assert run.over and session.paused and len(run.walk.done.tries) == min(number + 1, 5)
         tables.append(session.simulation.history.table())
-        run.act(do.Check())
+        run.act(do.Press("check"))
         assert len(run.walk.done.tries) == min(number + 1, 5), "a push counts once"
-        run.act(do.StartOrPause())
+        run.act(do.Press("run"))
         assert not run.over and session.simulation.steps == 0 and session.settings.run.hand_speed == fast
     tries, nearest, table = run.walk.done.tries, run.walk.nearest, tables[1]
     assert [one.setting for one in tries] == list(speeds[:5]) and min(tries, key=lambda one: one.measured) is tries[1]
@@ -350,7 +350,7 @@ def test_of_five_pushes_the_nearest_is_kept_and_is_in_its_link_to_the_last_bit()
     other.resume(saved, reopen=True)
     assert other.walk.done.tries == tries and other.walk.nearest is nearest
     # Five new ones.
-    run.act(do.ResetStep())
+    run.act(do.Press("reset"))
     assert not run.walk.done.tries and run.walk.nearest is None
     one.to_challenge()
     push(one, 0.1)
@@ -366,7 +366,7 @@ def test_of_five_pushes_the_nearest_is_kept_and_is_in_its_link_to_the_last_bit()
     assert len(run.walk.done.tries) == 1 and run.over
     # A push that goes on is over after 10 s.
     session.change("v", 0.3)
-    run.act(do.StartOrPause())
+    run.act(do.Press("run"))
     session.hold(HandTarget(np.array([0.3, 0.0, 1.3]), None))
     one.frames_until(lambda: run.over)
     assert len(run.walk.done.tries) == 2 and session.simulation.time == pytest.approx(10.0, abs=0.1)
@@ -386,14 +386,14 @@ def test_what_a_student_changed_pushed_and_typed_is_taken_up_again() -> None:
     again.resume(saved, reopen=True)
     assert other.settings.run == session.settings.run and other.settings.run.law.nominal_velocity == 0.17
     assert again.said == [0.25, None, 0.5] and dict(again.walk.kept) == dict(run.walk.kept)
-    again.act(do.Leave())
+    again.act(do.Press("leave"))
     assert other.settings == Settings()
     again.enter(2, 2)
-    again.act(do.ResetStep())
+    again.act(do.Press("reset"))
     assert again.said == []
 
 
-ACTIONS = (*2 * (do.GoOn, do.StartOrPause), do.GoBack, do.RunAgain, do.ResetStep, do.ShowWhy, do.Check, do.ShowHint, do.Leave)
+PRESSES = tuple(map(do.Press, (*2 * ("next", "run"), "back", "again", "reset", "why", "check", "hint", "leave")))
 
 
 class WildStudent(Student):
@@ -405,7 +405,7 @@ class WildStudent(Student):
 
     def act(self) -> None:
         others = (do.Choose(self.rng.randrange(6)), do.GoTo(self.rng.randrange(12), self.rng.randrange(6)))
-        self.run.act(self.rng.choice((*others, *(action() for action in ACTIONS))))
+        self.run.act(self.rng.choice((*others, *PRESSES)))
 
     def meddle(self) -> None:
         """One thing a student may do with the controls, the handles or the tab."""
@@ -455,10 +455,10 @@ def test_whatever_is_done_there_is_a_way_on_and_a_fresh_start(seed: int, caplog:
         if run.walk.locked:
             run.act(do.Choose(0))
         run._runner.further.result(60.0)
-        run.act(do.GoOn())
+        run.act(do.Press("next"))
         student.frame(0.03)
     assert run.walk.step is not here or (last and run.walk.phase is run.walk.phases[-1]), "next gets on"
-    run.act(do.ResetStep())
+    run.act(do.Press("reset"))
     student.frame(0.03)
     assert run.walk.phase is run.walk.phases[0] and (student.session.paused or not run.walk.locked)
     if run.walk.locked:
@@ -474,14 +474,14 @@ def test_whatever_is_done_there_is_a_way_on_and_a_fresh_start(seed: int, caplog:
 def test_the_list_opens_lessons_and_knows_what_is_finished() -> None:
     session = Session(Settings())
     run = LessonSession(session, BOOK)
-    run.act(do.ListLessons())
+    run.act(do.Press("list"))
     assert run.listing and not run.open
     assert not any(entry.here or any(entry.finished) or entry.step for entry in run.walk.entries())
-    run.act(do.ListLessons())
+    run.act(do.Press("list"))
     assert not run.listing
     run.act(do.GoTo(1, 0))
     assert not run.open, "no lesson without the list"
-    run.act(do.ListLessons())
+    run.act(do.Press("list"))
     run.act(do.GoTo(1, 0))
     assert run.open and not run.listing and run.walk.lesson is BOOK.lessons[1]
 
@@ -489,7 +489,7 @@ def test_the_list_opens_lessons_and_knows_what_is_finished() -> None:
     run = student.run
     run.act(do.Choose(0))
     student.finish()
-    run.act(do.GoOn())
+    run.act(do.Press("next"))
     run.act(do.GoTo(1, 1))
     entry = tuple(run.walk.entries())[1]
     assert entry.here and entry.finished == (True, False, False) and entry.step == 1

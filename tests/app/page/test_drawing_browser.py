@@ -10,7 +10,7 @@ from playwright.sync_api import Page
 from app.lessons.bookmark import Phase
 from app.lessons.outcomes import asks_for_distance, guessed_answer
 from app.lessons.progress import Progress, from_json, to_json
-from app.lessons.session.lesson_actions import GoOn
+from app.lessons.session.lesson_actions import Press
 from app.plots.curve_chart import COLUMNS
 from app.session.session import Session
 from app.settings import Settings
@@ -133,7 +133,7 @@ def test_a_class_draws_a_cloud(house: OpenHouse, page_at: PageAt) -> None:
         page.locator(".duet-poll").get_by_text("median").wait_for()
         page.locator(".duet-draw").wait_for(state="detached")
     for phase in (Phase.DO, Phase.OBSERVE):
-        ask(host.session, lambda _: host.lessons.act(GoOn()))
+        ask(host.session, lambda _: host.lessons.act(Press("next")))
         until(teacher, lambda phase=phase: ask(host.session, lambda _: host.lessons.walk.phase) is phase, phase.value, WAIT)
     assert ask(host.session, lambda _: host.lessons.walk.done.drawing[0]) is not None, "the stage's prediction is the class's"
     for page in (teacher, ann):

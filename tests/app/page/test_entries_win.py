@@ -11,7 +11,7 @@ import pytest
 from playwright.sync_api import Locator, Page
 
 from app.lessons.bookmark import Phase
-from app.lessons.session.lesson_actions import Choose, GoOn
+from app.lessons.session.lesson_actions import Choose, Press
 from app.session.replay import Replay
 from app.session.session import Session
 from scenes.targets import JointTarget
@@ -195,7 +195,7 @@ def test_a_value_that_comes_while_a_frame_is_made_swings_the_elbow_alone(
     session, run = enter(page, opened, "lesson=1&step=1")
     ask(session, lambda _: run.act(Choose(2)))
     while run.walk.phase is not Phase.CHALLENGE:
-        ask(session, lambda _: run.act(GoOn()))
+        ask(session, lambda _: run.act(Press("next")))
     swing = box(row_of(page, "swing the elbow"))
     swing.wait_for()
     slider, making = visitor_of(opened).operation._lesson_controls._motions._sliders[0], session.step

@@ -15,7 +15,7 @@ from app.lessons.bookmark import Phase
 from app.lessons.loading import load_lessons
 from app.lessons.progress import Try
 from app.lessons.reference_runs import simulated
-from app.lessons.session.lesson_actions import GoTo, ListLessons, StartOrPause
+from app.lessons.session.lesson_actions import GoTo, Press
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.walkthrough import Walkthrough
 from app.page.lessons.answer_boxes import read_number
@@ -188,7 +188,7 @@ def test_ones_own_words_make_room_for_the_list_of_lessons() -> None:
     report.show(frame)
     box = gui.add_text.return_value
     assert box.visible is True
-    run.act(ListLessons())
+    run.act(Press("list"))
     report.show(frame)
     assert box.visible is False
 
@@ -306,4 +306,4 @@ def test_the_run_of_a_lesson_waits_for_a_run_that_is_being_loaded() -> None:
     controls = MagicMock()
     for coming, begins in (("a push from a link", False), ("", True)):
         controls._session.coming = coming
-        assert LessonControls.take(controls, StartOrPause()) and controls._run.act.called == begins
+        assert LessonControls.take(controls, Press("run")) and controls._run.act.called == begins

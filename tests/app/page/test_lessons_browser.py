@@ -8,7 +8,7 @@ from playwright.sync_api import Browser, Page
 
 from app.export.lab_report import done_in, lab_bytes
 from app.lessons.bookmark import Phase
-from app.lessons.session.lesson_actions import Choose, GoOn
+from app.lessons.session.lesson_actions import Choose, Press
 from app.lessons.session.lesson_session import LessonSession
 from app.session.session import Session
 from app.settings import Settings
@@ -65,7 +65,7 @@ def see_picture(page: Page, session: Session, run: LessonSession, word: str) -> 
     assert question is not None
     ask(session, lambda _: run.act(Choose(question.right)))
     while run.walk.phase is not Phase.EXPLAIN:
-        ask(session, lambda _: run.act(GoOn()))
+        ask(session, lambda _: run.act(Press("next")))
         until(page, lambda: run.walk.phase in (Phase.OBSERVE, Phase.EXPLAIN), "the outcome", LONG)
     picture = page.locator(".duet-l-text svg.picture")
     picture.get_by_text(word, exact=True).wait_for()
@@ -102,7 +102,7 @@ def test_the_list_goes_on_where_one_was_and_keys_alone_swing_an_elbow_and_say_nu
     page.get_by_text(run.walk.lesson.goal).wait_for(state="detached")
     ask(session, lambda _: run.act(Choose(question.right)))
     until(page, lambda: run.walk.phase is Phase.DO, "the answer")
-    ask(session, lambda _: run.act(GoOn()))
+    ask(session, lambda _: run.act(Press("next")))
     until(page, lambda: run.walk.phase is Phase.OBSERVE, "the outcome", LONG)
     press(page, "All lessons")
     cards = page.locator("button.lesson")

@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import Page, TimeoutError
 
 from app.lessons.bookmark import Phase
-from app.lessons.session.lesson_actions import Choose, StartOrPause
+from app.lessons.session.lesson_actions import Choose, Press
 from app.session.replay_player import ReplayPlayer
 from app.session.session import Session
 from scenes.history import COLUMN
@@ -67,7 +67,7 @@ def test_after_a_run_the_page_stands_at_its_moment(house: OpenHouse, page_at: Pa
     session, run = enter(page, house(), "lesson=6&step=1&theme=light")
     # The controls are folded, and the page says how large its picture is all the same.
     page.locator("[data-duet-picture]").first.wait_for(state="attached")
-    ask(session, lambda _: [run.act(Choose(0)), run.act(StartOrPause())])
+    ask(session, lambda _: [run.act(Choose(0)), run.act(Press("run"))])
     until(page, lambda: session.simulation.steps > 0, "the run")
     ask(session, lambda s: s.hurry(3.5))
     until(page, lambda: run.walk.phase is Phase.OBSERVE, "the end of the run")

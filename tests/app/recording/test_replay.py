@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.bench.headless_client import HeadlessClient
-from app.lessons.session.lesson_actions import Choose, GoTo, StartOrPause
+from app.lessons.session.lesson_actions import Choose, GoTo, Press
 from app.plots.time_series import COLUMNS, RollingSeries
 from app.session import replay as replay_module
 from app.session.replay import PERIOD, Replay, make_film
@@ -169,7 +169,7 @@ def test_a_lesson_that_goes_on_ends_the_past_and_keeps_its_run_waiting(house: Op
     assert bar is not None
     guest.ask(lambda _: stand.lessons.enter(1))
     guest.ask(lambda _: stand.lessons.act(Choose(2)))
-    guest.ask(lambda _: stand.lessons.act(StartOrPause()))
+    guest.ask(lambda _: stand.lessons.act(Press("run")))
     guest.wait(lambda s: s.simulation.time > 0.3)
     guest.visitor.set_value("replay", "Watch")
     guest.visitor.wait_for(says_so)

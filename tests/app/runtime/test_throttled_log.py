@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from app.lessons.loading import load_lessons
-from app.lessons.session.lesson_actions import ResetStep
+from app.lessons.session.lesson_actions import Press
 from app.lessons.session.lesson_session import LessonSession
 from app.runtime.throttled_log import EVER_RARER, ThrottledLog
 from app.session.session import Session
@@ -138,6 +138,6 @@ def test_a_lesson_that_fails_at_every_frame_is_logged_once_a_run(monkeypatch: py
         assert run.live(session.simulation) == ()
     assert len(lines(caplog)) == 2
     assert [title for title, _ in run.notes] == ["The lesson stopped here"]
-    run.act(ResetStep())
+    run.act(Press("reset"))
     run.decide()
     assert len(run.notes) == 2

@@ -49,7 +49,7 @@ class Watched:
         """Answer the first and run; the frames until the outcome is there."""
         self.lessons.enter(lesson, step)
         self.lessons.act(do.Choose(0))
-        self.lessons.act(do.StartOrPause())
+        self.lessons.act(do.Press("run"))
         self.lessons._runner.further.result(60.0)
         frames: list[Frame] = []
         while self.lessons.walk.phase is not Phase.OBSERVE:
@@ -82,7 +82,7 @@ def test_a_lesson_s_run_stands_at_its_moment_and_the_plots_have_all_of_it() -> N
     kept = watched.player.recorded(60.0)
     assert kept is not None and kept.steps == len(table)
     # Run begins the run once more; it comes to its end, and stands at its moment again.
-    watched.lessons.act(do.StartOrPause())
+    watched.lessons.act(do.Press("run"))
     assert not watched.player.reviewing and not watched.frame().replayed
     while not watched.player.reviewing:
         assert watched.frame().simulation.time < 4.1
@@ -92,7 +92,7 @@ def test_a_lesson_s_run_stands_at_its_moment_and_the_plots_have_all_of_it() -> N
 def test_a_run_that_shows_why_stands_at_its_moment_with_both_runs() -> None:
     watched = Watched()
     watched.observe(5, 0)
-    watched.lessons.act(do.ShowWhy())
+    watched.lessons.act(do.Press("why"))
     assert watched.lessons.walk.showing
     watched.lessons._runner.further.result(60.0)
     while not watched.player.reviewing:
