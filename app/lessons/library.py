@@ -4,7 +4,7 @@ when a file has changed."""
 import logging
 import os
 import threading
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache
@@ -75,21 +75,16 @@ def _asked(lesson: Lesson, last: bool) -> Lesson:
     return replace(lesson, id=lesson.id + LAST, title=lesson.again, steps=steps) if last else replace(lesson, steps=steps)
 
 
-def _everything(lessons: Iterable[Lesson]) -> Iterator[Lesson]:
-    """Yield all lessons, numbered from 1, between a test that is asked twice: the last one that there is."""
-    known = list(lessons)
-    test, others = next((one for one in reversed(known) if one.again), None), [one for one in known if not one.again]
-    if test is not None:
-        yield replace(_asked(test, False), number=0)
-    yield from (replace(lesson, number=number) for number, lesson in enumerate(others, 1))
-    if test is not None:
-        yield replace(_asked(test, True), number=len(others) + 1)
+def _everything(known: Collection[Lesson]) -> Iterator[Lesson]:
+    """Return all lessons, numbered from 1, between a test that is asked twice, first as number 0: the last one that there is."""
+    test = [lesson for lesson in known if lesson.again][-1:]
+    others = [lesson for lesson in known if not lesson.again]
+    return _numbered([(lesson, None) for lesson in (*test, *others, *test)], 1 - len(test))
 
 
-def _numbered(chosen: Iterable[tuple[Lesson, Step | None]]) -> Iterator[Lesson]:
-    """Yield lessons from 1. Steps of one lesson that follow one another are one lesson, with their share of its minutes; a test
-    that comes twice is asked twice."""
-    entries = list(chosen)
+def _numbered(entries: Sequence[tuple[Lesson, Step | None]], begin: int = 1) -> Iterator[Lesson]:
+    """Yield lessons from a number on. Steps of one lesson that follow one another are one lesson, with their share of its minutes; a
+    test that comes twice is asked twice."""
     merged: list[tuple[str, Lesson]] = []
     for lesson, step in entries:
         before = [one for name, one in merged if name == lesson.id]
@@ -106,7 +101,7 @@ def _numbered(chosen: Iterable[tuple[Lesson, Step | None]]) -> Iterator[Lesson]:
             made = replace(lesson, id=id, steps=lesson.steps if step is None else (step,))
         merged.append((lesson.id, made))
     whole = {lesson.id: len(lesson.steps) for lesson, _ in entries}
-    for number, (name, lesson) in enumerate(merged, 1):
+    for number, (name, lesson) in enumerate(merged, begin):
         minutes = max(1, round(lesson.minutes * len(lesson.steps) / whole[name]))
         yield replace(lesson, number=number, minutes=minutes)
 
