@@ -23,7 +23,6 @@ from app.hosting.teacher_key import is_teacher
 from app.hosting.visitor_record import VisitorRecord
 from app.i18n.reader_language import language_of, look_of, preferred
 from app.i18n.speaking import set_language
-from app.lessons.loading import in_language
 from app.lessons.progress import SavedLesson
 from app.lessons.session.lesson_session import LessonSession
 from app.session.frame import Frame, make_frame
@@ -49,7 +48,7 @@ class LectureHost:
         interrupted = context.store.interrupted_lecture()
         start = context.options.settings if interrupted is None or interrupted.state is None else interrupted.settings
         self.session = Session(start, context.wake, context.jobs, context.sources)
-        self.lessons = LessonSession(self.session, in_language(context.book, language_of(context.options.settings, "en")))
+        self.lessons = LessonSession(self.session, context.book.in_language(language_of(context.options.settings, "en")))
         self._breakouts = BreakoutSessions(context, self.classroom)
         self.control = TeacherControl(self.classroom, self.session, self.lessons, self._breakouts.hurry)
         if context.link is not None:

@@ -17,7 +17,6 @@ from app.hosting.teacher_key import is_mistaken, is_teacher
 from app.hosting.visitor import open_link
 from app.i18n.reader_language import language_of, look_of
 from app.i18n.speaking import set_language
-from app.lessons.loading import in_language
 from app.page.operation import Operation
 from app.page.panels.hotkeys import CLICKER_KEYS
 from app.page.panels.teachers_tab import name_mistake
@@ -98,7 +97,7 @@ class PlenaryControls:
         """Build the operator's page, and translate the plenary to its language; the lesson goes on where it is."""
         self.language = language_of(self._session.settings, self._browser)
         set_language(self.language)
-        self._lessons.translate(in_language(self._context.book, self.language))
+        self._lessons.translate(self._context.book.in_language(self.language))
         if self.operation is not None:
             self.operation.close()
         self._build_page(operator)

@@ -14,7 +14,6 @@ from app.hosting.visitor import Visitor
 from app.i18n.reader_language import look_of
 from app.i18n.speaking import set_language, tr
 from app.lessons.lesson import LessonBook
-from app.lessons.loading import in_language
 from app.lessons.session.lesson_session import LessonSession
 from app.page.lessons.lesson_html import record_html
 from app.page.lessons.lesson_panel import ORDER
@@ -53,7 +52,7 @@ class PlenaryPage:
         clients: Callable[[], list[viser.ClientHandle]],
         presenter: Presenter | None = None,
     ) -> None:
-        self._host, self.book = host, in_language(book, language)
+        self._host, self.book = host, book.in_language(language)
         self._clients, self.shown = clients, False
         self.language: Language = language
         set_language(language)
@@ -115,7 +114,7 @@ class GroupMember:
         self.client, self._context = client, context
         self._session, self.lessons = lead.session, lead.lessons
         look = look_of(request_query(client), browser_language(client), context.options.settings)
-        self.language, book = look.language, in_language(context.book, look.language)
+        self.language, book = look.language, context.book.in_language(look.language)
         set_language(self.language)
         with client.atomic():
             # After a page of an earlier session.

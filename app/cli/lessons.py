@@ -48,10 +48,9 @@ def lessons(command: Lessons) -> int:
     # These take a second to load.
     with ending_at_once():
         from app.lessons.check import check_lesson, table_text
-        from app.lessons.loading import in_language
     book = _book(command.folder, command.playlist)
     # Every translation, too: what is wrong with the English file is found each time.
-    problems = tuple(dict.fromkeys(problem for language in LANGUAGES for problem in in_language(book, language).problems))
+    problems = tuple(dict.fromkeys(problem for language in LANGUAGES for problem in book.in_language(language).problems))
     for problem in problems:
         print(f"fault: {problem}")
     chosen = book.lessons
@@ -83,13 +82,13 @@ def _book(folder: Path, playlist: Path | None, language: Language = "en") -> "Le
         BadSetting: there is no such playlist.
     """
     from app.lessons.library import Library
-    from app.lessons.loading import in_language, load_lessons
+    from app.lessons.loading import load_lessons
 
     if playlist is not None and not os.path.isfile(playlist):
         raise BadSetting(f"playlist = {playlist}: there is no such file; see app/lessons/README.md.")
     if playlist is None and folder != FOLDER:
         return load_lessons(folder, language)
-    return in_language(Library(None if folder == FOLDER else folder, playlist).book, language)
+    return Library(None if folder == FOLDER else folder, playlist).book.in_language(language)
 
 
 def _last_line(problems: "tuple[LessonProblem, ...]", failed: int) -> int:

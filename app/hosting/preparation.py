@@ -9,7 +9,6 @@ from typing import Final, get_args
 
 from app.i18n.catalogue import words_of
 from app.lessons.lesson import LessonBook
-from app.lessons.loading import in_language
 from app.runtime.job_pool import Jobs
 from app.settings import LANGUAGES
 from controllers.errors import DuetError
@@ -45,7 +44,7 @@ class Preparation:
     def _run(self) -> None:
         for language in LANGUAGES:
             words_of(language)
-            in_language(self._book, language)
+            self._book.in_language(language)
             if self._ended.wait(PAUSE):
                 return
         for number, draw in enumerate(mesh_makers()):

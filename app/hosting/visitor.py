@@ -15,7 +15,6 @@ from app.hosting.teacher_key import is_teacher
 from app.hosting.visitor_record import VisitorRecord, lesson_link, same_tab, tab_id
 from app.i18n.reader_language import language_of
 from app.i18n.speaking import set_language, tr
-from app.lessons.loading import in_language
 from app.lessons.runs import LONGEST
 from app.lessons.session.lesson_session import LessonSession
 from app.page.operation import Operation
@@ -94,7 +93,7 @@ class Visitor:
             self.session.invitation = record.invitation
         self.language: Language = language_of(self.session.settings, self._browser)
         set_language(self.language)
-        self.lessons = parked[1] if parked else LessonSession(self.session, in_language(context.book, self.language))
+        self.lessons = parked[1] if parked else LessonSession(self.session, context.book.in_language(self.language))
         self.view: View
         self.operation: Operation
 
@@ -169,7 +168,7 @@ class Visitor:
         self.operation.close()
         self.language = language_of(self.session.settings, self._browser)
         set_language(self.language)
-        self.lessons = LessonSession(self.session, in_language(self._context.book, self.language))
+        self.lessons = LessonSession(self.session, self._context.book.in_language(self.language))
         if saved is not None:
             self.lessons.resume(saved, reopen=True)
         with self.client.atomic():
@@ -196,7 +195,7 @@ class Visitor:
         if not self._attention.due(now, hidden, self.session.paused, stirred):
             return
         set_language(self.language)
-        reread = in_language(self._context.book, self.language) is not self.lessons.book
+        reread = self._context.book.in_language(self.language) is not self.lessons.book
         if reread or language_of(self.session.settings, self._browser) != self.language:
             self._translate()
         if reread:

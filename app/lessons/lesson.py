@@ -9,7 +9,7 @@ from app.lessons.curve_drawing import Drawing
 from app.lessons.measures.quantity import UNITS, Value, shown_value, significant_digits
 from app.lessons.room_places import Start
 from app.lessons.runs import Pairs, Setup
-from app.settings import Language
+from app.settings import TRANSLATIONS, Language
 from controllers.errors import BadSetting, LazyText, NumberText
 from scenes.laws import LEVER_LAW
 
@@ -311,6 +311,10 @@ class LessonBook:
     lessons: tuple[Lesson, ...]
     problems: tuple[LessonProblem, ...]
     translated: "Callable[[Language], LessonBook] | None" = field(default=None, compare=False, repr=False)
+
+    def in_language(self, language: Language) -> "LessonBook":
+        """Return the same lessons with the texts that lie beside them in another language; what is not translated stays English."""
+        return self if self.translated is None or language not in TRANSLATIONS else self.translated(language)
 
     @property
     def first(self) -> int:

@@ -15,7 +15,7 @@ from typing import Any, Final
 from app.lessons import FOLDER
 from app.lessons.blocks import quoted_value, read_block
 from app.lessons.lesson import LAST, NO_LESSONS, Lesson, LessonBook, LessonProblem, Step
-from app.lessons.loading import in_language, load_lessons, problems_of, read_text
+from app.lessons.loading import load_lessons, problems_of, read_text
 from app.lessons.markdown import DataBlock, Fault, FaultLog
 from app.lessons.reference_runs import forget
 from app.runtime.throttled_log import ThrottledLog
@@ -131,7 +131,7 @@ class Library:
         book = self.book_in("en")
         for language in TRANSLATIONS if self._good else ():
             # The next frame finds them ready.
-            in_language(book, language)
+            book.in_language(language)
         self.book, self.notes = book, notes_of(book) if self._with_notes else {}
 
     def book_in(self, language: Language) -> LessonBook:

@@ -237,8 +237,3 @@ def _with_texts(step: Step, part: Chapter) -> Step:
             raise Fault(part.sections["Hints"].line, f"has {len(items)} hints; there must be {len(hints)}.")
         hints = tuple(item.text for item in items)
     return replace(step, title=part.title, question=question, challenge=challenge, hints=hints, **texts)
-
-
-def in_language(book: LessonBook, language: Language) -> LessonBook:
-    """Return the same lessons with the texts that lie beside them in another language; what is not translated stays English."""
-    return book if book.translated is None or language not in TRANSLATIONS else book.translated(language)

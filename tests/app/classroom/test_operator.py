@@ -9,7 +9,6 @@ from app.bench.headless_client import CAMERA
 from app.classroom.leader import Leader
 from app.hosting.teacher_key import LONGEST, MOST_ADDRESSES, Guesses
 from app.i18n.catalogue import words_of
-from app.lessons.loading import in_language
 from app.lessons.session.lesson_actions import Press
 from app.page.panels.hotkeys import hotkeys
 from app.session.session import Session
@@ -204,7 +203,7 @@ def test_every_tab_has_its_own_look_and_language_and_what_a_look_shows_is_packed
     ask(host.session, lambda _: host.lessons.enter(BOOK.lessons[LESSON].id))
     looks: list[tuple[BlockingClient, Language]] = [(english, "en"), (german, "de"), (screen, "de"), (slovene, "sl")]
     for visitor, language in looks:
-        step = in_language(BOOK, language).lessons[LESSON].steps[0]
+        step = BOOK.in_language(language).lessons[LESSON].steps[0]
         theme, larger = ("dark", 1.3) if visitor is screen else ("light", 1.0)
         sees(visitor, plain(step.title), words_of(language)("Goal"), f"--duet-k:{larger:g}")
         visitor.wait_for(lambda v, theme=theme: PALETTES[theme].error in {colour for colour, _ in strokes(v)}, WAIT)
@@ -221,7 +220,7 @@ def test_every_tab_has_its_own_look_and_language_and_what_a_look_shows_is_packed
     # What the teacher chooses for the own page stays there, and the lesson goes on where it is.
     steps = ask(host.session, lambda _: host.lessons.walk.run_id)
     ask(host.session, lambda s: [s.change("lang", "sl"), s.change("theme", "dark"), s.change("profile", "projector")])
-    sees(teacher, plain(in_language(BOOK, "sl").lessons[LESSON].steps[0].title), "--duet-k:1.3")
+    sees(teacher, plain(BOOK.in_language("sl").lessons[LESSON].steps[0].title), "--duet-k:1.3")
     teacher.wait_for(lambda v: PALETTES["dark"].error in {colour for colour, _ in strokes(v)}, WAIT)
     assert "--duet-k:1.3" not in shown(english) and ask(host.session, lambda _: host.lessons.walk.run_id) == steps
     sees(english, plain(BOOK.lessons[LESSON].steps[0].title))

@@ -19,7 +19,6 @@ from app.classroom.screen_panel import next_station_label
 from app.classroom.student_work import BoardRow
 from app.classroom.teacher_control import Because, TeacherControl
 from app.lessons.bookmark import Phase
-from app.lessons.loading import in_language
 from app.lessons.session.lesson_actions import Choose, GoTo, Press
 from app.lessons.session.lesson_session import LessonSession
 from app.plots.curve_chart import COLUMNS
@@ -274,7 +273,7 @@ def test_no_text_of_a_step_names_a_plot_by_a_place_that_a_projector_does_not_hav
         r"(second|other|left|right|lower|upper) plot|(zweite|andere|linke|rechte)\w* Diagramm|drug\w+ graf|formula below"
     )
     for language in LANGUAGES:
-        for lesson in in_language(BOOK, language).lessons:
+        for lesson in BOOK.in_language(language).lessons:
             for step in lesson.steps:
                 asked = "" if step.question is None else step.question.text
                 for text in (step.goal, asked, step.do, step.observe):

@@ -21,7 +21,6 @@ from app.hosting.visitor_record import record_from_bytes, record_to_bytes
 from app.i18n.catalogue import words_of
 from app.lessons.lesson import LessonBook
 from app.lessons.library import Library
-from app.lessons.loading import in_language
 from app.lessons.progress import from_json
 from app.lessons.walkthrough import Walkthrough
 from app.plots.curve_chart import COLUMNS as CURVE
@@ -58,7 +57,7 @@ def class_of(name: str = "Ann", words: str = "I see.") -> ClassSummary:
 
 
 def page_of(summary: ClassSummary, language: Language = "en") -> str:
-    return class_report_bytes(summary, in_language(BOOK, language).lessons, language).decode()
+    return class_report_bytes(summary, BOOK.in_language(language).lessons, language).decode()
 
 
 def rows_of(summary: ClassSummary, book: LessonBook = BOOK) -> list[dict[str, str]]:
@@ -81,7 +80,7 @@ def test_what_was_handed_in_is_graded_from_one_zip_file(tmp_path: Path, capfd: p
     (ann,) = summary.hand_ins
     summary = replace(summary, hand_ins=(ann, replace(ann, name="Š: Žan"), replace(ann, name="")))
     archive, table = tmp_path / "class.zip", tmp_path / "marks.csv"
-    archive.write_bytes(class_zip_bytes(summary, in_language(BOOK, "de").lessons, "de"))
+    archive.write_bytes(class_zip_bytes(summary, BOOK.in_language("de").lessons, "de"))
     assert main(["grade", str(archive), "--csv", str(table)]) == 0
     with table.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
@@ -147,7 +146,7 @@ def test_a_test_before_and_after_has_its_gain_from_votes_and_own_sessions_withou
     moved = [[row["round"], *(row[f"answer_{i}"] for i in range(1, 4))] for row in rows if row["kind"] == "moved"]
     assert moved == [["1", "1", "1", "1"], ["2", "0", "1", "0"], ["3", "0", "0", "1"]]
     for language in ("de", "en"):
-        page = class_report_bytes(summary, in_language(book, language).lessons, language).decode()
+        page = class_report_bytes(summary, book.in_language(language).lessons, language).decode()
         text = HtmlReader(page).text
         assert "⟨g⟩" in text and ("0.25" if language == "en" else "0,25") in text and "20 %" in text and "40 %" in text
         assert "validi" in text or "validated" in text

@@ -14,7 +14,6 @@ from app.export.report_html import LOCKED
 from app.i18n.speaking import set_language
 from app.lessons.lesson import Lesson, Step
 from app.lessons.library import Library, notes_of
-from app.lessons.loading import in_language
 from app.lessons.outcomes import reference
 from app.lessons.step_view import fill
 from app.lessons.texts import without_outcome
@@ -100,7 +99,7 @@ def test_a_number_that_gives_the_answer_away_becomes_a_blank() -> None:
 @pytest.mark.parametrize("language", ["de", "sl"])
 def test_both_copies_in_other_languages(language: Language) -> None:
     set_language(language)
-    lesson = next(lesson for lesson in in_language(BOOK, language).lessons if lesson.id == "hold")
+    lesson = next(lesson for lesson in BOOK.in_language(language).lessons if lesson.id == "hold")
     student, teacher = handout_html(lesson), handout_html(lesson, NOTES[lesson.id])
     for page in (student, teacher):
         assert f'<html lang="{language}">' in page and LOCKED in page

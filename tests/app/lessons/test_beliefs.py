@@ -18,7 +18,6 @@ from app.lessons.check import check_lesson
 from app.lessons.evidence import Evidence
 from app.lessons.lesson import LAST, Lesson
 from app.lessons.library import Library
-from app.lessons.loading import in_language
 from app.lessons.reference_runs import simulated
 from app.lessons.session import lesson_actions as do
 from app.lessons.session.lesson_session import LessonSession
@@ -49,7 +48,7 @@ def test_ten_questions_with_a_belief_each_in_every_language_and_every_path_goes_
     assert (FIRST.asked, LAST_TEST.asked, FIRST.id + LAST) == ("first", "last", LAST_TEST.id)
     beliefs = set[str]()
     for language in LANGUAGES:
-        lesson = in_language(BOOK, language).lessons[0]
+        lesson = BOOK.in_language(language).lessons[0]
         assert not re.search(r"\d", lesson.goal), "in a playlist its lessons have other numbers"
         assert lesson.language == language and len(lesson.steps) == 10 and all(step.concept for step in lesson.steps)
         beliefs |= {step.belief.partition("\n")[0] for step in lesson.steps}

@@ -17,7 +17,6 @@ from app.lessons.bookmark import Phase, phases_of
 from app.lessons.evidence import Evidence
 from app.lessons.labels import label_of, sentence
 from app.lessons.lesson import Lesson, Step
-from app.lessons.loading import in_language
 from app.lessons.outcomes import Attempt, judge, judged, reference
 from app.lessons.progress import StepProgress
 from app.lessons.reference_runs import simulated
@@ -170,7 +169,7 @@ def test_the_class_reads_the_poll_in_its_own_language() -> None:
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_a_table_is_no_wider_than_its_panel(language: Language) -> None:
-    steps = [step for lesson in in_language(our_book(), language).lessons for step in lesson.steps]
+    steps = [step for lesson in our_book().in_language(language).lessons for step in lesson.steps]
     tables = [(step, ids) for step in steps for text in (step.observe, step.explain) if (ids := tabled(text))]
     for step, ids in tables:
         shown = [m for m in step.measurements if m.id in ids]

@@ -16,7 +16,7 @@ from app.lessons import FOLDER
 from app.lessons import library as library_module
 from app.lessons.lesson import LAST, LessonBook
 from app.lessons.library import Library, notes_of
-from app.lessons.loading import in_language, load_lessons
+from app.lessons.loading import load_lessons
 from app.lessons.reference_runs import simulated
 from app.lessons.session.lesson_session import LessonSession
 from app.page.panels.teachers_tab import NotesView
@@ -75,9 +75,9 @@ def test_a_folder_stands_beside_ours_between_the_two_tests(tmp_path: Path) -> No
     drift = book.lessons[book.index("drift")]
     assert drift.title == "A small lesson" and library.notes["drift"] == "Of this folder."
     assert library.notes["beliefs"] == library.notes["beliefs" + LAST] and not Library(tmp_path).notes
-    german = in_language(book, "de")
+    german = book.in_language("de")
     assert ids(german) == ids(book) and german.lessons[0].language == german.lessons[-1].language == "de"
-    assert german.lessons[0].title != german.lessons[-1].title and in_language(book, "de") is german
+    assert german.lessons[0].title != german.lessons[-1].title and book.in_language("de") is german
 
 
 def test_a_playlist_names_lessons_and_steps_of_all_kinds_in_any_order(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
