@@ -12,8 +12,9 @@ from app.lessons.curve_drawing import Drawing, checked_curve
 from app.lessons.lesson import Lesson, LessonBook, Question, Step
 from app.lessons.outcomes import AnswerVerdict, StepOutcome
 from app.lessons.progress import LONGEST_REASON, Progress, StepProgress, from_json, to_json
-from app.lessons.step_view import StepPosition, answer_verdict, fill
+from app.lessons.step_view import StepPosition, answer_verdict
 from app.lessons.tally import Ballot, QuestionId, Switch, Tally, switches_between, tally_of
+from app.lessons.texts import fill
 from app.lessons.walkthrough import Walkthrough
 from app.page.panels.server_load import ServerLoad
 from app.plots.curve_chart import Curve

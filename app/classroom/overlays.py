@@ -17,8 +17,9 @@ from app.lessons.bookmark import Bookmark
 from app.lessons.curve_drawing import drawing_svg
 from app.lessons.lesson import LessonBook
 from app.lessons.session.lesson_session import LessonSession
-from app.lessons.step_view import StepView, fill
+from app.lessons.step_view import StepView
 from app.lessons.tally import Tally
+from app.lessons.texts import fill
 from app.page.lessons.lesson_html import record_html
 from app.page.view import View
 from app.text.lesson_text import lesson_html

@@ -11,8 +11,7 @@ from app.lessons.labels import label_of, sentence
 from app.lessons.lesson import Lesson, Step
 from app.lessons.loading import read_notes
 from app.lessons.outcomes import StepOutcome, reference
-from app.lessons.step_view import fill
-from app.lessons.texts import without_outcome
+from app.lessons.texts import fill, without_outcome
 from app.text.lesson_text import lesson_html
 from app.text.picture import PICTURE
 

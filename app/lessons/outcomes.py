@@ -14,7 +14,6 @@ from app.lessons.lesson import Challenge, Criterion, Forecast, Measurement, Ques
 from app.lessons.measures.quantity import Value, measure, moment, shown_value
 from app.lessons.reference_runs import comparisons, drawn, measured
 from app.lessons.runs import Pairs, Setup, changes_text, deviations, settings_text, value_text
-from app.lessons.texts import MeasuredValues
 from app.plots.curve_chart import Curve
 from app.session.replay_player import Mark
 from app.settings import Language
@@ -70,8 +69,8 @@ class StepOutcome:
         """Return what decides on the question; None if the run does not tell."""
         return question.answer(self.values[0]) if self.values else None
 
-    def known(self, step: Step) -> MeasuredValues:
-        """Return the values by the identity of their measurement."""
+    def known(self, step: Step) -> dict[str, tuple[Value, ...]]:
+        """Return the values by the identity of their measurement: its own, then those of its comparisons."""
         return {m.id: v for m, v in zip(step.measurements, self.values, strict=True)}
 
     def lines(self, step: Step, language: Language, tabled: Collection[str] = ()) -> tuple[str, ...]:

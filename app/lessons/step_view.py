@@ -9,11 +9,10 @@ from app.lessons.bookmark import Phase, is_finished, phases_of
 from app.lessons.curve_drawing import DrawnCurves, judge_drawing
 from app.lessons.labels import Contrast, contrast_of
 from app.lessons.lesson import Lesson, Step
-from app.lessons.outcomes import AnswerVerdict, StepOutcome, reference
+from app.lessons.outcomes import AnswerVerdict
 from app.lessons.progress import StepProgress, Try
 from app.lessons.runs import Setup, settings_text
-from app.lessons.texts import asks_for_numbers, filled, tabled
-from app.settings import Language
+from app.lessons.texts import fill, tabled
 
 PLOTTED_TRIES: Final = 3
 """So many tries at a search are plotted."""
@@ -181,13 +180,3 @@ def answer_verdict(at: StepPosition) -> AnswerVerdict | None:
     good = N_("That is right.") if at.step.concept else N_("You predicted it.")
     headline = words_of(language)(good if right else N_("Not quite."))
     return AnswerVerdict(right, headline, reply, done.outcome.lines(at.step, language, tabled(at.step.observe)))
-
-
-def fill(step: Step, text: str, outcome: StepOutcome | None, language: Language) -> str:
-    """Return a text of a step with its numbers in it.
-
-    Without an outcome they come from the reference run: texts before the student's run show what the software has measured.
-    """
-    if outcome is None and asks_for_numbers(text):
-        outcome = reference(step, step.setup)
-    return filled(text, step.measurements, outcome.known(step) if outcome else {}, step.setup, language)

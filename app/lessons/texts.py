@@ -11,6 +11,7 @@ from app.i18n.speaking import N_
 from app.lessons.labels import compared_text, label_of
 from app.lessons.lesson import Measurement, Step
 from app.lessons.measures.quantity import Value, shown_parameter
+from app.lessons.outcomes import StepOutcome, reference
 from app.lessons.runs import Setup, page_value
 from app.settings import Language, Settings
 from controllers.errors import NumberText
@@ -59,9 +60,6 @@ def _runs(m: Measurement, setup: Setup, language: Language) -> tuple[str, list[t
 
 _HOLE: Final = re.compile(r"\{(measured|setting|table):([^{}]*)\}")
 
-MeasuredValues = Mapping[str, tuple[Value, ...]]
-"""Identity of a measurement → its value, then those of its comparisons."""
-
 
 def _parts(name: str) -> tuple[str, str, str]:
     """Return identity, number of the comparison or "ratio", and "side" for above or below zero, "size" for no sign, or ""."""
@@ -70,10 +68,6 @@ def _parts(name: str) -> tuple[str, str, str]:
         whole, form = name, ""
     id, _, number = whole.partition(":")
     return id, number, form
-
-
-def asks_for_numbers(text: str) -> bool:
-    return any(kind in ("measured", "table") for kind, _ in _HOLE.findall(text))
 
 
 def tabled(text: str) -> frozenset[str]:
@@ -114,11 +108,11 @@ BLANK: Final = "\\_" * 10
 def without_outcome(text: str, step: Step) -> str:
     """Return a text of a step with a blank for each number that would give the answer away; see `placeholder_problems`."""
 
-    def fill(hole: re.Match[str]) -> str:
+    def kept(hole: re.Match[str]) -> str:
         known = hole[1] == "setting" or step.question is not None
         return hole[0] if known and not any(placeholder_problems(hole[0], step, True)) else BLANK
 
-    return _HOLE.sub(fill, text)
+    return _HOLE.sub(kept, text)
 
 
 def _table_problems(name: str, line: str, by_id: Mapping[str, Measurement], before: bool) -> Iterator[str]:
@@ -133,18 +127,24 @@ def _table_problems(name: str, line: str, by_id: Mapping[str, Measurement], befo
         yield f"{{table:{name}}} gives the answer away before the run; put it under Observe or Explain."
 
 
-def filled(text: str, measurements: tuple[Measurement, ...], measured: MeasuredValues, setup: Setup, language: Language) -> str:
-    """Return a text with its numbers in it; what is not known yet is a dash."""
-    by_id, words = {m.id: m for m in measurements}, words_of(language)
+def fill(step: Step, text: str, outcome: StepOutcome | None, language: Language) -> str:
+    """Return a text of a step with its numbers in it; what is not known yet is a dash.
 
-    def fill(hole: re.Match[str]) -> str:
+    Without an outcome they come from the reference run: texts before the student's run show what the software has measured.
+    """
+    if outcome is None and any(kind != "setting" for kind, _ in _HOLE.findall(text)):
+        outcome = reference(step, step.setup)
+    by_id, words, setup = {m.id: m for m in step.measurements}, words_of(language), step.setup
+    measured = outcome.known(step) if outcome is not None else {}
+
+    def shown(hole: re.Match[str]) -> str:
         kind, name = hole[1], hole[2]
         if kind == "setting":
             found = values(setup.settings(Settings()))
             return page_value(name, found[name], language) if name in found else "–"
         if kind == "table":
-            shown = [by_id[id] for id in name.split(",") if id in by_id]
-            return series_table(shown, [measured.get(m.id, ()) for m in shown], setup, language)
+            listed = [by_id[id] for id in name.split(",") if id in by_id]
+            return series_table(listed, [measured.get(m.id, ()) for m in listed], setup, language)
         id, number, form = _parts(name)
         known = measured.get(id, ())
         if number == "ratio":
@@ -158,4 +158,4 @@ def filled(text: str, measurements: tuple[Measurement, ...], measured: MeasuredV
             return words(N_("{size} below") if value < 0.0 else N_("{size} above"), size=by_id[id].text(abs(value)))
         return words(by_id[id].text(value)) if id in by_id else "–"
 
-    return _HOLE.sub(fill, text)
+    return _HOLE.sub(shown, text)

@@ -15,8 +15,7 @@ from app.i18n.speaking import set_language
 from app.lessons.lesson import Lesson, Step
 from app.lessons.library import Library, notes_of
 from app.lessons.outcomes import reference
-from app.lessons.step_view import fill
-from app.lessons.texts import without_outcome
+from app.lessons.texts import fill, without_outcome
 from app.settings import TRANSLATIONS, Language
 from app.text.lesson_text import lesson_html
 from tests.app.html_reader import HtmlReader

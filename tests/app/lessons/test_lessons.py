@@ -17,8 +17,7 @@ from app.lessons.measures.quantity import Value, measure, moment
 from app.lessons.outcomes import AT_END, decisive_moment, reference
 from app.lessons.reference_runs import measured, simulated
 from app.lessons.runs import Setup
-from app.lessons.step_view import fill
-from app.lessons.texts import placeholder_problems
+from app.lessons.texts import fill, placeholder_problems
 from app.plots.time_series import DRIVEN
 from app.settings import LANGUAGES, Language
 from app.text.lesson_text import lesson_html
