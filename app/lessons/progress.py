@@ -129,12 +129,13 @@ def _plain(data: Any) -> Any:
 def from_json(text: str) -> Progress:
     """Return the progress in a JSON text; a part that cannot be read is left out, and nothing is raised."""
     try:
-        whole = msgspec.json.decode(text, type=_Whole)
+        whole = msgspec.json.decode(text, type=dict[str, Any])
     except (msgspec.MsgspecError, RecursionError, UnicodeEncodeError):
         return Progress()
-    place = {name: _read(getattr(whole, name), _Word, "") for name in ("lesson", "step", "phase")}
-    progress = Progress(**place) if whole.version == VERSION else Progress()
-    for entry in _read(whole.steps, list[dict[str, Any]], []) if whole.version == VERSION else []:
+    if _read(whole.get("version"), int, 0) != VERSION:
+        return Progress()
+    progress = Progress(*(_read(whole.get(name), _Word, "") for name in ("lesson", "step", "phase")))
+    for entry in _read(whole.get("steps"), list[dict[str, Any]], []):
         lesson, step = (_read(entry.get(name), _Word, "") for name in ("lesson", "step"))
         if lesson and step:
             progress.steps[lesson, step] = _step(entry)
@@ -142,14 +143,6 @@ def from_json(text: str) -> Progress:
 
 
 _Word = Annotated[str, msgspec.Meta(max_length=80)]
-
-
-class _Whole(msgspec.Struct):
-    version: int
-    lesson: Any = ""
-    step: Any = ""
-    phase: Any = ""
-    steps: Any = []
 
 
 def _read(value: object, kind: Any, otherwise: Any) -> Any:
@@ -202,17 +195,15 @@ def _text(kind: type, data: object) -> object:
     """Return a `LazyText` of what `_plain` made of it."""
     if kind is not LazyText:
         raise NotImplementedError(f"{kind} is no plain data")
-    parts = msgspec.convert(data or {"template": "", "parts": {}}, _Parts)
+    match data or {"template": "", "parts": {}}:
+        case {"template": str(template), "parts": dict(parts)}:
+            filled = {name: _text(LazyText, part) if isinstance(part, dict) else part for name, part in parts.items()}
+        case _:
+            raise ValueError(f"{data!r:.40} is no text")
     try:
-        filled = {name: _text(LazyText, part) if isinstance(part, dict) else part for name, part in parts.parts.items()}
-        return LazyText(parts.template, **filled)
+        return LazyText(template, **filled)
     except (LookupError, TypeError, AttributeError) as error:
         raise ValueError("the parts of a text do not fit") from error
-
-
-class _Parts(msgspec.Struct):
-    template: str
-    parts: dict[str, Any]
 
 
 @dataclass(frozen=True)
