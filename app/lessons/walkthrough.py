@@ -79,7 +79,8 @@ class Walkthrough:
         saved.steps = {place: fitting(step, saved.steps[place]) for place, step in known}
         self._at = Bookmark(book).of(saved.lesson, saved.step)
         allowed = self.phases[: self.phases.index(furthest_phase(self.step, self.done)) + 1]
-        self._enter(next((phase for phase in allowed if phase.value == saved.phase), first_phase(self.step, self.done)))
+        phase = next((phase for phase in allowed if phase.value == saved.phase), first_phase(self.step, self.done))
+        self._enter(self._at, phase)
 
     # ---- where -------------------------------------------------------------------------------------------------------------
 
@@ -136,8 +137,8 @@ class Walkthrough:
         Raises:
             BadSetting: there is no such lesson or step.
         """
-        self._at = self._at.at(lesson, step)
-        self._enter(furthest_phase(self.step, self.done))
+        at = self._at.at(lesson, step)
+        self._enter(at, furthest_phase(at.step, self.done_in(at.lesson.id, at.step.id)))
 
     # ---- what the student does ---------------------------------------------------------------------------------------------
 
@@ -148,7 +149,7 @@ class Walkthrough:
             return False
         self.done.choice = answer
         if self.phase is Phase.PREDICT and not self.step.concept:
-            self._enter(Phase.DO)
+            self._enter(self._at, Phase.DO)
         return True
 
     def guess(self, distance: float) -> bool:
@@ -187,40 +188,22 @@ class Walkthrough:
 
     def next(self) -> bool:
         """Go on: to the next phase, or the next step. Returns whether there was something; a question must be answered, or drawn, first."""
-        if self.showing:
-            self._end_why()
-            return True
-        phases, place = self.phases, self.phases.index(self.phase)
-        if self.locked and not self.done.predicted and self.step.asked != "first":
+        ahead = self._ahead()
+        if ahead is None:
             return False
-        skips = self.phase is Phase.DO and self.step.measurements
-        if self.done.outcome is None and (skips or (self.step.concept and place + 1 < len(phases))):
+        skips = self.step.concept or (self.phase is Phase.DO and self.step.measurements)
+        if ahead[0] == self._at and self.done.outcome is None and skips:
             # A student who skips the run sees the outcome of the reference run.
             self.done.outcome = reference(self.step, self.step.setup)
-        if place + 1 < len(phases):
-            self._enter(phases[place + 1])
-            return True
-        after = self._at.next_to(1)
-        if after is None:
-            return False
-        self._at = after
-        self._enter(first_phase(self.step, self.done))
+        self._enter(*ahead)
         return True
 
     def back(self) -> bool:
         """Go back: to the phase before, or the end of the step before. Returns whether there was something. Nothing is forgotten."""
-        if self.showing:
-            self._end_why()
-            return True
-        before = self._before()
-        if before is not None:
-            self._enter(before)
-            return True
-        step_before = self._at.next_to(-1)
-        if step_before is None:
+        behind = self._behind()
+        if behind is None:
             return False
-        self._at = step_before
-        self._enter(furthest_phase(self.step, self.done))
+        self._enter(*behind)
         return True
 
     def reset(self) -> None:
@@ -230,7 +213,7 @@ class Walkthrough:
         done = self._progress.steps.pop((self.lesson.id, self.step.id), None)
         if done is not None and done.words:
             self.done.words = done.words
-        self._enter(self.phases[0])
+        self._enter(self._at, self.phases[0])
 
     def run_again(self) -> None:
         """Restart the present run; nothing else changes."""
@@ -414,11 +397,7 @@ class Walkthrough:
 
     def view(self, book: LessonBook | None = None) -> StepView:
         """Return everything that a page shows now. `book`: the same one in the reader's language; None for this one."""
-        last = self._at.next_to(1) is None
-        waits = self.locked and not self.done.predicted and self.step.asked != "first"
-        can_next = not waits and (self.showing or self.phase is not self.phases[-1] or not last)
-        can_back = self.showing or self._before() is not None or self._at.next_to(-1) is not None
-        return make_view(self._place(book), self.yours, can_next, can_back)
+        return make_view(self._place(book), self.yours, self._ahead() is not None, self._behind() is not None)
 
     def entries(self, book: LessonBook | None = None) -> Iterator[LessonEntry]:
         """Yield every lesson, and how far the student has come in it. `book`: as for `view`."""
@@ -442,16 +421,13 @@ class Walkthrough:
 
     # ---- inside ------------------------------------------------------------------------------------------------------------
 
-    def _enter(self, phase: Phase) -> None:
-        """Be in a phase of the present step; a run begins where it is another than before."""
-        self.phase, self.beside = phase, None
+    def _enter(self, at: Bookmark, phase: Phase) -> None:
+        """Be in a phase of a step; a run begins where it is another than before."""
+        showed, self.beside = self.showing, None
+        self._at, self.phase = at, phase
         # Looking back from EXPLAIN to OBSERVE leaves the run alone; the other phases restart it.
-        if phase in (Phase.PREDICT, Phase.DO, Phase.CHALLENGE) or self._running != (self._at, self.setup):
+        if showed or phase in (Phase.PREDICT, Phase.DO, Phase.CHALLENGE) or self._running != (at, self.setup):
             self.run_again()
-
-    def _end_why(self) -> None:
-        self.beside = None
-        self.run_again()
 
     def _place(self, book: LessonBook | None = None) -> StepPosition:
         at, challenge = self.in_book(book), self.step.challenge
@@ -460,9 +436,24 @@ class Walkthrough:
         stale = self.done.last is not None and not tested and 0 <= self._judged != self._watch.run
         return StepPosition(at.lesson, at.step, at.step_index, self.phase, self.done, self.beside, stale)
 
-    def _before(self) -> Phase | None:
-        """Return the phase before the present one; an answer cannot be taken back once the outcome is known."""
-        place = self.phases.index(self.phase)
-        if place == 0 or (self.phases[place - 1] is Phase.PREDICT and self.done.outcome is not None):
+    def _ahead(self) -> tuple[Bookmark, Phase] | None:
+        """Return where one goes on; None at the end of the book, and while a question waits. From a run beside it is the step's own run."""
+        if self.showing:
+            return self._at, self.phase
+        if self.locked and not self.done.predicted and self.step.asked != "first":
             return None
-        return self.phases[place - 1]
+        place = self.phases.index(self.phase) + 1
+        if place < len(self.phases):
+            return self._at, self.phases[place]
+        after = self._at.next_to(1)
+        return None if after is None else (after, first_phase(after.step, self.done_in(after.lesson.id, after.step.id)))
+
+    def _behind(self) -> tuple[Bookmark, Phase] | None:
+        """Return where one goes back; None at the beginning. An answer cannot be taken back once the outcome is known."""
+        if self.showing:
+            return self._at, self.phase
+        place = self.phases.index(self.phase) - 1
+        if place >= 0 and (self.phases[place] is not Phase.PREDICT or self.done.outcome is None):
+            return self._at, self.phases[place]
+        before = self._at.next_to(-1)
+        return None if before is None else (before, furthest_phase(before.step, self.done_in(before.lesson.id, before.step.id)))
