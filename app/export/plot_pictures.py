@@ -18,7 +18,7 @@ from app.lessons.runs import page_value
 from app.plots.law_charts import FAR, ORDERS, all_laws, distances
 from app.recording.run_file import made_here
 from app.session.frame import contact
-from app.session.replay import Replay
+from app.session.replay import Replay, make_film
 from app.settings import Details
 from app.theme import PALETTES
 from controllers.activation import activation
@@ -120,7 +120,7 @@ def _figure(recorded: Recorded, seconds: float, details: Details, stopped: Calla
     time_axes[-1].tick_params(labelbottom=True)
     time_axes[-1].set(xlabel=tr("time [s]"), xlim=(float(curves.times[0]), float(curves.times[-1]) + 1e-6))
     if other:
-        replay = Replay(recorded)
+        replay = Replay(make_film(recorded))
         replay.seek(replay.end)
         _chart(grid[-1], other, replay, curves)
     said = caption(recorded.stretches[-1].settings, recorded.law)

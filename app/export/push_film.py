@@ -10,7 +10,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from app.figures.render import Viewpoint, arms, furniture, render
 from app.i18n.speaking import decimal
-from app.session.replay import Replay
+from app.session.replay import Replay, make_film
 from app.stage.camera_view import contact_points, view_of
 from app.theme import PALETTES, blend
 from scenes.history import COLUMN
@@ -41,7 +41,7 @@ def film_bytes(
         size: width and height [px].
         rate: frames a second.
     """
-    replay = Replay(recorded)
+    replay = Replay(make_film(recorded))
     nearest = replay.nearest_moment
     begin = max(replay.begin, min((replay.begin if nearest is None else nearest) - BEFORE, replay.end - SECONDS))
     times = begin + np.arange(round(SECONDS * rate)) / rate

@@ -16,7 +16,7 @@ from app.plots.stability_text import keeps_its_task_clear, task_error
 from app.plots.time_plots import LEAST, colour_of, time_plot_of
 from app.plots.time_series import COLUMNS, Swivel, signals
 from app.session.frame import contact
-from app.session.replay import Replay
+from app.session.replay import Replay, make_film
 from app.settings import Details, Theme
 from app.theme import PALETTES, Palette
 from controllers.kinematics import Array
@@ -154,7 +154,7 @@ class Curves:
     def _section(self) -> Panel:
         run, title = self.settings, tr("smallest eigenvalue of sym(M) over K, and 1 − λρ²")
         by_eq_12 = all(stretch.settings.law.entry.of_section_iii for stretch in self._recorded.stretches)
-        replay = Replay(self._recorded)
+        replay = Replay(make_film(self._recorded))
         of_one = not run.one_row and keeps_its_task_clear(replay.simulation)
         if self._recorded.law is not None or not by_eq_12 or not of_one or run.gain <= 0.0:
             note = tr("Section III is about eq. (12), one arm and a gain K > 0; of this run it says nothing.")

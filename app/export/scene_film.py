@@ -17,7 +17,7 @@ import numpy as np
 import zstandard
 
 from app.session.frame import freeze
-from app.session.replay import Replay
+from app.session.replay import Replay, make_film
 from app.session.replay_player import Past
 from app.settings import PageSettings, Settings
 from app.stage.camera_view import pose_of, view_of
@@ -93,7 +93,7 @@ def film_scene(recorded: Recorded, seconds: float, page: PageSettings, stopped: 
     Raises:
         BadSetting: it cannot be made here.
     """
-    replay = Replay(recorded)
+    replay = Replay(make_film(recorded))
     first = math.ceil(max(replay.begin, replay.end - seconds) * RATE - 1e-6)
     times = tuple(i / RATE for i in range(first, math.floor(replay.end * RATE + 1e-6) + 1)) or (replay.end,)
     server = DuetServer("127.0.0.1", 0, max_clients=1)

@@ -19,6 +19,7 @@ from controllers.kinematics import Array
 from scenes.history import COLUMN, History
 from scenes.inputs import Recorded, RecordedPerson
 from scenes.rerun import LOOK, begun, never, while_wanted
+from scenes.settings import RunSettings
 from scenes.simulation import Simulation, Snapshot
 from scenes.targets import Target
 
@@ -51,14 +52,14 @@ class RecordedFilm:
     """A recorded piece of a run, with what is needed to stand anywhere in it.
 
     Attributes:
-        marks: (m,) number of steps before each snapshot, ascending from 0.
-        states: each of them, packed.
+        spacing: steps from one snapshot to the next.
+        states: the snapshots, packed; the first is of the beginning.
         rows: (k, columns of `scenes.history`) one every `PERIOD`.
         row_steps: (k,) which step of the piece each row is, from 0.
     """
 
     recorded: Recorded
-    marks: np.ndarray
+    spacing: int
     states: tuple[bytes, ...]
     rows: Array
     row_steps: np.ndarray
@@ -95,8 +96,7 @@ def make_film(recorded: Recorded, stopped: Callable[[], bool] = never) -> Record
             row_steps.append(made)
         elif row[COLUMN["d"]] < rows[-1][COLUMN["d"]]:
             rows[-1], row_steps[-1] = row, made
-    marks = np.arange(len(states)) * spacing
-    return RecordedFilm(recorded, marks, tuple(states), np.array(rows), np.array(row_steps))
+    return RecordedFilm(recorded, spacing, tuple(states), np.array(rows), np.array(row_steps))
 
 
 def make_films(
@@ -110,7 +110,7 @@ class Replay:
     """A player of a recorded run.
 
     Args:
-        kept: its film; None to compute it now, which takes as long as simulating the run.
+        film: of it, see `make_film`.
 
     Attributes:
         simulation: as it was at this moment, with the history before it; read only.
@@ -120,24 +120,24 @@ class Replay:
         target: of the newest step; read only.
     """
 
-    def __init__(self, recorded: Recorded, kept: RecordedFilm | None = None) -> None:
-        self.recorded = recorded
+    def __init__(self, film: RecordedFilm) -> None:
+        self.recorded = recorded = film.recorded
         self.playing = False
         self.speed = 1.0
-        self._film = kept or make_film(recorded)
-        stretches = recorded.stretches
-        counts = [stretch.targets.steps for stretch in stretches]
-        self._starts = [0, *itertools.accumulate(counts)]
-        lengths = (count * stretch.settings.dt for count, stretch in zip(counts, stretches, strict=True))
-        self._times = list(itertools.accumulate(lengths, initial=recorded.begin))
+        self._film = film
+        moments = [np.array([recorded.begin])]
+        for stretch in recorded.stretches:
+            moments.append(moments[-1][-1] + np.arange(1, stretch.targets.steps + 1) * stretch.settings.dt)
+        self._moments = np.concatenate(moments)
+        """Time after so many steps, from none on [s]."""
+        self._ends = list(itertools.accumulate(stretch.targets.steps for stretch in recorded.stretches))
+        """Number of steps to the end of each stretch."""
         self._person = RecordedPerson(recorded)
         self._debt = 0.0
         self.step = 0
         self.target: Target | None = None
-        self._stretch = 0
         self._traced: tuple[float, Simulation] | None = None
         self.simulation = begun(recorded, CAPACITY)
-        self._jump(0)
         self._go(1)
 
     @property
@@ -152,7 +152,7 @@ class Replay:
 
     @property
     def steps(self) -> int:
-        return self._starts[-1]
+        return self._ends[-1]
 
     @property
     def time(self) -> float:
@@ -168,8 +168,8 @@ class Replay:
         if self._traced is None or self._traced[0] != until:
             simulation = begun(self.recorded, CAPACITY)
             step = self.nearest(until)
-            simulation.apply(self.recorded.stretches[self._stretch_of(step - 1)].settings)
-            self._fill(simulation, int(np.searchsorted(self._film.row_steps, step)))
+            simulation.apply(self._settings_of(step - 1))
+            self._fill(simulation, step)
             self._traced = until, simulation
         return self._traced[1]
 
@@ -181,16 +181,14 @@ class Replay:
 
     def moment(self, step: int) -> float:
         """Return the time after so many steps [s]."""
-        i = self._stretch_of(step - 1)
-        return self._times[i] + (step - self._starts[i]) * self.recorded.stretches[i].settings.dt
+        return float(self._moments[step])
 
     def nearest(self, time: float) -> int:
         """Return the number of steps after which it is nearest to a time [s]; nan is the beginning."""
         if not time > self.begin:
             return 1
-        i = min(bisect_right(self._times, time), len(self._times) - 1) - 1
-        dt = self.recorded.stretches[i].settings.dt
-        return max(1, min(self._starts[i] + round(min(time - self._times[i], 1e9) / dt), self.steps))
+        step = min(int(np.searchsorted(self._moments, time)), self.steps)
+        return step - 1 if time - self._moments[step - 1] < self._moments[step] - time else step
 
     def seek(self, time: float) -> None:
         """Go to a time [s], or to the nearest moment there is."""
@@ -215,7 +213,7 @@ class Replay:
         self._debt += elapsed * self.speed
         made, deadline = 0, perf_counter() + BUDGET
         while self.step < self.steps:
-            dt = self.recorded.stretches[self._stretch_of(self.step)].settings.dt
+            dt = self._settings_of(self.step).dt
             if self._debt < dt * (1.0 - 1e-9):
                 return
             self._debt -= dt
@@ -226,40 +224,38 @@ class Replay:
                 return
         self.playing = False
 
-    def _stretch_of(self, step: int) -> int:
-        return min(bisect_right(self._starts, step), len(self._starts) - 1) - 1
+    def _settings_of(self, step: int) -> RunSettings:
+        """Return the settings of a step, from 0."""
+        return self.recorded.stretches[bisect_right(self._ends, step)].settings
 
     def _go(self, step: int) -> None:
         # The state before the step itself, so that there always is a newest step.
-        mark = int(np.searchsorted(self._film.marks, step - 1, side="right")) - 1
-        if not self.step <= step or int(self._film.marks[mark]) > self.step:
-            self._jump(mark)
+        state = (step - 1) // self._film.spacing
+        if not state * self._film.spacing <= self.step <= step:
+            self._jump(state)
         while self.step < step:
             self._make_step()
 
     def _make_step(self) -> None:
-        stretch = self._stretch_of(self.step)
-        if stretch != self._stretch:
-            self._stretch = stretch
-            self.simulation.apply(self.recorded.stretches[stretch].settings)
+        settings = self._settings_of(self.step)
+        if settings is not self.simulation.settings:
+            self.simulation.apply(settings)
         self.target = self._person.target_of_step(self.step)
         self.simulation.step(self.target)
         self.step += 1
 
-    def _jump(self, mark: int) -> None:
+    def _jump(self, state: int) -> None:
         """Go to a snapshot, with the history before it."""
-        simulation, kept, step = self.simulation, self._film, int(self._film.marks[mark])
-        self._stretch = self._stretch_of(step)
-        settings = self.recorded.stretches[self._stretch].settings
-        simulation.apply(settings)
-        simulation.resume(Snapshot(settings, *pickle.loads(kept.states[mark])))
-        self._fill(simulation, int(np.searchsorted(kept.row_steps, step)))
-        self.step = step
+        self.step = state * self._film.spacing
+        settings = self._settings_of(self.step)
+        self.simulation.apply(settings)
+        self.simulation.resume(Snapshot(settings, *pickle.loads(self._film.states[state])))
+        self._fill(self.simulation, self.step)
 
-    def _fill(self, simulation: Simulation, last: int) -> None:
-        """Give a simulation the history of `PAST` up to a row of the film."""
+    def _fill(self, simulation: Simulation, step: int) -> None:
+        """Give a simulation the history of `PAST` before a step of the film."""
         # A new object, so that readers of the history notice the jump.
         simulation.history = History(CAPACITY, len(simulation.positions))
-        rows = self._film.rows[:last]
-        first = int(np.searchsorted(rows[:, COLUMN["t"]], rows[-1, COLUMN["t"]] - PAST)) if last else 0
+        rows = self._film.rows[: np.searchsorted(self._film.row_steps, step)]
+        first = int(np.searchsorted(rows[:, COLUMN["t"]], rows[-1, COLUMN["t"]] - PAST)) if len(rows) else 0
         simulation.history.begin_with(rows[first:])

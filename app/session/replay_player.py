@@ -9,7 +9,7 @@ from app.i18n.speaking import N_
 from app.runtime.job_pool import Job, Jobs, JobWatch
 from app.session.actions import Action, Pause, Reset, SingleStep
 from app.session.clock import Halt, Pace
-from app.session.replay import RecordedFilm, Replay, make_film, make_films
+from app.session.replay import RecordedFilm, Replay, make_films
 from app.session.student_law import LawStatus
 from app.settings import Settings
 from controllers.errors import LazyText
@@ -166,7 +166,7 @@ class ReplayPlayer:
         if whole is None or draft is None:
             self.news.append((N_("There is nothing to replay yet"), N_("Let it run for a moment.")))
             return
-        self._watch(draft, "", whole if whole.steps > draft.steps else None)
+        self._watch(draft, whole=whole if whole.steps > draft.steps else None)
 
     def watch_file(self, recorded: Recorded, name: str) -> None:
         self.leave()
@@ -187,46 +187,30 @@ class ReplayPlayer:
         reach = max(REVIEWED, self._session.simulation.time - time + 2.0)
         if self.jobs.computes and self._session.halt and (recorded := self.recorded(reach)) is not None:
             self.reviewing, self.mark, self._seek = True, mark, time
-            self._stop()
-            self.jobs.submit("film", self._show_moment, make_films, recorded, self._session.ghost_recorded(reach), urgent=True)
+            self._watch(recorded, beside=self._session.ghost_recorded(reach))
 
-    def _show_moment(self, films: tuple[RecordedFilm, RecordedFilm | None]) -> None:
-        own, beside = films
-        self._open(Replay(own.recorded, own))
-        self._ghost = None if beside is None else Replay(beside.recorded, beside)
-
-    def _stop(self) -> None:
-        """Let the live run stand while it is replayed."""
-        if self._run is None:
-            self._session.halt.set("replay")
-        self._run = self._session.settings.run
-
-    def _open(self, replay: Replay) -> None:
-        self.replay = replay
-        if self.mark is None and (time := replay.nearest_moment) is not None:
-            self.mark = Mark(time, LazyText(N_("smallest distance")))
-
-    def _watch(self, recorded: Recorded, name: str, whole: Recorded | None = None) -> None:
+    def _watch(self, recorded: Recorded, name: str = "", beside: Recorded | None = None, whole: Recorded | None = None) -> None:
+        """Let the live run stand, and have a piece filmed and shown, with that of the ghost; then all of it, where it is a draft."""
         if not self.jobs.computes:
             return
-        self.loaded = name
-        self._stop()
-        # Urgent jobs go first.
-        self.jobs.submit("film", partial(self._show, whole), make_film, recorded, urgent=recorded.seconds <= 2.0 * DRAFT)
+        self.loaded, self._run = name, self._session.settings.run
+        self._session.halt.set("replay")
+        urgent = self.reviewing or recorded.seconds <= 2.0 * DRAFT
+        self.jobs.submit("film", partial(self._show, whole), make_films, recorded, beside, urgent=urgent)
 
-    def _show(self, whole: Recorded | None, kept: RecordedFilm) -> None:
-        self._open(replay := Replay(kept.recorded, kept))
-        replay.toggle()
+    def _show(self, whole: Recorded | None, films: tuple[RecordedFilm, RecordedFilm | None]) -> None:
+        (own, beside), draft = films, self.replay
+        self.replay = replay = Replay(own)
+        self._ghost = None if beside is None else Replay(beside)
+        if draft is not None:
+            replay.seek(draft.time)
+            replay.playing = draft.playing
+        elif not self.reviewing:
+            replay.toggle()
+        if (draft is not None or self.mark is None) and (time := replay.nearest_moment) is not None:
+            self.mark = Mark(time, LazyText(N_("smallest distance")))
         if whole is not None:
-            self.jobs.submit("film", self._lengthen, make_film, whole)
-
-    def _lengthen(self, kept: RecordedFilm) -> None:
-        before, replay = self.replay, Replay(kept.recorded, kept)
-        self.mark = None
-        self._open(replay)
-        if before is not None:
-            replay.seek(before.time)
-            replay.playing = before.playing
+            self.jobs.submit("film", partial(self._show, None), make_films, whole, None)
 
     def leave(self) -> None:
         """Go back to live: a run that went on before goes on."""

@@ -11,7 +11,7 @@ from playwright.sync_api import Page
 
 from app.export.player import LOCKED, packed_film, player_html
 from app.export.scene_film import PLACE, RATE, SEEN, TURN, Filmed, Track, film_scene, pack_recording, unpack_recording
-from app.session.replay import Replay
+from app.session.replay import Replay, make_film
 from app.settings import PageSettings
 from controllers.kinematics import Array
 from scenes.inputs import Recorded
@@ -30,7 +30,7 @@ def filmed(scene: str) -> Filmed:
 
 def wrists(recorded: Recorded, time: float) -> dict[str, Array]:
     """Where the last link of each arm is drawn at a time [m]."""
-    replay = Replay(recorded)
+    replay = Replay(make_film(recorded))
     replay.seek(time)
     simulation: Simulation = replay.simulation
     data = simulation.room.model.createData()
@@ -61,7 +61,7 @@ def test_frames_are_a_twentieth_of_a_second_apart_on_the_clock_of_the_run() -> N
 def test_every_turn_is_the_joint_s_own() -> None:
     film = filmed("hold")
     recorded, _ = piece("hold", 2.0)
-    replay = Replay(recorded)
+    replay = Replay(make_film(recorded))
     turned = 0
     for joint in range(7):
         node = "/arms/right/base" + "".join(f"/j{i + 1}" for i in range(joint + 1))

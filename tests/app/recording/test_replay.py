@@ -22,7 +22,7 @@ from tests.app.page.helpers import shown
 @pytest.mark.parametrize("scene", SCENES)
 def test_any_moment_is_as_it_was(scene: str) -> None:
     recorded, table = piece(scene, 3.0, 1.6, lively=True)
-    replay = Replay(recorded)
+    replay = Replay(make_film(recorded))
     targets = [encoded(target) for target in recorded.targets()]
     generator = np.random.default_rng(3)
     for step in (1, 2, recorded.steps, recorded.steps - 1, 7, *generator.integers(1, recorded.steps + 1, 12).tolist()):
@@ -36,7 +36,7 @@ def test_any_moment_is_as_it_was(scene: str) -> None:
 
 @cache
 def lively() -> Replay:
-    return Replay(piece("hold", 3.0, 99.0, lively=True)[0])
+    return Replay(make_film(piece("hold", 3.0, 99.0, lively=True)[0]))
 
 
 @settings(max_examples=40)
@@ -67,7 +67,7 @@ def test_every_step_has_its_time_and_every_time_its_step() -> None:
 def test_playing_goes_through_every_step_and_rests_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(replay_module, "BUDGET", float("inf"))
     recorded, table = piece("hold")
-    replay = Replay(recorded)
+    replay = Replay(make_film(recorded))
     replay.advance(1.0)
     assert replay.step == 1
     replay.toggle()
@@ -87,7 +87,7 @@ def test_playing_goes_through_every_step_and_rests_at_the_end(monkeypatch: pytes
 
 def test_playing_leaves_room_for_other_frames(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(replay_module, "BUDGET", 0.0)
-    replay = Replay(piece("hold")[0])
+    replay = Replay(make_film(piece("hold")[0]))
     replay.toggle()
     replay.advance(1.0)
     assert replay.step == 1 + 8 and replay.playing
@@ -98,7 +98,7 @@ def test_playing_leaves_room_for_other_frames(monkeypatch: pytest.MonkeyPatch) -
 
 def test_plots_see_what_was_before_and_no_dip_is_lost() -> None:
     recorded, table = piece("hold", 6.0)
-    replay = Replay(recorded)
+    replay = Replay(make_film(recorded))
     buffer = RollingSeries()
     for time in (5.5, 2.0, 5.0):
         replay.seek(time)
@@ -116,12 +116,12 @@ def test_a_film_has_few_states_and_the_nearest_rows(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(replay_module, "MOST_STATES", states)
     recorded, table = piece("hold", seconds)
     kept = make_film(recorded)
-    assert kept.marks[0] == 0 and len(kept.marks) == len(kept.states) == min(-(-recorded.steps // replay_module.SPACING), states)
+    assert len(kept.states) == min(-(-recorded.steps // replay_module.SPACING), states) == -(-recorded.steps // kept.spacing)
     assert len(kept.rows) == pytest.approx(seconds / PERIOD, abs=1)
     for row, step in zip(kept.rows, kept.row_steps.tolist(), strict=True):
         assert row.tobytes() == table[step].tobytes()
     assert kept.rows[:, COLUMN["d"]].min() == table[:, COLUMN["d"]].min()
-    replay = Replay(recorded, kept)
+    replay = Replay(kept)
     for step in (150, 20, 199):
         replay.seek_step(step)
         assert replay.simulation.history.table(1)[0].tobytes() == table[step - 1].tobytes()

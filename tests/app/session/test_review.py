@@ -10,7 +10,7 @@ from app.lessons.session.lesson_session import LessonSession
 from app.page.panels.shown_moment import moment_html
 from app.session.actions import Pause, Reset, SetSetting
 from app.session.frame import Frame, make_frame
-from app.session.replay import AHEAD, Replay
+from app.session.replay import AHEAD, Replay, make_film
 from app.session.replay_player import ReplayPlayer
 from app.session.session import Session
 from app.settings import PageSettings, Settings
@@ -173,7 +173,7 @@ def test_the_axis_of_a_long_replay_stands_still_for_a_while() -> None:
     watched.run(34.0)
     recorded = watched.session.inputs.window(600.0)
     assert recorded is not None
-    replay = Replay(recorded)
+    replay = Replay(make_film(recorded))
     ends: list[float] = []
     for time in np.arange(0.5, 34.0, 0.5):
         replay.seek(float(time))
@@ -185,7 +185,7 @@ def test_the_axis_of_a_long_replay_stands_still_for_a_while() -> None:
     # A short one is there as a whole.
     short = watched.session.inputs.window(15.0)
     assert short is not None
-    replay = Replay(short)
+    replay = Replay(make_film(short))
     replay.seek(replay.begin)
     assert float(replay.traced.history.column("t")[-1]) == pytest.approx(replay.end, abs=0.05)
 

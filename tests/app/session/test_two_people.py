@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.session.replay import Replay
+from app.session.replay import Replay, make_film
 from app.session.second_hand import SecondHand
 from app.session.session import Session
 from app.settings import Settings
@@ -68,7 +68,7 @@ def test_the_guest_moves_the_ring_and_neither_arm_touches_the_other() -> None:
     recorded = session.inputs.window(60.0)
     assert recorded is not None
     again = recorded_from(recorded_bytes(recorded), "two")
-    replay = Replay(again)
+    replay = Replay(make_film(again))
     replay.seek(replay.end)
     assert np.array_equal(replay.simulation.positions, session.simulation.positions)
 
