@@ -1,5 +1,5 @@
-"""What the parts of the stage have in common: how a part is drawn, and its poses: what the browser sends is kept in the room, and what it
-shows is written only when it differs."""
+"""What the parts of the stage have in common: how a part is drawn, and poses: what viser takes, and what a browser sends, which is kept in
+the room."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
@@ -60,16 +60,6 @@ def rotation_of(wxyz: Iterable[float]) -> Array:
     """Return a turn that a browser sent, a quaternion about as long as 1, as a rotation (3, 3)."""
     w, x, y, z = map(float, wxyz)
     return pin.Quaternion(w, x, y, z).normalized().toRotationMatrix()
-
-
-def put(handle: viser.SceneNodeHandle, place: Array, rotation: Array | None = None) -> None:
-    """Move a node, unless it is there already."""
-    if np.abs(np.asarray(handle.position) - place).max() > 1e-5:
-        handle.position = place
-    if rotation is not None:
-        wxyz = quaternion(rotation)
-        if np.abs(np.asarray(handle.wxyz) - wxyz).max() > 1e-5:
-            handle.wxyz = wxyz
 
 
 def fresh(handle: Node) -> Node:

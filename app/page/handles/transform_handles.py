@@ -10,7 +10,7 @@ import viser
 
 from app.session.actions import Drag
 from app.session.second_hand import Holder
-from app.stage.stage_part import fresh, in_room, put, rotation_of
+from app.stage.stage_part import fresh, in_room, quaternion, rotation_of
 from controllers.kinematics import Array
 from scenes.targets import BallTarget, HandTarget, Target
 
@@ -58,11 +58,12 @@ class TransformHandle:
         """Put it where it belongs, in the size that goes with who moves, unless it is being dragged: another size would end that."""
         if not self.dragged:
             self._handle.scale = self._size * (AUTOPILOT_SIZE if self._holder.settings.page.autopilot else 1.0)
-            put(self._handle, *self._seat())
+            self._handle.position, rotation = self._seat()
+            self._handle.wxyz = quaternion(rotation)
         self._handle.visible = visible
 
-    def _seat(self) -> tuple[Array, Array | None]:
-        """Return where it belongs (3,) [m], and how it is turned there (3, 3); None if it is never turned."""
+    def _seat(self) -> tuple[Array, Array]:
+        """Return where it belongs (3,) [m], and how it is turned there (3, 3)."""
         raise NotImplementedError
 
     def _target(self, place: Array, turn: Array) -> Target:
@@ -199,6 +200,6 @@ class BallHandle(TransformHandle):
         del turn
         return BallTarget(place)
 
-    def _seat(self) -> tuple[Array, None]:
+    def _seat(self) -> tuple[Array, Array]:
         simulation = self._holder.simulation
-        return simulation.positions[simulation.room.ball], None
+        return simulation.positions[simulation.room.ball], np.eye(3)
