@@ -10,7 +10,7 @@ import numpy as np
 import viser
 
 from app.lessons.lesson import LessonCamera
-from app.page.picture_size import FreePicture
+from app.page.picture_size import PictureReport
 from app.stage.camera_view import Balls, Pose, axes, fit, framed_now, hands, joints, project, view_of
 from controllers.kinematics import Array
 from scenes.ball import BALL_RADIUS, PATH
@@ -35,6 +35,9 @@ NEAR_EDGE: Final = 0.04
 ROOM: Final = 0.12
 """… and that it then leaves free, so that it need not follow soon again."""
 
+SETTLING: Final = 6.0
+"""How long a newcomer's camera is corrected at once when the picture changes its shape [s of wall time]."""
+
 STAYS: Final = 0.7
 """The other part of the picture is taken only if everything is seen larger there by more than this share."""
 
@@ -56,9 +59,10 @@ class CameraFollow:
         aim: points it, see `app.web.viser_internals.aim`.
         view: returns what of the experiment is to be seen.
         way: returns points (k, 3) where a hand or the ball will be soon [m].
-        picture: returns what of the client's picture is free.
+        picture: what the client's page says of its picture.
 
     Attributes:
+        picture: as given.
         left_alone: the visitor has moved the camera since the last first view.
     """
 
@@ -68,15 +72,15 @@ class CameraFollow:
         aim: Callable[[Pose], None],
         view: Callable[[], Camera],
         way: Callable[[], Array],
-        picture: Callable[[], FreePicture],
+        picture: PictureReport,
     ) -> None:
-        self._camera, self._aim, self._view, self._way, self._picture = camera, aim, view, way, picture
+        self._camera, self._aim, self._view, self._way, self.picture = camera, aim, view, way, picture
         self.left_alone = False
         self._pose: Pose | None = None
         self._glide: tuple[float, Pose, Pose] | None = None
         self._sent: list[tuple[Array, Array]] = []
         self._recent: deque[Array] = deque(maxlen=RECENT)
-        self._next = self._rest_until = 0.0
+        self._next = self._rest_until = self._settles_until = 0.0
         self._part: int | None = None
 
     def first_view(self, simulation: Simulation, now: float) -> None:
@@ -90,23 +94,36 @@ class CameraFollow:
         self._send(self._fitted(simulation))
         self._rest_until = now + REST
 
-    def fit_again(self, simulation: Simulation, now: float) -> None:
-        """Go to where the picture, which has changed its free parts, shows everything. `now`: wall time [s]."""
-        if self._pose is not None and not self.left_alone and not self._moved_by_visitor():
-            self._glide = now, self._pose, self._fitted(simulation)
+    def welcome(self, simulation: Simulation, now: float) -> None:
+        """Show the whole experiment at once, and again while the page finds its layout. `now`: wall time [s]."""
+        self.first_view(simulation, now)
+        # The docked panel narrows the picture a moment after the page has opened, and only the browser knows by how much.
+        self._settles_until = now + SETTLING
 
-    def follow(self, simulation: Simulation, now: float) -> None:
-        """Move the camera if something would leave the free part of the picture. `now`: wall time [s]."""
-        looks = now >= self._next
-        if self._pose is None or self.left_alone or not (looks or self._glide) or self._moved_by_visitor():
+    def follow(self, simulation: Simulation, now: float, dragging: bool = False) -> None:
+        """Move the camera if the picture has got other free parts, or if something would leave them.
+
+        Args:
+            now: wall time [s].
+            dragging: whether the visitor drags something, which a view that moves under the mouse would move.
+        """
+        if now <= self._settles_until and not self.left_alone and self.picture.take_change():
+            self.first_view(simulation, now)
+        if dragging:
             return
+        changed, looks = self.picture.take_change(), now >= self._next
+        if self._pose is None or self.left_alone or not (changed or looks or self._glide) or self._moved_by_visitor():
+            return
+        if changed:
+            # The visitor has folded or opened the plots, or given the window another size.
+            self._glide = now, self._pose, self._fitted(simulation)
         if looks:
             self._next = now + LOOK_EVERY
             self._recent.append(hands(simulation))
         if self._glide is not None:
             self._go_on(now)
             return
-        picture, share = self._picture(), NEAR_EDGE if now >= self._rest_until else 0.0
+        picture, share = self.picture.free(), NEAR_EDGE if now >= self._rest_until else 0.0
         seen = project(self._pose, (picture.width, picture.height), framed_now(simulation)[0])
         if not all(picture.contains(x, y, share) for x, y in seen):
             self._glide = now, self._pose, self._fitted(simulation)
@@ -142,7 +159,7 @@ class CameraFollow:
 
     def _fitted(self, simulation: Simulation) -> Pose:
         """Return the nearest camera that shows the view above the panels, and the contact and the ways of the hands in a free part."""
-        view, picture = self._view(), self._picture()
+        view, picture = self._view(), self.picture.free()
         size, toward = (picture.width, picture.height), np.array(view.toward)
         centres, radii = framed_now(simulation)
         # The way from A to B past the ball, or round a circle; of many points every eighth will do.

@@ -1,6 +1,7 @@
 """A visitor's window, as the page says it, and which part of the 3-D picture in it is free of plots, sheet and card."""
 
 import re
+from collections.abc import Callable
 from typing import Final, NamedTuple
 
 import viser
@@ -42,14 +43,13 @@ class PictureReport:
 
     Args:
         tab: that holds the mark of the box, besides the main panel; a folded panel takes its own with it.
-
-    Attributes:
-        size: None until the page has said it.
+        page: returns the profile of the page, and whether it is bare, see `free_picture`.
     """
 
-    def __init__(self, client: viser.ClientHandle, tab: viser.GuiTabHandle) -> None:
-        self.size: PictureSize | None = None
-        self._taken: tuple[float | bool, ...] | None = None
+    def __init__(self, client: viser.ClientHandle, tab: viser.GuiTabHandle, page: Callable[[], tuple[Profile, bool]]) -> None:
+        self._client, self._page = client, page
+        self._size: PictureSize | None = None
+        self._taken: object = client.camera.aspect
         box = on_entry(client.gui.add_text("", "", visible=False), self._take)
         mark = element("i", hidden="", data_duet_picture=uuid_of(box))
         client.gui.add_html(mark, order=-1.0)
@@ -59,13 +59,23 @@ class PictureReport:
     def _take(self, text: str) -> None:
         found = re.fullmatch(r"([1-9]\d{0,4}) ([1-9]\d{0,4}) ([1-9]\d{0,4}) (\d{1,5}) (\d{1,5}) (\d{1,5})", text)
         if found is not None:
-            self.size = PictureSize(*map(float, found.groups()))
+            self._size = PictureSize(*map(float, found.groups()))
 
     def take_change(self) -> bool:
-        """Return whether the page has said another size since the last call, or has a card now; one that has more to say moves nothing by
+        """Return whether the picture has another size since the last call, or a card now; one that has more to say moves nothing by
         itself."""
-        before, self._taken = self._taken, None if self.size is None else (*self.size[:4], self.size.card_bottom > 0.0)
+        before, size = self._taken, self._size
+        self._taken = self._client.camera.aspect if size is None else (*size[:4], size.card_bottom > 0.0)
         return before != self._taken
+
+    def free(self) -> "FreePicture":
+        """Return what is free of the picture, by the page's usual layout until the page has said its size."""
+        (profile, bare), size = self._page(), self._size
+        if size is not None:
+            return free_picture((size.window, size.height), size.width, profile, bare, size.covered, size[4:])
+        window = canvas_size(self._client)
+        width = max(self._client.camera.aspect, 0.2) * window[1]
+        return free_picture(window, width, profile, bare)
 
 
 def canvas_size(client: viser.ClientHandle) -> tuple[float, float]:

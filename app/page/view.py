@@ -7,7 +7,6 @@ from collections.abc import Callable
 from functools import partial
 from html import escape
 from time import perf_counter
-from typing import Final
 
 import numpy as np
 import viser
@@ -26,7 +25,7 @@ from app.page.panels.plots_panel import Plots
 from app.page.panels.readout import Readout, tip_text
 from app.page.panels.replay_bar import replay_style
 from app.page.panels.shown_moment import moment_html
-from app.page.picture_size import LOW_CANVAS, FreePicture, PictureReport, canvas_size, free_picture
+from app.page.picture_size import LOW_CANVAS, PictureReport, canvas_size
 from app.session.frame import Frame, Shown
 from app.session.session import Session
 from app.settings import Look, PageSettings
@@ -37,9 +36,6 @@ from app.web.viser_internals import aim
 from controllers.kinematics import Array
 from scenes.rigs import Camera
 from scenes.simulation import Simulation
-
-SETTLING: Final = 6.0
-"""How long a newcomer's camera is corrected when its canvas changes its shape [s of wall time]."""
 
 
 class View:
@@ -99,9 +95,7 @@ class View:
             plots_panel.minimize()
         self._look = page.theme, page.profile
         self._experiment = experiment_of(session.simulation)
-        self._settling: dict[int, tuple[float, viser.ClientHandle, float]] = {}
         self._cameras: dict[int, CameraFollow] = {}
-        self._reports: dict[int, PictureReport] = {}
         configure_theme(gui, page.theme)
         self.stage = Stage(host.scene)
         narrow = private and canvas_size(host)[0] < NARROW
@@ -125,21 +119,22 @@ class View:
 
     def welcome(self, client: viser.ClientHandle) -> None:
         """Give a newcomer the view of the present scene, and keep it right while the page finds its layout."""
-        self.look(client)
-        self._settling[client.client_id] = perf_counter() + SETTLING, client, client.camera.aspect
+        self._camera_of(client).welcome(self._simulation, perf_counter())
 
     def look(self, client: viser.ClientHandle) -> None:
         """Point a client's camera at the present scene, and have it follow what happens there."""
+        self._camera_of(client).first_view(self._simulation, perf_counter())
+
+    def _camera_of(self, client: viser.ClientHandle) -> CameraFollow:
         if client.client_id not in self._cameras:
-            self._reports[client.client_id] = PictureReport(client, self.plots_tab)
             self._cameras[client.client_id] = CameraFollow(
                 client.camera,
                 lambda pose: aim(client.camera, pose.eye, pose.look_at, pose.fov),
                 self._seen,
                 self._way,
-                lambda: self.picture(client),
+                PictureReport(client, self.plots_tab, lambda: (self._page.profile, self.bare)),
             )
-        self._cameras[client.client_id].first_view(self._simulation, perf_counter())
+        return self._cameras[client.client_id]
 
     def _seen(self) -> Camera:
         simulation, lessons = self._simulation, self.lessons
@@ -149,35 +144,13 @@ class View:
     def _way(self) -> Array:
         return self._session.way(AHEAD) if self._simulation is self._session.simulation else np.zeros((0, 3))
 
-    def picture(self, client: viser.ClientHandle) -> FreePicture:
-        """Return what is free of a client's picture."""
-        if (size := self._reports[client.client_id].size) is not None:
-            return free_picture((size.window, size.height), size.width, self._page.profile, self.bare, size.covered, size[4:])
-        window = canvas_size(client)
-        width = max(client.camera.aspect, 0.2) * window[1]
-        return free_picture(window, width, self._page.profile, self.bare)
-
     def _follow(self, frame: Frame) -> None:
         present = {client.client_id for client in self._clients()}
         self._cameras = {number: follow for number, follow in self._cameras.items() if number in present}
-        self._reports = {number: report for number, report in self._reports.items() if number in present}
-        # A view that moves under the mouse would move what is dragged; those who only watch drag nothing.
-        if (frame.shown.held or self._session.guest_holds) is None or not isinstance(self._host, viser.ClientHandle):
-            for number, follow in self._cameras.items():
-                if self._reports[number].take_change():
-                    # The visitor has folded or opened the plots, or given the window another size.
-                    follow.fit_again(self._simulation, frame.now)
-                follow.follow(self._simulation, frame.now)
-
-    def _settle(self, now: float) -> None:
-        # The docked panel narrows the canvas a moment after the page has opened, and only the browser knows by how much.
-        for number, (deadline, client, aspect) in list(self._settling.items()):
-            follow = self._cameras.get(number)
-            if now > deadline or follow is None or follow.left_alone:
-                del self._settling[number]
-            elif self._reports[number].take_change() or client.camera.aspect != aspect:
-                self.look(client)
-                self._settling[number] = deadline, client, client.camera.aspect
+        held = (frame.shown.held or self._session.guest_holds) is not None
+        for follow in self._cameras.values():
+            # Those who only watch drag nothing.
+            follow.follow(self._simulation, frame.now, held and isinstance(self._host, viser.ClientHandle))
 
     def show(self, frame: Frame) -> None:
         """Draw a frame."""
@@ -194,7 +167,6 @@ class View:
             for client in self._clients():
                 self.look(client)
         self._show_lesson(frame)
-        self._settle(frame.now)
         self._follow(frame)
         self.stage.show(frame, page)
         asking = self.lessons.locked

@@ -56,7 +56,8 @@ class Watched:
         self.picture, self.moves = picture, 0
         zero = np.zeros(3)
         self.camera: Any = SimpleNamespace(position=zero, look_at=zero, up_direction=zero, fov=1.0)
-        self.follow = CameraFollow(self.camera, self.aim, view, way, lambda: picture)
+        report: Any = SimpleNamespace(free=lambda: picture, take_change=lambda: False)
+        self.follow = CameraFollow(self.camera, self.aim, view, way, report)
 
     def aim(self, pose: Pose) -> None:
         self.camera.position, self.camera.look_at, self.camera.fov = pose.eye, pose.look_at, pose.fov

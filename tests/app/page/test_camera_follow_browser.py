@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from app.hosting.visitor import Visitor
+from app.page.camera_follow import CameraFollow
 from app.stage.camera_view import Pose, framed_now, project
 from tests.app.conftest import OpenHouse, ask, visitor_of
 from tests.app.page.by_hand import drag, run_on, visit
@@ -13,9 +14,13 @@ from tests.browser import PageAt, screenshot, settled_view, until, world_to_px
 from tests.scenes.helpers import place_of
 
 
+def camera_of(visitor: Visitor) -> CameraFollow:
+    return visitor.view._cameras[visitor.client.client_id]
+
+
 def left_alone(visitor: Visitor) -> bool:
     """Whether the visitor has moved the camera, so that it does not follow."""
-    return visitor.view._cameras[visitor.client.client_id].left_alone
+    return camera_of(visitor).left_alone
 
 
 def test_our_projection_is_the_pages_a_view_that_is_turned_is_kept_and_folded_plots_leave_their_place(
@@ -38,7 +43,7 @@ def test_our_projection_is_the_pages_a_view_that_is_turned_is_kept_and_folded_pl
         return bool(np.abs(np.array(world_to_px(page, ring)) - ours - box[:2]).max() < 1.0)
 
     def picture_is_the_pages() -> bool:
-        picture = visitor.view.picture(visitor.client)
+        picture = camera_of(visitor).picture.free()
         return abs(picture.width - box[2]) < 2.0 and abs(picture.height - box[3]) < 2.0
 
     until(page, ours_is_the_pages, "the camera that the page has, on the server")
@@ -71,7 +76,7 @@ def test_our_projection_is_the_pages_a_view_that_is_turned_is_kept_and_folded_pl
     plots = page.locator("[data-floating-window]").first
 
     def as_on_the_page() -> bool:
-        picture = visitor.view.picture(visitor.client)
+        picture = camera_of(visitor).picture.free()
         box = page.evaluate("__viserMutable.canvas.getBoundingClientRect().toJSON()")
         covered = box["bottom"] - plots.evaluate("(plots) => plots.getBoundingClientRect().top")
         seen, real = (picture.width, picture.height, picture.open.bottom), (box["width"], box["height"], box["height"] - covered)
