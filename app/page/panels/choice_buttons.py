@@ -36,7 +36,6 @@ class ChoiceButtons:
     ) -> None:
         said = {tr(label): choice for label, choice in choices.items()}
         self._labels = tuple(said)
-        self._shown: tuple[object, ...] = ()
         self._buttons = gui.add_button_group(tr(label), self._labels, hint=tr(hint), order=order)
 
         @self._buttons.on_click
@@ -54,10 +53,6 @@ class ChoiceButtons:
             offered: indices of the choices that have a button; None for all.
             visible: whether the row is there.
         """
-        state = marked, offered, visible
-        if state == self._shown:
-            return
-        self._shown = state
         indices = range(len(self._labels)) if offered is None else offered
         self._buttons.options = tuple((MARK if i == marked else "") + self._labels[i] for i in indices)
         self._buttons.visible = visible

@@ -32,8 +32,6 @@ class DetailsChooser(PagePanel):
     def __init__(self, client: viser.ClientHandle, session: Session, view: View) -> None:
         spec = specs(PageSettings)["plot"]
         self._lessons, self._choices = view.lessons, spec.choices
-        self._shown: tuple[object, ...] = ()
-
         with view.plots_tab:
             self._buttons = ChoiceButtons(
                 client.gui,
@@ -46,10 +44,6 @@ class DetailsChooser(PagePanel):
 
     def show(self, frame: Frame) -> None:
         """Offer the choices of this experiment, and mark the present one."""
-        state = frame.settings, self._lessons.open
-        if state == self._shown:
-            return
-        self._shown = state
         possible, details = possible_details(frame.settings.run), frame.settings.page.details
         marked = self._choices.index(details if details in possible else "none")
         self._buttons.show(marked, tuple(map(self._choices.index, possible)), not self._lessons.open)
