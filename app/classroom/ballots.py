@@ -4,7 +4,7 @@ where they come from."""
 from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
-from app.hosting.visitor_record import ClassRecord
+from app.hosting.visitor_record import NEW_CLASS, ClassRecord
 from app.lessons.lesson import LAST, LessonBook
 from app.lessons.tally import Ballot, QuestionId, Switch, Tally, switches_between, tally_of
 from app.plots.curve_chart import Curve
@@ -25,50 +25,64 @@ class Counts(NamedTuple):
     switches: tuple[Switch, ...] = ()
 
 
-class Ballots:
-    """The answers of a class to every question so far, by the id of each student's tab; an answer outlives its student's connection.
+class VoterCount(NamedTuple):
+    """How many votes a round has, from how many addresses, and how many of them without a page."""
 
-    A question that is asked again begins a new round; the ballots of earlier rounds stay as they are.
+    votes: int = 0
+    addresses: int = 0
+    pageless: int = 0
+
+
+class Ballots:
+    """The answers of a class to every question so far, by the id of each student's tab, and where they come from; an answer outlives its
+    student's connection.
+
+    A question that is asked again begins a new round; the ballots of earlier rounds stay as they are. Addresses stay in memory; behind a
+    proxy all students share one.
+
+    Args:
+        record: of the class, which goes on from there.
+
+    Attributes:
+        revealed: the questions with a tally that everybody sees.
+        pages_only: whether votes without a page are left out of every count.
+        pageless: the students without a page.
     """
 
-    def __init__(self) -> None:
-        self._ballots: dict[QuestionId, dict[str, Ballot]] = {}
-        self._earlier: dict[QuestionId, tuple[dict[str, Ballot], ...]] = {}
-        self._revealed: set[QuestionId] = set()
-        self._left_out: frozenset[str] = frozenset()
+    def __init__(self, record: ClassRecord = NEW_CLASS) -> None:
+        self._rounds = {
+            question: [*map(dict, record.earlier.get(question, ())), dict(record.ballots.get(question, {}))]
+            for question in {**record.earlier, **record.ballots}
+        }
+        self.revealed = set(record.revealed)
+        self.pages_only, self.pageless = record.pages_only, set(record.pageless)
+        self._addresses: dict[str, str] = {}
         # Every page of a class asks for the counts in every frame; they change with an answer.
         self._counts: dict[tuple[QuestionId, int], Counts] = {}
 
     @property
-    def everything(self) -> tuple[dict[QuestionId, dict[str, Ballot]], tuple[QuestionId, ...]]:
-        """Return a copy of all ballots of the newest rounds, and the questions that were revealed."""
-        return {question: dict(ballots) for question, ballots in self._ballots.items()}, tuple(sorted(self._revealed))
-
-    @property
-    def earlier(self) -> dict[QuestionId, tuple[dict[str, Ballot], ...]]:
-        """Return the ballots of the rounds before, oldest first."""
-        return dict(self._earlier)
-
-    def restore(self, record: ClassRecord) -> None:
-        """Take up what `everything` and `earlier` have returned."""
-        self._ballots = {question: dict(given) for question, given in record.ballots.items()}
-        self._earlier = {question: tuple(map(dict, rounds)) for question, rounds in record.earlier.items()}
-        self._revealed = set(record.revealed)
-        self._counts.clear()
+    def rounds(self) -> dict[QuestionId, tuple[dict[str, Ballot], ...]]:
+        """Return a copy of the ballots of every question and round, oldest first."""
+        return {question: tuple(map(dict, rounds)) for question, rounds in self._rounds.items()}
 
     @property
     def questions(self) -> tuple[QuestionId, ...]:
         """Return every question that was answered, in the order in which that was."""
-        return tuple(dict.fromkeys((*self._earlier, *(question for question, given in self._ballots.items() if given))))
+        return tuple(question for question, rounds in self._rounds.items() if any(rounds))
 
     def rounds_of(self, question: QuestionId) -> tuple[dict[str, Ballot], ...]:
         """Return the ballots of every round, oldest first; the last one is open until the reveal."""
-        return (*self._earlier.get(question, ()), self._ballots.get(question, {}))
+        return tuple(self._rounds.get(question, ({},)))
 
     def counted_rounds_of(self, question: QuestionId) -> tuple[dict[str, Ballot], ...]:
         """Return `rounds_of` a question without the ballots that are left out."""
         rounds, left_out = self.rounds_of(question), self._left_out
         return tuple({one: ballot for one, ballot in given.items() if one not in left_out} for given in rounds)
+
+    @property
+    def _left_out(self) -> Collection[str]:
+        """The students who are left out of every count."""
+        return self.pageless if self.pages_only else ()
 
     def paired(
         self, book: LessonBook, own: Mapping[QuestionId, Mapping[str, int]]
@@ -92,11 +106,22 @@ class Ballots:
                     paired[lesson.id, step.id] = tuple(both)
         return paired
 
-    def leave_out(self, students: frozenset[str]) -> None:
-        """Count the ballots of all but these students; theirs are kept."""
-        if students != self._left_out:
-            self._left_out = students
-            self._counts.clear()
+    def count_pages_only(self, pages_only: bool) -> None:
+        """Leave votes without a page out of every count, or count them again; they are kept."""
+        self.pages_only = pages_only
+        self._counts.clear()
+
+    def note(self, student: str, origin: FilteredConnection) -> None:
+        """Note where a student comes from now."""
+        self._addresses[student] = origin.address
+        (self.pageless.discard if origin.is_page else self.pageless.add)(student)
+        self._counts.clear()
+
+    def voters_of(self, question: QuestionId) -> VoterCount:
+        """Return where the votes of the newest round come from."""
+        students = self.rounds_of(question)[-1].keys()
+        addresses = {self._addresses[student] for student in students if student in self._addresses}
+        return VoterCount(len(students), len(addresses), len(students & self.pageless))
 
     def answer(self, question: QuestionId, student: str, choice: int) -> bool:
         """Take an answer instead of an earlier one; return whether it was taken: not after the reveal."""
@@ -118,9 +143,9 @@ class Ballots:
         return {number: (ballot.choice, ballot.reason) for number, ballot in counted if ballot.reason}
 
     def _put(self, question: QuestionId, student: str, ballot: Ballot) -> bool:
-        if question in self._revealed:
+        if question in self.revealed:
             return False
-        ballots = self._ballots.setdefault(question, {})
+        ballots = self._rounds.setdefault(question, [{}])[-1]
         if ballot._replace(reason="") == Ballot():
             ballots.pop(student, None)
         else:
@@ -130,12 +155,12 @@ class Ballots:
         return True
 
     def ballot_of(self, question: QuestionId, student: str) -> Ballot:
-        return self._ballots.get(question, {}).get(student, Ballot())
+        return self.rounds_of(question)[-1].get(student, Ballot())
 
     def first_ballot_of(self, question: QuestionId, student: str) -> Ballot:
         """Return what a student handed in when the question was asked for the first time, if it was asked again."""
-        rounds = self._earlier.get(question)
-        return rounds[0].get(student, Ballot()) if rounds else Ballot()
+        first, *later = self.rounds_of(question)
+        return first.get(student, Ballot()) if later else Ballot()
 
     def ballots_of(self, student: str) -> dict[QuestionId, Ballot]:
         """Return a student's newest ballot on every question."""
@@ -155,58 +180,17 @@ class Ballots:
                 counts = Counts(counts.newest, tally_of(rounds[0], choices), switches_between(rounds[0], rounds[-1]))
             self._counts[question, choices] = counts
         known = self._counts[question, choices]
-        waiting = len(set(here) - self._ballots.get(question, {}).keys() - self._left_out)
+        waiting = len(set(here).difference(self.rounds_of(question)[-1], self._left_out))
         return known._replace(newest=known.newest._replace(waiting=waiting))
 
     def reveal(self, question: QuestionId) -> None:
         """Show the tally to everybody; from now on no answer changes."""
-        self._revealed.add(question)
-
-    def revealed(self, question: QuestionId) -> bool:
-        """Return whether everybody sees the tally."""
-        return question in self._revealed
+        self.revealed.add(question)
 
     def ask_again(self, question: QuestionId) -> None:
         """Begin a new round of a question; the ballots so far are kept as a round of their own."""
-        ballots = self._ballots.pop(question, None)
-        if ballots:
-            self._earlier[question] = (*self._earlier.get(question, ()), ballots)
-        self._revealed.discard(question)
+        rounds = self._rounds.setdefault(question, [{}])
+        if rounds[-1]:
+            rounds.append({})
+        self.revealed.discard(question)
         self._counts.clear()
-
-
-class VoterCount(NamedTuple):
-    """How many votes a round has, from how many addresses, and how many of them without a page."""
-
-    votes: int = 0
-    addresses: int = 0
-    pageless: int = 0
-
-
-class Voters:
-    """Knows where the students of a class come from. Addresses stay in memory; behind a proxy all students share one.
-
-    Attributes:
-        pages_only: whether votes without a page are left out of every count.
-        pageless: the students without a page.
-    """
-
-    def __init__(self) -> None:
-        self.pages_only = False
-        self.pageless: set[str] = set()
-        self._addresses: dict[str, str] = {}
-
-    def note(self, student: str, origin: FilteredConnection) -> None:
-        """Note where a student comes from now."""
-        self._addresses[student] = origin.address
-        (self.pageless.discard if origin.is_page else self.pageless.add)(student)
-
-    @property
-    def left_out(self) -> frozenset[str]:
-        """The students who are left out of every count."""
-        return frozenset(self.pageless if self.pages_only else ())
-
-    def count(self, students: Collection[str]) -> VoterCount:
-        """Return where the votes of a round come from. `students`: who have voted."""
-        addresses = {self._addresses[student] for student in students if student in self._addresses}
-        return VoterCount(len(students), len(addresses), sum(student in self.pageless for student in students))

@@ -3,10 +3,11 @@
 from collections import Counter
 from dataclasses import dataclass, replace
 
-from app.classroom.ballots import Ballots, VoterCount, Voters
+from app.classroom.ballots import Ballots
 from app.classroom.breakout_places import BreakoutPlaces
 from app.classroom.student_work import ProgressBoard, StudentWork, clean_name
 from app.export.class_summary import AskedQuestion, ClassSummary, HandIn
+from app.hosting.visitor_record import NEW_CLASS, ClassRecord
 from app.lessons.bookmark import OpenSteps, Phase
 from app.lessons.curve_drawing import Drawing, checked_curve
 from app.lessons.lesson import Lesson, LessonBook, Question, Step
@@ -70,6 +71,7 @@ class Classroom:
 
     Args:
         most: breakout sessions at once.
+        record: of the class, which goes on from there.
 
     Attributes:
         free: whether the students explore; otherwise they follow.
@@ -78,21 +80,20 @@ class Classroom:
         load: of the server; None before it was measured.
         ballots, places: the answers, and the breakout sessions' places.
         work: what students have done in their own sessions, and have handed in.
-        voters: where the answers come from.
         board: how far those are who explore.
         pace, wanted: the steps that are open to them, None for all; the student with the run to be shown, "" for none.
     """
 
-    def __init__(self, most: int) -> None:
-        self.free = self.paused = False
+    def __init__(self, most: int, record: ClassRecord = NEW_CLASS) -> None:
+        self.free, self.paused = record.free, False
         self.waiting = 0
         self.load: ServerLoad | None = None
-        self.ballots = Ballots()
-        self.work = StudentWork()
+        self.ballots, self.work = Ballots(record), StudentWork(record)
         self.places = BreakoutPlaces(most)
-        self.voters = Voters()
+        self.places.groups |= record.groups
         self.board, self.wanted = ProgressBoard(), ""
-        self.pace: OpenSteps | None = None
+        self.board.names |= record.names
+        self.pace: OpenSteps | None = record.pace
         self._here: dict[int, tuple[str, FilteredConnection | None]] = {}
         self._texts: dict[str, tuple[Step, StepOutcome | None, _Texts]] = {}
 
@@ -111,17 +112,7 @@ class Classroom:
         """Note where a student comes from, before a vote counts."""
         for one, origin in self._here.values():
             if one == student and origin is not None:
-                self.voters.note(student, origin)
-        self.ballots.leave_out(self.voters.left_out)
-
-    def count_pages_only(self, pages_only: bool) -> None:
-        """Leave votes without a page out of every count, or count them again."""
-        self.voters.pages_only = pages_only
-        self.ballots.leave_out(self.voters.left_out)
-
-    def voters_of(self, poll: Poll | None) -> VoterCount:
-        """Return where the votes of the newest round come from."""
-        return VoterCount() if poll is None else self.voters.count(self.ballots.rounds_of(poll.question)[-1].keys())
+                self.ballots.note(student, origin)
 
     @property
     def here(self) -> tuple[str, ...]:
@@ -171,10 +162,10 @@ class Classroom:
             return None
         lesson, step, done = at.lesson, at.step, walk.done
         asked, question = at.step.question, (lesson.id, step.id)
-        if walk.phase is Phase.PREDICT and done.untouched and self.ballots.revealed(question):
+        if walk.phase is Phase.PREDICT and done.untouched and question in self.ballots.revealed:
             # The teacher has begun the step again.
             self.ballots.ask_again(question)
-        revealed, counts = self.ballots.revealed(question), self.ballots.counts(question, len(asked.choices), self.here)
+        revealed, counts = question in self.ballots.revealed, self.ballots.counts(question, len(asked.choices), self.here)
         known = None if walk.phase in (Phase.PREDICT, Phase.DO) else done.outcome
         choices, outcome, verdicts = self._texts_of(lesson, step, asked, known)
         return Poll(

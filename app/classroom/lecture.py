@@ -20,7 +20,7 @@ from app.hosting.admission import Admission, Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.frame_loop import Attention
 from app.hosting.teacher_key import is_teacher
-from app.hosting.visitor_record import VisitorRecord
+from app.hosting.visitor_record import NEW_CLASS, VisitorRecord
 from app.i18n.reader_language import language_of, look_of, preferred
 from app.i18n.speaking import set_language
 from app.lessons.progress import SavedLesson
@@ -44,8 +44,9 @@ class LectureHost:
 
     def __init__(self, context: AppContext) -> None:
         self._context = context
-        self.classroom = Classroom(context.workload.places)
         interrupted = context.store.interrupted_lecture()
+        room = None if interrupted is None else interrupted.room
+        self.classroom = Classroom(context.workload.places, room or NEW_CLASS)
         start = context.options.settings if interrupted is None or interrupted.state is None else interrupted.settings
         self.session = Session(start, context.wake, context.jobs, context.sources)
         self.lessons = LessonSession(self.session, context.book.in_language(language_of(context.options.settings, "en")))

@@ -35,8 +35,6 @@ class LectureRecorder:
                 self._lessons.resume(record.lessons, reopen=True)
             for _ in run_again(self._session, self._lessons, record):
                 pass
-            _take_up(self._classroom, record.room)
-            self._classroom.free = record.room.free
             self._leader.restore(record.room.leader, record.room.students)
 
     @property
@@ -50,19 +48,20 @@ class LectureRecorder:
         if not self._store.lasting or now < self._save_at:
             return
         self._save_at = now + SAVING
-        voters = self._classroom.voters
         ballots, work, (leader, students) = self._classroom.ballots, self._classroom.work, self._leader.tabs
+        rounds = ballots.rounds
         record = ClassRecord(
             time(),
-            *ballots.everything,
+            {question: given[-1] for question, given in rounds.items()},
+            tuple(sorted(ballots.revealed)),
             self._classroom.free,
             leader,
             students,
-            ballots.earlier,
-            work.passed,
+            {question: given[:-1] for question, given in rounds.items() if len(given) > 1},
+            {question: tuple(sorted(passed)) for question, passed in work.passed.items()},
             dict(work.hand_ins),
-            voters.pages_only,
-            tuple(sorted(voters.pageless)),
+            ballots.pages_only,
+            tuple(sorted(ballots.pageless)),
             dict(self._classroom.board.names),
             self._classroom.pace,
             dict(work.nearest),
@@ -78,24 +77,13 @@ class LectureRecorder:
         self._store.save_lecture(VisitorRecord({}, Settings(), None, last_class=self.last_class if summary.empty else summary))
 
 
-def _take_up(classroom: Classroom, record: ClassRecord) -> None:
-    classroom.ballots.restore(record)
-    classroom.work.restore(record)
-    classroom.voters.pageless = set(record.pageless)
-    classroom.board.names, classroom.pace = dict(record.names), record.pace
-    classroom.places.groups = dict(record.groups)
-    classroom.count_pages_only(record.pages_only)
-
-
 def _summary_in(record: VisitorRecord | None, goes_on: bool, book: LessonBook) -> ClassSummary | None:
     """Return the summary of the last class that has ended. `goes_on`: whether the lecture of the record goes on."""
     if record is None:
         return None
     if record.room is not None and not goes_on:
         # It broke off, and was not started again in time.
-        classroom = Classroom(0)
-        _take_up(classroom, record.room)
-        summary = classroom.summary(book, record.room.saved)
+        summary = Classroom(0, record.room).summary(book, record.room.saved)
         if not summary.empty:
             return summary
     return record.last_class

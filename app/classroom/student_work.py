@@ -6,7 +6,7 @@ from random import SystemRandom
 from typing import Final, NamedTuple
 
 from app.export.class_summary import HandIn
-from app.hosting.visitor_record import ClassRecord
+from app.hosting.visitor_record import NEW_CLASS, ClassRecord
 from app.lessons.bookmark import Bookmark, is_finished
 from app.lessons.progress import Progress, StepProgress, from_json
 from app.lessons.tally import QuestionId
@@ -22,23 +22,27 @@ MOST: Final = 1000
 class StudentWork:
     """Progress, passed challenges and handed-in reports. What a student has done is in a report only if the student hands it in.
 
+    Args:
+        record: of the class, which goes on from there.
+
     Attributes:
+        passed: the students who have passed each challenge.
         hand_ins: all reports, by student; see `hand_in`.
         nearest: lesson and step of a duel → the smallest d less d_m of all students' pushes [m].
     """
 
-    def __init__(self) -> None:
-        self._progress: dict[str, str] = {}
-        self._passed: dict[QuestionId, set[str]] = {}
-        self.hand_ins: dict[str, HandIn] = {}
-        self.nearest: dict[QuestionId, float] = {}
+    def __init__(self, record: ClassRecord = NEW_CLASS) -> None:
+        self.passed = {question: set(students) for question, students in record.passed.items()}
+        self.hand_ins, self.nearest = dict(record.hand_ins), dict(record.nearest)
+        # What is handed in again is no less than before.
+        self._progress = {student: report.progress for student, report in record.hand_ins.items()}
 
     def note(self, student: str, progress: str) -> None:
         """Take a student's progress, as JSON, in place of an earlier one; a challenge once passed stays passed, and a record is kept."""
         remember(self._progress, student, progress, MOST)
         for question, done in from_json(progress).steps.items():
             if done.passed:
-                self._passed.setdefault(question, set()).add(student)
+                self.passed.setdefault(question, set()).add(student)
             if done.tries:
                 nearest = min(one.measured for one in done.tries)
                 self.nearest[question] = min(nearest, self.nearest.get(question, nearest))
@@ -60,19 +64,6 @@ class StudentWork:
     def hand_in(self, student: str, report: HandIn) -> None:
         """Take a report in place of the student's earlier one."""
         remember(self.hand_ins, student, report, MOST)
-
-    @property
-    def passed(self) -> dict[QuestionId, tuple[str, ...]]:
-        """Return the students who have passed each challenge."""
-        return {question: tuple(sorted(students)) for question, students in self._passed.items()}
-
-    def restore(self, record: ClassRecord) -> None:
-        """Take up what `passed` has returned, `hand_ins` and `nearest`."""
-        self.nearest = dict(record.nearest)
-        self._passed = {question: set(students) for question, students in record.passed.items()}
-        self.hand_ins = dict(record.hand_ins)
-        # What is handed in again is no less than before.
-        self._progress = {student: report.progress for student, report in record.hand_ins.items()}
 
 
 def clean_name(text: str, longest: int = LONGEST_NAME) -> str:

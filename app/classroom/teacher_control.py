@@ -143,7 +143,7 @@ class TeacherControl:
                     classroom.ballots.ask_again(poll.question)
                     self.lessons.act(Press("reset"))
             case "pages":
-                classroom.count_pages_only(not classroom.voters.pages_only)
+                classroom.ballots.count_pages_only(not classroom.ballots.pages_only)
             case "show":
                 self._show_work(classroom.board.student_of(value))
             case "show run":

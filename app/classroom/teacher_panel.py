@@ -7,6 +7,7 @@ from typing import Final, Literal
 
 import viser
 
+from app.classroom.ballots import VoterCount
 from app.classroom.class_downloads import ClassDownloads
 from app.classroom.classroom import Poll
 from app.classroom.classroom_html import TAKE_OVER, banner_html, heads_html, join_html, joined_text, poll_html, voters_html
@@ -183,10 +184,11 @@ class TeacherPanel:
         if self._notes is not None:
             self._notes.show(self._control.lessons)
         self._downloads.show()
-        reasons = {} if poll is None else classroom.ballots.reasons(poll.question)
-        voters, pages_only = classroom.voters_of(poll), classroom.voters.pages_only
+        ballots = classroom.ballots
+        reasons = {} if poll is None else ballots.reasons(poll.question)
+        voters = VoterCount() if poll is None else ballots.voters_of(poll.question)
         heads = classroom.heads, presenter.expected, classroom.places.most, classroom.waiting, len(classroom.work.hand_ins)
-        shown = heads, classroom.load, classroom.free, classroom.paused, poll, voters, pages_only, reasons
+        shown = heads, classroom.load, classroom.free, classroom.paused, poll, voters, ballots.pages_only, reasons
         if shown == self._shown:
             return
         self._shown, self._free = shown, classroom.free
@@ -200,7 +202,7 @@ class TeacherPanel:
         if not presenter.quotes and poll is not None and poll.question != self._asked:
             self._asked, self._quoted.value = poll.question, ""
         self._pages.visible = voters.pageless > 0
-        self._pages.label = tr("Count votes without a page") if pages_only else tr("Leave out votes without a page")
+        self._pages.label = tr("Count votes without a page") if ballots.pages_only else tr("Leave out votes without a page")
         self._reveal.visible = poll is not None and not poll.revealed
         self._reveal.disabled = poll is None or not poll.tally.handed_in
         # Two rounds with a talk between them: the first one need not be revealed.

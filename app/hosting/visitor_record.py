@@ -62,7 +62,7 @@ class ClassRecord:
         earlier: question → the ballots of its rounds before the newest one, oldest first.
         passed: lesson and step → ids of the tabs that have passed the challenge.
         hand_ins: the reports that were handed in, by the id of a student's tab.
-        pages_only, pageless: see `app.classroom.ballots.Voters`.
+        pages_only, pageless: see `app.classroom.ballots.Ballots`.
         names, pace: the invented names by the id of a student's tab, and the steps that are open to those who explore.
         nearest: lesson and step of a duel → the smallest d less d_m of the class [m].
         groups: see `app.classroom.breakout_places.BreakoutPlaces`.
@@ -84,6 +84,10 @@ class ClassRecord:
     pace: OpenSteps | None = None
     nearest: Mapping[QuestionId, float] = field(default_factory=dict)
     groups: Mapping[str, str] = field(default_factory=dict)
+
+
+NEW_CLASS: Final = ClassRecord(0.0, {}, (), False, None, ())
+"""Of a class that has done nothing yet."""
 
 
 @dataclass(frozen=True)

@@ -30,13 +30,14 @@ def test_a_lecture_that_breaks_off_goes_on_and_one_that_has_ended_does_not(house
     student = join(first, f"resume={STUDENT}")
     student.wait_for(lambda _: host.controls.operator is not None and STUDENT in host.classroom.here)
     host.control.answers.put(Answer(STUDENT, 0))
-    teacher.wait_for(lambda _: any(host.classroom.ballots.everything[0].values()))
+    ballots = host.classroom.ballots
+    teacher.wait_for(lambda _: ballots.questions)
     host.control.post("again")
-    teacher.wait_for(lambda _: host.classroom.ballots.earlier)
+    teacher.wait_for(lambda _: len(ballots.rounds_of(ballots.questions[0])) == 2)
     host.control.answers.put(Answer(STUDENT, 1))
     host.control.answers.put(Reported(STUDENT, "Ann"))
-    teacher.wait_for(lambda _: host.classroom.work.hand_ins and any(host.classroom.ballots.everything[0].values()))
-    asked, _ = host.classroom.ballots.everything
+    teacher.wait_for(lambda _: host.classroom.work.hand_ins and ballots.rounds_of(ballots.questions[0])[-1])
+    asked = ballots.rounds
     place = ask(host.session, lambda _: (host.lessons.walk.lesson.id, host.lessons.walk.step.id))
     ask(host.session, lambda s: s.change("dm", 0.12))
 
@@ -45,7 +46,7 @@ def test_a_lecture_that_breaks_off_goes_on_and_one_that_has_ended_does_not(house
         return (
             record is not None
             and record.room is not None
-            and record.room.ballots == asked
+            and {q: (*record.room.earlier[q], newest) for q, newest in record.room.ballots.items()} == asked
             and set(record.room.hand_ins) == {STUDENT}
             and record.settings == host.session.settings
         )
@@ -54,7 +55,7 @@ def test_a_lecture_that_breaks_off_goes_on_and_one_that_has_ended_does_not(house
     record = first.context.store.interrupted_lecture()
     first.close()
     ended = house(lecture=True, store=path, key="chalk")
-    assert not lecture_of(ended).lessons.open and lecture_of(ended).classroom.ballots.everything == ({}, ())
+    assert not lecture_of(ended).lessons.open and not lecture_of(ended).classroom.ballots.rounds
     # Its counts and what was handed in are offered to the teacher with the key, also after a lecture in which nothing happened.
     for _ in range(2):
         empty, left = lecture_of(ended)._summaries()
@@ -71,11 +72,10 @@ def test_a_lecture_that_breaks_off_goes_on_and_one_that_has_ended_does_not(house
     store.close()
     again = lecture_of(house(lecture=True, store=saved))
     assert (again.lessons.walk.lesson.id, again.lessons.walk.step.id) == place and again.lessons.open
-    assert [len(one) for one in again.classroom.ballots.rounds_of(place)] == [1, 1] and set(again.classroom.work.hand_ins) == {
-        STUDENT
-    }
-    assert again.classroom.voters.pageless == {STUDENT} and not again.classroom.voters.pages_only
-    assert again.classroom.ballots.everything[0] == asked and again.session.settings == record.settings
+    kept = again.classroom.ballots
+    assert [len(one) for one in kept.rounds_of(place)] == [1, 1] and set(again.classroom.work.hand_ins) == {STUDENT}
+    assert kept.pageless == {STUDENT} and not kept.pages_only
+    assert kept.rounds == asked and again.session.settings == record.settings
     assert record.state is not None and again.session.simulation.steps >= record.state.run.snapshot.steps
     # A student who is back first does not lead.
     assert not again._leader.admits(1, {"resume": STUDENT}) and again._leader.admits(2, {"resume": TEACHER})
