@@ -79,9 +79,10 @@ class BreakoutHost:
     def _listen(self) -> None:
         for message in self._link.received():
             match message:
-                case Exploring(student=student, report=report):
+                case Exploring(student=student, report=report, name=name, group=group):
                     self._expected[student] = message
-                    self.classroom.places.groups[student] = message.group
+                    self.classroom.places.groups[student] = group
+                    self.classroom.board.names[group] = name
                     if report is None:
                         self.classroom.work.hand_ins.pop(student, None)
                     else:
@@ -127,7 +128,7 @@ class BreakoutHost:
             # The teacher has called all back meanwhile.
             self._context.server.send_elsewhere(client)
             return
-        participant.worked, participant.name, participant.group = expected.worked, expected.name, expected.group
+        participant.worked, participant.group = expected.worked, expected.group
         yield from self._breakouts.admit(participant, self.participants.values(), expected.begin)
         self.participants[client.client_id] = participant
         if participant.id not in self._expected:

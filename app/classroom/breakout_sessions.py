@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
-from itertools import count
 from math import inf
 from time import monotonic
 from typing import Final
@@ -27,22 +26,15 @@ class BreakoutWorkers:
     """Sends students to other processes, and knows who is there. Belongs to the plenary's thread.
 
     Args:
-        classroom: in which the students are present.
+        classroom: which is told who is there.
         post_work: takes what they hand in.
     """
 
-    def __init__(self, link: WorkerLink, classroom: Classroom, post_work: PostWork, changed: Callable[[], None]) -> None:
-        self._link, self._classroom, self._post_work, self._changed = link, classroom, post_work, changed
+    def __init__(self, link: WorkerLink, classroom: Classroom, post_work: PostWork) -> None:
+        self._link, self._classroom, self._post_work = link, classroom, post_work
         self._present: dict[int, Present] = {}
-        self._numbers = count(-1, -1)
-        self._entered: dict[str, int] = {}
         self._begun: dict[str, VisitorRecord] = {}
         self._said: ClassState | None = None
-
-    @property
-    def students(self) -> tuple[str, ...]:
-        """Return the students who are there."""
-        return tuple(self._entered)
 
     def load(self, plenary: ServerLoad) -> ServerLoad:
         """Return the load of all processes. `plenary`: of the one that has it."""
@@ -61,18 +53,17 @@ class BreakoutWorkers:
             match message:
                 case Present(worker):
                     self._present[worker] = message
-                    self._update()
                 case Replaced(worker):
                     before = self._present.pop(worker, None)
                     for student in () if before is None else before.students:
                         # What it was sent first does not know what has been handed in since then.
                         if student in self._begun and self._classroom.places.holds(student):
                             self.send(student, self._begun[student])
-                    self._update()
                 case Progressed() | Reported() | TakenBack() | Ran():
                     self._post_work(message)
                 case _:
                     raise TypeError(f"the plenary does not understand {message!r}")
+        self._classroom.elsewhere = tuple(student for present in self._present.values() for student in present.students)
         state = ClassState(self._classroom.free, self._classroom.paused, self._classroom.pace, self._classroom.wanted)
         if state != self._said:
             self._said = state
@@ -81,26 +72,12 @@ class BreakoutWorkers:
                 self._link.send(ForgetTabs())
             self._link.to_all(state)
 
-    def _update(self) -> None:
-        here = {student for present in self._present.values() for student in present.students}
-        for student in [student for student in self._entered if student not in here]:
-            self._classroom.leave(self._entered.pop(student))
-        for student in sorted(here - self._entered.keys()):
-            # Ids of connections to this process are 0 or more.
-            self._entered[student] = next(self._numbers)
-            self._classroom.enter(self._entered[student], student)
-        self._changed()
-
 
 AWAY: Final = 5.0
 """How long a group waits for the member who operates its session [s]; then another one does."""
 
 RELOAD: Final = 30.0
 """How long it waits for a member who was sent for to operate it [s]; on a slow computer a page takes longer than `AWAY` to come."""
-
-SETTLE: Final = 0.25
-"""Time between two assignments of places [s]."""
-
 
 SHOWN: Final = 60.0
 """How much of a student's run is shown at most [s]."""
@@ -122,7 +99,6 @@ class BreakoutSessions:
     def __init__(self, context: AppContext, classroom: Classroom) -> None:
         self._context, self._classroom = context, classroom
         self.workers: BreakoutWorkers | None = None
-        self._next = 0.0
         self._operators: dict[str, str] = {}
         self._left: dict[str, float] = {}
         self._coming: dict[str, float] = {}
@@ -136,27 +112,18 @@ class BreakoutSessions:
         """Return how busy all processes are. `here`: how busy this one is."""
         return here if self.workers is None else self.workers.load(here)
 
-    def hurry(self) -> None:
-        """Assign places in the next frame, after a decision of the teacher's."""
-        self._next = 0.0
-
-    def settle(self, participants: Collection[Participant], begin: Callable[[str], VisitorRecord], now: float) -> None:
-        """Every `SETTLE`, assign places and move students to their own sessions or back to the plenary.
+    def settle(self, participants: Collection[Participant], begin: Callable[[str], VisitorRecord]) -> None:
+        """Assign places and move students to their own sessions or back to the plenary.
 
         Args:
             begin: returns where a student begins who has left nothing in the store.
-            now: wall time [s].
         """
         self._context.store.tidy()
         if self.workers is not None:
             self.workers.exchange()
-        if now < self._next:
-            return
-        self._next = now + SETTLE
         classroom = self._classroom
         students = [one for one in participants if one.banner is not None or one.group]
-        elsewhere = () if self.workers is None else self.workers.students
-        classroom.settle((*(one.id for one in students if one.lasting), *elsewhere), monotonic())
+        classroom.settle((*(one.id for one in students if one.lasting), *classroom.elsewhere), monotonic())
         for one in students:
             wanted = classroom.free and one.lasting and classroom.places.holds(one.id)
             if wanted != bool(one.group) and not one.moved:

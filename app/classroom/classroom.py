@@ -77,6 +77,7 @@ class Classroom:
         free: whether the students explore; otherwise they follow.
         paused: whether all sessions are paused.
         waiting: how many students want to explore and cannot.
+        elsewhere: the students whose breakout sessions are in other processes.
         load: of the server; None before it was measured.
         ballots, places: the answers, and the breakout sessions' places.
         work: what students have done in their own sessions, and have handed in.
@@ -87,6 +88,7 @@ class Classroom:
     def __init__(self, most: int, record: ClassRecord = NEW_CLASS) -> None:
         self.free, self.paused = record.free, False
         self.waiting = 0
+        self.elsewhere: tuple[str, ...] = ()
         self.load: ServerLoad | None = None
         self.ballots, self.work = Ballots(record), StudentWork(record)
         self.places = BreakoutPlaces(most)
@@ -116,8 +118,8 @@ class Classroom:
 
     @property
     def here(self) -> tuple[str, ...]:
-        """All students, each once, in the order of arrival."""
-        return tuple(dict.fromkeys(student for student, _ in self._here.values()))
+        """All students, each once, in the order of arrival; those elsewhere at the end."""
+        return tuple(dict.fromkeys((*(student for student, _ in self._here.values()), *self.elsewhere)))
 
     @property
     def heads(self) -> tuple[int, int]:
@@ -144,9 +146,10 @@ class Classroom:
 
     def settle(self, able: tuple[str, ...], now: float) -> None:
         """While the class explores, give places to the students who are able to take one. `now`: the clock [s]."""
+        self.waiting = 0
         if self.free:
             self.places.give(able, now)
-        self.waiting = sum(self.free and not self.places.holds(student) for student in self.here)
+            self.waiting = sum(not self.places.holds(student) for student in self.here)
 
     # ---- the question ------------------------------------------------------------------------------------------------------
 

@@ -51,12 +51,10 @@ class LectureHost:
         self.session = Session(start, context.wake, context.jobs, context.sources)
         self.lessons = LessonSession(self.session, context.book.in_language(language_of(context.options.settings, "en")))
         self._breakouts = BreakoutSessions(context, self.classroom)
-        self.control = TeacherControl(self.classroom, self.session, self.lessons, self._breakouts.hurry)
+        self.control = TeacherControl(self.classroom, self.session, self.lessons)
         if context.link is not None:
             context.link.wake = context.wake
-            self._breakouts.workers = BreakoutWorkers(
-                context.link, self.classroom, self.control.answers.put, self._breakouts.hurry
-            )
+            self._breakouts.workers = BreakoutWorkers(context.link, self.classroom, self.control.answers.put)
         self.control.presenter.expected = context.options.students
         self._leader = Leader(context.options.key)
         self._recorder = LectureRecorder(context, interrupted, self.control, self._leader)
@@ -119,7 +117,7 @@ class LectureHost:
         if self.classroom.paused and not self.classroom.free and not self.session.paused:
             # The teacher has pressed Run in the plenary.
             self.classroom.paused = False
-        self._breakouts.settle(self.participants.values(), self._begin, now)
+        self._breakouts.settle(self.participants.values(), self._begin)
         self.control.presenter.screens = sum(one.screen and one.query[SCREEN] != SMALL for one in self.participants.values())
         self.control.present()
         if due:
@@ -213,7 +211,6 @@ class LectureHost:
         if not participant.teacher and participant.audience is None and self._breakouts.expects(participant.query):
             begin = self._begin(participant.id)
             participant.group = self.classroom.places.groups[participant.id]
-            participant.name = self.classroom.board.name_of(participant.group)
             yield from self._breakouts.admit(participant, self.participants.values(), begin)
             self.participants[client_id] = participant
             self.classroom.enter(client_id, participant.id)

@@ -50,7 +50,6 @@ class Participant:
         takes_over: whether this browser wants to operate what another one does.
         moved: whether it was asked to connect again.
         worked: whether its student has done something that can be handed in.
-        name: the invented one, in a breakout session.
     """
 
     def __init__(self, client: viser.ClientHandle, teacher: bool, audience: Audience | None, post_work: PostWork) -> None:
@@ -71,7 +70,7 @@ class Participant:
         # In another language the view is a new one, and has no banner yet.
         self._view: View | None = None
         self._shown: object = None
-        self.worked, self.name = False, ""
+        self.worked = False
 
     def add_banner(self) -> None:
         """Add what a student's page has at the top."""
@@ -150,13 +149,14 @@ class Participant:
         if classroom.paused:
             return f"{own} halt" if self.group else "halt", tr("The teacher has paused everybody.")
         if self.group:
+            name = classroom.board.name_of(self.group)
             pace = () if classroom.pace is None else (tr(classroom.pace.words),)
             if self.mates == 1:
                 begin = (tr("Explore freely: this is your own session, and its settings are kept for the next time."),)
             else:
                 who = tr("You operate it.") if self.member is None else tr(WATCHING)
                 begin = (tr("You are {count} at this robot, and answer together.", count=self.mates), who)
-            return own, " ".join((*begin, *pace, tr("For the teacher you are {name}.", name=self.name)))
+            return own, " ".join((*begin, *pace, tr("For the teacher you are {name}.", name=name)))
         if classroom.free and not self.lasting:
             return "wait", tr("Your browser blocks storage for this page, so you can only watch.")
         return "follow", tr("You follow the teacher: everybody sees this stage.")

@@ -1,7 +1,7 @@
 """Carries out the teacher's actions and takes the students' answers, in the plenary."""
 
 import re
-from collections.abc import Callable, Hashable
+from collections.abc import Hashable
 from time import monotonic
 from typing import Final, Literal
 
@@ -65,9 +65,6 @@ class Because(Action, newest_by=("student", "question")):
 class TeacherControl:
     """All methods but those that post belong to the plenary's thread.
 
-    Args:
-        decided: called after every action.
-
     Attributes:
         classroom, session, lessons: the class, and the plenary's.
         answers: the students' answers, and what they hand in; they are done before the teacher's actions, and are not lost with the
@@ -76,8 +73,8 @@ class TeacherControl:
         refused: why the steps that the teacher has typed last are none of the lesson's; "" where they are.
     """
 
-    def __init__(self, classroom: Classroom, session: Session, lessons: LessonSession, decided: Callable[[], None]) -> None:
-        self.classroom, self.session, self.lessons, self._decided = classroom, session, lessons, decided
+    def __init__(self, classroom: Classroom, session: Session, lessons: LessonSession) -> None:
+        self.classroom, self.session, self.lessons = classroom, session, lessons
         self.answers = ActionQueue(self._take_answer)
         self.presenter = Presenter()
         self._replayed = self.refused = ""
@@ -182,7 +179,6 @@ class TeacherControl:
                 presenter.panels = action == "panels"
             case _:
                 self._start_timer(TIMERS[action])
-        self._decided()
 
     # ---- the projector -----------------------------------------------------------------------------------------------------
 

@@ -223,7 +223,7 @@ def test_students_and_a_group_explore_in_other_processes_and_the_teacher_reaches
 def test_a_process_in_place_of_another_one_knows_what_was_handed_in_meanwhile() -> None:
     sent: list[object] = []
     link, classroom = WorkerLink(0, sent.append), Classroom(8)
-    workers = BreakoutWorkers(link, classroom, link.to_plenary, lambda: None)
+    workers = BreakoutWorkers(link, classroom, link.to_plenary)
 
     def told(*messages: object) -> list[tuple[str, HandIn | None]]:
         """Students and their reports, as the plenary sends them to other processes after some messages."""

@@ -39,7 +39,7 @@ class Stage:
     def __init__(self) -> None:
         self.session, self._now = Session(Settings()), 100.0
         self.lessons, self.classroom = LessonSession(self.session, BOOK), Classroom(8)
-        self.control = TeacherControl(self.classroom, self.session, self.lessons, lambda: None)
+        self.control = TeacherControl(self.classroom, self.session, self.lessons)
         self.presenter = self.control.presenter = Presenter(lambda: self._now)
         self.lessons.enter(0, 0)
         self.frame()
