@@ -151,13 +151,7 @@ class LectureHost:
             with self._context.apart("a frame of a teacher's page failed", teacher.client.client_id):
                 self._show_teacher(teacher, frame)
         for audience, page in self.shared.pages.items():
-            page.cover(self._address("screens"), (self.classroom.heads[0], self.control.presenter.expected))
-            if audience.screen and self.control.presenter.frozen and page.shown:
-                page.flush()
-                continue
-            set_language(page.language)
-            poll = self.control.poll(page.book)
-            page.show(frame, poll, self.control.record)
+            poll = page.show(frame, self._address("screens"))
             for one in self.shared.watchers(audience):
                 one.show(self.classroom, poll, page.view, self.lessons)
                 one.invite(self._address("all"))
@@ -166,9 +160,7 @@ class LectureHost:
     def _show_teacher(self, teacher: Participant, frame: Frame) -> None:
         page, operation = teacher.page, self.controls.operation
         assert page is not None
-        set_language(page.language)
-        poll = self.control.poll(page.book)
-        page.show(frame, poll, self.control.record)
+        poll = page.show(frame)
         teacher.invite(self._address("teachers"))
         if teacher is self.controls.operator and operation is not None:
             with teacher.client.atomic():

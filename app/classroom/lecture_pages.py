@@ -111,7 +111,7 @@ class PlenaryControls:
         with client.atomic():
             if teacher.page is not None:
                 client.gui.reset()
-            teacher.page = PlenaryPage(client, self._session, self._lessons, context.book, language, look, lambda: [client])
+            teacher.page = PlenaryPage(client, self._control, context.book, language, look, lambda: [client])
             if leads:
                 self.operation = Operation(client, self._session, teacher.page.view, presenting=ALONE not in teacher.query)
             if isinstance(teacher.panel, TeacherPanel):
@@ -146,13 +146,12 @@ class PlenaryAudiences:
         return (one for one in list(self._participants.values()) if one.audience is audience)
 
     def _build(self, audience: Audience) -> PlenaryPage:
-        look, book = audience.look, self._context.book
+        look = audience.look
 
         def clients() -> list[viser.ClientHandle]:
             return [one.client for one in self.watchers(audience)]
 
-        presenter = self._control.presenter if audience.screen else None
-        return PlenaryPage(audience, self._control.session, self._control.lessons, book, look.language, look, clients, presenter)
+        return PlenaryPage(audience, self._control, self._context.book, look.language, look, clients)
 
     def admit(self, watcher: Participant) -> None:
         """Welcome a student or a projector; a student gets banner and answers, and a projector with the teacher's key a clicker's keys."""

@@ -10,13 +10,13 @@ from markupsafe import Markup
 
 from app.classroom.classroom import Poll
 from app.classroom.classroom_html import overlay_html, poll_html
-from app.classroom.presenter import Presenter, ShownWork, Station, clock_text
+from app.classroom.presenter import ShownWork, Station, clock_text
+from app.classroom.teacher_control import TeacherControl
 from app.export.tally_html import drawn_too
 from app.i18n.speaking import tr
 from app.lessons.bookmark import Bookmark
 from app.lessons.curve_drawing import drawing_svg
 from app.lessons.lesson import LessonBook
-from app.lessons.session.lesson_session import LessonSession
 from app.lessons.step_view import StepView
 from app.lessons.tally import Tally
 from app.lessons.texts import fill
@@ -58,23 +58,19 @@ class ScreenView:
 
     Args:
         gui: of the projectors.
+        control: of the plenary.
         book: the lessons in their language.
     """
 
-    def __init__(self, gui: viser.GuiApi, presenter: Presenter, lessons: LessonSession, book: LessonBook) -> None:
-        self.presenter, self._lessons, self._book = presenter, lessons, book
+    def __init__(self, gui: viser.GuiApi, control: TeacherControl, book: LessonBook) -> None:
+        self._control, self._book = control, book
         self._over, self._cover = gui.add_html(""), gui.add_html("")
         self._shown: object = None
         self._covered: tuple[bool, Address | None, tuple[int, int]] = False, None, (0, 0)
 
-    def show(self, poll: Poll | None, record: float | None) -> None:
-        """Update what lies over the scene.
-
-        Args:
-            poll: the question in the plenary, in the projector's language.
-            record: see `screen_html`.
-        """
-        presenter, lessons = self.presenter, self._lessons
+    def show(self, poll: Poll | None) -> None:
+        """Update what lies over the scene. `poll`: the question in the plenary, in the projector's language."""
+        presenter, lessons, record = self._control.presenter, self._control.lessons, self._control.record
         left = presenter.left
         # The curves of a whole class are not drawn in every frame.
         class_says = poll, presenter.work, presenter.quotes, record
@@ -88,12 +84,14 @@ class ScreenView:
         else:
             self._over.content = screen_html(presenter.station, view, poll, left, presenter.panels, presenter.quotes, record)
 
-    def cover(self, address: Address | None, joined: tuple[int, int]) -> None:
-        """Make the projector black, or show the address, or its picture again. `joined`: see `joined_text`."""
-        covered = self.presenter.blank, address, joined if address is not None else (0, 0)
+    def cover(self, address: Address | None) -> None:
+        """Make the projector black, or show the address with how many are here, or its picture again."""
+        presenter = self._control.presenter
+        joined = (0, 0) if address is None else (self._control.classroom.heads[0], presenter.expected)
+        covered = presenter.blank, address, joined
         if covered != self._covered:
             self._covered = covered
-            black = element("i", class_="duet-blank", hidden="") if self.presenter.blank else ""
+            black = element("i", class_="duet-blank", hidden="") if presenter.blank else ""
             self._cover.content = black + ("" if address is None else overlay_html(address, joined))
 
 

@@ -8,18 +8,16 @@ import viser
 from app.classroom.classroom import Poll
 from app.classroom.classroom_html import WATCHING, poll_html, tied_html
 from app.classroom.overlays import ScreenView
-from app.classroom.presenter import Presenter
+from app.classroom.teacher_control import TeacherControl
 from app.hosting.app_context import AppContext
 from app.hosting.visitor import Visitor
 from app.i18n.reader_language import look_of
 from app.i18n.speaking import set_language, tr
 from app.lessons.lesson import LessonBook
-from app.lessons.session.lesson_session import LessonSession
 from app.page.lessons.lesson_html import record_html
 from app.page.lessons.lesson_panel import ORDER
 from app.page.view import View
 from app.session.frame import Frame
-from app.session.session import Session
 from app.settings import Language, Look
 from app.web.address import Address
 from app.web.audiences import Audience
@@ -31,59 +29,58 @@ class PlenaryPage:
 
     Args:
         host: the audience, or the teacher's client.
+        control: of the plenary.
         book: the lessons, in English.
         look: of the page; None for that of the stage's settings, which is the operator's.
         clients: returns the clients to which the camera belongs.
-        presenter: of a projector's page; None for all others.
 
     Attributes:
         language, book: of the page, and the lessons in it.
-        shown: whether a frame was drawn.
     """
 
     def __init__(
         self,
         host: Audience | viser.ClientHandle,
-        session: Session,
-        lessons: LessonSession,
+        control: TeacherControl,
         book: LessonBook,
         language: Language,
         look: Look | None,
         clients: Callable[[], list[viser.ClientHandle]],
-        presenter: Presenter | None = None,
     ) -> None:
-        self._host, self.book = host, book.in_language(language)
-        self._clients, self.shown = clients, False
+        self._host, self._control, self.book = host, control, book.in_language(language)
+        self._clients, self._drawn = clients, False
         self.language: Language = language
         set_language(language)
+        projects = isinstance(host, Audience) and host.screen
         with host.atomic():
-            self.view = View(host, session, clients, lessons, look, self.book, folds=False)
-            self._screen = None if presenter is None else ScreenView(host.gui, presenter, lessons, self.book)
+            self.view = View(host, control.session, clients, control.lessons, look, self.book, folds=False)
+            self._screen = ScreenView(host.gui, control, self.book) if projects else None
         self._poll: viser.GuiHtmlHandle | None = None
         self._shown: tuple[Poll | None, float | None] = None, None
 
-    def cover(self, address: Address | None, joined: tuple[int, int]) -> None:
-        """Make a projector black, or show the address on it, or its picture again, which may be frozen. `joined`: see `joined_text`."""
-        if self._screen is not None:
-            set_language(self.language)
-            self._screen.cover(address, joined)
-
-    def show(self, frame: Frame, poll: Poll | None, record: float | None = None) -> None:
-        """Draw a frame.
+    def show(self, frame: Frame, address: Address | None = None) -> Poll | None:
+        """Draw a frame; return the question on the stage, in this language, whose tally is shown after the reveal. A projector that is
+        frozen keeps its picture, and only what covers it changes.
 
         Args:
-            poll: the question on the stage, in this language; its tally is shown after the reveal.
-            record: of the class in the duel on the stage [m]; None for none.
+            address: that a projector shows; None for none.
         """
-        self.shown = True
+        set_language(self.language)
+        presenter = self._control.presenter
+        if self._screen is not None:
+            self._screen.cover(address)
+            if presenter.frozen and self._drawn:
+                return None
+        self._drawn = True
+        poll, record = self._control.poll(self.book), self._control.record
         with self._host.atomic():
             if self._screen is not None:
-                if self.view.bare == self._screen.presenter.panels:
+                if self.view.bare == presenter.panels:
                     self.view.bare = not self.view.bare
                     for client in self._clients():
                         # The panels take their room from the canvas, so that the view has to be fitted again.
                         self.view.welcome(client)
-                self._screen.show(poll, record)
+                self._screen.show(poll)
             self.view.show(frame)
             tab, gui = self.view.lesson_panel.tab, self._host.gui
             if self._poll is None and tab is not None:
@@ -94,6 +91,7 @@ class PlenaryPage:
                 self._shown = poll, record
                 answers = poll_html(poll) + tied_html(poll) if poll is not None and poll.revealed else ""
                 self._poll.content = answers + record_html(record)
+        return poll
 
     def flush(self) -> None:
         """Send the frame at once."""
