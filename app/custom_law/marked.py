@@ -2,14 +2,14 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
-from app.custom_law.arena import PIECES, TrialCurve
+from app.custom_law.arena import PIECES, TrialCurve, TrialResult
 from app.custom_law.examination import examine
 from app.custom_law.fence import FenceLimits, fenced, fenced_input, say
 from app.custom_law.trials import TRIALS
@@ -22,20 +22,20 @@ class LawMarks:
     """What came out for one file.
 
     Attributes:
-        passed: whether each test was passed, by name; a test that was not made is missing.
-        reasons: why a test failed, by name.
-        curves: of the runs that failed, by the test's name; written by the file's process, like everything here.
+        verdicts: of the tests, by name, with reasons for what failed; a test that was not made is missing. Written by the file's
+            process, like everything here.
         ended: why the tests were not all made; "" if they were.
         isolation: "full", "network" or "none"; "" if nothing was run.
-        as_template: whether all its answers are those of the template's law.
     """
 
-    passed: dict[str, bool] = field(default_factory=dict)
-    reasons: dict[str, str] = field(default_factory=dict)
-    curves: dict[str, TrialCurve] = field(default_factory=dict)
+    verdicts: dict[str, TrialResult] = field(default_factory=dict)
     ended: str = ""
     isolation: str = ""
-    as_template: bool = False
+
+    @property
+    def as_template(self) -> bool:
+        """Whether all its answers are those of the template's law."""
+        return bool(self.verdicts) and all(verdict.as_template for verdict in self.verdicts.values())
 
 
 def marked(
@@ -55,7 +55,7 @@ def marked(
     """
     marks = LawMarks()
     why = fenced("app.custom_law.marked", [name, language], text, partial(_take, marks), limits, stopped)
-    if len(marks.passed) < len(TRIALS):
+    if len(marks.verdicts) < len(TRIALS):
         marks.ended = why
     return marks
 
@@ -63,13 +63,12 @@ def marked(
 def _take(marks: LawMarks, said: dict[str, Any]) -> None:
     if "isolation" in said:
         marks.isolation = str(said["isolation"])
-    elif said["name"] in TRIALS:
-        marks.as_template = said["as_template"] is True
-        marks.passed[said["name"]] = said["passed"] is True
-        if said["passed"] is not True:
-            marks.reasons[said["name"]] = str(said["reason"])
-            if said["curve"] is not None:
-                marks.curves[said["name"]] = _read_curve(said["curve"])
+        return
+    verdict = msgspec.convert(said | {"curve": None}, TrialResult)
+    if verdict.name in TRIALS:
+        marks.verdicts[verdict.name] = verdict
+        if said["curve"] is not None:
+            marks.verdicts[verdict.name] = replace(verdict, curve=_read_curve(said["curve"]))
 
 
 def _read_curve(said: object) -> TrialCurve:
@@ -91,7 +90,7 @@ def main() -> None:
     limits, (name, language), text = fenced_input()
     set_language(language)  # pyright: ignore[reportArgumentType]
     for verdict in examine(Path(name), limits, text=text):
-        say(asdict(verdict) | {"reason": tr(verdict.reason)})
+        say(asdict(verdict) | {"reason": "" if verdict.passed else tr(verdict.reason)})
 
 
 if __name__ == "__main__":

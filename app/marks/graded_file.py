@@ -163,33 +163,34 @@ def graded(
 
 def _take_marks(row: GradedFile, text: bytes, marks: LawMarks, weights: Mapping[str, float]) -> None:
     row.isolation = marks.isolation
-    row.cells |= {name: "pass" if passed else "fail" for name, passed in marks.passed.items()}
+    verdicts = tuple(marks.verdicts.values())
+    passed, failed = {one.name for one in verdicts if one.passed}, [one for one in verdicts if not one.passed]
+    row.cells |= {one.name: "pass" if one.passed else "fail" for one in verdicts}
     same: defaultdict[str, list[str]] = defaultdict(list)
-    for name, reason in marks.reasons.items():
-        same[reason].append(name)
+    for one in failed:
+        same[one.reason].append(one.name)
     whole: list[str] = []
-    untouched, gated = marks.as_template, not all(marks.passed.get(gate) for gate in GATES)
+    untouched, gated = marks.as_template, not passed.issuperset(GATES)
     if untouched:
         whole.append(
             tr("In every situation of the tests this law answers as the template of `lwr-duet new-law`, so it has no points.")
         )
-    elif gated and any(marks.passed.values()):
+    elif gated and passed:
         gates = " & ".join(tr(gate) for gate in GATES)
         whole.append(tr("The other tests count only for a law that passes these: {gates}.", gates=gates))
     if marks.ended:
         whole.append(tr(marks.ended))
-    own = {name for name, reason in marks.reasons.items() if reason.startswith(Path(row.name).name)}
-    if not untouched and marks.reasons.keys() - own:
+    own = [one for one in failed if one.reason.startswith(Path(row.name).name)]
+    if not untouched and len(own) < len(failed):
         whole += returned_line(text)
     row.remarks = [Remark("", None, said) for said in whole]
-    for name, passed in marks.passed.items():
-        points = weights[name] if passed and not untouched and (name in GATES or not gated) else 0.0
+    for one in verdicts:
+        points = weights[one.name] if one.passed and not untouched and (one.name in GATES or not gated) else 0.0
         mend = tr("Mend this line; `lwr-duet law-test` says whether it runs, before you hand it in.")
-        more = "" if passed else mend if name in own else tr(advice(name))
-        curve = marks.curves.get(name)
-        row.remarks.append(Remark(tr(name), passed, marks.reasons.get(name, ""), points, weights[name], more, curve))
+        more = "" if one.passed else mend if one in own else tr(advice(one.name))
+        row.remarks.append(Remark(tr(one.name), one.passed, one.reason, points, weights[one.name], more, one.curve))
         row.points += points
-    if not untouched and len(marks.passed) == len(TRIALS) and all(marks.passed.values()):
+    if not untouched and len(passed) == len(TRIALS):
         row.full_marks = tr("All six tests are passed.")
     row.reason = "; ".join((*(f"{', '.join(map(tr, names))}: {reason}" for reason, names in same.items()), *whole))
 

@@ -154,8 +154,8 @@ def test_every_file_costs_one_row(tmp_path: Path, capfd: pytest.CaptureFixture[s
 def test_all_that_a_file_has_started_goes_with_it(isolated: bool) -> None:
     # `_nothing_is_left` looks for what remains.
     marks = quick(FORKS, isolated=isolated, law=LawLimits(load=30.0))
-    assert re.search(TOO_MANY, f"{marks.ended} {marks.reasons}")
-    assert len(quick(LEAVES, isolated=isolated).passed) == 6
+    assert re.search(TOO_MANY, f"{marks.ended} {marks.verdicts}")
+    assert len(quick(LEAVES, isolated=isolated).verdicts) == 6
 
 
 def test_less_isolation_is_said_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> None:
@@ -170,7 +170,7 @@ def test_memory_and_time_of_the_whole_tree() -> None:
     many = "import os, time\nfor _ in range(4):\n    os.fork()\na = bytearray(b'x') * (100 * 2**20)\ntime.sleep(60)\n"
     assert quick(many, memory=300 * 2**20, law=LawLimits(load=30.0)).ended == "it took more than 300 MiB of memory"
     marks = quick("import time\ntime.sleep(60)\n", seconds=2.0, law=LawLimits(load=30.0))
-    assert marks.ended == "it did not end within 2 s" and marks.passed == {}
+    assert marks.ended == "it did not end within 2 s" and marks.verdicts == {}
     assert words_of("de")(marks.ended) == "es endete nicht innerhalb von 2 s"
 
 
@@ -236,7 +236,7 @@ def test_a_law_reaches_nothing_of_ours(tmp_path: Path) -> None:
     refused, gone = "PermissionError", "ProcessLookupError"
     nothing = "FileNotFoundError"
     errors = [nothing, "OSError", nothing, nothing, nothing, "OSError", refused, refused, gone, "OSError"]
-    assert f"({errors}, True)" in marks.reasons["smooth"]
+    assert f"({errors}, True)" in marks.verdicts["smooth"].reason
     assert not mine.exists()
 
 
@@ -249,7 +249,9 @@ def test_a_curve_that_a_file_has_made_up_is_left_out() -> None:
         said = {"name": "smooth", "passed": False, "reason": "no", "as_template": True, "curve": good | change}
         with suppress(ValueError):
             _take(marks, said)
-        assert marks.reasons == {"smooth": "no"} and marks.as_template and ("smooth" in marks.curves) is (change == {})
+        (verdict,) = marks.verdicts.values()
+        assert (verdict.name, verdict.passed, verdict.reason) == ("smooth", False, "no") and marks.as_template
+        assert (verdict.curve is not None) is (change == {})
 
 
 def test_a_cell_is_no_formula() -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from app.custom_law.arena import TrialResult
 from app.custom_law.fence import FenceLimits
 from app.custom_law.marked import LawMarks
 from app.custom_law.trials import TRIALS
@@ -59,7 +60,7 @@ def test_why_a_file_has_no_points_is_said_in_the_language(
 def test_full_marks_are_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "law.py").touch()
     for passed, said in ((TRIALS, "law.py: Alle sechs Prüfungen sind bestanden."), (list(TRIALS)[1:], "law.py: Die anderen")):
-        made = LawMarks(passed=dict.fromkeys(passed, True))
+        made = LawMarks({name: TrialResult(name, True, "") for name in passed})
         monkeypatch.setattr(graded_file, "marked", lambda *given, made=made: made)
         assert StudentMarks(Student("Jo", ""), (row_of(tmp_path / "law.py", "de"),)).feedback.startswith(said)
     (hold,) = (lesson for lesson in load_lessons().lessons if lesson.id == "hold")
@@ -70,7 +71,9 @@ def test_full_marks_are_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_the_template_has_no_points(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    made = LawMarks(passed={name: name != BOUNDED for name in TRIALS}, reasons={BOUNDED: "no"}, as_template=True)
+    made = LawMarks(
+        {name: TrialResult(name, name != BOUNDED, "no" if name == BOUNDED else "", as_template=True) for name in TRIALS}
+    )
     monkeypatch.setattr(graded_file, "marked", lambda *given: made)
     (tmp_path / "my_law.py").touch()
     row = row_of(tmp_path / "my_law.py")
