@@ -1,8 +1,8 @@
 """Which browsers have come and gone; pages of newcomers are built one at a time and piece by piece, while all others have their frames."""
 
-import threading
 from collections import deque
 from collections.abc import Callable, Generator
+from contextvars import Context, copy_context
 from time import perf_counter
 from typing import Final
 
@@ -16,13 +16,14 @@ SLICE: Final = 0.008
 Pieces = Generator[None, None, None]
 """The building of a page, which yields after every piece."""
 
+_WHOLE: Final = object()
+
 
 class Admission:
-    """The browsers that come and go, and the queue of those that wait for their pages. Belongs to the frame loop's thread, which learns of
-    them from the network's.
+    """The browsers that come and go, and the queue of those that wait for their pages. Belongs to the frame loop's thread.
 
     Args:
-        build: begins to build a client's page.
+        build: begins to build a client's page; between two pieces the language of others may be set, which it does not notice.
         failed: called in the handler of an exception that a building has raised.
     """
 
@@ -32,24 +33,10 @@ class Admission:
         build: Callable[[viser.ClientHandle], Pieces],
         failed: Callable[[viser.ClientHandle], None],
     ) -> None:
-        self._wake, self._build, self._failed = context.wake, build, failed
+        self._context, self._build, self._failed = context, build, failed
+        self._here: dict[int, viser.ClientHandle] = {}
         self._waiting: deque[viser.ClientHandle] = deque()
-        self._current: tuple[viser.ClientHandle, Pieces] | None = None
-        self._arrivals: list[viser.ClientHandle] = []
-        self._departures: set[int] = set()
-        self._lock = threading.Lock()
-
-        @context.server.on_client_connect
-        async def _(client: viser.ClientHandle) -> None:
-            with self._lock:
-                self._arrivals.append(client)
-            context.wake()
-
-        @context.server.on_client_disconnect
-        async def _(client: viser.ClientHandle) -> None:
-            with self._lock:
-                self._departures.add(client.client_id)
-            context.wake()
+        self._current: tuple[viser.ClientHandle, Pieces, Context] | None = None
 
     @property
     def busy(self) -> bool:
@@ -61,13 +48,12 @@ class Admission:
 
         Those that have disconnected wait no longer; a page that is half built is given up.
         """
-        with self._lock:
-            arrivals, self._arrivals = self._arrivals, []
-            departures, self._departures = self._departures, set()
+        before, self._here = self._here, self._context.server.get_clients()
+        departures = before.keys() - self._here.keys()
         self._waiting = deque(client for client in self._waiting if client.client_id not in departures)
         if self._current is not None and self._current[0].client_id in departures:
             self._give_up()
-        return [client for client in arrivals if client.client_id not in departures], departures
+        return [client for client_id, client in self._here.items() if client_id not in before], departures
 
     def come(self, client: viser.ClientHandle) -> None:
         self._waiting.append(client)
@@ -83,13 +69,13 @@ class Admission:
         """Go on with the first client's page for `SLICE`, at least by one piece; the next page waits for another frame, at once."""
         if self._current is None and self._waiting:
             client = self._waiting.popleft()
-            self._current = client, self._build(client)
+            self._current = client, self._build(client), copy_context()
         if self._current is None:
             return
-        client, pieces = self._current
+        client, pieces, its_own = self._current
         deadline = perf_counter() + SLICE
         try:
-            for _ in pieces:
+            while its_own.run(next, pieces, _WHOLE) is not _WHOLE:
                 if perf_counter() >= deadline:
                     break
             else:
@@ -98,7 +84,7 @@ class Admission:
             self._current = None
             self._failed(client)
         if self.busy:
-            self._wake()
+            self._context.wake()
 
     def close(self) -> None:
         """Give up all pages that are not whole."""

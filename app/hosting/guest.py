@@ -57,10 +57,8 @@ class Guest:
             session.guest = self
             self._view = View(client, session, lambda: [client], look=look, folds=False, tip=guest_tip)
             yield
-            set_language(look.language)
             self._view.show(freeze(session, perf_counter()))
             yield
-            set_language(look.language)
             hand = self._hand = SecondHand(session, self._take)
             hands_off = lambda: self._host is None or self._host.lessons.hands_off  # noqa: E731
             self._gizmos = Gizmos(client, hand, lambda: self._view.stage.guests, hands_off)

@@ -112,21 +112,8 @@ class Visitor:
             raise
 
     def _pieces(self) -> Pieces:
-        client = self.client
-        with client.atomic():
-            # Between two pieces the pages of others are drawn, perhaps in other languages.
-            set_language(self.language)
-            self.view = View(client, self.session, lambda: [client], self.lessons)
-            yield
-            set_language(self.language)
-            self.view.show(freeze(self.session, perf_counter()))
-            yield
-            set_language(self.language)
-            self.operation = self._operate(self.query.get(PANEL) != "small")
-            self._greet()
-            yield
-            set_language(self.language)
-            self.view.welcome(client)
+        with self.client.atomic():
+            yield from self._page(self.query.get(PANEL) != "small")
             if not self.is_back:
                 self.operation.notify_problems((*self._problems, *open_link(self.lessons, self.query, self._record)))
                 self.operation.notify_lessons(self._context.book)
@@ -136,6 +123,21 @@ class Visitor:
             yield from run_again(self.session, self.lessons, self._record)
         else:
             self._begin_run()
+
+    def _page(self, whole: bool) -> Pieces:
+        """Draw the page in the present language. `whole`: see `Operation`."""
+        client = self.client
+        self.view = View(client, self.session, lambda: [client], self.lessons)
+        yield
+        self.view.show(freeze(self.session, perf_counter()))
+        yield
+        self.operation = Operation(client, self.session, self.view, whole=whole, invites=self._invites, edited=self._edited)
+        if self._welcomes and self.lessons.book.lessons:
+            self._welcome = Welcome(client.gui, self.session, self.lessons)
+        if self._teaches:
+            self._notes = TeachersTab(client.gui, self._context.library.notes)
+        yield
+        self.view.welcome(client)
 
     def _begin_run(self) -> None:
         """Do what a link asks of a run that begins, besides settings and lesson."""
@@ -153,15 +155,6 @@ class Visitor:
             except BadInputFile as error:
                 self.operation.notify_problems((str(error),))
 
-    def _operate(self, whole: bool) -> Operation:
-        return Operation(self.client, self.session, self.view, whole=whole, invites=self._invites, edited=self._edited)
-
-    def _greet(self) -> None:
-        if self._welcomes and self.lessons.book.lessons:
-            self._welcome = Welcome(self.client.gui, self.session, self.lessons)
-        if self._teaches:
-            self._notes = TeachersTab(self.client.gui, self._context.library.notes)
-
     def _translate(self) -> None:
         """Build the page again in another language, or with lessons that were read again; the session goes on where it is."""
         saved = self.lessons.saved()
@@ -173,10 +166,9 @@ class Visitor:
             self.lessons.resume(saved, reopen=True)
         with self.client.atomic():
             self.client.gui.reset()
-            self.view = View(self.client, self.session, lambda: [self.client], self.lessons)
-            self.operation = self._operate(self.operation.whole)
-            self._greet()
-            self.view.welcome(self.client)
+            # At once: the visitor looks on.
+            for _ in self._page(self.operation.whole):
+                pass
 
     def frame(self, now: float, elapsed: float) -> None:
         """Advance and draw, but for a page that rests or is out of sight only now and then; a run that is out of sight stands still.

@@ -212,16 +212,16 @@ class ByHand:
 
     def come(self, query: str = "") -> BlockingClient:
         """A browser that is connected, and about which the next frame knows."""
-        before = len(self.host.admission._arrivals)
+        before = self.house.server.get_clients().keys()
         self.visitors.append(BlockingClient(self.house.url, query=query))
-        self.visitors[-1].wait_for(lambda _: len(self.host.admission._arrivals) > before)
+        self.visitors[-1].wait_for(lambda _: self.house.server.get_clients().keys() - before)
         return self.visitors[-1]
 
     def leave(self, visitor: BlockingClient) -> None:
         """The browser is gone, and the next frame knows."""
-        before = len(self.host.admission._departures)
+        before = self.house.server.get_clients().keys()
         visitor.close()
-        until(lambda: len(self.host.admission._departures) > before)
+        until(lambda: before - self.house.server.get_clients().keys())
 
     def frames(self) -> None:
         self.frame()

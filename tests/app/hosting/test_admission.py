@@ -74,6 +74,16 @@ def test_other_visitors_have_a_frame_between_any_two_pieces(by_hand: Made, piece
         visitor.wait_for(lambda v: v.mirror.replayed and len(v.mirror.commands) >= 14 and "/arms/left/base" in v.mirror.nodes)
 
 
+@pytest.mark.usefixtures("pieces")
+def test_a_page_is_built_in_its_own_language_though_others_are_drawn_meanwhile(by_hand: Made) -> None:
+    opened = by_hand(sessions=8)
+    opened.let_in("lang=de")
+    newcomer = opened.let_in("lang=sl")
+    newcomer.wait_for(lambda v: len(v.mirror.commands) >= 14)
+    labels = {str(element.get("label")) for element in list(newcomer.mirror.gui.values())}
+    assert {"jezik", "prizor", "zakon"} <= labels and not {"Sprache", "Szene", "Gesetz"} & labels
+
+
 @pytest.mark.parametrize("lasting", [True, False])
 def test_tabs_that_wait_for_their_pages_go_to_another_worker_when_it_serves(by_hand: Made, tmp_path: Path, lasting: bool) -> None:
     sent: list[object] = []
