@@ -39,7 +39,7 @@ class Job:
 
     Attributes:
         owner, kind, function, arguments, urgent, wake: see `Jobs.submit`.
-        state: "dropped" if the result is no longer wanted.
+        state: "dropped" if the result is no longer wanted; "waiting" also while its worker is about to put it back.
         result: of the function, once it is done.
         message: why it failed, for the visitor.
     """
@@ -164,7 +164,6 @@ class JobPool(Jobs):
         self._lock = threading.RLock()
         self._waiting: list[Job] = []
         self._running: dict[int, Job] = {}
-        self._requeued: set[int] = set()
         self._closed = False
 
     def _queue(self, job: Job) -> None:
@@ -219,11 +218,12 @@ class JobPool(Jobs):
             self._start(job, place)
 
     def _preempt(self) -> None:
-        if any(self._stop[place] == job.ticket for place, job in self._running.items()):
+        if any(job.state != "running" for job in self._running.values()):
             return  # A worker is about to be free.
         for place, job in self._running.items():
             if not job.urgent:
-                self._requeued.add(job.ticket)
+                # It begins again once its worker has noticed.
+                job.state = "waiting"
                 self._stop[place] = job.ticket
                 return
 
@@ -252,26 +252,23 @@ class JobPool(Jobs):
         with self._lock:
             if self._running.get(place) is job:
                 del self._running[place]
-            again = job.ticket in self._requeued
-            self._requeued.discard(job.ticket)
             error = None if future.cancelled() else future.exception()
             if isinstance(error, BrokenProcessPool) and self._pool is pool:
                 # It cannot be used any more, and shuts itself down.
                 self._pool = None
-            if job.state == "running":
-                self._settle(job, future, error, again)
+            if job.state != "dropped":
+                self._settle(job, future, error)
             with suppress(RuntimeError):
                 # The interpreter is about to end.
                 self._pump()
         job.wake()
 
-    def _settle(self, job: Job, future: "Future[Any]", error: BaseException | None, again: bool) -> None:
+    def _settle(self, job: Job, future: "Future[Any]", error: BaseException | None) -> None:
         if future.cancelled():
             job.state = "dropped"
         elif error is None:
             job.result, job.state = future.result(), "done"
-        elif again and not isinstance(error, BrokenProcessPool):
-            job.state = "waiting"
+        elif job.state == "waiting" and not isinstance(error, BrokenProcessPool):
             self._waiting.insert(0, job)
         else:
             if isinstance(error, BrokenProcessPool):

@@ -6,11 +6,11 @@ import pickle
 import socket
 import sys
 import threading
-from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
 from multiprocessing import AuthenticationError
 from multiprocessing.connection import Client, Connection, Listener
+from queue import SimpleQueue
 from time import monotonic
 from typing import Any, Final, NamedTuple
 
@@ -59,17 +59,17 @@ class JobClient(Jobs):
     def __init__(self, address: JobAddress, start: Callable[[], None]) -> None:
         super().__init__()
         self._address, self._start = address, start
-        self._lock = threading.Condition()
+        self._lock, self._closed = threading.RLock(), threading.Event()
         self._jobs: dict[int, Job] = {}
-        self._unsent: deque[bytes] = deque()
+        # The frame loop, which asks, waits for no other process. With each request the ticket of its job; None to cancel, and at the end.
+        self._unsent: SimpleQueue[tuple[int | None, bytes] | None] = SimpleQueue()
         self._connection: Connection[Any, Any] | None = None
-        self._thread: threading.Thread | None = None
-        self._closed = False
+        threading.Thread(target=self._send, name="duet-jobs", daemon=True).start()
 
     def _queue(self, job: Job) -> None:
         with self._lock:
             self._drop(job.owner, job.kind)
-            if self._closed or len(self._jobs) >= MOST_WAITING:
+            if self._closed.is_set() or len(self._jobs) >= MOST_WAITING:
                 job.state, job.message = "failed", BUSY
                 return
             try:
@@ -79,21 +79,21 @@ class JobClient(Jobs):
                 job.state, job.message = "failed", FAILED
                 return
             self._jobs[job.ticket] = job
-            self._send(asked)
+            self._unsent.put((job.ticket, asked))
 
     def cancel(self, owner: object, kind: str | None = None) -> None:
         with self._lock:
             if self._drop(owner, kind):
-                self._send(pickle.dumps(_Cancel(id(owner), kind)))
+                self._unsent.put((None, pickle.dumps(_Cancel(id(owner), kind))))
 
     def close(self) -> None:
         with self._lock:
-            self._closed = True
+            self._closed.set()
             for job in self._jobs.values():
                 job.state = "dropped"
             self._jobs.clear()
             self._hang_up()
-            self._lock.notify_all()
+        self._unsent.put(None)
 
     def _drop(self, owner: object, kind: str | None) -> bool:
         """Drop an owner's jobs; return whether there were any."""
@@ -103,54 +103,40 @@ class JobClient(Jobs):
             del self._jobs[job.ticket]
         return bool(dropped)
 
-    def _send(self, message: bytes) -> None:
-        # The frame loop, which asks, waits for no other process.
-        self._unsent.append(message)
-        if self._thread is None:
-            self._thread = threading.Thread(target=self._converse, name="duet-jobs", daemon=True)
-            self._thread.start()
-        self._lock.notify_all()
-
     # ---- in the threads ----------------------------------------------------------------------------------------------------
 
-    def _converse(self) -> None:
-        """Connect, send what waits, and go on until the connection ends."""
-        connection = self._connect()
-        if connection is not None:
-            reader = threading.Thread(target=self._read, args=(connection,), name="duet-job-results", daemon=True)
-            reader.start()
-            with suppress(*LOST):
-                while (message := self._next()) is not None:
+    def _send(self) -> None:
+        """Send what is asked, on a connection that is made for the first job, and again when one has ended."""
+        for ticket, message in iter(self._unsent.get, None):
+            if ticket is not None and ticket not in self._jobs:
+                # Not wanted any more.
+                continue
+            connection = self._connection
+            if connection is None and ticket is not None:
+                connection = self._connect()
+            if connection is not None:
+                # Its end is noticed where it is read.
+                with suppress(*LOST):
                     connection.send_bytes(message)
+        with self._lock:
             self._hang_up()
-            reader.join()
-            connection.close()
-        self._end()
 
     def _connect(self) -> "Connection[Any, Any] | None":
         self._start()
         until = monotonic() + PATIENCE
-        while not self._closed and monotonic() < until:
+        while not self._closed.is_set() and monotonic() < until:
             try:
                 connection = Client(self._address.path, authkey=self._address.secret)
                 connection.send(given_at_start())
             except LOST:
                 # It is just starting.
-                with self._lock:
-                    self._lock.wait_for(lambda: self._closed, 0.05)
+                self._closed.wait(0.05)
                 continue
-            with self._lock:
-                self._connection = connection
+            self._connection = connection
+            threading.Thread(target=self._read, args=(connection,), name="duet-job-results", daemon=True).start()
             return connection
+        self._end()
         return None
-
-    def _next(self) -> bytes | None:
-        """Wait for the next message to send; None when the connection has ended."""
-        with self._lock:
-            self._lock.wait_for(lambda: self._unsent or self._closed or self._connection is None)
-            if self._closed or self._connection is None:
-                return None
-            return self._unsent.popleft()
 
     def _read(self, connection: "Connection[Any, Any]") -> None:
         try:
@@ -158,10 +144,7 @@ class JobClient(Jobs):
                 while True:
                     self._take(connection.recv())
         finally:
-            with self._lock:
-                self._hang_up()
-                self._connection = None
-                self._lock.notify_all()
+            self._end()
 
     def _hang_up(self) -> None:
         """End the connection for both sides; to close it does not wake the thread that reads."""
@@ -184,8 +167,9 @@ class JobClient(Jobs):
         with self._lock:
             lost = list(self._jobs.values())
             self._jobs.clear()
-            self._unsent.clear()
-            self._connection, self._thread = None, None
+            self._hang_up()
+            # Closed when the thread that sends has let go of it, too.
+            self._connection = None
             for job in lost:
                 job.message, job.state = ENDED, "failed"
         for job in lost:
