@@ -237,7 +237,7 @@ class RecordWriter:
         gone = before.parts.keys() - parts.keys()
         if head == before.head and not new and not gone and abs(now - before.saved) < CLEANING:
             return None
-        return Change(tab, now, None if head == before.head else head, new, gone), _Written(head, parts, now)
+        return Change(tab, now, head, new, gone), _Written(head, parts, now)
 
     def _clean(self) -> None:
         now = self._clock()

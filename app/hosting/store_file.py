@@ -62,14 +62,13 @@ class Change(NamedTuple):
 
     Attributes:
         saved: when it was so [s since 1970].
-        head: None if it is as before.
         parts: new ones by name.
         gone: names of parts that are no longer needed.
     """
 
     tab: str
     saved: float
-    head: bytes | None
+    head: bytes
     parts: Mapping[str, bytes]
     gone: Iterable[str]
 
@@ -173,13 +172,10 @@ class StoreFile:
         execute("BEGIN IMMEDIATE")
         try:
             for tab, saved, head, parts, gone in changes:
-                if head is None:
-                    execute("UPDATE tabs SET saved = ? WHERE tab = ?", (saved, tab))
-                else:
-                    execute(
-                        "INSERT INTO tabs VALUES (?, ?, ?) ON CONFLICT (tab) DO UPDATE SET saved = excluded.saved, head = excluded.head",
-                        (tab, saved, head),
-                    )
+                execute(
+                    "INSERT INTO tabs VALUES (?, ?, ?) ON CONFLICT (tab) DO UPDATE SET saved = excluded.saved, head = excluded.head",
+                    (tab, saved, head),
+                )
                 self.connection.executemany("DELETE FROM parts WHERE tab = ? AND name = ?", ((tab, name) for name in gone))
                 rows = ((tab, name, content) for name, content in parts.items())
                 self.connection.executemany("INSERT OR REPLACE INTO parts VALUES (?, ?, ?)", rows)
