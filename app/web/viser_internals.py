@@ -2,9 +2,10 @@
 
 viser has no public way to check requests and messages before it acts on them or to listen on a bound socket (`serving_with`), to pack once
 what many browsers are sent, to give a browser a buffer of ours and to set a property at little cost (`adapt_viser`), to put a message into
-plain types quickly (`content_of`), to point a camera in one go (`aim`), to show some browsers one thing and others another (`ServerView`,
-`expand_for`), to look up the element of a message (`GuiRegistry`), or the connection and the request of a browser (`request_of` and what
-stands beside it). A test in `tests/app/web` fails for each where a new version of viser differs.
+plain types quickly (`content_of`), to read what all nodes have (`nodes_of`), to point a camera in one go (`aim`), to show some browsers one
+thing and others another (`ServerView`, `expand_for`), to look up the element of a message (`GuiRegistry`), or the connection and the
+request of a browser (`request_of` and what stands beside it). A test in `tests/app/web` fails for each where a new version of viser
+differs.
 """
 
 from __future__ import annotations
@@ -404,6 +405,15 @@ def content_of(message: Message, arrays: list[memoryview]) -> dict[str, Any]:
     if (after := getattr(message, _STAMP, None)) is not None:
         content[_STAMP] = after
     return content
+
+
+def nodes_of(scene: viser.SceneApi) -> dict[str, dict[str, Any]]:
+    """Return the name of every node → all that it has now: pose, visibility, and what its kind has; arrays change with the node."""
+    states = {name: handle._impl for name, handle in scene._handle_from_node_name.items()}
+    return {
+        name: {"wxyz": state.wxyz, "position": state.position, "visible": state.visible, **vars(state.props)}
+        for name, state in states.items()
+    }
 
 
 # --- what only some browsers see -----------------------------------------------------------------------------------------------

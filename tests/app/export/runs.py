@@ -6,6 +6,9 @@ import struct
 from functools import cache
 from typing import Any
 
+import msgspec
+import zstandard
+
 from controllers.kinematics import Array
 from scenes.experiments import EXPERIMENTS
 from scenes.inputs import Recorded
@@ -29,3 +32,11 @@ def read_film(data: bytes) -> tuple[dict[str, Any], bytes]:
     plain = gzip.decompress(data)
     (length,) = struct.unpack_from("<I", plain)
     return json.loads(plain[4 : 4 + length]), plain[(4 + length + 7) // 8 * 8 :]
+
+
+def read_scene(data: bytes) -> dict[str, Any]:
+    """What a recording in viser's format says, without its arrays."""
+    (size,) = struct.unpack_from("<Q", data)
+    body = zstandard.ZstdDecompressor().decompress(data[8:], max_output_size=size)
+    (length,) = struct.unpack_from("<Q", body)
+    return msgspec.msgpack.decode(body[8 : 8 + length])

@@ -1,6 +1,7 @@
 """The page that plays without a server: the scene as it was, the numbers as they were, nothing from elsewhere."""
 
 import base64
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -10,13 +11,13 @@ import pytest
 from playwright.sync_api import Page
 
 from app.export.player import LOCKED, packed_film, player_html
-from app.export.scene_film import PLACE, RATE, SEEN, TURN, Filmed, Track, film_scene, pack_recording, unpack_recording
+from app.export.scene_film import PLACE, RATE, SEEN, TURN, Filmed, Track, film_scene
 from app.session.replay import Replay, make_film
 from app.settings import PageSettings
 from controllers.kinematics import Array
 from scenes.inputs import Recorded
 from scenes.simulation import Simulation
-from tests.app.export.runs import piece, read_film
+from tests.app.export.runs import piece, read_film, read_scene
 from tests.browser import PageAt, screenshot, until, world_position
 
 FAST = PageSettings(picture="fast")
@@ -39,9 +40,9 @@ def wrists(recorded: Recorded, time: float) -> dict[str, Array]:
     return {arm.name: data.oMi[arm.shoulder - robot.shoulder + 7].translation.copy() for arm, robot in arms}
 
 
-def test_a_still_scene_goes_through_viser_s_format() -> None:
-    content, arrays = unpack_recording(filmed("hold").scene)
-    assert unpack_recording(pack_recording(content, arrays)) == (content, arrays) and content["durationSeconds"] == 0.0
+def test_the_still_scene_is_in_viser_s_format() -> None:
+    content = read_scene(filmed("hold").scene)
+    assert content["durationSeconds"] == 0.0
     names = {message.get("name") for _, message in content["messages"]}
     assert {"/room", "/floor", f"/arms/left{WRIST}", "/closest/line", "/place/ball"} <= names
     assert {"/room", f"/arms/left{WRIST}", f"/arms/right{WRIST}"} <= set(filmed("hold").bodies) <= names
@@ -80,8 +81,9 @@ def test_every_turn_is_the_joint_s_own() -> None:
 def test_what_is_put_up_on_the_way_is_not_seen_before() -> None:
     # How the arms ought to stand is drawn from where they do not.
     film = film_scene(piece("imitation", 14.0)[0], 1.0, FAST)
-    content, _ = unpack_recording(film.scene)
-    late = {m["name"] for _, m in content["messages"] if m["type"] == "GlbMessage" and m["name"].startswith("/wish/")}
+    late = {
+        m["name"] for _, m in read_scene(film.scene)["messages"] if m["type"] == "GlbMessage" and m["name"].startswith("/wish/")
+    }
     assert f"/wish/left{WRIST}" in late
     tracks = {(t.node, t.what): t for t in film.tracks}
     seen = tracks["/wish/left/base", SEEN]
@@ -90,11 +92,39 @@ def test_what_is_put_up_on_the_way_is_not_seen_before() -> None:
     assert turn.frames[1] > seen.frames[1]
 
 
-def test_a_track_keeps_news_only_and_the_last_of_a_frame() -> None:
+def test_a_track_keeps_news_only_and_none_of_what_changes_later() -> None:
     track = Track("/a", "text")
-    for frame, value in ((0, "a"), (1, "a"), (2, "b"), (2, "c"), (5, "c"), (6, "a")):
+    for frame, value in enumerate(("a", "a", "b", "b", "a")):
         track.put(frame, value)
-    assert (track.frames, track.values) == ([0, 2, 6], ["a", "c", "a"])
+    assert (track.frames, track.values) == ([0, 2, 4], ["a", "b", "a"])
+    track, place = Track("/a", PLACE), np.zeros(3)
+    for frame in range(4):
+        place[0] = frame // 2
+        track.put(frame, place)
+    assert track.frames == [0, 2] and np.array(track.values).tolist() == [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]
+
+
+def test_a_stage_that_is_built_anew_on_the_way_moves_on() -> None:
+    recorded, _ = piece("hold", 3.0)
+    (stretch,) = recorded.stretches
+    again = stretch._replace(settings=replace(stretch.settings, path="circle"))
+    assert "path" not in stretch.settings.experiment.reads, "the stage is built again, the run goes on"
+    film = film_scene(Recorded(recorded.snapshot, (stretch, again)), 9.0, FAST)
+    whole = film_scene(recorded, 9.0, FAST)
+    assert len(film.times) == 2 * len(whole.times) and set(film.bodies) == set(whole.bodies)
+    tracks = {(track.node, track.what): track for track in film.tracks}
+    for track in (track for track in whole.tracks if track.what == TURN):
+        turned, count = tracks[track.node, TURN], len(track.frames)
+        assert turned.frames[:count] == track.frames and turned.frames[-1] > track.frames[-1]
+        np.testing.assert_array_equal(turned.values[:count], track.values)
+    # For one frame there is no skin; where that is the last one, there is none in the still scene.
+    skin = "/arms/right/base/j1/j2/skin_of_right_outer_upper_arm"
+    seen = tracks[skin, SEEN]
+    assert seen.values == [True, False, True] and seen.frames[2] == seen.frames[1] + 1
+    (begun,) = piece("hold", 0.05)[0].stretches
+    short = film_scene(Recorded(recorded.snapshot, (stretch, begun._replace(settings=again.settings))), 9.0, FAST)
+    names = {message["name"] for _, message in read_scene(short.scene)["messages"] if "props" in message}
+    assert skin not in names and {track.node for track in short.tracks} <= names
 
 
 def test_packed_numbers_are_the_tracks_own() -> None:

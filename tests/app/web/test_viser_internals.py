@@ -27,7 +27,7 @@ from app.bench.headless_client import decode_frame
 from app.web import viser_internals
 from app.web.sending import STAMP, ClientBuffer, Packed
 from app.web.server import DuetServer
-from app.web.viser_internals import VISER_VERSION, MessageBuffer, ServerView, adapt_viser, serving_with, shared_messages
+from app.web.viser_internals import VISER_VERSION, MessageBuffer, ServerView, adapt_viser, nodes_of, serving_with, shared_messages
 from tests.app.web.conftest import Join, Room, in_a_loop
 from tests.blocking_client import BlockingClient
 
@@ -329,6 +329,21 @@ def test_a_view_has_messages_of_its_own(room: Any) -> None:
     with BlockingClient(server.url) as visitor:
         visitor.wait_for(lambda v: v.mirror.replayed)
         assert "/hand" in visitor.mirror.nodes and "/only here" not in visitor.mirror.nodes
+
+
+def test_a_node_has_what_a_browser_is_told_of_it(room: Any) -> None:
+    server: DuetServer = room.server
+    line = server.scene.add_line_segments("/over/line", np.zeros((1, 2, 3), np.float32), (0, 0, 0), visible=False)
+    line.wxyz, line.position, line.thickness = (0.0, 1.0, 0.0, 0.0), (1.0, 2.0, 3.0), 7.0
+    line.points = np.ones((1, 2, 3), np.float32)
+    with BlockingClient(server.url) as visitor:
+        visitor.wait_for(lambda v: v.mirror.replayed and "/over/line" in v.mirror.nodes)
+        told, has = visitor.mirror.nodes["/over/line"], nodes_of(server.scene)["/over/line"]
+    assert has.keys() <= told.keys() and {"points", "colors", "thickness"} < has.keys()
+    for name, value in has.items():
+        np.testing.assert_array_equal(np.ravel(value), np.ravel(told[name]), name)
+    line.remove()
+    assert "/over/line" not in nodes_of(server.scene)
 
 
 def test_only_the_event_loop_wakes_the_browsers_of_a_view(room: Any) -> None:
