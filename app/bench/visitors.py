@@ -8,12 +8,11 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
-from multiprocessing.connection import Connection
-from typing import Final
+from contextlib import contextmanager
+from typing import Final, TypeVar
 
 from app.bench.headless_client import HeadlessClient
-from app.bench.processes import PARTS, REQUEST, TIMEOUT, process, receive, request, run_async, serve_app, used_by_tree
+from app.bench.processes import PARTS, TIMEOUT, process, receive, request, serve_app, used_by_tree
 from app.web.server import MOVED_CODE
 
 WARM_UP: Final = 60
@@ -31,7 +30,7 @@ FULL_PAGE: Final = "scene=imitation&plot=follow&ghost=unprotected"
 CLASS: Final = ("", "lang=de&picture=fast", "lang=sl", "screen=1&profile=projector&theme=dark&lang=de")
 """Links of the watchers of a lecture, in turn; the server draws each of these looks separately."""
 
-CLIENT_PROCESSES: Final = 2
+T = TypeVar("T")
 
 
 @contextmanager
@@ -82,19 +81,6 @@ async def _watch(url: str, pid: int, seconds: float, query: str, started: float)
     return figures
 
 
-async def _visit(pipe: Connection, url: str, queries: tuple[str, ...]) -> None:
-    # Every visitor is a separate tab.
-    tabs = [f"{query}&resume={secrets.token_hex(16)}".lstrip("&") for query in queries]
-    visitors = [await HeadlessClient(url, query=tab, decode=False).connect(TIMEOUT) for tab in tabs]
-    # Those that are sent elsewhere begin at once, not one after the other.
-    visitors = list(await asyncio.gather(*(_settled(visitor, url, tab) for visitor, tab in zip(visitors, tabs, strict=True))))
-    pipe.send("ready")
-    while await asyncio.to_thread(pipe.recv) == REQUEST:
-        pipe.send([(visitor.received.frames, visitor.received.bytes, visitor.closed is None) for visitor in visitors])
-    for visitor in visitors:
-        await visitor.close()
-
-
 async def _settled(visitor: HeadlessClient, url: str, tab: str) -> HeadlessClient:
     """Return the visitor once it has its page; as a page does, it comes again when it is sent to another process."""
     while True:
@@ -104,34 +90,43 @@ async def _settled(visitor: HeadlessClient, url: str, tab: str) -> HeadlessClien
         visitor = await HeadlessClient(url, query=tab, decode=False).connect(TIMEOUT)
 
 
-@contextmanager
-def _crowd(url: str, queries: tuple[str, ...]) -> Iterator[Callable[[], list[tuple[int, int, bool]]]]:
-    """Run visitors with these queries in their own processes while open; gives a function that counts the frames and bytes of each."""
-    shares = [queries[i::CLIENT_PROCESSES] for i in range(CLIENT_PROCESSES)]
-    with ExitStack() as opened:
-        crowds = [opened.enter_context(process(run_async, _visit, url, share)) for share in shares]
-        for crowd in crowds:
-            receive(crowd)
-        time.sleep(SETTLING)
-        yield lambda: [one for crowd in crowds for one in request(crowd)]
+async def _crowd(
+    url: str, queries: tuple[str, ...], seconds: float, used: Callable[[], T]
+) -> tuple[T, T, float, dict[str, float]]:
+    """Have visitors with these queries, each a separate tab.
 
+    Args:
+        seconds: how long they are measured once all have their pages [s].
+        used: asked what the server has used so far.
 
-def _received(before: list[tuple[int, int, bool]], after: list[tuple[int, int, bool]], elapsed: float) -> dict[str, float]:
-    """Return what visitors received in a time [s].
+    Returns:
+        What it had used at the beginning and at the end, the time between [s], and what the visitors received.
 
     Raises:
         RuntimeError: a visitor lost the connection.
     """
-    lost = sum(not alive for *_, alive in after)
+    tabs = [f"{query}&resume={secrets.token_hex(16)}".lstrip("&") for query in queries]
+    visitors = [await HeadlessClient(url, query=tab, decode=False).connect(TIMEOUT) for tab in tabs]
+    # Those that are sent elsewhere begin at once, not one after the other.
+    visitors = list(await asyncio.gather(*(_settled(visitor, url, tab) for visitor, tab in zip(visitors, tabs, strict=True))))
+    await asyncio.sleep(SETTLING)
+    for visitor in visitors:
+        visitor.reset_counters()
+    before, begin = used(), time.perf_counter()
+    await asyncio.sleep(seconds)
+    after, elapsed = used(), time.perf_counter() - begin
+    lost = sum(visitor.closed is not None for visitor in visitors)
     if lost:
-        raise RuntimeError(f"{lost} of {len(after)} visitors lost their connection during the measurement")
-    frames = [(new[0] - old[0]) / elapsed for old, new in zip(before, after, strict=True)]
-    sizes = [(new[1] - old[1]) / elapsed for old, new in zip(before, after, strict=True)]
-    return {
+        raise RuntimeError(f"{lost} of {len(visitors)} visitors lost their connection during the measurement")
+    frames = [visitor.received.frames / elapsed for visitor in visitors]
+    received = {
         "frames_per_s": sum(frames) / len(frames),
         "least_frames_per_s": min(frames),
-        "kB_per_s": sum(sizes) / len(sizes) / 1000.0,
+        "kB_per_s": sum(visitor.received.bytes for visitor in visitors) / len(visitors) / elapsed / 1000.0,
     }
+    for visitor in visitors:
+        await visitor.close()
+    return before, after, elapsed, received
 
 
 def measure_sessions(sessions: int, seconds: float) -> dict[str, float]:
@@ -149,11 +144,9 @@ def measure_sessions(sessions: int, seconds: float) -> dict[str, float]:
     Raises:
         RuntimeError: a visitor lost the connection.
     """
-    with _served(sessions) as (pid, url, _), _crowd(url, ("",) * sessions) as count:
-        used, got, begin = used_by_tree(pid), count(), time.perf_counter()
-        time.sleep(seconds)
-        used_end, got_end, elapsed = used_by_tree(pid), count(), time.perf_counter() - begin
-    received = _received(got, got_end, elapsed)
+    with _served(sessions) as (pid, url, _):
+        crowd = _crowd(url, ("",) * sessions, seconds, lambda: used_by_tree(pid))
+        used, used_end, elapsed, received = asyncio.run(crowd)
     total = 100.0 * (used_end.seconds - used.seconds) / elapsed
     return {
         "cpu_percent_of_a_core": total,
@@ -182,12 +175,9 @@ def measure_crowd(visitors: int, seconds: float, *, lecture: bool) -> dict[str, 
     """
     with process(serve_app, lecture, visitors) as server:
         url = receive(server)
-        queries = tuple(CLASS[i // CLIENT_PROCESSES % len(CLASS)] if lecture else "" for i in range(visitors))
-        with _crowd(url, queries) as count:
-            (cpu, parts, _), got, begin = request(server), count(), time.perf_counter()
-            time.sleep(seconds)
-            (cpu_end, parts_end, _), got_end, elapsed = request(server), count(), time.perf_counter() - begin
-    received = _received(got, got_end, elapsed)
+        queries = tuple(CLASS[i % len(CLASS)] if lecture else "" for i in range(visitors))
+        crowd = _crowd(url, queries, seconds, lambda: request(server))
+        (cpu, parts, _), (cpu_end, parts_end, _), elapsed, received = asyncio.run(crowd)
     used = {part: 100.0 * (parts_end[part] - parts[part]) / elapsed for part in PARTS}
     total = 100.0 * (cpu_end - cpu) / elapsed
     return {

@@ -64,7 +64,6 @@ def test_a_row_is_printed_before_the_next_one_is_measured(capsys: pytest.Capture
 
 def test_a_lecture_is_measured_from_outside(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(visitors, "SETTLING", 0.0)
-    monkeypatch.setattr(visitors, "CLIENT_PROCESSES", 1)
     figures = measure_crowd(2, 1.0, lecture=True)
     assert 0.0 < figures["least_frames_per_s"] <= figures["frames_per_s"] * (1.0 + 1e-9) and figures["kB_per_s"] > 0.0
     assert all(figures[f"{part}_percent"] > 0.0 for part in PARTS)
@@ -78,7 +77,6 @@ needs_proc = pytest.mark.skipif(not Path("/proc").exists(), reason="CPU and memo
 @needs_proc
 def test_private_sessions_are_measured_with_all_processes_of_the_server(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(visitors, "SETTLING", 0.0)
-    monkeypatch.setattr(visitors, "CLIENT_PROCESSES", 1)
     # As many as there are places come at once, and are spread over the workers; none is refused on the way to another one.
     ((name, figures),) = measure_capacity([6], 1.0)
     assert name == "6 private sessions"
