@@ -14,8 +14,8 @@ from markupsafe import Markup
 from app.export.class_summary import AskedQuestion, ClassSummary, HandIn
 from app.export.gain import Gain, gains, whole
 from app.export.handout_html import PaperStep, told
-from app.export.lab_report import Done, lesson_title, rich_html, step_entry
-from app.export.report_html import ReportEntry, locked_page, plain_svg, report_html
+from app.export.lab_report import Done, ReportEntry, lesson_title, report_html, rich_html, step_entry
+from app.export.report_html import locked_page, plain_svg
 from app.export.tally_html import cloud_html, drawn_too, switches_text, tie_text
 from app.i18n.speaking import set_language, tr
 from app.lessons.bookmark import fitting
@@ -146,7 +146,7 @@ def class_zip_bytes(
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
         for number, (name, entries) in enumerate(_reports(summary, lessons, stopped), 1):
-            page = report_html(tr("Lab report"), entries, None, about=name, rich=rich_html)
+            page = report_html(tr("Lab report"), entries, None, about=name)
             # The number keeps apart what is the same without the characters that a file's name must not have.
             plain_name = re.sub(r"[^\w ()-]", "_", name)
             archive.writestr(f"{number:03d} {plain_name}.html", page)

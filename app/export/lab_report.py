@@ -7,8 +7,8 @@ from typing import Final
 
 from markupsafe import Markup
 
-from app.export.gain import gains, own_pairs
-from app.export.report_html import ReportEntry, StepRecord, report_html
+from app.export.gain import QuestionGain, gains, own_pairs, whole
+from app.export.report_html import StepRecord, locked_page, plain_svg, records_html
 from app.i18n.speaking import set_language, tr
 from app.lessons.bookmark import phases_of
 from app.lessons.curve_drawing import drawing_svg
@@ -16,14 +16,16 @@ from app.lessons.labels import sentence
 from app.lessons.lesson import LAST, Lesson, Step
 from app.lessons.progress import StepProgress
 from app.lessons.reference_runs import begin_reference_run, person_of
-from app.lessons.runs import Setup, settings_text
-from app.lessons.step_view import StepPosition, make_view
+from app.lessons.runs import Setup, page_value, settings_text
+from app.lessons.step_view import StepPosition, StepView, make_view
+from app.recording.run_file import made_here
+from app.session.relevant_settings import matters
 from app.settings import Language, Settings
 from app.text.lesson_text import inline_html, lesson_html, plain
 from app.text.templates import lowered
 from scenes.inputs import InputsLog, Recorded
 from scenes.rerun import never, while_wanted
-from scenes.settings import RunSettings, values
+from scenes.settings import RunSettings, specs, values
 from scenes.simulation import Simulation
 
 LINE: Final = "_" * 24
@@ -46,6 +48,52 @@ class Done:
     @property
     def step(self) -> Step:
         return self.lesson.steps[self.index]
+
+
+@dataclass(frozen=True)
+class ReportEntry:
+    """One step of a lesson in a report; what is empty is left out.
+
+    Attributes:
+        view: of the step at its end, with all that was done in it.
+        settings: of the run, as a person reads them.
+        plot: picture of the run, an <svg> element as `app.export.plot_pictures.inline_svg` makes it.
+    """
+
+    view: StepView
+    settings: str = ""
+    plot: str = ""
+
+    @property
+    def title(self) -> str:
+        return f"{self.view.lesson.number}.{self.view.index + 1}  {plain(self.view.step.title)}"
+
+    @property
+    def drawing(self) -> str:
+        """Return the student's curve beside the measured one, an <svg> element; "" for none."""
+        drawing, curves = self.view.step.drawing, self.view.drawing
+        return "" if drawing is None or curves is None or not curves.drawn else drawing_svg(drawing, curves.drawn, curves.truth)
+
+    @property
+    def judgements(self) -> list[tuple[str, bool]]:
+        """Return the lines of the challenge's newest attempt, each with whether it was met."""
+        last = self.view.done.last
+        return [] if last is None else [(sentence(tr(one.text)), one.passed) for one in last.judgements]
+
+    @property
+    def passed(self) -> bool | None:
+        """Return whether the challenge was ever passed; None if there is none."""
+        return None if self.view.step.challenge is None else self.view.done.passed
+
+    @property
+    def record(self) -> StepRecord | None:
+        """Return the same for a program; None of a test that is asked twice, which counts for no marks."""
+        view, done = self.view, self.view.done
+        if view.step.asked:
+            return None
+        number = None if done.choice is None else done.choice + 1
+        right = None if view.verdict is None else view.verdict.right
+        return StepRecord(view.lesson.id, view.step.id, number, right, self.passed, done.attempts)
 
 
 def lesson_title(lesson: Lesson) -> str:
@@ -85,7 +133,49 @@ def lab_bytes(done: Sequence[Done], language: Language, stopped: Callable[[], bo
     progress = {(one.lesson.id, one.step.id): one.progress for one in done}
     pairs = own_pairs(lessons.values(), lambda *step: progress.get(step, StepProgress()))
     questions = gains(pairs, lessons.values())
-    return report_html(report_title(done), entries, settings, about=about, rich=rich_html, questions=questions).encode()
+    return report_html(report_title(done), entries, settings, about=about, questions=questions).encode()
+
+
+def report_html(
+    title: str,
+    entries: Sequence[ReportEntry],
+    settings: Settings | None,
+    *,
+    about: str = "",
+    questions: Sequence[QuestionGain] = (),
+) -> str:
+    """Return the page. Nothing in it loads anything or runs, and everything that the student wrote is escaped.
+
+    Args:
+        entries: the steps, in order.
+        settings: of the last run; None to leave them out.
+        about: one line under the title, such as a name and a date.
+        questions: of a test that the student has answered before and after.
+
+    Raises:
+        ValueError: a plot is no plain <svg> element.
+    """
+    made = f"{tr('Made by Duet')} {made_here()['duet']}"
+    return locked_page(
+        "export/report.html",
+        title,
+        ("report.css",),
+        about=f"{about} · {made}" if about else made,
+        entries=entries,
+        lesson_title=lesson_title,
+        rich=rich_html,
+        svg=plain_svg,
+        questions=questions,
+        total=whole(questions),
+        settings=None if settings is None else _rows(settings),
+        records=records_html([entry.record for entry in entries if entry.record is not None]),
+    )
+
+
+def _rows(settings: Settings) -> list[tuple[str, str, str]]:
+    """Return label, value and meaning of the settings that matter."""
+    present, known = values(settings.run), specs(RunSettings).items()
+    return [(spec.label, page_value(key, present[key]), spec.help) for key, spec in known if matters(key, settings)]
 
 
 def rich_html(text: str) -> Markup:
@@ -104,34 +194,12 @@ def step_entry(one: Done, recorded: Recorded | None = None, name: str = "", stop
         name: of the plot, another one for each on a page.
         stopped: see `lab_bytes`.
     """
-    lesson, step, progress = one.lesson, one.step, one.progress
-    view = make_view(StepPosition(lesson, step, one.index, phases_of(step)[-1], progress, None), step.yours, False, False)
-    texts = dict(view.texts)
-    verdict, attempt = view.verdict, progress.last
-    curves = view.drawing if view.drawing is not None and view.drawing.drawn else None
-    right = verdict.right if verdict is not None else None
-    passed = progress.passed if step.challenge is not None else None
-    number = progress.choice + 1 if progress.choice is not None else None
-    return ReportEntry(
-        title=f"{lesson.number}.{one.index + 1}  {plain(step.title)}",
-        question=texts.get("predict", "") if view.choices else "",
-        prediction=view.choices[progress.choice] if progress.choice is not None else "",
-        right=right,
-        verdict=verdict.reply if verdict is not None else "",
-        outcome=view.outcome,
-        judgements=tuple((sentence(tr(j.text)), j.passed) for j in attempt.judgements) if attempt is not None else (),
-        attempts=progress.attempts,
-        passed=passed,
-        words=progress.words,
-        chapter=lesson_title(lesson),
-        settings=_settings(recorded.stretches[-1].settings) if recorded is not None else "",
-        plot=_svg(recorded, step, name, stopped) if recorded is not None else "",
-        drawing=drawing_svg(step.drawing, curves.drawn, curves.truth) if step.drawing is not None and curves is not None else "",
-        # A test that is asked twice counts for no marks.
-        record=None if step.asked else StepRecord(lesson.id, step.id, number, right, passed, progress.attempts),
-        drawing_verdict=curves.verdict.text if curves is not None and curves.verdict is not None else "",
-        because=progress.because,
-    )
+    step = one.step
+    at = StepPosition(one.lesson, step, one.index, phases_of(step)[-1], one.progress, None)
+    view = make_view(at, step.yours, False, False)
+    if recorded is None:
+        return ReportEntry(view)
+    return ReportEntry(view, _settings(recorded.stretches[-1].settings), _svg(recorded, step, name, stopped))
 
 
 def _settings(run: RunSettings) -> str:

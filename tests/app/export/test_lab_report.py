@@ -10,14 +10,24 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.export.export_queue import ExportQueue
-from app.export.lab_report import Done, done_in, lab_bytes, recorded_of, report_title, rich_html
+from app.export.lab_report import (
+    Done,
+    ReportEntry,
+    done_in,
+    lab_bytes,
+    recorded_of,
+    report_html,
+    report_title,
+    rich_html,
+    step_entry,
+)
 from app.export.plot_pictures import inline_svg
-from app.export.report_html import LOCKED, ReportEntry, report_html
+from app.export.report_html import LOCKED
 from app.hosting.session_store import SessionStore
 from app.hosting.visitor import open_link
 from app.hosting.visitor_record import VisitorRecord
 from app.lessons.bookmark import Phase
-from app.lessons.progress import LONGEST_REASON, MOST_WORDS
+from app.lessons.progress import LONGEST_REASON, MOST_WORDS, StepProgress
 from app.lessons.reference_runs import simulated
 from app.lessons.session.lesson_actions import Choose, Draw, Press
 from app.lessons.session.lesson_session import LessonSession
@@ -29,56 +39,61 @@ from scenes.rerun import rerun
 from tests.app.export.runs import piece
 from tests.app.html_reader import HtmlReader
 from tests.app.inline import Inline
-from tests.app.lessons.helpers import our_book
+from tests.app.lessons.helpers import much_done, our_book
 from tests.app.stores import find
 from tests.browser import PageAt, screenshot
 from tests.scenes.helpers import given_settings
 
+BOOK = our_book()
 NASTY = "<script>alert(1)</script><img src=x onerror=alert(2)>\"'&"
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"><path d="M0 0h1"/></svg>'
 
 
+def entry(own: str = "", right: bool = True) -> ReportEntry:
+    return step_entry(Done(*much_done(own, right)))
+
+
 def full(text: str) -> str:
-    entry = ReportEntry(
-        text, text, text, False, text, (text,), ((text, True), (text, False)), 2, False, text, text, "n = 2", SVG, SVG, text, text
-    )
-    return report_html(text, [entry, ReportEntry(text)], Settings(), about=text)
+    return report_html(text, [replace(entry(text), settings="n = 2", plot=SVG)], Settings(), about=text)
 
 
 @given(st.text(min_size=1, max_size=60).filter(str.strip))
 @settings(max_examples=30)
-def test_no_text_becomes_a_tag(text: str) -> None:
+def test_no_text_of_a_student_becomes_a_tag(text: str) -> None:
     page, plain = full(text), full("a")
     assert HtmlReader(page).tags == HtmlReader(plain).tags
     assert [page.count(character) for character in '<>"'] == [plain.count(character) for character in '<>"']
 
 
 def test_a_nasty_text_is_shown_as_it_was_written() -> None:
-    assert HtmlReader(full(NASTY)).text.count(NASTY) == 15
+    assert HtmlReader(full(NASTY)).text.count(NASTY) == 5
     assert LOCKED in full(NASTY)
 
 
 def test_everything_that_was_done_is_in_it() -> None:
-    said = ("1.2 Rest", "How near?", "Nearer than d_m", True, "Right.", ("d = 167.2 mm",))
-    entry = ReportEntry(*said, (("d ≥ 150 mm", True),), 3, True, "I thought so.")
-    text = HtmlReader(report_html("My report", [entry], Settings(run=given_settings(dm=0.2)))).text
-    parts = (*(part for part in said[:5] if isinstance(part, str)), "d = 167.2 mm", "I thought so.", "✓ right", "✓ d ≥ 150 mm")
+    run = Settings(run=given_settings(dm=0.2))
+    text = HtmlReader(report_html("My report", [replace(entry("I thought so."), settings="n = 2")], run)).text
+    rows = ("Question", "Prediction", "Drawn", "Reason and outcome", "Measured", "Verdict", "Challenge", "Settings")
+    parts = ("My report", "4.2", *rows, "In my own words", "I thought so.", "✓ right", "your curve", "✓ d ≥ 150 mm", "n = 2")
     more = ("attempts: 3", "✓ passed", "200 mm", "Hold (Fig. 5)", "Made by Duet")
     assert [part for part in (*parts, *more) if part not in text] == []
+    assert "✗ not so" in report_html("r", [entry(right=False)], None) and "<table" not in report_html("r", [entry()], None)
 
 
 def test_what_is_empty_or_has_no_effect_is_left_out() -> None:
-    entry = report_html("r", [ReportEntry("only a title")], None)
-    assert "<dt>" not in entry and "<table" not in entry and "<figure" not in entry
+    lesson = BOOK.lessons[BOOK.index("limits")]
+    index = next(i for i, step in enumerate(lesson.steps) if step.question is None and step.challenge is None)
+    page = report_html("r", [step_entry(Done(lesson, index, StepProgress()))], None)
+    assert "<dt>" not in page and "<table" not in page and "<figure" not in page
     text = report_html("r", [], Settings(run=given_settings(law="potential_field")))
     assert "<td>η</td>" in text and "<td>d<sub>m</sub></td>" not in text
     assert "<td>d<sub>m</sub></td><td>150 mm</td>" in report_html("r", [], Settings())
 
 
-def test_formulas_of_the_lesson_may_be_drawn_but_never_those_of_a_student() -> None:
-    entry = ReportEntry("t $x$", question="why $x$", words="me $x$")
-    page = report_html("r $x$", [entry], None, rich=lambda text: text.replace("$x$", SVG))
-    assert page.count(SVG) == 1 and "me $x$" in page
+def test_formulas_of_the_lesson_are_drawn_but_never_those_of_a_student() -> None:
+    one = entry("me $x$")
+    page = report_html("r $x$", [replace(one, view=replace(one.view, texts=(("predict", "why $x$"),)))], None, about="who $x$")
+    assert "why <svg" in page and "why $x$" not in page and page.count("me $x$") == 2 and "who $x$" in page
 
 
 HEAD = '<svg xmlns="http://www.w3.org/2000/svg"'
@@ -88,28 +103,22 @@ def test_only_plain_pictures_are_put_in() -> None:
     active = (f"{HEAD}><script>1</script></svg>", f'{HEAD} onload="1"/>', f"{HEAD}><foreignObject/></svg>")
     for svg in ("no picture", "<p>x</p>", *active, f"{SVG}<b>x</b>"):
         with pytest.raises(ValueError, match="a plot is no"):
-            report_html("r", [ReportEntry("1", plot=svg)], None)
+            report_html("r", [replace(entry(), plot=svg)], None)
 
 
 def test_it_prints_on_paper(page_at: PageAt, tmp_path: Path) -> None:
     recorded, _ = piece("hold", 3.0)
     plots = [inline_svg(recorded, "p1", only=("lambda",)), inline_svg(recorded, "p2", only=("speeds",)), *[""] * 4]
-    entries = [
-        ReportEntry(f"Step {i}", "How near?", "Nearer", i % 2 == 0, "So.", ("d = 167.2 mm",), words="word " * 40, plot=plots[i])
-        for i in range(6)
-    ]
+    entries = [replace(entry("word " * 40, i % 2 == 0), plot=plot) for i, plot in enumerate(plots)]
     path = tmp_path / "report.html"
     path.write_text(report_html("Lab report", entries, Settings(), about=NASTY), encoding="utf-8")
     page = page_at(820, 1000)
     page.goto(path.as_uri())
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
-    assert page.locator("figure svg").count() == 2 and page.locator("article").count() == 6
+    assert page.locator("figure:not(.drawing) svg").count() == 2 and page.locator("article").count() == 6
     screenshot(page, "report")
     printed = page.pdf(prefer_css_page_size=True)
     assert 2 <= len(re.findall(rb"/Type /Page\b", printed)) <= 7
-
-
-BOOK = our_book()
 
 
 @pytest.fixture(scope="module")

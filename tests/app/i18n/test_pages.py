@@ -3,6 +3,7 @@
 import html
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 
 import matplotlib
 import pytest
@@ -10,15 +11,16 @@ from matplotlib.text import Text
 
 from app.export import plot_pictures as pictures
 from app.export.export_queue import make_picture
-from app.export.lab_report import _settings
+from app.export.lab_report import Done, ReportEntry, _settings, report_html, step_entry
 from app.export.player import assembled, packed_film
 from app.export.recorded_curves import Curves
-from app.export.report_html import ReportEntry, report_html
 from app.export.scene_film import Filmed
 from app.figures.drawn_figure import STYLE
 from app.i18n.catalogue import pseudo
 from app.i18n.speaking import set_language, tr
+from app.lessons.curve_drawing import DrawingVerdict, DrawnCurves
 from app.lessons.loading import load_lessons
+from app.lessons.outcomes import AnswerVerdict
 from app.settings import Details, Settings
 from app.text.lesson_text import plain
 from scenes.rerun import never
@@ -26,6 +28,7 @@ from scenes.settings import RunSettings, changed
 from tests.app.conftest import Arrive, Guest, Join, OpenHouse, ask
 from tests.app.export.runs import piece, read_film
 from tests.app.i18n.conftest import untranslated
+from tests.app.lessons.helpers import much_done
 from tests.app.page.helpers import bodies, notes, open_lessons
 from tests.blocking_client import BlockingClient
 
@@ -158,8 +161,13 @@ def test_the_page_that_plays() -> None:
 def test_the_report() -> None:
     set_language("pseudo")
     run = changed(changed(RunSettings(), "law", "barrier_qp"), "scene", "ball")
-    entry = ReportEntry("1", "1", "2", False, "4", ("3",), (("5", True),), 2, True, "6", settings=_settings(run))
-    page = report_html("7", [entry], Settings(run=run), about=tr("Name"))
+    lesson, index, done = much_done("1")
+    step = replace(lesson.steps[index], title="2")
+    view = step_entry(Done(replace(lesson, title="3"), index, done)).view
+    said = {"texts": (("predict", "4"),), "choices": ("5",) * 9, "verdict": AnswerVerdict(False, "6", "6", ()), "outcome": ("7",)}
+    drawing = DrawnCurves(done.drawing, (), DrawingVerdict(False, "8"))
+    view = replace(view, step=step, drawing=drawing, **said)
+    page = report_html("9", [ReportEntry(view, _settings(run))], Settings(run=run), about=tr("Name"))
     body = re.sub(r"<style>.*?</style>", "", page[page.index("<body>") :], flags=re.DOTALL)
     assert untranslated(html.unescape(body)) == []
     set_language("de")

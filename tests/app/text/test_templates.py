@@ -24,15 +24,15 @@ from app.export.class_report import class_report_bytes
 from app.export.class_summary import AskedQuestion, ClassSummary, HandIn
 from app.export.gain import gains, whole
 from app.export.handout_html import handout_html
-from app.export.lab_report import rich_html
+from app.export.lab_report import ReportEntry, report_html
 from app.export.player import assembled
-from app.export.report_html import ReportEntry, report_html
 from app.export.scene_film import Filmed
 from app.i18n.speaking import tr
 from app.league.entrants import Entrant
 from app.league.league_files import Played
 from app.league.league_page import league_page, league_tables
 from app.lessons.bookmark import Phase
+from app.lessons.curve_drawing import DrawingVerdict, DrawnCurves
 from app.lessons.labels import Contrast
 from app.lessons.lesson import Choice, Lesson, Step
 from app.lessons.loading import read_notes
@@ -47,6 +47,7 @@ from app.page.lessons.lesson_html import blocks_html, law_html
 from app.page.page_assets import titlebar
 from app.page.panels.readout import custom_law_html
 from app.plots.chart import Chart, ChartAxes
+from app.plots.curve_chart import COLUMNS
 from app.session.student_law import LawStatus
 from app.settings import Settings
 from app.text.documents import document_html, document_page
@@ -143,13 +144,10 @@ def class_report() -> str:
 
 
 def report() -> str:
-    entry = ReportEntry(
-        *(NASTY, NASTY, NASTY, True, NASTY, (NASTY,), ((NASTY, True),), 2, True, NASTY, NASTY, NASTY),
-        because=NASTY,
-        drawing="<svg/>",
-        drawing_verdict=NASTY,
-    )
-    return report_html(NASTY, [entry], Settings(), about=NASTY) + report_html(NASTY, [entry], None, rich=rich_html)
+    curves = DrawnCurves((0.5,) * COLUMNS, (), DrawingVerdict(False, NASTY))
+    done = [replace(view, done=replace(view.done, words=NASTY), drawing=view.drawing and curves) for view in views()]
+    entries = [ReportEntry(view, NASTY, "<svg/>") for view in done]
+    return report_html(NASTY, entries, Settings(), about=NASTY) + report_html(NASTY, [], None)
 
 
 def player() -> str:
