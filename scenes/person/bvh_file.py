@@ -214,17 +214,7 @@ class _Reader:
                     there=len(words),
                     columns=self.columns,
                 )
-            try:
-                table[i] = words
-            except ValueError:
-                for word in words:
-                    self._number(word)
-                raise self._fault("holds something that is not a number") from None
-        good = (np.abs(table) <= LARGEST).all(axis=1)
-        if not good.all():
-            self.number, line = rows[int(np.argmin(good))]
-            for word in line.split():
-                self._number(word)
+            table[i] = [self._number(word) for word in words]
         return table
 
     def _next(self, due: str) -> str:
