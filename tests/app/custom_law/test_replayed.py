@@ -23,9 +23,9 @@ from scenes.inputs_file import recorded_bytes
 from scenes.rerun import newest_piece, rerun
 from scenes.settings import RunSettings
 from tests.app.custom_law.helpers import PAPER, session_of, write
-from tests.app.export.test_run_file import as_bytes, rewritten
 from tests.app.inline import Inline
 from tests.app.runtime.processes import until
+from tests.scenes.inputs.helpers import as_bytes, rewritten
 
 pytestmark = pytest.mark.slow
 

@@ -34,6 +34,7 @@ from scenes.inputs_file import recorded_from
 from scenes.settings import changed
 from scenes.simulation import Simulation
 from tests.app.export.runs import SCENES, piece
+from tests.scenes.inputs.helpers import as_bytes, rewritten
 
 
 @cache
@@ -145,18 +146,6 @@ def test_units() -> None:
     units = {"t": "s", "d": "m", "e2": "rad²", "lambda": "", "w_law_b": "m/s", "pair": "", "left_q3": "rad"}
     units |= {"left_dq3": "rad/s", "right_qd1": "rad", "ball_q_x": "m", "ball_dq_x": "m/s"}
     assert {column: unit_of(column, "rad²") for column in units} == units
-
-
-def rewritten(data: bytes, **parts: np.ndarray | None) -> bytes:
-    with np.load(io.BytesIO(data)) as arrays:
-        found = {name: arrays[name] for name in arrays.files} | parts
-    out = io.BytesIO()
-    np.savez(out, **{name: array for name, array in found.items() if array is not None})  # pyright: ignore[reportArgumentType]
-    return out.getvalue()
-
-
-def as_bytes(text: str) -> np.ndarray:
-    return np.frombuffer(text.encode(), np.uint8)
 
 
 @pytest.fixture(scope="module")

@@ -1,5 +1,6 @@
 """Targets of every kind, and runs in which a person wanted some."""
 
+import io
 from functools import cache
 
 import numpy as np
@@ -7,6 +8,7 @@ from hypothesis import strategies as st
 
 from scenes.inputs import InputsLog, Recorded
 from scenes.inputs_file import recorded_bytes
+from scenes.packing import PackedTargets, encoded
 from scenes.settings import changed
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, LinkTarget, PairTarget, Target
 from tests.scenes.helpers import logged_run, scene_settings
@@ -61,3 +63,25 @@ def sample_file(scene: str = "hold", seconds: float = 1.3) -> tuple[Recorded, by
         log.record(simulation, None)
         simulation.step(None)
     return everything(log), recorded_bytes(everything(log))
+
+
+def run_with(*wanted: tuple[Target | None, int]) -> Recorded:
+    """Inputs like the sample's, whose person wants these targets, each for so many steps."""
+    codes, numbers = zip(*(encoded(target) for target, _ in wanted), strict=True)
+    counts = np.array([count for _, count in wanted], np.uint32)
+    packed = PackedTargets(np.array(codes, np.uint8), counts, np.frombuffer(b"".join(numbers)))
+    base, _ = sample_file()
+    return Recorded(base.snapshot, (base.stretches[0]._replace(targets=packed),))
+
+
+def rewritten(data: bytes, **parts: np.ndarray | None) -> bytes:
+    """A file of recorded inputs with other arrays as some of its parts; None leaves a part out."""
+    with np.load(io.BytesIO(data)) as arrays:
+        found = {name: arrays[name] for name in arrays.files} | parts
+    out = io.BytesIO()
+    np.savez(out, **{name: array for name, array in found.items() if array is not None})  # pyright: ignore[reportArgumentType]
+    return out.getvalue()
+
+
+def as_bytes(text: str) -> np.ndarray:
+    return np.frombuffer(text.encode(), np.uint8)

@@ -16,15 +16,14 @@ from hypothesis import strategies as st
 from controllers.errors import BadInputFile
 from scenes import inputs_file
 from scenes.headless import run
-from scenes.inputs import CHAPTER, InputsLog, Recorded, RecordedPerson
+from scenes.inputs import CHAPTER, InputsLog, RecordedPerson
 from scenes.inputs_file import read_person, read_recorded, recorded_bytes, recorded_from
-from scenes.packing import JOINTS, PackedTargets, encoded
 from scenes.rerun import rerun
 from scenes.settings import RunSettings, changed
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget, JointTarget, LinkTarget, Target
 from tests.scenes.helpers import SCENES, logged_run, scene_settings
-from tests.scenes.inputs.helpers import TARGETS, arrays, everything, same, sample_file, targets
+from tests.scenes.inputs.helpers import TARGETS, arrays, as_bytes, everything, rewritten, run_with, same, sample_file, targets
 
 
 @given(st.lists(st.tuples(TARGETS, st.integers(1, 300)), min_size=1, max_size=8))
@@ -138,14 +137,9 @@ POSSIBLE = targets(arrays(3, -2.0, 2.0), arrays(3, -3.0, 3.0).map(pin.exp3), arr
 @settings(max_examples=50)
 @given(st.lists(st.tuples(POSSIBLE, st.integers(1, 5)), min_size=1, max_size=12))
 def test_every_possible_target_goes_through_a_file(runs: list[tuple[Target | None, int]]) -> None:
-    codes, numbers = zip(*(encoded(target) for target, _ in runs), strict=True)
-    packed = PackedTargets(
-        np.array(codes, np.uint8), np.array([count for _, count in runs], np.uint32), np.frombuffer(b"".join(numbers))
-    )
-    base, _ = sample_file()
-    back = recorded_from(recorded_bytes(Recorded(base.snapshot, (base.stretches[0]._replace(targets=packed),))), "a.npz")
-    wanted = [target for target, count in packed.runs() for _ in range(count)]
-    assert all(same(a, b) for a, b in zip(back.targets(), wanted, strict=True))
+    made = run_with(*runs)
+    back = recorded_from(recorded_bytes(made), "a.npz")
+    assert all(same(a, b) for a, b in zip(back.targets(), made.targets(), strict=True))
 
 
 def test_inputs_of_either_kind_are_a_person(tmp_path: Path) -> None:
@@ -162,22 +156,10 @@ def test_inputs_of_either_kind_are_a_person(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("target", [JointTarget(np.zeros(7)), LinkTarget(7, np.zeros(3), np.array([0.4, 0.0, 1.0]))])
 def test_joints_of_other_arms_are_pulled_in_no_run(tmp_path: Path, target: Target) -> None:
-    base, _ = sample_file()
-    code, numbers = encoded(target)
-    packed = PackedTargets(np.array([code], np.uint8), np.array([9], np.uint32), np.frombuffer(numbers))
-    data = recorded_bytes(Recorded(base.snapshot, (base.stretches[0]._replace(targets=packed),)))
-    (tmp_path / "a.npz").write_bytes(data)
+    (tmp_path / "a.npz").write_bytes(recorded_bytes(run_with((target, 9))))
     assert same(read_person(tmp_path / "a.npz", RunSettings()).target(0.0), target)
     with pytest.raises(BadInputFile, match="joints of other arms than these; add --robot lwr --guided right"):
         read_person(tmp_path / "a.npz", RunSettings(robot="ur5"))
-
-
-def test_a_target_for_more_joints_than_there_are_is_refused() -> None:
-    base, _ = sample_file()
-    packed = PackedTargets(np.array([JOINTS + 5], np.uint8), np.array([9], np.uint32), np.zeros(5))
-    data = recorded_bytes(Recorded(base.snapshot, (base.stretches[0]._replace(targets=packed),)))
-    with pytest.raises(BadInputFile, match="moves joints that the arm does not have"):
-        recorded_from(data, "a.npz")
 
 
 SAMPLE, DATA = sample_file()
@@ -185,19 +167,10 @@ SAMPLE, DATA = sample_file()
 
 def with_parts(**changes: Any) -> bytes:
     """The sample's file with some parts replaced; `about` by a dictionary of changes; None leaves a part out."""
-    with np.load(io.BytesIO(DATA)) as arrays:
-        parts = {name: arrays[name] for name in arrays.files}
-    for name, value in changes.items():
-        if name == "about" and isinstance(value, dict):
-            about = json.loads(parts["about"].tobytes()) | value
-            value = np.frombuffer(json.dumps(about).encode(), np.uint8)
-        if value is None:
-            del parts[name]
-        else:
-            parts[name] = value
-    out = io.BytesIO()
-    np.savez(out, **parts)
-    return out.getvalue()
+    if isinstance(about := changes.get("about"), dict):
+        with np.load(io.BytesIO(DATA)) as arrays:
+            changes["about"] = as_bytes(json.dumps(json.loads(arrays["about"].tobytes()) | about))
+    return rewritten(DATA, **changes)
 
 
 def edited(name: str, index: int, value: float) -> dict[str, np.ndarray]:
@@ -215,10 +188,9 @@ def test_files_that_are_wrong_as_a_whole() -> None:
     for target, message in (
         *((HandTarget(np.zeros(3), rotation), message) for rotation, message in turns),
         *((LinkTarget(joint, np.zeros(3), np.full(3, place)), message) for joint, place, message in pulls),
+        (JointTarget(np.zeros(5)), "moves joints that the arm does not have"),
     ):
-        code, numbers = encoded(target)
-        packed = PackedTargets(np.array([code], np.uint8), np.array([1], np.uint32), np.frombuffer(numbers))
-        data = recorded_bytes(Recorded(SAMPLE.snapshot, (SAMPLE.stretches[0]._replace(targets=packed),)))
+        data = recorded_bytes(run_with((target, 1)))
         if message:
             with pytest.raises(BadInputFile, match=message):
                 recorded_from(data, "a")
