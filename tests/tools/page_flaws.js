@@ -58,5 +58,19 @@
         found.add(`over each other: ${name(one, said)} | ${name(other, text)}`);
       }
     }
+  for (const box of document.querySelectorAll("[data-testid=floating-panel], [data-floating-window]")) {
+    const { left, top, right, bottom, width } = box.getBoundingClientRect();
+    if (width && (left < -1 || top < -1 || right > innerWidth + 1 || bottom > innerHeight + 1))
+      found.add(`beyond the window: ${box.dataset.testid ?? "plots"} ${[left, top, right, bottom].map(Math.round)}`);
+  }
+  if (document.documentElement.scrollWidth > innerWidth + 1) found.add("too wide: the page itself");
+  const boxes = "label, button, [role=tab], .mantine-Button-label, .duet, .duet *, .duet-caption, .duet-caption *";
+  for (const box of document.querySelectorAll(boxes)) {
+    // A formula may be wider than its place, and is then moved by hand.
+    if (box.closest("svg, pre, .duet-formula") || !box.clientWidth || !box.textContent.trim() || !seen(box)) continue;
+    // What sticks out of viser's own boxes may do so, and so does the lever of a card.
+    if (getComputedStyle(box).overflowX === "visible" && (!box.closest(".duet, .duet-caption") || box.querySelector(".lever"))) continue;
+    if (box.scrollWidth > box.clientWidth + 1) found.add(`too wide: ${name(box, box.textContent)}, ${box.scrollWidth} px in ${box.clientWidth}`);
+  }
   return [...found];
 }

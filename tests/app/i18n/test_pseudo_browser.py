@@ -7,20 +7,7 @@ from app.i18n.catalogue import pseudo
 from app.page.panels.controls import TABS
 from tests.app.conftest import OpenHouse
 from tests.browser import PageAt, close_software_note, lasting, until
-
-CUT = """() => {
-  const cut = [];
-  for (const e of document.querySelectorAll('label, button, [role=tab], .mantine-Button-label, .duet *, .duet-caption, .duet-caption *')) {
-    const box = e.getBoundingClientRect(), style = getComputedStyle(e);
-    if (!box.width || !box.height || style.visibility === 'hidden' || style.overflowX === 'visible') continue;
-    // A formula may be wider than its place, and is then moved by hand.
-    if (e.closest('svg, pre, .duet-formula') || !e.textContent.trim()) continue;
-    if (e.scrollWidth > e.clientWidth + 1) cut.push(`${e.textContent.trim().slice(0, 60)}: ${e.scrollWidth} in ${e.clientWidth}`);
-  }
-  if (document.documentElement.scrollWidth > innerWidth) cut.push(`the page: ${document.documentElement.scrollWidth} in ${innerWidth}`);
-  return cut;
-}"""
-"""The texts that are cut off, with the width that they need and the one that they have [px]."""
+from tests.tools.page_flaws import flaws
 
 ENGLISH = """() => {
   const found = new Set();
@@ -73,16 +60,16 @@ def test_nothing_is_cut_off(house: OpenHouse, page_at: PageAt, width: int, heigh
     for name, seen in {"Law": "law", "Arms": "task", "Compare": "ghost", "View": "language", "Keys": "restart the run"}.items():
         page.get_by_role("tab", name=pseudo(name)).click()
         page.get_by_text(pseudo(seen), exact=True).first.wait_for()
-        assert lasting(page, lambda: page.evaluate(CUT)) == [], name
+        assert lasting(page, lambda: flaws(page)) == [], name
         # The page's script translates what viser says a little later.
         until(page, lambda: english(page) == [], f"the last English word of {name}")
     page.get_by_role("button", name=pseudo("Lessons")).evaluate("e => e.click()")
     page.locator("button.lesson").nth(10).wait_for()
-    assert lasting(page, lambda: page.evaluate(CUT)) == []
+    assert lasting(page, lambda: flaws(page)) == []
     page.locator("button.lesson").first.evaluate("e => e.click()")
     page.locator(".duet-l-head").wait_for()
     until(page, lambda: page.get_by_role("button", name=pseudo("Reset step")).count() > 0, "the lesson's buttons")
-    assert lasting(page, lambda: page.evaluate(CUT)) == []
+    assert lasting(page, lambda: flaws(page)) == []
 
 
 def test_a_browser_says_what_its_person_reads(house: OpenHouse, page_at: PageAt) -> None:

@@ -183,22 +183,6 @@ FREE = """names => names.map(name => {
   return top === canvas ? '' : `${name} at ${x.toFixed(0)}, ${y.toFixed(0)} is under ${top && top.outerHTML.slice(0, 90)}`;
 }).filter(text => text)"""
 
-CUT = """() => {
-  const wrong = [], wide = innerWidth, high = innerHeight;
-  for (const part of document.querySelectorAll('[data-testid=floating-panel], [data-floating-window]')) {
-    const b = part.getBoundingClientRect();
-    if (b.width && (b.left < -1 || b.top < -1 || b.right > wide + 1 || b.bottom > high + 1))
-      wrong.push(`panel ${part.dataset.testid ?? 'plots'} ${[b.left, b.top, b.right, b.bottom].map(Math.round)} of ${wide}×${high}`);
-  }
-  for (const part of document.querySelectorAll('.duet, .duet *, .duet-caption, .duet-caption *')) {
-    if (part.closest('svg') || !part.clientWidth) continue;
-    if (part.scrollWidth > part.clientWidth + 1)
-      wrong.push(`${part.className} “${part.textContent.slice(0, 60)}” ${part.scrollWidth} > ${part.clientWidth}`);
-  }
-  if (document.documentElement.scrollWidth > wide + 1) wrong.push('the page itself is too wide');
-  return wrong;
-}"""
-
 
 def see_free(page: Page, nodes: list[str], where: str) -> None:
     """Wait until nothing covers these nodes, or fail with what does: a view is corrected once the panels have found their places."""

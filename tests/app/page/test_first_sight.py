@@ -14,8 +14,9 @@ from app.stage.hand_marks import RADIUS
 from app.theme import PALETTES, rgb
 from scenes.ball import PATH
 from tests.app.conftest import OpenHouse, ask
-from tests.app.page.by_hand import CUT, LATE_UPDATE, see_free, see_plots, visit
+from tests.app.page.by_hand import LATE_UPDATE, see_free, see_plots, visit
 from tests.browser import PageAt, close_software_note, drawn, lasting, screenshot, until, wait_frames, world_to_px
+from tests.tools.page_flaws import flaws
 
 SEEN = "p => document.elementFromPoint(...p) === __viserMutable.canvas"
 FOREARM = "/person/body/left_upper_arm/left_forearm"
@@ -87,7 +88,7 @@ def test_first_sight_of_every_scene_and_rig_and_of_the_ring(
         page.get_by_text("paused", exact=True).wait_for()
         wait_frames(page, 6)
         screenshot(page, f"page-{width}-{scene}-{rig}")
-        assert lasting(page, lambda: page.evaluate(CUT)) == [], (scene, rig)
+        assert lasting(page, lambda: flaws(page)) == [], (scene, rig)
         see_free(page, nodes, f"{scene}, {rig}, on the way")
         ask(session, lambda s: s.toggle_pause())
     if width == 1024:

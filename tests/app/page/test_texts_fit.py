@@ -41,6 +41,9 @@ def test_flaws_are_found(page_at: PageAt) -> None:
         '<p>under</p><div style="position:fixed;inset:0;background:#fff"></div>': ["covered by"],
         '<p style="position:absolute;top:5px">first</p><p style="position:absolute;top:8px">second</p>': ["over each other"],
         '<p style="position:absolute;left:-20px">half outside</p>': ["cut at a side"],
+        '<p class="duet" style="width:30px;overflow-x:auto;white-space:nowrap">to be moved by hand</p>': ["too wide"],
+        '<div style="width:500px;height:9px"></div>': ["too wide"],
+        '<p data-floating-window style="position:fixed;top:190px">half below</p>': ["beyond the window"],
     }.items():
         page.set_content(body)
         found = flaws(page)
