@@ -3,16 +3,15 @@
 What goes over a connection never passes here. Imports nothing slow, so that a single visitor pays nothing for it.
 """
 
+import asyncio
 import logging
 import re
-import selectors
 import signal
 import socket
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from time import monotonic
-from typing import Final, NamedTuple
+from typing import Any, Final
 
 from app.hosting.worker_group import WorkerGroup
 from app.hosting.worker_messages import WorkerStart
@@ -45,14 +44,6 @@ def tab_of(line: bytes, key: str = "resume") -> str:
     return found[1].decode() if found else ""
 
 
-class _Unread(NamedTuple):
-    """A connection without a whole head: where it comes from, when it is dropped, and when it is looked at again, 0 for at an event [s]."""
-
-    address: str
-    end: float
-    look: float = 0.0
-
-
 class Dispatcher:
     """Listens for a group of workers.
 
@@ -63,16 +54,11 @@ class Dispatcher:
     """
 
     def __init__(self, listener: socket.socket, start: WorkerStart, most: int) -> None:
+        listener.setblocking(False)
         self._listener = listener
-        self._selector = selectors.DefaultSelector()
-        self._unread: dict[socket.socket, _Unread] = {}
-        self._unread_queue = BoundedQueue[socket.socket](MOST_UNREAD, MOST_OF_ADDRESS, MOST_OF_TAB)
-        self._bell, self._ringing = socket.socketpair()
-        for end in (listener, self._bell, self._ringing):
-            end.setblocking(False)
-        self._selector.register(self._bell, selectors.EVENT_READ, self._renew)
-        self._selector.register(listener, selectors.EVENT_READ, self._accept)
-        self._group = WorkerGroup(self._selector, start, most)
+        self._unread = BoundedQueue["asyncio.Task[Any]"](MOST_UNREAD, MOST_OF_ADDRESS, MOST_OF_TAB)
+        self._runner = asyncio.Runner()
+        self._group = WorkerGroup(self._runner.get_loop(), start, most)
 
     def run(self, ready: Callable[[int], None]) -> None:
         """Serve until an exception, such as Ctrl+C; renew the workers at every SIGUSR1.
@@ -83,33 +69,22 @@ class Dispatcher:
         Raises:
             DuetError: the first worker cannot start.
         """
-        signal.signal(signal.SIGUSR1, lambda number, frame: self.renew())
-        announced = False
-        while True:
-            times = [unread.look or unread.end for unread in self._unread.values()]
-            for key, _ in self._selector.select(max(min([self._group.next_due, *times]) - monotonic(), 0.0)):
-                key.data()
-            if not announced and self._group.places:
-                announced = True
-                ready(self._group.places)
-            self._group.look_after(monotonic())
-            self._look_again(monotonic())
-
-    def renew(self) -> None:
-        """Ask for all workers to be replaced, one after the other; may be called in a signal's handler."""
-        with suppress(OSError):
-            self._ringing.send(b"r")
+        self._runner.run(self._serve(ready))
 
     def close(self, goes_on: bool = False) -> None:
         """Stop to listen, and end the workers when they have saved everything. `goes_on`: see `Stop`."""
-        for end in (self._listener, self._bell, self._ringing, *self._unread):
-            end.close()
+        self._listener.close()
+        self._runner.close()
+        # There is nothing to renew any more.
+        signal.signal(signal.SIGUSR1, signal.SIG_IGN)
         self._group.close(goes_on)
-        self._selector.close()
 
-    def _renew(self) -> None:
-        self._bell.recv(HEAD)
-        self._group.renew()
+    async def _serve(self, ready: Callable[[int], None]) -> None:
+        loop = asyncio.get_running_loop()
+        loop.add_signal_handler(signal.SIGUSR1, self._group.renew)
+        loop.add_reader(self._listener, self._accept)
+        ready(await self._group.places)
+        await self._group.look_after()
 
     def _accept(self) -> None:
         try:
@@ -122,56 +97,54 @@ class Dispatcher:
             time.sleep(GLANCE)
             return
         connection.setblocking(False)
-        self._unread[connection] = _Unread(address, monotonic() + SLOW)
-        self._selector.register(connection, selectors.EVENT_READ, lambda: self._read(connection))
-        self._enter(connection)
+        self._enter(asyncio.get_running_loop().create_task(self._pass_on(connection, address)), address)
 
-    def _enter(self, connection: socket.socket, tab: str = "") -> None:
-        oldest = self._unread_queue.enter(connection, self._unread[connection].address, tab)
+    def _enter(self, waiting: "asyncio.Task[Any]", address: str, tab: str = "") -> None:
+        oldest = self._unread.enter(waiting, address, tab)
         if oldest is not None:
-            self._drop(oldest)
+            oldest.cancel()
 
-    def _read(self, connection: socket.socket) -> None:
-        """Look at what has arrived, which stays to be read by the worker."""
-        if connection not in self._unread:
-            # It has made room in this very round.
-            return
+    async def _pass_on(self, connection: socket.socket, address: str) -> None:
+        """Give a connection to the worker of its tab once the head of its request is here; drop one that is too slow, or makes room."""
+        this = asyncio.current_task()
+        assert this is not None
         try:
-            found = connection.recv(HEAD, socket.MSG_PEEK)
-        except BlockingIOError:
+            async with asyncio.timeout(SLOW):
+                await _readable(connection)
+                line, whole = _begun(connection)
+                while not whole:
+                    self._enter(this, address, tab_of(line))
+                    # It would be readable all the time.
+                    await asyncio.sleep(GLANCE)
+                    line, whole = _begun(connection)
+        except (OSError, asyncio.CancelledError):
+            connection.close()
             return
-        except OSError:
-            found = b""
-        if not found:
-            self._drop(connection)
-            return
-        line, end, _ = found.partition(b"\n")
+        finally:
+            self._unread.leave(this)
         tab = tab_of(line)
-        self._forget(connection)
-        # What is no request has no head; the worker refuses it.
-        if not (_END.search(found) or (end and not _REQUEST.fullmatch(line)) or len(found) == HEAD):
-            # It would be readable all the time.
-            self._unread[connection] = self._unread[connection]._replace(look=monotonic() + GLANCE)
-            self._enter(connection, tab)
-            return
-        address = self._unread.pop(connection).address
-        self._unread_queue.leave(connection)
         self._group.worker_of(tab, tab_of(line, "guest")).take(connection, monotonic(), address, tab)
 
-    def _forget(self, connection: socket.socket) -> None:
-        with suppress(KeyError):
-            self._selector.unregister(connection)
 
-    def _drop(self, connection: socket.socket) -> None:
-        self._forget(connection)
-        self._unread_queue.leave(connection)
-        del self._unread[connection]
-        connection.close()
+async def _readable(connection: socket.socket) -> None:
+    """Return when something has arrived."""
+    loop, arrived = asyncio.get_running_loop(), asyncio.Event()
+    loop.add_reader(connection, arrived.set)
+    try:
+        await arrived.wait()
+    finally:
+        loop.remove_reader(connection)
 
-    def _look_again(self, now: float) -> None:
-        """Look again at requests that have arrived in part, and drop those that are too slow."""
-        for connection, unread in list(self._unread.items()):
-            if unread.end <= now:
-                self._drop(connection)
-            elif 0.0 < unread.look <= now:
-                self._read(connection)
+
+def _begun(connection: socket.socket) -> tuple[bytes, bool]:
+    """Return the first line of what has arrived, which stays to be read by the worker, and whether the head is whole.
+
+    Raises:
+        OSError: the browser has gone.
+    """
+    found = connection.recv(HEAD, socket.MSG_PEEK)
+    if not found:
+        raise ConnectionAbortedError
+    line, end, _ = found.partition(b"\n")
+    # What is no request has no head; the worker refuses it.
+    return line, bool(_END.search(found) or (end and not _REQUEST.fullmatch(line)) or len(found) == HEAD)

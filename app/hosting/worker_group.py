@@ -1,8 +1,8 @@
 """The worker processes behind the dispatcher: which one has a tab, and how they are started, replaced and renewed. Imports nothing slow."""
 
+import asyncio
 import logging
 import secrets
-import selectors
 import shutil
 import subprocess
 import tempfile
@@ -53,23 +53,21 @@ class WorkerGroup:
     """Starts workers as they are needed, and replaces those that have ended.
 
     Args:
-        selector: calls the data of a key when its file has something to read.
+        loop: in which the workers are heard. All methods belong to its thread.
         start: what every worker serves; `run`, `jobs` and `index` are filled in here.
         most: workers at once; in a lecture, besides the one with the plenary.
 
     Attributes:
         workers: the one with the plenary of a lecture is the first.
-        places: sessions that all have at once, as the worker says that was ready last; 0 before the first one serves.
+        places: sessions that all have at once, once the first worker serves; a `DuetError` if it cannot start.
     """
 
-    def __init__(self, selector: selectors.BaseSelector, start: WorkerStart, most: int) -> None:
-        self._selector, self._most = selector, most
+    def __init__(self, loop: asyncio.AbstractEventLoop, start: WorkerStart, most: int) -> None:
+        self._loop, self._most = loop, most
         self._folder = Path(tempfile.mkdtemp(prefix="duet-"))
         self._address = JobAddress(str(self._folder / "jobs"), secrets.token_bytes(16))
         self._start = replace(start, run=secrets.token_hex(8), jobs=self._address)
         self._jobs: subprocess.Popen[bytes] | None = None
-        self._due: dict[int, float] = {}
-        self._next_look = monotonic() + LOOK
         self._short: dict[int, int] = {}
         self._tabs: dict[str, int] = {}
         self._inviting: dict[str, int] = {}
@@ -78,7 +76,7 @@ class WorkerGroup:
         self._decided: bytes | None = None
         self._to_renew: deque[int] = deque()
         self._successor: tuple[int, WorkerProcess] | None = None
-        self.places = 0
+        self.places: asyncio.Future[int] = loop.create_future()
         self.workers: list[WorkerProcess] = []
         self._begin(0)
 
@@ -148,12 +146,14 @@ class WorkerGroup:
             return
         match message:
             case messages.Ready(places):
-                self.places = places
+                if not self.places.done():
+                    self.places.set_result(places)
                 self._ready(worker)
             case messages.Failed(text):
-                if not self.places:
-                    raise DuetError(text)
-                log.error("a worker cannot start: %s", text)
+                if not self.places.done():
+                    self.places.set_exception(DuetError(text))
+                else:
+                    log.error("a worker cannot start: %s", text)
             case messages.ClientCount(count):
                 worker.clients = count
                 self._share_counts()
@@ -205,7 +205,7 @@ class WorkerGroup:
 
     def _new(self, index: int) -> WorkerProcess:
         worker = WorkerProcess(replace(self._start, index=index), monotonic())
-        self._selector.register(worker.control, selectors.EVENT_READ, lambda: self._hear(worker))
+        self._loop.add_reader(worker.control, self._hear, worker)
         return worker
 
     def _begin(self, index: int) -> bool:
@@ -217,7 +217,7 @@ class WorkerGroup:
                 raise
             log.error("a worker cannot be started: %s", error)
             if index < len(self.workers):
-                self._due[index] = monotonic() + RESTART_DELAYS[-1]
+                self._loop.call_later(RESTART_DELAYS[-1], self._begin, index)
             return False
         if index < len(self.workers):
             self._put(index, worker)
@@ -264,19 +264,22 @@ class WorkerGroup:
 
     def _ended(self, worker: WorkerProcess) -> None:
         """Put another worker in the place of one that has ended; its tabs come to that one."""
-        self._selector.unregister(worker.control)
+        self._loop.remove_reader(worker.control)
         worker.close(1.0)
         worker.clients = 0
         worker.ready = worker.has_served = False
-        if not self.places:
-            raise DuetError(f"The page cannot be served: its process has ended with code {worker.process.returncode}.")
+        code = worker.process.returncode
+        if not self.places.done():
+            self.places.set_exception(DuetError(f"The page cannot be served: its process has ended with code {code}."))
+        if self.places.exception() is not None:
+            return
         if worker not in self.workers:
-            log.error("a new worker has ended with code %s; those that serve go on", worker.process.returncode)
+            log.error("a new worker has ended with code %s; those that serve go on", code)
             self._successor = None
             self._to_renew.clear()
             return
         self._share_counts()
-        index, now = self.workers.index(worker), monotonic()
+        index = self.workers.index(worker)
         if self._successor is not None and self._successor[0] == index:
             successor, self._successor = self._successor[1], None
             self._put(index, successor)
@@ -284,10 +287,10 @@ class WorkerGroup:
                 self._serve(index)
             self._renew_next()
             return
-        self._short[index] = self._short.get(index, 0) + 1 if now - worker.began < SHORT_LIFE else 0
+        self._short[index] = self._short.get(index, 0) + 1 if monotonic() - worker.began < SHORT_LIFE else 0
         short = self._short[index]
-        self._due[index] = now + (RESTART_DELAYS[min(short, len(RESTART_DELAYS)) - 1] if short else 0.0)
-        log.warning("worker %d has ended with code %s; another one takes its place", index + 1, worker.process.returncode)
+        self._loop.call_later(RESTART_DELAYS[min(short, len(RESTART_DELAYS)) - 1] if short else 0.0, self._begin, index)
+        log.warning("worker %d has ended with code %s; another one takes its place", index + 1, code)
 
     def renew(self) -> None:
         """Replace every worker, one after the other, by one that has loaded the program as it is now."""
@@ -309,8 +312,8 @@ class WorkerGroup:
         if self._lecture and index == 0:
             # A plenary that ends by itself ends the class; one that breaks off goes on.
             self.workers[0].process.kill()
-        elif index not in self._due:
-            # One that is due is about to load the program as it is now.
+        elif self.workers[index].process.returncode is None:
+            # What comes after one that has ended loads the program as it is now.
             try:
                 self._successor = index, self._new(index)
             except OSError as error:
@@ -319,26 +322,24 @@ class WorkerGroup:
             return
         self._renew_next()
 
-    @property
-    def next_due(self) -> float:
-        """Return when `look_after` is to be called [s]."""
-        return min([self._next_look, *self._due.values()])
+    async def look_after(self) -> None:
+        """Look every `LOOK` whether the workers are at work."""
+        while True:
+            due = monotonic() + LOOK
+            await asyncio.sleep(LOOK)
+            if monotonic() - due <= LATE:
+                self.look()
 
-    def look_after(self, now: float) -> None:
-        """Start the workers that are due, and end those that hang. `now`: the time [s]."""
-        if now >= self._next_look:
-            late, self._next_look = now - self._next_look > LATE, now + LOOK
-            for worker in () if late else self.workers:
-                # One that is to stop must also come to its end: its successor waits for that.
-                worker.silent = worker.silent + 1 if worker.has_served else 0
-                if worker.silent > (MOST_SILENT if worker.ready else MOST_STOPPING):
-                    log.error("a worker draws nothing any more, and is ended")
-                    worker.process.kill()
-            if self._successor is not None and not late and not (new := self._successor[1]).has_started:
-                new.silent += 1
-                if new.silent > MOST_STARTING:
-                    log.error("a new worker does not come to its start, and is ended")
-                    new.process.kill()
-        for index in [index for index, due in self._due.items() if due <= now]:
-            del self._due[index]
-            self._begin(index)
+    def look(self) -> None:
+        """End the workers that hang."""
+        for worker in self.workers:
+            # One that is to stop must also come to its end: its successor waits for that.
+            worker.silent = worker.silent + 1 if worker.has_served else 0
+            if worker.silent > (MOST_SILENT if worker.ready else MOST_STOPPING):
+                log.error("a worker draws nothing any more, and is ended")
+                worker.process.kill()
+        if self._successor is not None and not (new := self._successor[1]).has_started:
+            new.silent += 1
+            if new.silent > MOST_STARTING:
+                log.error("a new worker does not come to its start, and is ended")
+                new.process.kill()

@@ -159,8 +159,8 @@ ERRORS = {
     "serve --theme pink": "theme = 'pink'|light|dark",
     "serve --port 70000": "port 70000",
     "serve --port 0 --host no.such.host.invalid": "no.such.host.invalid|127.0.0.1",
-    "serve --port 0 --allow-origin duet.example.org": "duet.example.org|https://",
-    "serve --allow-origin https://b.org/duet": "'https://b.org/duet' has a path|give https://b.org",
+    "serve --workers 1 --port 0 --allow-origin duet.example.org": "duet.example.org|https://",
+    "serve --workers 1 --allow-origin https://b.org/duet": "'https://b.org/duet' has a path|give https://b.org",
     **{
         f"serve --edit-law {option}": f"--edit-law is not possible with {option.partition(' https')[0]}|Leave out"
         for option in ("--host 0.0.0.0", "--lecture", "--allow-origin https://b.org", "--embed-origin https://b.org")

@@ -1,18 +1,19 @@
 """The page in worker processes: tabs are spread over them, stay at theirs, and outlive it."""
 
+import asyncio
 import os
-import selectors
 import signal
 import socket
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, suppress
 from datetime import datetime, timedelta
 from itertools import count
 from pathlib import Path
-from time import monotonic
 from types import SimpleNamespace
 from typing import Any, cast
 from urllib.request import urlopen
@@ -22,7 +23,7 @@ import pytest
 from app.hosting import worker_process
 from app.hosting.dispatcher import MOST_OF_ADDRESS, MOST_OF_TAB, tab_of
 from app.hosting.serve_options import ServeOptions
-from app.hosting.worker_group import FEW, LATE, LOOK, MOST_SILENT, MOST_STARTING, MOST_STOPPING, WorkerGroup
+from app.hosting.worker_group import FEW, MOST_SILENT, MOST_STARTING, MOST_STOPPING, WorkerGroup
 from app.hosting.worker_messages import WorkerStart
 from app.settings import GUEST
 from tests.app.hosting.test_guests import INVITE, ON_STAGE, came_again, enter, see, word_on
@@ -244,21 +245,20 @@ class Group:
 
     def __init__(self, opened: ExitStack, most: int = 1) -> None:
         listener = opened.enter_context(socket.create_server(("127.0.0.1", 0)))
-        self._selector = opened.enter_context(selectors.DefaultSelector())
+        # Where a browser is driven, this thread has an event loop that is at work.
+        self._thread = opened.enter_context(ThreadPoolExecutor(1))
+        self.loop = asyncio.new_event_loop()
+        opened.callback(self.loop.close)
         start = WorkerStart(ServeOptions(port=listener.getsockname()[1]))
-        self.group = WorkerGroup(self._selector, start, most)
+        self.group = WorkerGroup(self.loop, start, most)
         opened.callback(self.group.close)
 
     def hear_until(self, true: Callable[[], object]) -> None:
         def heard() -> object:
-            for key, _ in self._selector.select(0.0):
-                key.data()
+            self._thread.submit(self.loop.run_until_complete, asyncio.sleep(0.0)).result()
             return true()
 
         until(heard)
-
-    def hear_all(self) -> None:
-        self.hear_until(lambda: not self._selector.select(0.0))
 
 
 @pytest.mark.usefixtures("real")
@@ -267,25 +267,20 @@ def test_a_worker_that_hangs_is_replaced_and_one_that_works_is_not() -> None:
         dispatcher = Group(opened)
         group, hear_until = dispatcher.group, dispatcher.hear_until
         (worker,) = group.workers
-        looks = (monotonic() + LOOK * look for look in count(1))
         for _ in range(MOST_SILENT + 1):
-            group.look_after(next(looks))
+            group.look()
         assert not worker.silent, "it only starts"
         hear_until(lambda: worker.ready)
         for _ in range(MOST_SILENT):
-            group.look_after(next(looks))
+            group.look()
         hear_until(lambda: not worker.silent)
         os.kill(worker.process.pid, signal.SIGSTOP)
-        dispatcher.hear_all()
+        hear_until(lambda: not worker.control.poll())
         for _ in range(MOST_SILENT):
-            group.look_after(next(looks))
+            group.look()
         assert worker.process.poll() is None and group.workers == [worker], "the machine may have been asleep"
-        for _ in range(MOST_SILENT):
-            late = group.next_due + 1.1 * LATE
-            group.look_after(late)
-        assert worker.silent == MOST_SILENT, "the dispatcher itself had no processor"
-        group.look_after(group.next_due)
-        hear_until(lambda: group.workers != [worker] or group.look_after(monotonic()))
+        group.look()
+        hear_until(lambda: group.workers != [worker])
         assert gone(worker.process.pid)
         hear_until(lambda: group.workers[0].ready)
         # One that hangs is also renewed, though it has longer to come to its end.
@@ -294,9 +289,9 @@ def test_a_worker_that_hangs_is_replaced_and_one_that_works_is_not() -> None:
         group.renew()
         hear_until(lambda: not old.ready)
         for _ in range(MOST_STOPPING):
-            group.look_after(group.next_due)
+            group.look()
         assert old.process.poll() is None
-        group.look_after(group.next_due)
+        group.look()
         hear_until(lambda: group.workers != [old] and group.workers[0].ready)
         assert gone(old.process.pid)
         # One that hangs before it has started is given up.
@@ -307,14 +302,33 @@ def test_a_worker_that_hangs_is_replaced_and_one_that_works_is_not() -> None:
         os.kill(new.process.pid, signal.SIGSTOP)
         for _ in range(MOST_STARTING):
             worker.silent = 0
-            group.look_after(group.next_due)
+            group.look()
         assert new.process.poll() is None
         worker.silent = 0
-        group.look_after(group.next_due)
+        group.look()
         hear_until(lambda: group._successor is None)
         assert gone(new.process.pid) and group.workers == [worker] and worker.process.poll() is None
         group.renew()
         assert group._successor is not None
+
+
+@pytest.mark.usefixtures("real")
+def test_a_look_that_is_late_says_nothing_of_the_workers(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("app.hosting.worker_group.LOOK", 0.1)
+    monkeypatch.setattr("app.hosting.worker_group.LATE", 0.5)
+    looks: list[float] = []
+    with ExitStack() as opened:
+        dispatcher = Group(opened)
+        monkeypatch.setattr(dispatcher.group, "look", lambda: looks.append(time.monotonic()))
+        task = dispatcher.loop.create_task(dispatcher.group.look_after())
+        dispatcher.hear_until(lambda: looks)
+        # The dispatcher itself has no processor.
+        dispatcher.loop.call_soon(time.sleep, 1.0)
+        awake = time.monotonic() + 1.0
+        dispatcher.hear_until(lambda: len(looks) > 2)
+        assert all(look >= awake + 0.1 for look in looks[1:])
+        task.cancel()
+        dispatcher.hear_until(task.done)
 
 
 HANGING = """
@@ -347,7 +361,10 @@ def test_a_newcomer_goes_to_a_worker_that_serves_and_one_whose_frames_alone_hang
         second.silent = 1
         hear_until(lambda: not second.silent)
         os.kill(second.process.pid, signal.SIGUSR2)
-        hear_until(lambda: group.look_after(monotonic()) or group.workers[1] is not second)
+        looks = dispatcher.loop.create_task(group.look_after())
+        hear_until(lambda: group.workers[1] is not second)
+        looks.cancel()
+        hear_until(looks.done)
         assert gone(second.process.pid) and group.workers[0] is first
 
 
