@@ -393,7 +393,9 @@ def test_what_a_student_changed_pushed_and_typed_is_taken_up_again() -> None:
     assert again.said == []
 
 
-PRESSES = tuple(map(do.Press, (*2 * ("next", "run"), "back", "again", "reset", "why", "check", "hint", "leave")))
+PRESSES = 2 * (do.Press("next"), do.Press("run")) + tuple(
+    do.Press(what) for what in ("back", "again", "reset", "why", "check", "hint", "leave")
+)
 
 
 class WildStudent(Student):
