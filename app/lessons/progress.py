@@ -25,6 +25,11 @@ LONGEST_REASON: Final = 200
 """Characters of the reason that a student gives for a prediction."""
 
 
+def kept_reason(typed: str) -> str:
+    """Return what is kept of a reason as it was typed."""
+    return typed[:LONGEST_REASON].strip()
+
+
 MOST_TRIES: Final = 30
 """Newest tries of a search that are remembered."""
 

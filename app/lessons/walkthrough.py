@@ -26,7 +26,7 @@ from app.lessons.outcomes import (
     observed,
     reference,
 )
-from app.lessons.progress import LONGEST_REASON, MOST_TRIES, MOST_WORDS, StepProgress, Try, from_json, to_json
+from app.lessons.progress import MOST_TRIES, MOST_WORDS, StepProgress, Try, from_json, kept_reason, to_json
 from app.lessons.runs import Setup
 from app.lessons.step_view import LessonEntry, StepPosition, StepView, has_curve, make_view, why_of
 from app.plots.curve_chart import Curve
@@ -253,7 +253,7 @@ class Walkthrough:
 
     def give_reason(self, reason: str, lesson: str, step: str) -> None:
         """Keep the reason that the student gives for a prediction, in the step of a name."""
-        self._progress.at(lesson, step).because = reason.strip()[:LONGEST_REASON]
+        self._progress.at(lesson, step).because = kept_reason(reason)
 
     # ---- the run -----------------------------------------------------------------------------------------------------------
 

@@ -60,6 +60,14 @@ class Write(LessonAction, newest_by=("lesson", "step")):
     words: str
 
 
+class GiveReason(LessonAction, newest_by=("lesson", "step")):
+    """Give a reason for the prediction in the step of a lesson, by their names."""
+
+    lesson: str
+    step: str
+    reason: str
+
+
 class Press(LessonAction, newest_by=("what",)):
     """Press a button of the lessons, or its key.
 

@@ -194,6 +194,8 @@ class LessonSession:
                 self.said[index] = number
             case lesson_actions.Write(lesson, step, words):
                 self.walk.write(words, lesson, step)
+            case lesson_actions.GiveReason(lesson, step, reason):
+                self.walk.give_reason(reason, lesson, step)
             case _:
                 self.listing = False
                 if self.open:

@@ -12,13 +12,12 @@ from app.lessons.bookmark import Phase
 from app.lessons.lesson import MOST_FORECASTS, Challenge
 from app.lessons.measures.quantity import UNITS
 from app.lessons.outcomes import asks_for_distance
-from app.lessons.progress import LONGEST_REASON
-from app.lessons.session.lesson_actions import Guess, SayNumber
+from app.lessons.progress import LONGEST_REASON, kept_reason
+from app.lessons.session.lesson_actions import GiveReason, Guess, SayNumber
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.step_view import StepView
 from app.page.lessons.lesson_html import rules_html
 from app.page.lessons.lesson_panel import ORDER
-from app.session.actions import Action
 from app.session.session import Session
 from app.web.control_events import on_entry
 from app.web.viser_internals import uuid_of
@@ -114,27 +113,18 @@ def guess_words(lessons: LessonSession, box: str) -> dict[str, object]:
     }
 
 
-class GiveReason(Action, newest_by=("lesson", "step")):
-    """Give a reason for the prediction in the step of a lesson, by their names."""
-
-    lesson: str
-    step: str
-    reason: str
-
-
 class ReasonBox:
     """One box for every step that asks something, made when it is first seen. The caller opens its container.
 
     What is typed last may arrive when the student is already in another step, so that no two steps share a box.
 
     Args:
-        run: the lessons; what is typed goes to their progress.
+        post: has an action done on the thread to which all but the callback belongs.
     """
 
-    def __init__(self, gui: viser.GuiApi, session: Session, run: LessonSession, tab: viser.GuiTabHandle) -> None:
-        self._gui, self._session, self._run, self._tab = gui, session, run, tab
+    def __init__(self, gui: viser.GuiApi, post: Callable[[GiveReason], None], tab: viser.GuiTabHandle) -> None:
+        self._gui, self._post, self._tab = gui, post, tab
         self._boxes: dict[tuple[str, str], viser.GuiTextHandle] = {}
-        self._written: dict[tuple[str, str], str] = {}
 
     def _make(self, lesson: str, step: str) -> viser.GuiTextHandle:
         hint = tr(
@@ -143,13 +133,7 @@ class ReasonBox:
         with self._tab:
             box = self._gui.add_text(tr("Because …"), "", visible=False, hint=hint, order=_REASON)
 
-        return on_entry(box, lambda words: self._session.post(GiveReason(lesson, step, words[:LONGEST_REASON])))
-
-    def take(self, action: GiveReason) -> None:
-        """Note a reason in the progress of its step."""
-        lesson, step = action.lesson, action.step
-        self._run.walk.give_reason(action.reason, lesson, step)
-        self._written[lesson, step] = self._run.walk.done_in(lesson, step).because
+        return on_entry(box, lambda words: self._post(GiveReason(lesson, step, words)))
 
     def show(self, view: StepView | None) -> None:
         """Offer the box of the present step as long as its answer can be changed; without a step none."""
@@ -158,8 +142,8 @@ class ReasonBox:
             here = view.lesson.id, view.step.id
             if here not in self._boxes:
                 self._boxes[here] = self._make(*here)
-            if self._written.get(here, "") != view.done.because:
+            if kept_reason(self._boxes[here].value) != view.done.because:
                 # A reload or a reset has changed it, not the student's typing.
-                self._written[here] = self._boxes[here].value = view.done.because
+                self._boxes[here].value = view.done.because
         for place, box in self._boxes.items():
             box.visible = place == here

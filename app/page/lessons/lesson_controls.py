@@ -10,7 +10,7 @@ from app.lessons.bookmark import Phase
 from app.lessons.lesson import MOST_CHOICES, Lesson
 from app.lessons.session import lesson_actions
 from app.lessons.step_view import StepView
-from app.page.lessons.answer_boxes import Forecasts, GiveReason, ReasonBox, add_guess_box
+from app.page.lessons.answer_boxes import Forecasts, ReasonBox, add_guess_box
 from app.page.lessons.drawing_board import IN_LESSONS, DrawingBoard, TakeDrawing
 from app.page.lessons.lesson_html import NEXT, choice_label, rules_html
 from app.page.lessons.lesson_panel import ORDER
@@ -83,8 +83,6 @@ class LessonControls:
                 self._ask_to_leave(asks)
             case MoveInNullSpace() if self._list is not None:
                 self._motions.move(action)
-            case GiveReason() if self._list is not None:
-                self._reason.take(action)
             case TakeDrawing(board, text):
                 board.take(text)
             case _:
@@ -137,7 +135,7 @@ class LessonControls:
             self._why = self._button(lesson_actions.Press("why"), ORDER["verdict"] + 1.0)
             self._own_curve = self._button(lesson_actions.Press("curve"), ORDER["verdict"] + 2.0)
             self._flash = gui.add_html("", order=0.0)
-            self._reason = ReasonBox(gui, self._session, run, self._panel.tab)
+            self._reason = ReasonBox(gui, self._session.post, self._panel.tab)
             self._forecasts = Forecasts(gui, self._session, run)
             self._motions = NullMotionSliders(gui, self._session, run)
             self._check = self._button(lesson_actions.Press("check"), ORDER["after"] + 8.0)
