@@ -1,7 +1,7 @@
 """One student on the way through the lessons: goal → predict → do → observe → explain → challenge. Knows nothing of a page.
 
-The page shows `view`, calls what the student does (`choose`, `next`, `back`, `reset`, `hint`, `attempt` …), runs a simulation with
-`settings`, `setup` and what was `kept` whenever `run_id` has changed, passes it to `watch` every frame and to `observe` at its end.
+The page shows `view`, calls what the student does (`choose`, `next`, `back`, `reset`, `hint`, `attempt` …), runs a simulation by
+`setup` and what was `kept` whenever `run_id` has changed, passes it to `watch` every frame and to `observe` at its end.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -31,7 +31,6 @@ from app.lessons.runs import Setup
 from app.lessons.step_view import LessonEntry, StepPosition, StepView, has_curve, make_view, why_of
 from app.plots.curve_chart import Curve
 from app.session.replay_player import Mark
-from app.settings import Settings
 from controllers.errors import BadSetting
 from scenes.inputs import Recorded, RecordedPerson
 from scenes.laws import DRAWN_LAW
@@ -50,12 +49,13 @@ class Walkthrough:
         book: with at least one lesson.
         progress: what `to_json` gave, to go on from; "" for a fresh start. What does not fit the book, which may be another one, or
             in another language, is left out.
-        kept: see `kept`; None for nothing.
+        kept: as below; None for nothing.
 
     Attributes:
         run_id: goes up whenever a fresh run has to begin.
         beside: the run that is shown beside the step's own, after its outcome: why the answer is wrong, or the student's curve at work;
             None while none is.
+        kept: the student's recorded motions that a later step repeats, by name; they outlive a reload beside `to_json`.
 
     Raises:
         BadSetting: the book holds no lesson.
@@ -68,7 +68,7 @@ class Walkthrough:
         self.run_id = 0
         saved = self._progress = from_json(progress)
         self.beside: Setup | None = None
-        self._kept: dict[str, TargetSource] = dict(kept or {})
+        self.kept: dict[str, TargetSource] = dict(kept or {})
         self._watch = RunWatch()
         self._counted: tuple[object, ...] = ()
         self._judged = -1
@@ -289,16 +289,12 @@ class Walkthrough:
     @property
     def nearest(self) -> Recorded | None:
         """Return the nearest push of the step's duel; None before the first one, and elsewhere."""
-        person = self._kept.get(self._nearest) if self.pushes and self.done.tries else None
+        person = self.kept.get(self._nearest) if self.pushes and self.done.tries else None
         return person.recorded if isinstance(person, RecordedPerson) else None
 
     @property
     def _nearest(self) -> str:
         return f"nearest {self.lesson.id} {self.step.id}"
-
-    def settings(self, start: Settings | None = None) -> Settings:
-        """Return the settings with which the present run begins. `start`: of the page now, which stays where the lesson does not say."""
-        return self.setup.settings(start or Settings())
 
     def live(self, simulation: Simulation) -> tuple[tuple[Measurement, float | None], ...]:
         """Return the numbers in view and their values in the newest step."""
@@ -358,7 +354,7 @@ class Walkthrough:
         finished, mixed = self.finished(simulation), self._watch.mixed
         attempt = attempted(challenge, simulation, said, yours=self.yours, finished=finished, mixed=mixed)
         if attempt.passed and challenge.keep and person is not None:
-            self._kept[challenge.keep] = person
+            self.kept[challenge.keep] = person
         # A run that is checked twice is one attempt; other numbers are another one.
         counted = self.lesson.id, self.step.id, self._watch.run, *said
         self._judged = self._watch.run
@@ -370,7 +366,7 @@ class Walkthrough:
                 self.done.tries = (*tries, Try(setting, value, met))[-MOST_TRIES:]
             elif len(tries) < challenge.best_of and all(judgement.passed for judgement in attempt.judgements[1:]):
                 if person is not None and all(value < before.measured for before in tries):
-                    self._kept[self._nearest] = person
+                    self.kept[self._nearest] = person
                 self.done.tries = (*tries, Try(simulation.settings.hand_speed, value, met))
         self.done.note(attempt, again)
         return attempt
@@ -407,11 +403,6 @@ class Walkthrough:
             here = begun and lesson.id == self.lesson.id
             step = self.step_index if here else finished.index(False) if False in finished else 0
             yield LessonEntry(lesson, finished, here, step)
-
-    @property
-    def kept(self) -> Mapping[str, TargetSource]:
-        """Return the student's recorded motions that a later step repeats, by name; they outlive a reload beside `to_json`."""
-        return self._kept
 
     def to_json(self) -> str:
         """Return everything that survives a reload."""

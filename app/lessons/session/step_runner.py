@@ -97,7 +97,7 @@ class StepRunner:
             self._further_of = step
             self.further = _RUNS.submit(_make_runs, walk.step, walk.beside)
         if not own_settings:
-            self.apply(walk.settings(with_look(Settings(), session)))
+            self.apply(walk.setup.settings(with_look(Settings(), session)))
         session.let_custom_law_run(asks_for_custom_law(walk))
         session.reset()
         start = start_positions(session.simulation.room, walk.setup.start)

@@ -40,7 +40,7 @@ def link_query(settings: Settings, lessons: LessonSession) -> dict[str, str]:
     if not lessons.open:
         return to_query(settings)
     walk = lessons.walk
-    query = to_query(settings, walk.settings(Settings()))
+    query = to_query(settings, walk.setup.settings(Settings()))
     query = {key: text for key, text in query.items() if key not in OF_LESSONS}
     return {"lesson": walk.lesson.id, "step": str(walk.lesson.steps.index(walk.step) + 1), **query}
 

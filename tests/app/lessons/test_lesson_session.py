@@ -378,7 +378,7 @@ def test_what_a_student_changed_pushed_and_typed_is_taken_up_again() -> None:
     one.to_challenge()
     session.change("v", 0.17)
     run.said.extend([0.25, None, 0.5])
-    run.walk._kept["push"] = NOBODY
+    run.walk.kept["push"] = NOBODY
     saved = run.saved()
     assert saved is not None
     other = Session(Settings())

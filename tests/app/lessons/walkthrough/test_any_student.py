@@ -47,7 +47,7 @@ class Student:
     def _follow(self) -> None:
         if self._turn != self.walk.run_id:
             self._turn = self.walk.run_id
-            self.simulation = Simulation(self.walk.settings().run, 200)
+            self.simulation = Simulation(self.walk.setup.run, 200)
             begin_reference_run(self.simulation, self.walk.setup)
             self._person = person_of(self.simulation, self.walk.setup, self.walk.kept)
 

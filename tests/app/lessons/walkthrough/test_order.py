@@ -58,7 +58,7 @@ def test_the_verdict_has_the_choice_the_outcome_and_the_reason(walk: Walkthrough
 def test_a_run_with_other_settings_answers_no_question(walk: Walkthrough) -> None:
     assert "mm" in dict(walk.view().texts)["predict"]
     walk.choose(0)
-    settings = walk.settings().run
+    settings = walk.setup.run
     simulation = Simulation(changed(settings, "n", 1.0))
     # The ball is at another place than in the question's run.
     simulation.reset(start_positions(simulation.room, Start(RoomPlace("goal", (0.0, 0.0, 1.0), 0.1))))
@@ -73,7 +73,7 @@ def test_a_run_with_other_settings_answers_no_question(walk: Walkthrough) -> Non
     assert "n = 1" in line and "did not get that far" not in line
     # A step without a question is about any settings.
     walk.go("small", 1)
-    simulation = Simulation(changed(walk.settings().run, "n", 1.0))
+    simulation = Simulation(changed(walk.setup.run, "n", 1.0))
     for _ in range(100):
         simulation.step(None)
     outcome = walk.observe(simulation)
@@ -85,7 +85,7 @@ def test_a_run_with_other_settings_answers_no_question(walk: Walkthrough) -> Non
 
 def test_an_unfinished_run_decides_nothing(walk: Walkthrough) -> None:
     walk.choose(0)
-    simulation = Simulation(walk.settings().run)
+    simulation = Simulation(walk.setup.run)
     for _ in range(50):
         simulation.step(None)
     assert not walk.finished(simulation)
@@ -121,13 +121,13 @@ def test_the_run_that_shows_why(walk: Walkthrough) -> None:
     run_out(walk)
     turn = walk.run_id
     assert walk.view().why and walk.show_why() and walk.run_id == turn + 1
-    assert walk.settings().run.law.order == 6.0
+    assert walk.setup.run.law.order == 6.0
     contrast = walk.view().contrast
     assert contrast == Contrast("See for yourself: n = 6", ("n",), "n = 6", "n = 2", ("n = 6", "n = 2"))
     run_out(walk)
     assert walk.done.why is not None and walk.view().why_outcome and walk.view().showing
     assert walk.next() and walk.view().contrast is None and walk.phase is Phase.OBSERVE
-    assert walk.settings().run.law.order == 2.0
+    assert walk.setup.run.law.order == 2.0
 
 
 def test_back_and_forward_keep_what_was_done_and_reset_is_a_fresh_start(walk: Walkthrough) -> None:
@@ -156,7 +156,7 @@ def test_back_and_forward_keep_what_was_done_and_reset_is_a_fresh_start(walk: Wa
 
 def test_the_run_has_the_lessons_settings_and_the_pages_own_look(walk: Walkthrough) -> None:
     before = Settings(RunSettings(scene="hold", gain=7.0), PageSettings(theme="dark"))
-    after = walk.settings(before)
+    after = walk.setup.settings(before)
     assert after.page.theme == "dark"
     assert after.run.scene == "ball" and after.run.law.order == 2.0 and after.run.gain == RunSettings().gain
 
@@ -168,7 +168,7 @@ def test_every_run_of_every_lesson_can_be_begun_as_a_page_does_it() -> None:
             walk.go(i, j)
             if step.question:
                 walk.choose(0)
-            simulation = Simulation(walk.settings().run, 100)
+            simulation = Simulation(walk.setup.run, 100)
             begin_reference_run(simulation, walk.setup)
             assert all(value is None or np.isfinite(value) for _, value in walk.live(simulation))
             person = person_of(simulation, walk.setup, walk.kept)
@@ -199,7 +199,7 @@ def test_a_failed_challenge_says_which_inequality_and_by_how_much(walk: Walkthro
 def test_settings_that_change_in_the_middle_of_a_run_do_not_count(walk: Walkthrough) -> None:
     to_challenge(walk)
     for when, counts in ((0, True), (10, False)):
-        simulation = Simulation(walk.settings().run)
+        simulation = Simulation(walk.setup.run)
         walk.run_again()
         for i in range(100):
             if i == when:
@@ -219,7 +219,7 @@ def test_settings_that_change_in_the_middle_of_a_run_do_not_count(walk: Walkthro
 
 def test_a_run_counts_as_one_attempt_and_none_before_it_or_before_its_end(walk: Walkthrough) -> None:
     to_challenge(walk)
-    simulation = Simulation(changed(walk.settings().run, "n", 7.0))
+    simulation = Simulation(changed(walk.setup.run, "n", 7.0))
     walk.watch(simulation)
     early = walk.attempt(simulation)
     assert early is not None and early.note == "Press Run first." and not early.passed and walk.done.attempts == 0
@@ -265,7 +265,7 @@ def test_forecasts_are_compared_with_runs_of_their_own() -> None:
 def test_what_the_student_did_is_kept_for_the_step_that_asks_for_it() -> None:
     walk = Walkthrough(our_book())
     walk.go("hold", 3)
-    simulation = Simulation(walk.settings().run)
+    simulation = Simulation(walk.setup.run)
     script = person_of(simulation, walk.setup, walk.kept).target(2.0)
     assert isinstance(script, HandTarget)
     own = person_of(simulation, walk.setup)
