@@ -51,7 +51,7 @@ def read_measurement(table: Table, setup: Setup) -> Measurement:
         raise table.fault("compare", f"compare names {len(compare)} further runs; take at most {MOST_COMPARED}.")
     text_only = table.flag("text_only")
     given = {key: table.any(key) for key in found.parameters if table.has(key)}
-    read = partial(read_parameters, f"measurement {name}", found.function)
+    read = partial(read_parameters, f"measurement {name}")
     for key, value in given.items():
         table.checked(key, partial(read, {key: found.parameters[key]}, {key: value}))
     parameters = table.checked("name", partial(read, found.parameters, given))

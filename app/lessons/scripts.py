@@ -212,7 +212,7 @@ def checked_script(name: str, given: Mapping[str, Any], scene: str) -> tuple[tup
         if key not in wanted or wanted[key].annotation is not RoomPlace:
             raise BadSetting(f"script {name}: {key} is not a place; choose from {', '.join(wanted)}.")
     plain = {key: parameter for key, parameter in wanted.items() if parameter.annotation is not RoomPlace}
-    numbers = read_parameters(f"script {name}", known.make, plain, {k: v for k, v in given.items() if k not in places})
+    numbers = read_parameters(f"script {name}", plain, {k: v for k, v in given.items() if k not in places})
     missing = [key for key, parameter in wanted.items() if parameter.annotation is RoomPlace and key not in places]
     if missing:
         raise BadSetting(f"script {name} needs the place {missing[0]!r}.")

@@ -5,7 +5,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import wraps
-from typing import Any, Final, Literal, NamedTuple, get_args, get_origin, get_type_hints
+from typing import Any, Final, Literal, NamedTuple, get_args, get_origin
 
 from app.lessons.evidence import Evidence
 from controllers.errors import BadSetting, NumberText
@@ -122,10 +122,8 @@ def quantity(
     return note
 
 
-def read_parameters(
-    what: str, function: Callable[..., Any], wanted: Mapping[str, inspect.Parameter], given: Mapping[str, Any]
-) -> tuple[tuple[str, Any], ...]:
-    """Return keyword arguments for a function, checked against its signature: numbers, flags and choices.
+def read_parameters(what: str, wanted: Mapping[str, inspect.Parameter], given: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
+    """Return keyword arguments, checked against the parameters of a function: numbers, texts and choices.
 
     Raises:
         BadSetting: there is no such parameter, one is missing, or a value is not possible.
@@ -133,13 +131,13 @@ def read_parameters(
     for key in given:
         if key not in wanted:
             raise BadSetting(f"{what} has no parameter {key!r}; choose from {', '.join(wanted) or 'none: it has none'}.")
-    hints, found = get_type_hints(function), []
+    found: list[tuple[str, Any]] = []
     for key, parameter in wanted.items():
         if key not in given:
             if parameter.default is inspect.Parameter.empty:
                 raise BadSetting(f"{what} needs the parameter {key!r}.")
             continue
-        found.append((key, _read(f"{what}: {key}", hints.get(key, float), given[key])))
+        found.append((key, _read(f"{what}: {key}", parameter.annotation, given[key])))
     return tuple(found)
 
 

@@ -67,7 +67,7 @@ def test_zigzag_is_the_smallest_of_four_swings(values: list[float]) -> None:
 )
 def test_bad_parameters_are_named(name: str, given: dict[str, Any], message: str) -> None:
     with pytest.raises(BadSetting, match=message):
-        read_parameters(f"measurement {name}", QUANTITIES[name].function, QUANTITIES[name].parameters, given)
+        read_parameters(f"measurement {name}", QUANTITIES[name].parameters, given)
 
 
 def test_there_is_no_rest_to_be_told_under_a_law_that_has_none_in_closed_form() -> None:
