@@ -45,9 +45,11 @@ class GoTo(LessonAction):
     step: int | None
 
 
-class SayNumber(LessonAction, newest_by=("index",)):
-    """Say a number of the challenge, from 0; None takes it back."""
+class SayNumber(LessonAction, newest_by=("lesson", "step", "index")):
+    """Say a number, from 0, that the challenge in the step of a lesson asks for, by their names; None takes it back."""
 
+    lesson: str
+    step: str
     index: int
     number: float | None
 

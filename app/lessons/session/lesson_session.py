@@ -189,9 +189,10 @@ class LessonSession:
                 self.enter(lesson)
             case lesson_actions.GoTo() if self.listing and not self.open:
                 self.enter(*self._place(action))
-            case lesson_actions.SayNumber(index, number):
-                self.said.extend([None] * (index + 1 - len(self.said)))
-                self.said[index] = number
+            case lesson_actions.SayNumber(lesson, step, index, number):
+                said = self._said.setdefault((lesson, step), [])
+                said.extend([None] * (index + 1 - len(said)))
+                said[index] = number
             case lesson_actions.Write(lesson, step, words):
                 self.walk.write(words, lesson, step)
             case lesson_actions.GiveReason(lesson, step, reason):

@@ -3,13 +3,14 @@
 import math
 import re
 from collections.abc import Callable
+from itertools import chain, repeat
 from typing import Final
 
 import viser
 
 from app.i18n.speaking import decimal, tr
 from app.lessons.bookmark import Phase
-from app.lessons.lesson import MOST_FORECASTS, Challenge
+from app.lessons.lesson import Challenge
 from app.lessons.measures.quantity import UNITS
 from app.lessons.outcomes import asks_for_distance
 from app.lessons.progress import LONGEST_REASON, kept_reason
@@ -31,35 +32,42 @@ _REASON: Final = ORDER["choices"] + 7.5
 
 
 class Forecasts:
-    """The boxes. The caller has opened their container.
+    """The boxes of every challenge that asks for numbers, made when it is first seen.
+
+    What is typed last may arrive when the student is already in another step, so that no two steps share a box.
 
     Args:
         run: the lessons; what is typed goes to their `said`.
+        tab: where the boxes are.
     """
 
-    def __init__(self, gui: viser.GuiApi, session: Session, run: LessonSession) -> None:
-        self._session, self._run = session, run
-        self._filled_for: tuple[str, str] | None = None
-        self._boxes = [self._make(gui, i) for i in range(MOST_FORECASTS)]
+    def __init__(self, gui: viser.GuiApi, session: Session, run: LessonSession, tab: viser.GuiTabHandle) -> None:
+        self._gui, self._session, self._run, self._tab = gui, session, run, tab
+        self._boxes: dict[tuple[str, str], list[viser.GuiTextHandle]] = {}
+        self._shown: tuple[str, str] | None = None
 
-    def _make(self, gui: viser.GuiApi, index: int) -> viser.GuiTextHandle:
-        box = gui.add_text(f"forecast {index}", "", visible=False, order=ORDER["after"] + 1.0 + index)
-        return on_entry(box, lambda text: self._session.post(SayNumber(index, read_number(text))))
+    def _make(self, view: StepView, challenge: Challenge, index: int) -> viser.GuiTextHandle:
+        lesson, step = view.lesson.id, view.step.id
+        unit = UNITS[challenge.forecasts[index].measurement.unit].sign
+        hint = tr("Your number, in {unit}.", unit=unit) if unit else tr("Your number.")
+        with self._tab:
+            box = self._gui.add_text(view.forecasts[index], "", hint=hint, order=ORDER["after"] + 1.0 + index)
+        return on_entry(box, lambda text: self._session.post(SayNumber(lesson, step, index, read_number(text))))
 
     def show(self, view: StepView, challenge: Challenge | None) -> None:
         """Offer the boxes of a challenge, with what was typed there; none without one."""
         here = (view.lesson.id, view.step.id) if challenge is not None else None
-        if self._filled_for != here:
-            self._filled_for = here
-            said = (*self._run.said, *(None,) * MOST_FORECASTS)
-            for box, number in zip(self._boxes, said[:MOST_FORECASTS], strict=True):
+        if self._shown == here:
+            return
+        self._shown = here
+        if challenge is not None and here is not None:
+            if here not in self._boxes:
+                self._boxes[here] = [self._make(view, challenge, i) for i in range(len(challenge.forecasts))]
+            for box, number in zip(self._boxes[here], chain(self._run.said, repeat(None)), strict=False):
                 box.value = "" if number is None else decimal(f"{number:g}")
-        for i, box in enumerate(self._boxes):
-            box.visible = challenge is not None and i < len(view.forecasts)
-            if challenge is not None and box.visible:
-                unit = UNITS[challenge.forecasts[i].measurement.unit].sign
-                box.label = view.forecasts[i]
-                box.hint = tr("Your number, in {unit}.", unit=unit) if unit else tr("Your number.")
+        for place, boxes in self._boxes.items():
+            for box in boxes:
+                box.visible = place == here
 
 
 def read_number(text: object) -> float | None:

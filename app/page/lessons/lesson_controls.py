@@ -136,7 +136,7 @@ class LessonControls:
             self._own_curve = self._button(lesson_actions.Press("curve"), ORDER["verdict"] + 2.0)
             self._flash = gui.add_html("", order=0.0)
             self._reason = ReasonBox(gui, self._session.post, self._panel.tab)
-            self._forecasts = Forecasts(gui, self._session, run)
+            self._forecasts = Forecasts(gui, self._session, run, self._panel.tab)
             self._motions = NullMotionSliders(gui, self._session, run)
             self._check = self._button(lesson_actions.Press("check"), ORDER["after"] + 8.0)
             self._hint = self._button(lesson_actions.Press("hint"), ORDER["hints"] + 1.0)

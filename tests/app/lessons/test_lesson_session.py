@@ -284,12 +284,16 @@ fails = ["near"]
     run = LessonSession(Session(Settings()), book)
     run.enter(0, 0)
     to_challenge(run.walk)
-    run.act(do.SayNumber(0, 1.0))
+    here = run.walk.lesson.id, run.walk.step.id
+    # What was typed in another step arrives there, however late.
+    run.act(do.SayNumber(here[0], "another", 0, 7.0))
+    assert run.said == []
+    run.act(do.SayNumber(*here, 0, 1.0))
     run._runner.further.result(60.0)
     run.act(do.Press("check"))
     said = run.walk.done.last
     assert said is not None and said.judgements[0].value is not None and "you said 1.0 mm" in said.judgements[0].text
-    run.act(do.SayNumber(0, 1000.0 * said.judgements[0].value))
+    run.act(do.SayNumber(*here, 0, 1000.0 * said.judgements[0].value))
     run.act(do.Press("check"))
     assert run.walk.done.passed
 

@@ -15,7 +15,7 @@ from app.lessons.bookmark import Phase
 from app.lessons.loading import load_lessons
 from app.lessons.progress import Try
 from app.lessons.reference_runs import simulated
-from app.lessons.session.lesson_actions import GoTo, Press
+from app.lessons.session.lesson_actions import GoTo, Press, SayNumber
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.walkthrough import Walkthrough
 from app.page.lessons.answer_boxes import read_number
@@ -34,7 +34,7 @@ from app.text.picture import PICTURE, picture_html
 from app.text.templates import macros
 from scenes.settings import changed, values
 from tests.app.conftest import Arrive, OpenHouse, ask
-from tests.app.lessons.helpers import our_book
+from tests.app.lessons.helpers import our_book, to_challenge
 from tests.app.page.helpers import Client, bodies, buttons, click, page_label, shown
 
 pytestmark = pytest.mark.slow
@@ -191,6 +191,39 @@ def test_ones_own_words_make_room_for_the_list_of_lessons() -> None:
     run.act(Press("list"))
     report.show(frame)
     assert box.visible is False
+
+
+def test_a_number_stays_with_its_step_and_one_that_arrives_late_goes_there(house: OpenHouse, arrive: Arrive) -> None:
+    number, index = next((n, i) for n, one in enumerate(BOOK.lessons, 1) for i, s in enumerate(one.steps) if s.id == "forecast")
+    one = arrive(house(), f"lesson={number}&step={index + 1}")
+    visitor, run = one.visitor, one.lessons
+
+    def asks() -> bool:
+        to_challenge(run.walk)
+        run.version += 1
+        return run.walk.challenge is not None
+
+    def to_box() -> None:
+        one.wait(lambda _: run.open and run.walk.step.id == "forecast")
+        assert one.ask(lambda _: asks())
+        visitor.wait_for(lambda _: box().get("visible"))
+
+    def box() -> dict[str, Any]:
+        elements = list(visitor.mirror.gui.values())
+        return next((one for one in elements if str(one.get("hint", "")).startswith("Your number")), {})
+
+    to_box()
+    label = str(box()["label"])
+    visitor.set_value(label, "0,25 m")
+    one.wait(lambda _: run.said == [0.25])
+    one.ask(lambda _: run.act(GoTo(None, index - 1)))
+    visitor.wait_for(lambda _: not box()["visible"])
+    visitor.set_value(label, "0.5")
+    one.wait(lambda _: run._said["strict-priority", "forecast"] == [0.5] and run.said == [])
+    one.ask(lambda _: run.act(SayNumber("strict-priority", "forecast", 0, 0.75)))
+    one.ask(lambda _: run.act(GoTo(None, index)))
+    to_box()
+    visitor.wait_for(lambda _: box()["value"] == "0.75")
 
 
 def test_no_two_keys_or_their_texts_are_the_same() -> None:
