@@ -134,7 +134,7 @@ class LectureHost:
         operation, trouble = self.controls.operation, self._context.store.trouble
         if operation is not None and trouble is not None and (operation, trouble) != self._told:
             set_language(self.controls.language)
-            operation.notify(*trouble)
+            self.session.notify(*trouble)
         self._told = operation, trouble
 
     def _stirred(self) -> bool:

@@ -8,7 +8,7 @@ from typing import Final, Literal
 from app.classroom.class_messages import Progressed, Ran, Reported, TakenBack
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.presenter import MOST_QUOTES, TIMERS, Presenter, ScreenAction, ShownWork, Station
-from app.i18n.speaking import N_, tr
+from app.i18n.speaking import tr
 from app.lessons.bookmark import open_steps_from_text
 from app.lessons.curve_drawing import median_curve
 from app.lessons.lesson import LessonBook
@@ -211,7 +211,7 @@ class TeacherControl:
             return
         self.classroom.wanted = ""
         if recorded is None:
-            player.news.append((N_("There is nothing to replay yet"), N_("Let it run for a moment.")))
+            self.session.notify("There is nothing to replay yet", "Let it run for a moment.")
             return
         self._show_work(student, run=True)
         self._replayed = tr("a student's run")

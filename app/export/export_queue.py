@@ -67,12 +67,12 @@ class ExportQueue:
         """Submit an export of the last `seconds` [s] of the run that is shown, live or replayed."""
         recorded = self.player.recorded(seconds)
         if recorded is None:
-            self._notify(N_("There is nothing to export yet"), N_("Let it run for a moment."))
+            self._session.notify("There is nothing to export yet", "Let it run for a moment.")
             return
         language = spoken().language
         page, name = self._session.settings.page, file_name(recorded, KEEP if kind == "run" else seconds)
         if recorded.law is not None and kind == "python":
-            self._notify(N_("This export is not available for this run"), not_again(recorded.law.file))
+            self._session.notify("This export is not available for this run", not_again(recorded.law.file))
             return
         match kind:
             case "run":
@@ -96,7 +96,7 @@ class ExportQueue:
     def ask_report(self, done: Sequence[Done]) -> None:
         """Submit a lab report on steps of lessons."""
         if not done:
-            self._notify(N_("There is nothing to report yet"), N_("Answer a question of a lesson first."))
+            self._session.notify("There is nothing to report yet", "Answer a question of a lesson first.")
             return
         lessons = sorted({one.lesson.number for one in done})
         name = "duet-lab-report" + (f"-lesson-{lessons[0]}" if len(lessons) == 1 else "")
@@ -121,11 +121,8 @@ class ExportQueue:
             self._files.append(File(name + SUFFIX, snippet.inputs))
 
     def _take(self, loaded: Loaded, name: str) -> None:
-        self._notify(TITLES[loaded.verdict], LazyText("{name}: {what}", name=name, what=loaded.words))
+        self._session.notify(TITLES[loaded.verdict], LazyText("{name}: {what}", name=name, what=loaded.words))
         self.player.watch_file(loaded.recorded, name)
-
-    def _notify(self, title: str, text: str) -> None:
-        self.player.news.append((title, text))
 
     @property
     def busy(self) -> str:

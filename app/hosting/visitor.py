@@ -219,7 +219,7 @@ class Visitor:
             self.save()
         trouble = store.trouble
         if trouble is not None and trouble != self._trouble:
-            self.operation.notify(*trouble)
+            self.session.notify(*trouble)
         self._trouble = trouble
 
     def save(self) -> None:

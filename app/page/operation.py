@@ -73,11 +73,11 @@ class Operation:
     ) -> None:
         self.whole, self._presenting = whole, presenting
         self._client, self._session, self._view = client, session, view
-        self._controls = Controls(client.gui, session, self.notify, presenting, canvas_size(client)[0] <= PHONE)
+        self._controls = Controls(client.gui, session, presenting, canvas_size(client)[0] <= PHONE)
         self._keep = client.gui.add_folder(tr("Keep and replay"), order=self._controls.below_clock, expand_by_default=False)
         with self._keep:
             send = partial(client.send_file_download, save_immediately=True)
-            self._replay_bar = ReplayBar(client.gui, session, send, self.notify)
+            self._replay_bar = ReplayBar(client.gui, session, send)
             self._link = LinkBox(client, session, view.lessons)
             self._lab = LabReportBox(client.gui, session, view, self._replay_bar.exports)
         self._panels = [make(client, session, view) for make in PANELS]
@@ -88,7 +88,7 @@ class Operation:
         if edited is not None:
             self._panels.append(LawEditor(client.gui, session, view, self._controls, edited))
         self._gizmos = Gizmos(client, session, lambda: view.stage.yours, lambda: view.lessons.hands_off)
-        self._lesson_controls = LessonControls(client, session, view, self._controls, self.notify, presenting)
+        self._lesson_controls = LessonControls(client, session, view, self._controls, presenting)
         for hotkey in keys_of(hotkeys(), presenting):
             hotkey.add_to(client.gui, session.post)
         session.takers["page"] = self.take
@@ -129,7 +129,7 @@ class Operation:
         try:
             self._session.change(key, value)
         except BadSetting as error:
-            self.notify("This value is not possible", str(error))
+            self._session.notify("This value is not possible", str(error))
             self._controls.write_again()
 
     def _toggle(self, what: Literal["autopilot", "avoidance", "ghost", "gizmo", "contact"]) -> None:
@@ -143,23 +143,27 @@ class Operation:
             case _:
                 session.change(what, not present[what])
 
-    def notify(self, title: str, text: str) -> None:
-        """Tell the visitor something that no control shows. `title`, `text`: in English."""
-        self._client.add_notification(tr(title), tr(text), color="orange", auto_close_seconds=8.0)
-
     def notify_problems(self, problems: tuple[str, ...]) -> None:
         """Name what was wrong with the link that the visitor came by."""
         for problem in problems[:5]:
-            self.notify("A part of the link was left out", problem)
+            self._session.notify("A part of the link was left out", problem)
 
     def notify_lessons(self, book: LessonBook) -> None:
         """Name what was wrong with the files of lessons."""
         for problem in book.problems[:5]:
-            self.notify("A lesson file has a fault", str(problem))
+            self._session.notify("A lesson file has a fault", str(problem))
 
     def show(self, frame: Frame, stirred: bool = True) -> None:
-        """Bring handles and controls up to date. `stirred`: whether anything was done, or has come, since the last frame."""
+        """Bring handles and controls up to date, and show the session's notices.
+
+        Args:
+            stirred: whether anything was done, or has come, since the last frame.
+        """
         self._gizmos.show(frame)
+        notices = self._session.notices
+        while notices:
+            title, text = notices.popleft()
+            self._client.add_notification(tr(title), tr(text), color="orange", auto_close_seconds=8.0)
         if frame.now < self._next and not (stirred or frame.pace.paused or frame.replayed):
             return
         self._next = frame.after(CALM)

@@ -55,6 +55,9 @@ class Live(Protocol):
         """Return the newest piece of the ghost's run [s]; None if there is none."""
         ...
 
+    def notify(self, title: str, text: str) -> None:
+        """Tell the visitor something."""
+
 
 class Past:
     """A replay as a page reads it in the place of a session: nothing is held there.
@@ -128,7 +131,6 @@ class ReplayPlayer:
 
     Attributes:
         jobs: the film, and the exports of what is shown.
-        news: messages to the visitor: title and text, in English, for `tr`.
         replay: None while live.
         loaded: name of the file that is replayed, "" for the session's own run.
         reviewing: whether it shows a moment of the live run, which stands, see `review`.
@@ -138,7 +140,6 @@ class ReplayPlayer:
     def __init__(self, session: Live, background: Jobs | None, wake: Callable[[], None]) -> None:
         self._session = session
         self.jobs = JobWatch(background, wake, self._fail)
-        self.news: list[tuple[str, str]] = []
         self.replay: Replay | None = None
         self.loaded = ""
         self.reviewing = False
@@ -164,7 +165,7 @@ class ReplayPlayer:
         self.leave()
         whole, draft = self.recorded(seconds), self.recorded(min(seconds, DRAFT))
         if whole is None or draft is None:
-            self.news.append((N_("There is nothing to replay yet"), N_("Let it run for a moment.")))
+            self._session.notify("There is nothing to replay yet", "Let it run for a moment.")
             return
         self._watch(draft, whole=whole if whole.steps > draft.steps else None)
 
@@ -258,7 +259,7 @@ class ReplayPlayer:
         if job.kind == "film":
             self.leave()
         title = N_("This file was not loaded") if job.kind == "load" else N_("The export failed")
-        self.news.append((title, job.message))
+        self._session.notify(title, job.message)
 
     @property
     def past(self) -> Past | None:

@@ -1,9 +1,11 @@
 """One visitor's experiment: its run and the ghost beside it, paused, stepped, reset, changed, and advanced with the wall clock."""
 
+from collections import deque
 from collections.abc import Callable, Hashable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
+from typing import Final
 
 from app.runtime.job_pool import Jobs
 from app.session import actions
@@ -28,6 +30,9 @@ from scenes.run_text import on_grid
 from scenes.settings import RunSettings, changed, values
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget, HeldTarget, LinkTarget, PairTarget, Target
+
+MOST_NOTICES: Final = 16
+"""Notices that wait for a page; the oldest makes room."""
 
 
 class Session:
@@ -89,6 +94,8 @@ class Session:
         """Who has that place now, None for no one, and …"""
         self.guest_holds: HeldTarget | None = None
         """… what they hold, and where."""
+        self.notices: deque[tuple[str, str]] = deque(maxlen=MOST_NOTICES)
+        """Title and text of what `notify` was told; the page that shows them removes them."""
         self.simulation.use(self.law.of_run)
         self._ghost.begin(settings, self.simulation)
         if settings.page.what_if:
@@ -103,6 +110,10 @@ class Session:
         """Ask for a frame at once; from any thread."""
         self.stirred = True
         self._ask_for_frame()
+
+    def notify(self, title: str, text: str) -> None:
+        """Tell the visitor something that no control shows. `title`, `text`: in English, for `tr`."""
+        self.notices.append((title, text))
 
     def state(self) -> SessionState:
         """Return where the session is."""

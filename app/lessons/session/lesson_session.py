@@ -4,13 +4,11 @@ Everything here belongs to the session's thread, but for the further runs that a
 """
 
 import logging
-from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Final
 
 from app.custom_law.examination import ExaminationProgress
 from app.i18n.catalogue import words_of
-from app.i18n.speaking import N_
 from app.lessons.bookmark import OpenSteps, Phase
 from app.lessons.labels import label_of
 from app.lessons.lesson import LessonBook
@@ -38,13 +36,11 @@ class LessonSession:
         open: whether a lesson is open; otherwise the page is the visitor's own.
         listing: whether the list of lessons stands in the lesson's place.
         version: goes up with every change that the page has to show.
-        notes: (title, text) of notices for the visitor; the page that shows them removes them.
         pace: the steps that a teacher has opened; None for all.
     """
 
     def __init__(self, session: Session, book: LessonBook) -> None:
         self.book, self.open, self.listing, self.version = book, False, False, 0
-        self.notes: deque[tuple[str, str]] = deque(maxlen=8)
         self.pace: OpenSteps | None = None
         self._said: dict[tuple[str, str], list[float | None]] = {}
         self._session = session
@@ -55,7 +51,7 @@ class LessonSession:
         self._stood = ("", 0)
         """Lesson and step where the visitor was last, of those that are open."""
         self._errors = ThrottledLog(log)
-        self._runner = StepRunner(session, self.notes)
+        self._runner = StepRunner(session)
         self._waiting: lesson_actions.LessonAction | None = None
 
     # ---- in and out --------------------------------------------------------------------------------------------------------
@@ -74,14 +70,14 @@ class LessonSession:
     def enter(self, lesson: int | str | None = None, step: int = 0) -> None:
         """Open the lessons where they were left, or at a step. `lesson`, `step`: from 0, or a lesson's name."""
         if not self.book.lessons:
-            self.notes.append(("There are no lessons", "The folder of lessons holds none that can be read."))
+            self._session.notify("There are no lessons", "The folder of lessons holds none that can be read.")
             return
         self.listing = False
         try:
             if lesson is not None:
                 self.walk.go(lesson, step)
         except BadSetting as error:
-            self.notes.append(("This step is not there", str(error)))
+            self._session.notify("This step is not there", str(error))
         if not self.open:
             self._own = self._session.settings
             self.open = True
@@ -208,10 +204,10 @@ class LessonSession:
         try:
             what()
         except DuetError as error:
-            self.notes.append(("This is not possible here", str(error)))
+            self._session.notify("This is not possible here", str(error))
         except Exception:
             log.exception("an action of a lesson failed and was left out")
-            self.notes.append(("Something went wrong", "It was left out. Reset restarts the step."))
+            self._session.notify("Something went wrong", "It was left out. Reset restarts the step.")
 
     def _act(self, action: lesson_actions.LessonAction) -> None:
         walk, session = self.walk, self._session
@@ -253,7 +249,7 @@ class LessonSession:
             case lesson_actions.Press("hint"):
                 walk.hint()
             case lesson_actions.Press("check") if walk.pushes and self._taken is None:
-                self.notes.append((N_("Push first"), N_("Take the hand and push it at the other one.")))
+                self._session.notify("Push first", "Take the hand and push it at the other one.")
             case lesson_actions.Press("check"):
                 self._runner.check(walk, self.said)
                 if walk.pushes:
@@ -290,7 +286,7 @@ class LessonSession:
             walk.next()
             return
         if walk.locked and not walk.done.predicted:
-            self.notes.append(("Predict first", "Choose an answer; then the run is free."))
+            self._session.notify("Predict first", "Choose an answer; then the run is free.")
             return
         if walk.locked:
             walk.next()
@@ -330,7 +326,7 @@ class LessonSession:
             # Said once for a run, not once for a frame.
             return
         self._reported_run = run_id
-        self.notes.append(("The lesson stopped here", text))
+        self._session.notify("The lesson stopped here", text)
         self.version += 1
 
     def _decide(self) -> None:
@@ -339,7 +335,7 @@ class LessonSession:
             self._follow()
         note = deviation_from_lesson(session, walk)
         if note is not None:
-            self.notes.append(note)
+            session.notify(*note)
             self._begin()
             return
         if walk.locked:
@@ -391,7 +387,7 @@ class LessonSession:
             self._stood = here
             return False
         walk.go(*(self._stood if pace.allows(*self._stood) else (pace.lesson, pace.nearest(*here))))
-        self.notes.append(("Your teacher has not opened this step", pace.words))
+        self._session.notify("Your teacher has not opened this step", pace.words)
         return True
 
     def _show_moment(self) -> None:

@@ -1,7 +1,6 @@
 """The run that a step of a lesson asks for, in a session: begun with its settings, measured, and compared with further runs."""
 
 import logging
-from collections import deque
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
@@ -73,16 +72,13 @@ def deviation_from_lesson(session: Session, walk: Walkthrough) -> tuple[str, str
 class StepRunner:
     """Begins and measures the run of a step; belongs to the session's thread.
 
-    Args:
-        notes: takes title and text of notices for the visitor.
-
     Attributes:
         further: the making of the further runs that it is compared with; done where nothing has to be waited for.
         seen: (lesson, step) → the run in which the visitor saw what came of it.
     """
 
-    def __init__(self, session: Session, notes: deque[tuple[str, str]]) -> None:
-        self._session, self._notes = session, notes
+    def __init__(self, session: Session) -> None:
+        self._session = session
         self.further: Future[None] = Future()
         self.further.set_result(None)
         self._further_of: tuple[object, ...] = ()
@@ -138,7 +134,7 @@ class StepRunner:
                         problem = str(error)
             if not problem:
                 return
-        self._notes.append(("A setting of the lesson is not possible here", problem))
+        self._session.notify("A setting of the lesson is not possible here", problem)
 
     def observe(self, walk: Walkthrough) -> None:
         """Measure the run, and keep it where it is the one that answers the step's question."""

@@ -51,12 +51,11 @@ class LessonControls:
         session: Session,
         view: View,
         controls: Controls,
-        notify: Callable[[str, str], None],
         presenting: bool = False,
     ) -> None:
         self._presenting = presenting
         self._close_question: Callable[[], None] | None = None
-        self._gui, self._session, self._controls, self._notify = client.gui, session, controls, notify
+        self._gui, self._session, self._controls = client.gui, session, controls
         self._run, self._panel = view.lessons, view.lesson_panel
         self._list: viser.GuiButtonHandle | None = None
         self._commands: list[viser.CommandHandle] = []
@@ -189,10 +188,8 @@ class LessonControls:
     # ---- frame by frame ----------------------------------------------------------------------------------------------------
 
     def show(self, frame: Frame) -> None:
-        """Update the buttons, and pass on the lesson's notices."""
+        """Update the buttons."""
         run = self._run
-        while run.notes:
-            self._notify(*run.notes.popleft())
         # An open lesson has its own button to leave it, which stays while a narrow window folds the controls up.
         self._list_button.visible = bool(run.book.lessons) and not (run.open or run.listing)
         if run.open and not self._commands:

@@ -1,6 +1,6 @@
 """The controls, made from the settings' own declarations: a slider, a drop-down or a box for every field a visitor may change."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Any, Final
 
 import viser
@@ -66,7 +66,6 @@ class Controls:
     """All controls of one session.
 
     Args:
-        notify: shows a message to the visitor.
         presenting: whether a class watches, so that some keys are the presenter's.
         phone: whether a key of its own has to be a button.
 
@@ -76,14 +75,7 @@ class Controls:
         compare_tab: the tab on comparisons.
     """
 
-    def __init__(
-        self,
-        gui: viser.GuiApi,
-        session: Session,
-        notify: Callable[[str, str], None],
-        presenting: bool = False,
-        phone: bool = False,
-    ) -> None:
+    def __init__(self, gui: viser.GuiApi, session: Session, presenting: bool = False, phone: bool = False) -> None:
         self._small, self._phone = False, phone
         self._folded: tuple[bool, bool] | None = None
         self._gui, self._session = gui, session
@@ -102,7 +94,7 @@ class Controls:
                 for key in keys:
                     self._handles[key] = self._control(key, self._specs[key], present[key])
                 if name == "Arms":
-                    self.sources = Sources(gui, session, notify)
+                    self.sources = Sources(gui, session)
                     self._joints = JointSliders(gui, session)
                 if name == "Robot":
                     gui.add_html(element("div", tr_html(ROBOT), class_="duet duet-tip"))

@@ -95,14 +95,8 @@ class ReplayBar:
         exports: makes and loads the files.
     """
 
-    def __init__(
-        self,
-        gui: viser.GuiApi,
-        session: Session,
-        send: Callable[[str, bytes], None],
-        notify: Callable[[str, str], None],
-    ) -> None:
-        self._gui, self._session, self._send, self._notify = gui, session, send, notify
+    def __init__(self, gui: viser.GuiApi, session: Session, send: Callable[[str, bytes], None]) -> None:
+        self._gui, self._session, self._send = gui, session, send
         self._player, self.exports = session.player, ExportQueue(session, session.player)
         self._length = LENGTHS["30 s"]
 
@@ -185,8 +179,6 @@ class ReplayBar:
         exports, replay = self.exports, self._player.replay
         for file in exports.take_files():
             self._send(*file)
-        while self._player.news:
-            self._notify(*self._player.news.pop(0))
         if (snippet := exports.take_snippet()) is not None:
             with self._gui.add_modal(tr("This run in Python")) as modal:
                 self._gui.add_html(macros("page/panels/copy.html").snippet(snippet))

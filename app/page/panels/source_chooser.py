@@ -1,6 +1,5 @@
 """Who is imitated, as a visitor chooses it: brings in the person of a file or a camera, and takes a BVH file in."""
 
-from collections.abc import Callable
 from dataclasses import field, replace
 
 import viser
@@ -28,8 +27,8 @@ class TakePerson(Action):
 class Sources:
     """Keeps the session's guest in step with the chosen source."""
 
-    def __init__(self, gui: viser.GuiApi, session: Session, notify: Callable[[str, str], None]) -> None:
-        self._session, self._sources, self._notify = session, session.sources, notify
+    def __init__(self, gui: viser.GuiApi, session: Session) -> None:
+        self._session, self._sources = session, session.sources
         self._shown: Source | None = None
         # viser's page shows an upload button though it is not visible; a folder takes it along.
         self._folder = gui.add_folder(tr("Recorded motion"), visible=False)
@@ -49,7 +48,7 @@ class Sources:
         try:
             person = from_bvh(read_bvh(action.content, action.name))
         except DuetError as error:
-            self._notify("This file cannot be imitated", str(error))
+            self._session.notify("This file cannot be imitated", str(error))
             return
         self._sources = self._session.sources = replace(self._session.sources, bvh=person)
         if self._shown == "file":

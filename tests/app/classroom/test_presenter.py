@@ -80,8 +80,8 @@ def test_a_clicker_goes_through_a_step_and_back(stage: Stage) -> None:
     assert stage.presenter.station is Station.SCENE and stations_of(walk)[:4] == tuple(Station)[:4]
     assert stage.act("on") is Station.QUESTION and stage.session.paused
     # Without an answer there is nothing to reveal, and the lesson says what it waits for.
-    stage.lessons.notes.clear()
-    assert stage.act("on") is Station.QUESTION and stage.lessons.notes[0][0] == "Predict first"
+    stage.session.notices.clear()
+    assert stage.act("on") is Station.QUESTION and stage.session.notices[0][0] == "Predict first"
     stage.answer(0, 2, 2)
     assert stage.act("on") is Station.ANSWERS
     poll = stage.control.poll()
@@ -202,7 +202,7 @@ def test_why_steps_do_not_open_stands_beside_those_that_are_open(stage: Stage, m
         "Lesson 1: step 2 only.",
         "Every step is open.",
     )
-    assert notes == [f"{no} {every}", only, f"{no} {only}", every] and not stage.lessons.notes
+    assert notes == [f"{no} {every}", only, f"{no} {only}", every] and not stage.session.notices
 
 
 def test_a_student_who_is_away_for_a_moment_stays_chosen(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -83,7 +83,8 @@ def test_what_is_no_pace_says_what_is_one(text: str) -> None:
 
 
 def test_a_step_that_is_not_open_is_refused_however_it_is_asked_for() -> None:
-    lessons = LessonSession(Session(Settings()), BOOK)
+    session = Session(Settings())
+    lessons, notices = LessonSession(session, BOOK), session.notices
     lessons.enter(0, 0)
     lessons.pace = OpenSteps(LESSON.id, 1, 1, 2)
 
@@ -92,18 +93,18 @@ def test_a_step_that_is_not_open_is_refused_however_it_is_asked_for() -> None:
         return lessons.walk.lesson.id, lessons.walk.step_index
 
     assert where() == (LESSON.id, 1)
-    assert lessons.notes.pop() == ("Your teacher has not opened this step", "Lesson 1: steps 2 to 3 only.")
+    assert notices.pop() == ("Your teacher has not opened this step", "Lesson 1: steps 2 to 3 only.")
     for asked in (GoTo(None, 0), Press("back"), GoTo(3, 0), Enter(5)):
         lessons.act(asked)
         # Neither is a step that is not open answered before the next frame.
         lessons.act(Choose(0))
         assert lessons.walk.done_in(LESSON.id, LESSON.steps[0].id).untouched
         lessons.act(Press("reset"))
-        assert where() == (LESSON.id, 1) and lessons.notes.pop()[0].startswith("Your teacher"), asked
+        assert where() == (LESSON.id, 1) and notices.pop()[0].startswith("Your teacher"), asked
     lessons.act(GoTo(None, 2))
-    assert where() == (LESSON.id, 2) and not lessons.notes
+    assert where() == (LESSON.id, 2) and not notices
     lessons.act(GoTo(None, 0))
-    assert where() == (LESSON.id, 2) and lessons.notes.pop(), "who is in an open step stays there"
+    assert where() == (LESSON.id, 2) and notices.pop(), "who is in an open step stays there"
     lessons.pace = OpenSteps(LESSON.id, 1, 1, 1)
     assert where() == (LESSON.id, 1)
     lessons.act(Choose(0))

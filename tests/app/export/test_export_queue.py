@@ -49,7 +49,8 @@ class Desk:
         self.queue.player.advance(elapsed)
 
     def take_news(self) -> list[tuple[str, str]]:
-        news, self.queue.player.news = self.queue.player.news, []
+        news = list(self.session.notices)
+        self.session.notices.clear()
         return news
 
     def watch(self, seconds: float) -> Replay:

@@ -215,7 +215,7 @@ def test_it_is_made_as_a_file_in_the_background(run: LessonSession) -> None:
     background = Inline()
     queue = ExportQueue(run._session, ReplayPlayer(run._session, background, run._session.wake))
     queue.ask_report(())
-    assert [title for title, _ in queue.player.news] == ["There is nothing to report yet"] and not background.waiting()
+    assert [title for title, _ in run._session.notices] == ["There is nothing to report yet"] and not background.waiting()
     queue.ask_report(steps_of(run))
     assert queue.busy == "the lab report"
     (job,) = background.waiting()

@@ -146,8 +146,6 @@ def _of_sources(folder: Path = _APP) -> Iterator[str]:
         for node in calls:
             if _name(node.func) in here:
                 yield from _texts((*node.args, *(keyword.value for keyword in node.keywords)), named)
-            elif ast.unparse(node.func).endswith("notes.append"):
-                yield from _texts(node.args, named)
             else:
                 for _, place, parameter in (found for found in passed_on if found[0] == _name(node.func)):
                     given = [keyword.value for keyword in node.keywords if keyword.arg == parameter]

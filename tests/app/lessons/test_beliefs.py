@@ -151,7 +151,7 @@ def test_a_session_without_a_run_goes_on_by_button_and_by_key() -> None:
     assert run.walk.phase is Phase.OBSERVE and run.walk.done.outcome is not None and session.paused
     run.decide()
     run.act(do.Press("reset"))
-    assert run.walk.done.choice == 2 and session.simulation.steps == 0 and not run.notes
+    assert run.walk.done.choice == 2 and session.simulation.steps == 0 and not session.notices
 
 
 def pairs_of(first: Sequence[int], last: Sequence[int]) -> dict[tuple[str, str], tuple[tuple[int, int], ...]]:

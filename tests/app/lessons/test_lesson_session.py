@@ -225,7 +225,7 @@ def test_reset_is_a_fresh_start_and_another_experiment_begins_the_run_again() ->
     run.act(do.Choose(2))
     session.change("scene", "hold")
     run.decide()
-    assert session.settings.run.scene == "solo" and run.notes
+    assert session.settings.run.scene == "solo" and session.notices
     session.change("autopilot", False)
     run.decide()
     assert session.settings.page.autopilot
@@ -323,7 +323,7 @@ def test_of_five_pushes_the_nearest_is_kept_and_is_in_its_link_to_the_last_bit()
     one.to_challenge()
     # A hand that is left alone costs no push, and a run that waits begins again.
     run.act(do.Press("check"))
-    assert run.notes.pop()[0] == "Push first" and not run.walk.done.tries and run.walk.nearest is None
+    assert session.notices.pop()[0] == "Push first" and not run.walk.done.tries and run.walk.nearest is None
     before = run.walk._watch.run
     one.frames_until(lambda: run.walk._watch.run > before, 1.0)
     assert not run.over and not session.paused and not run.walk.done.tries

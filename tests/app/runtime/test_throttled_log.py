@@ -137,7 +137,7 @@ def test_a_lesson_that_fails_at_every_frame_is_logged_once_a_run(monkeypatch: py
         run.decide()
         assert run.live(session.simulation) == ()
     assert len(lines(caplog)) == 2
-    assert [title for title, _ in run.notes] == ["The lesson stopped here"]
+    assert [title for title, _ in session.notices] == ["The lesson stopped here"]
     run.act(Press("reset"))
     run.decide()
-    assert len(run.notes) == 2
+    assert len(session.notices) == 2

@@ -276,7 +276,7 @@ def test_a_visitors_own_file_outlives_a_page_that_is_built_again(wave: Path) -> 
     session, content = Session(Settings(RunSettings(scene="imitation"), PageSettings(source="file"))), wave.read_bytes()
     for brings in (True, False):
         gui = MagicMock()
-        page, said = Sources(gui, session, MagicMock()), gui.add_html.return_value
+        page, said = Sources(gui, session), gui.add_html.return_value
         page.show(freeze(session, 0.0))
         if brings:
             assert "Choose a BVH file" in said.content
