@@ -117,6 +117,11 @@ class Frame:
         return self.shown.reviewed or not self.replayed
 
     @property
+    def traced(self) -> tuple[Simulation, Simulation | None]:
+        """The run and its ghost as plots over time draw them: a moment of the live run with all of it."""
+        return self.live.traced if self.of_live else self.shown.traced
+
+    @property
     def what_if(self) -> WhatIf | None:
         """How the last part would have gone with the present settings; None of a replay."""
         return self.studies.questions.what_if if self.studies is not None and self.of_live else None

@@ -46,11 +46,6 @@ class Live(Protocol):
     halt: Halt
     inputs: InputsLog
 
-    @property
-    def traced(self) -> "tuple[Simulation, Simulation | None]":
-        """The run and its ghost, as plots over time draw them."""
-        ...
-
     def ghost_recorded(self, seconds: float) -> Recorded | None:
         """Return the newest piece of the ghost's run [s]; None if there is none."""
         ...
@@ -67,11 +62,10 @@ class Past:
         settings: of the live session; the page stays as it is, the run is that of the replay.
         file: name of the loaded file that is replayed; "" for the session's own run.
         beside: of the ghost, at the same moment; None where there is none.
-        live: the run of which this is a moment, as all of it is drawn; None of a replay by itself.
+        reviewed: whether it is a moment of the live run, which stands meanwhile, so that what is known of all of it holds.
         mark: the moment that is worth a look; None if there is none.
 
     Attributes:
-        reviewed: whether it is a moment of the live run, which stands meanwhile, so that what is known of all of it holds.
         ghost: the second run beside it, at the same moment; None where there is none.
         student_law: which file's law is replayed.
     """
@@ -85,11 +79,11 @@ class Past:
         settings: Settings,
         file: str = "",
         beside: Replay | None = None,
-        live: Live | None = None,
+        reviewed: bool = False,
         mark: Mark | None = None,
     ) -> None:
-        self._replay, self._settings, self._live = replay, settings, live
-        self.replayed_file, self.reviewed, self.mark = file, live is not None, mark
+        self._replay, self._settings = replay, settings
+        self.replayed_file, self.reviewed, self.mark = file, reviewed, mark
         self.ghost = None if beside is None else beside.simulation
         law = replay.recorded.law
         self.student_law = LawStatus() if law is None else LawStatus(law.file, sha256=law.sha256)
@@ -106,8 +100,8 @@ class Past:
 
     @property
     def traced(self) -> tuple[Simulation, Simulation | None]:
-        """The run and its ghost as plots over time draw them: as far as their axis goes."""
-        return (self._replay.traced, None) if self._live is None else self._live.traced
+        """The run as plots over time draw it, as far as their axis goes, and no ghost."""
+        return self._replay.traced, None
 
     @property
     def pace(self) -> Pace:
@@ -266,8 +260,7 @@ class ReplayPlayer:
         """What the page draws in place of the session; None while live."""
         if self.replay is None:
             return None
-        live = self._session if self.reviewing else None
-        return Past(self.replay, self._session.settings, self.loaded, self._ghost, live, self.mark)
+        return Past(self.replay, self._session.settings, self.loaded, self._ghost, self.reviewing, self.mark)
 
     def advance(self, elapsed: float) -> None:
         """Collect finished jobs and play `elapsed` seconds [s] on."""

@@ -89,7 +89,7 @@ class Plots:
     def show(self, frame: Frame) -> None:
         """Read the newest steps, and refresh the plots that have changed and are due."""
         simulation, now = frame.simulation, frame.now
-        traced, ghost = frame.shown.traced
+        traced, ghost = frame.traced
         self._take(frame.what_if)
         self._arrange(traced, ghost, frame.settings.page.details)
         if self._dressed:

@@ -73,7 +73,7 @@ def test_a_lesson_s_run_stands_at_its_moment_and_the_plots_have_all_of_it() -> N
     assert frame.sample.distance == table[nearest, COLUMN["d"]]
     assert_array_equal(frame.sample.positions, watched.session.simulation.history.positions(table)[nearest])
     assert frame.shown.mark is not None and str(frame.shown.mark.name) == "smallest d − dₘ"
-    assert frame.shown.traced == (watched.session.simulation, None) and frame.settings == watched.session.settings
+    assert frame.traced == (watched.session.simulation, None) and frame.settings == watched.session.settings
     # The numbers of the lesson are of then.
     assert dict(watched.lessons.live(frame.simulation)).keys() and watched.session.simulation.time > frame.simulation.time + 0.5
     said = moment_html(frame, (0.0, 4.0))
@@ -98,7 +98,7 @@ def test_a_run_that_shows_why_stands_at_its_moment_with_both_runs() -> None:
     while not watched.player.reviewing:
         watched.frame()
     frame, ghost = watched.frame(), watched.session.ghost
-    assert frame.ghost is not None and ghost is not None and frame.shown.traced == (watched.session.simulation, ghost)
+    assert frame.ghost is not None and ghost is not None and frame.traced == (watched.session.simulation, ghost)
     table = ghost.history.table()
     row = int(np.abs(table[:, COLUMN["t"]] - frame.ghost.sample().time).argmin())
     assert abs(frame.ghost.time - frame.simulation.time) < 1e-9 and frame.ghost.time < ghost.time
