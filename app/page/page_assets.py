@@ -3,6 +3,7 @@ bar, and the theme of viser's widgets below it."""
 
 import base64
 from functools import cache
+from itertools import cycle, islice
 from pathlib import Path
 from typing import Final
 
@@ -17,7 +18,7 @@ from app.page.panels.hotkeys import hotkeys
 from app.page.panels.replay_bar import KEY
 from app.settings import PageSettings, Profile, Theme
 from app.stage.contact_view import contact_assets
-from app.text.templates import page_of_template
+from app.text.templates import macros, page_of_template
 from app.theme import BRAND, DOCK_WIDTH, NARROW, PALETTES, scale, symbol_rules
 from app.web.pages import MARK, PageAssets, software_rendering
 from scenes.laws import LAWS
@@ -61,26 +62,16 @@ def loading_html() -> str:
 @cache
 def style_sheet(profile: Profile) -> Markup:
     """Return the style sheet as a <style> element."""
-    k = scale(profile)
-    light, dark = PALETTES["light"], PALETTES["dark"]
-    colours = symbol_rules(".duet", ".duet-caption") + "".join(
-        f".duet .j{i + 1},.duet-caption .j{i + 1}{{color:light-dark({a},{b})}}"
-        for i, (a, b) in enumerate(zip(light.joints, dark.joints, strict=True))
+    k, light, dark = scale(profile), PALETTES["light"], PALETTES["dark"]
+    laws = zip(cycle(light.laws), cycle(dark.laws), strict=False)
+    return macros("page/panels/style.html").sheet(
+        f"{k:g}",
+        f"{DOCK_WIDTH * k:g}",
+        round(NARROW * k),
+        Markup((STATIC / "style.css").read_text(encoding="utf-8") + symbol_rules(".duet", ".duet-caption")),
+        list(zip(light.joints, dark.joints, strict=True)),
+        list(islice(laws, len(LAWS))),
     )
-    colours += "".join(
-        f".duet .law{i + 1}{{color:light-dark({light.laws[i % len(light.laws)]},{dark.laws[i % len(dark.laws)]})}}"
-        for i in range(len(LAWS))
-    )
-    # viser's widgets take their size from this one number of the Mantine library.
-    root = f":root{{--duet-k:{k:g};--duet-dock:{DOCK_WIDTH * k:g}px;--mantine-scale:{k:g}!important}}"
-    panel, spare = "[data-duet-holds~=plots]", "[data-duet-holds~=spare]"
-    narrow = (
-        f"@media (max-width:{round(NARROW * k)}px){{"
-        f"{panel} [data-duet-holds~=charts]{{grid-template-columns:var(--duet-narrow)!important}}"
-        f"{panel} .mantine-Flex-root .mantine-Button-root{{padding:0 6px!important}}"
-        f"{panel} {spare},{panel} {spare}+div{{display:none}}}}"
-    )
-    return Markup(f"<style>{root}{(STATIC / 'style.css').read_text(encoding='utf-8')}{colours}{narrow}</style>")
 
 
 _LIGHT: Final = PALETTES["light"]

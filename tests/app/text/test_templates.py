@@ -262,6 +262,7 @@ SURFACES: dict[str, Callable[[], str | Iterator[str]]] = {
     "page/panels/pills.html": lambda: iter(
         (custom_law_html(LawStatus(NASTY)), custom_law_html(LawStatus("a.py", problem=NASTY)))
     ),
+    "page/panels/style.html": lambda: re.sub("</?style>", "", macros("page/panels/style.html").sheet(*[NASTY] * 4, [], [])),
     "page/panels/title_bar.svg": lambda: page_of_template(
         "page/panels/title_bar.svg", ink=NASTY, motto=NASTY, brand=NASTY, faint=NASTY
     ),
