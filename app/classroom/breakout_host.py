@@ -5,7 +5,7 @@ import logging
 import viser
 
 from app.classroom.breakout_sessions import BreakoutSessions, run_of
-from app.classroom.class_messages import ClassState, Exploring, Present, Progressed, Reported, TakenBack, WorkAction
+from app.classroom.class_messages import ClassState, Exploring, Present, Progressed, Reported, WorkAction
 from app.classroom.classroom import Classroom
 from app.classroom.participant import Participant
 from app.classroom.student_work import clean_name
@@ -70,9 +70,7 @@ class BreakoutHost:
                 self.classroom.work.note(student, progress)
             case Reported(student, name, progress):
                 # The plenary makes the whole report; the student's page shows that there is one.
-                self.classroom.work.hand_in(student, HandIn(clean_name(name), progress))
-            case TakenBack(student):
-                self.classroom.work.hand_ins.pop(student, None)
+                self.classroom.work.hand_in(student, None if name is None else HandIn(clean_name(name), progress))
             case _:
                 raise TypeError(f"nothing here does {action!r}")
 
@@ -83,10 +81,7 @@ class BreakoutHost:
                     self._expected[student] = message
                     self.classroom.places.groups[student] = group
                     self.classroom.board.names[group] = name
-                    if report is None:
-                        self.classroom.work.hand_ins.pop(student, None)
-                    else:
-                        self.classroom.work.hand_in(student, report)
+                    self.classroom.work.hand_in(student, report)
                 case ClassState(free, paused, pace, wanted):
                     self.classroom.free, self.classroom.paused = free, paused
                     self.classroom.pace, self.classroom.wanted = pace, wanted

@@ -6,7 +6,7 @@ from math import inf
 from time import monotonic
 from typing import Final
 
-from app.classroom.class_messages import ClassState, Exploring, PostWork, Present, Progressed, Ran, Reported, TakenBack
+from app.classroom.class_messages import ClassState, Exploring, PostWork, Present, Progressed, Ran, Reported
 from app.classroom.classroom import Classroom
 from app.classroom.participant import Participant
 from app.classroom.plenary_page import GroupMember
@@ -59,7 +59,7 @@ class BreakoutWorkers:
                         # What it was sent first does not know what has been handed in since then.
                         if student in self._begun and self._classroom.places.holds(student):
                             self.send(student, self._begun[student])
-                case Progressed() | Reported() | TakenBack() | Ran():
+                case Progressed() | Reported() | Ran():
                     self._post_work(message)
                 case _:
                     raise TypeError(f"the plenary does not understand {message!r}")

@@ -1,6 +1,6 @@
 """What the processes of a lecture say to each other: the plenary's and those with breakout sessions; and what students hand in."""
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable
 from typing import NamedTuple
 
 from app.export.class_summary import HandIn
@@ -55,21 +55,16 @@ class Progressed(Action, newest_by=("student",)):
 
 
 class Reported(Action, newest_by=("student",)):
-    """A student hands in a report. `name`: "" for none; `progress`: of the student's own session, as JSON."""
+    """A student hands in a report, or takes it back.
+
+    Attributes:
+        name: "" for none; None where the report is taken back.
+        progress: of the student's own session, as JSON.
+    """
 
     student: str
-    name: str
+    name: str | None
     progress: str = ""
-
-
-class TakenBack(Action):
-    """A student takes the report back."""
-
-    student: str
-
-    @property
-    def control(self) -> Hashable:
-        return Reported(self.student, "").control
 
 
 class Ran(Action, newest_by=("student",), eq=False):
@@ -79,7 +74,7 @@ class Ran(Action, newest_by=("student",), eq=False):
     recorded: Recorded | None
 
 
-WorkAction = Progressed | Reported | TakenBack | Ran
+WorkAction = Progressed | Reported | Ran
 """What comes from a student's own session; `student`: id of the tab."""
 
 

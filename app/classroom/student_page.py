@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import viser
 
-from app.classroom.class_messages import PostWork, Progressed, Reported, TakenBack
+from app.classroom.class_messages import PostWork, Progressed, Reported
 from app.classroom.classroom import Poll
 from app.classroom.classroom_html import TAKE_OVER, banner_html, mine_html
 from app.classroom.student_work import LONGEST_NAME, clean_name
@@ -225,7 +225,7 @@ class HandInBox:
         in_lesson = tab is not None
         if offered and in_lesson not in self._forms:
             order = ORDER["hints"] + 7.5 if in_lesson else -29.0
-            take_back = partial(self._post_work, TakenBack(self._student))
+            take_back = partial(self._post_work, Reported(self._student, None))
             with tab or nullcontext():
                 # The progress belongs to the thread that calls `post`.
                 self._forms[in_lesson] = _Form(self._gui, order, self._names.append, take_back)

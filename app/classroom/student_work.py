@@ -61,9 +61,12 @@ class StudentWork:
                     found.setdefault(question, {})[student] = done.choice
         return found
 
-    def hand_in(self, student: str, report: HandIn) -> None:
-        """Take a report in place of the student's earlier one."""
-        remember(self.hand_ins, student, report, MOST)
+    def hand_in(self, student: str, report: HandIn | None) -> None:
+        """Take a report in place of the student's earlier one; None takes that back."""
+        if report is None:
+            self.hand_ins.pop(student, None)
+        else:
+            remember(self.hand_ins, student, report, MOST)
 
 
 def clean_name(text: str, longest: int = LONGEST_NAME) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Hashable
 from time import monotonic
 from typing import Final, Literal
 
-from app.classroom.class_messages import Progressed, Ran, Reported, TakenBack
+from app.classroom.class_messages import Progressed, Ran, Reported
 from app.classroom.classroom import Classroom, Poll
 from app.classroom.presenter import MOST_QUOTES, TIMERS, Presenter, ScreenAction, ShownWork, Station
 from app.i18n.speaking import tr
@@ -111,10 +111,10 @@ class TeacherControl:
                 classroom.note(student, progress, monotonic())
             case Ran(student, recorded):
                 self._show_run(student, recorded)
-            case Reported(student, name, progress):
+            case Reported(student, None):
+                classroom.work.hand_in(student, None)
+            case Reported(student, str(name), progress):
                 classroom.hand_in(self.lessons.walk if self.lessons.begun else None, student, name, progress)
-            case TakenBack(student):
-                classroom.work.hand_ins.pop(student, None)
             case _:
                 raise TypeError(f"nothing here does {action!r}")
 

@@ -163,7 +163,13 @@ def test_students_and_a_group_explore_in_other_processes_and_the_teacher_reaches
     assert worker_of(served, bo) == lost and len({stage, lost, worker_of(served, cy)}) == 3
     # The stage's session has a process of its own; the others share the places.
     sees(teacher, "students here: 3", "exploring: 3", "of 4", "load: ")
-    # What a student hands in arrives.
+    # What a student hands in arrives, and what is taken back is gone.
+    click(ann, "Hand in")
+    sees(teacher, "reports handed in: 1")
+    sees(ann, "Handed in without a name.")
+    click(ann, "Take it back")
+    for one, said in ((teacher, "reports handed in"), (ann, "Handed in without a name.")):
+        one.wait_for(lambda _, one=one, said=said: said not in shown(one), 60.0)
     click(ann, "Hand in")
     sees(teacher, "reports handed in: 1")
     sees(ann, "Handed in without a name.")
