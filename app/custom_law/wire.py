@@ -9,7 +9,6 @@ from typing import Any, Final
 import numpy as np
 from msgspec import MsgspecError, Struct
 from msgspec.msgpack import Decoder, Encoder
-from msgspec.structs import astuple
 
 from app.custom_law.law_file import Array
 from controllers.errors import LazyText
@@ -28,29 +27,23 @@ class LoadFile(Struct, tag=True, array_like=True, frozen=True):
 
 
 class VelocityQuestion(Struct, tag=True, array_like=True, frozen=True, cache_hash=True):
-    """Asks for q̇; the fields of a `Situation`. Arrays are sent as bytes, and received as bytearrays, which the law may write to."""
+    """Asks for q̇.
 
-    positions: bytearray
-    nominal: bytearray
-    row: bytearray
-    distance: float
-    approach: float
-    task_jacobian: bytearray | None
-    lower: bytearray | None
-    upper: bytearray | None
-    rows: bytearray | None
-    distances: bytearray | None
-    approaches: bytearray | None
+    Attributes:
+        fields: of a `Situation`, in order. Arrays are sent as bytes, and received as bytearrays, which the law may write to.
+    """
+
+    fields: tuple[bytearray | float | None, ...]
 
     @staticmethod
     def of(situation: tuple[Any, ...]) -> "VelocityQuestion":
         """Return the question. `situation`: any tuple with the fields of a `Situation`, with arrays of float64."""
         values: list[Any] = [value.tobytes() if isinstance(value, np.ndarray) else value for value in situation]
-        return VelocityQuestion(*values)
+        return VelocityQuestion(tuple(values))
 
     def situation(self) -> Situation:
         """Return the situation, in arrays of its own."""
-        values: list[Any] = [np.frombuffer(value) if isinstance(value, bytearray) else value for value in astuple(self)]
+        values: list[Any] = [np.frombuffer(value) if isinstance(value, bytearray) else value for value in self.fields]
         for matrix in _MATRICES:
             if values[matrix] is not None:
                 values[matrix] = values[matrix].reshape(-1, len(values[2]))
