@@ -134,16 +134,16 @@ def work_html(work: ShownWork, book: LessonBook) -> Markup:
     """Return what one student has done, over the scene; of a run what step it belongs to, below the scene. `book`: of the projector."""
     at = Bookmark(book).of(*work.step)
     lesson, step, known = at.lesson, at.step, (at.lesson.id, at.step.id) == work.step
-    place = tr("Lesson {lesson} · step {step}", lesson=lesson.number, step=at.step_index + 1)
+    place, done = tr("Lesson {lesson} · step {step}", lesson=lesson.number, step=at.step_index + 1), work.done
     made, screen = macros("classroom/board.html"), macros("classroom/screen.html").screen
     if work.run or not known:
         return screen("scene at-run", made.run(place if known else "", step.title if known else ""))
     asked, language = step.question, lesson.language
     question = "" if asked is None else lesson_html(fill(step, asked.text, None, language), step.setup.folder)
     choices = () if asked is None else tuple(fill(step, choice.text, None, language) for choice in asked.choices)
-    svg = drawing_svg(step.drawing, work.curve, ()) if step.drawing is not None and work.curve else ""
-    outcome = () if work.outcome is None else work.outcome.lines(step, language)
-    return screen("slide at-work", made.work(place, step.title, question, choices, work.choice, svg, outcome))
+    svg = drawing_svg(step.drawing, done.drawing, ()) if step.drawing is not None and done.drawing else ""
+    outcome = () if done.outcome is None else done.outcome.lines(step, language)
+    return screen("slide at-work", made.work(place, step.title, question, choices, done.choice, svg, outcome))
 
 
 def _slide(station: Station, view: StepView, poll: Poll | None, quotes: Collection[str]) -> Markup:

@@ -8,9 +8,8 @@ from typing import Final, Literal, NamedTuple, get_args
 
 from app.i18n.speaking import N_
 from app.lessons.bookmark import Phase, phases_of
-from app.lessons.outcomes import StepOutcome
+from app.lessons.progress import StepProgress
 from app.lessons.walkthrough import Walkthrough
-from app.plots.curve_chart import Curve
 
 ScreenAction = Literal[
     "on", "back", "live", "freeze", "blank", "stage", "panels", "timer 30", "timer 60", "timer 90", "timer off"
@@ -80,13 +79,12 @@ class ShownWork(NamedTuple):
 
     Attributes:
         step: where, by the names of lesson and step; ("", "") outside the lessons.
+        done: there.
         run: whether the student's run is replayed on the stage.
     """
 
     step: tuple[str, str]
-    choice: int | None = None
-    curve: Curve = ()
-    outcome: StepOutcome | None = None
+    done: StepProgress
     run: bool = False
 
 

@@ -201,8 +201,8 @@ class TeacherControl:
         self.presenter.uncover()
         if student is not None:
             progress = self.classroom.board.progress_of(student)
-            done = progress.at(progress.lesson, progress.step)
-            self.presenter.work = ShownWork((progress.lesson, progress.step), done.choice, done.drawing, done.outcome, run)
+            step = progress.lesson, progress.step
+            self.presenter.work = ShownWork(step, progress.at(*step), run)
 
     def _show_run(self, student: str, recorded: Recorded | None) -> None:
         """Replay a student's run on the stage, if the teacher still wants it."""

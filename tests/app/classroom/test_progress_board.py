@@ -10,6 +10,7 @@ from app.classroom.presenter import ShownWork
 from app.classroom.student_work import NAMES, STUCK, Cell, ProgressBoard
 from app.lessons.bookmark import Bookmark, OpenSteps, open_steps_from_text
 from app.lessons.lesson import Lesson
+from app.lessons.progress import StepProgress
 from app.lessons.session.lesson_actions import Choose, Enter, GoTo, Press
 from app.lessons.session.lesson_session import LessonSession
 from app.plots.curve_chart import COLUMNS
@@ -117,16 +118,17 @@ def test_what_one_student_has_done_is_shown_without_a_name() -> None:
     lesson = BOOK.lessons[3]
     index, step = next((i, step) for i, step in enumerate(lesson.steps) if step.drawing is not None)
     place = lesson.id, step.id
-    shown = work_html(ShownWork(place, 1, (0.5,) * COLUMNS), BOOK)
+    curve = (0.5,) * COLUMNS
+    shown = work_html(ShownWork(place, StepProgress(choice=1, drawing=curve)), BOOK)
     assert (
         "One of you" in shown
         and f"Lesson 4 · step {index + 1}" in shown
         and "<figure" in shown
         and shown.count('class="mine"') == 1
     )
-    assert "<figure" not in work_html(ShownWork(place, 1), BOOK)
-    works = (ShownWork(place), ShownWork(place, 1), ShownWork(place, None, (0.5,) * COLUMNS))
+    assert "<figure" not in work_html(ShownWork(place, StepProgress(choice=1)), BOOK)
+    works = [ShownWork(place, done) for done in (StepProgress(), StepProgress(choice=1), StepProgress(drawing=curve))]
     assert ["Not answered yet." in work_html(work, BOOK) for work in works] == [True, False, False]
-    run = work_html(ShownWork(place, run=True), BOOK)
+    run = work_html(ShownWork(place, StepProgress(), run=True), BOOK)
     assert "at-run" in run and step.title in run
-    assert "Lesson" not in work_html(ShownWork(("no", "lesson"), run=True), BOOK)
+    assert "Lesson" not in work_html(ShownWork(("no", "lesson"), StepProgress(), run=True), BOOK)
