@@ -1,12 +1,12 @@
 """Which browsers may lead a lecture: those with the key; without a key the first tab."""
 
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from time import monotonic
 from typing import Final
 
 from app.hosting.teacher_key import is_teacher
-from app.hosting.visitor_record import tab_id
+from app.hosting.visitor_record import NEW_CLASS, ClassRecord, tab_id
 from app.web.audiences import SCREEN
 
 HOLD: Final = 60.0
@@ -24,15 +24,15 @@ class Leader:
 
     Args:
         key: the teacher's; None for none.
+        record: of the class, which goes on from there as if the tab that leads had just disconnected.
         clock: returns the time [s].
     """
 
-    def __init__(self, key: str | None, clock: Callable[[], float] = monotonic) -> None:
+    def __init__(self, key: str | None, record: ClassRecord = NEW_CLASS, clock: Callable[[], float] = monotonic) -> None:
         self._key, self._clock = key, clock
-        self._holder: str | None = None
+        self._holder, self._since = record.leader, clock()
         self._client_ids: set[int] = set()
-        self._since = 0.0
-        self._students: deque[str | None] = deque(maxlen=MOST)
+        self._students: deque[str | None] = deque(record.students, maxlen=MOST)
 
     def admits(self, client_id: int, query: Mapping[str, str]) -> bool:
         """Return whether a browser that connects with a query may lead."""
@@ -54,11 +54,6 @@ class Leader:
     def tabs(self) -> tuple[str | None, tuple[str, ...]]:
         """Return the ids of the tab that leads, and of the students' tabs."""
         return self._holder, tuple(tab for tab in list(self._students) if tab is not None)
-
-    def restore(self, holder: str | None, students: Iterable[str]) -> None:
-        """Hold the lead for a tab as if it had just disconnected; these are the students' tabs."""
-        self._holder, self._since = holder, self._clock()
-        self._students.extend(students)
 
     def gone(self, client_id: int) -> None:
         """Note that a browser has disconnected."""

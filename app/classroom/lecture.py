@@ -45,8 +45,8 @@ class LectureHost:
     def __init__(self, context: AppContext) -> None:
         self._context = context
         interrupted = context.store.interrupted_lecture()
-        room = None if interrupted is None else interrupted.room
-        self.classroom = Classroom(context.workload.places, room or NEW_CLASS)
+        room = NEW_CLASS if interrupted is None or interrupted.room is None else interrupted.room
+        self.classroom = Classroom(context.workload.places, room)
         start = context.options.settings if interrupted is None or interrupted.state is None else interrupted.settings
         self.session = Session(start, context.wake, context.jobs, context.sources)
         self.lessons = LessonSession(self.session, context.book.in_language(language_of(context.options.settings, "en")))
@@ -56,7 +56,7 @@ class LectureHost:
             context.link.wake = context.wake
             self._breakouts.workers = BreakoutWorkers(context.link, self.classroom, self.control.answers.put)
         self.control.presenter.expected = context.options.students
-        self._leader = Leader(context.options.key)
+        self._leader = Leader(context.options.key, room)
         self._recorder = LectureRecorder(context, interrupted, self.control, self._leader)
         self.controls = PlenaryControls(context, self.control, self._summaries)
         self.participants: dict[int, Participant] = {}

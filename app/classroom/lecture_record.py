@@ -35,7 +35,6 @@ class LectureRecorder:
                 self._lessons.resume(record.lessons, reopen=True)
             for _ in run_again(self._session, self._lessons, record):
                 pass
-            self._leader.restore(record.room.leader, record.room.students)
 
     @property
     def last_class(self) -> ClassSummary | None:

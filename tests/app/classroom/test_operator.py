@@ -120,7 +120,7 @@ def test_a_lecture_shows_all_the_same_and_obeys_one(house: OpenHouse, join: Join
 
 def test_without_a_key_the_lead_is_kept_for_a_minute_and_is_no_students() -> None:
     now = 0.0
-    lead, (ann, bo, cy, *others) = Leader(None, lambda: now), ({"resume": letter * 32} for letter in "abcde")
+    lead, (ann, bo, cy, *others) = Leader(None, clock=lambda: now), ({"resume": letter * 32} for letter in "abcde")
 
     def admits(client_id: int, query: dict[str, str], at: float) -> bool:
         nonlocal now
