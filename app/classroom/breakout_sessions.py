@@ -92,25 +92,24 @@ def run_of(participants: Iterable[Participant], student: str) -> Ran | None:
 class BreakoutSessions:
     """The students' own sessions beside the plenary.
 
-    Attributes:
+    Args:
         workers: the processes that have the sessions; None where this one has them.
     """
 
-    def __init__(self, context: AppContext, classroom: Classroom) -> None:
-        self._context, self._classroom = context, classroom
-        self.workers: BreakoutWorkers | None = None
+    def __init__(self, context: AppContext, classroom: Classroom, workers: BreakoutWorkers | None = None) -> None:
+        self._context, self._classroom, self._workers = context, classroom, workers
         self._operators: dict[str, str] = {}
         self._left: dict[str, float] = {}
         self._coming: dict[str, float] = {}
 
     def expects(self, query: dict[str, str]) -> bool:
         """Return whether the browser that connects with a query gets a breakout session; from any thread."""
-        tab = None if self.workers is not None else tab_id(query)
+        tab = None if self._workers is not None else tab_id(query)
         return tab is not None and SCREEN not in query and self._classroom.free and self._classroom.places.holds(tab)
 
     def load(self, here: ServerLoad) -> ServerLoad:
         """Return how busy all processes are. `here`: how busy this one is."""
-        return here if self.workers is None else self.workers.load(here)
+        return here if self._workers is None else self._workers.load(here)
 
     def settle(self, participants: Collection[Participant], begin: Callable[[str], VisitorRecord]) -> None:
         """Assign places and move students to their own sessions or back to the plenary.
@@ -119,16 +118,16 @@ class BreakoutSessions:
             begin: returns where a student begins who has left nothing in the store.
         """
         self._context.store.tidy()
-        if self.workers is not None:
-            self.workers.exchange()
+        if self._workers is not None:
+            self._workers.exchange()
         classroom = self._classroom
         students = [one for one in participants if one.banner is not None or one.group]
         classroom.settle((*(one.id for one in students if one.lasting), *classroom.elsewhere), monotonic())
         for one in students:
             wanted = classroom.free and one.lasting and classroom.places.holds(one.id)
             if wanted != bool(one.group) and not one.moved:
-                if wanted and self.workers is not None:
-                    self.workers.send(one.id, begin(one.id))
+                if wanted and self._workers is not None:
+                    self._workers.send(one.id, begin(one.id))
                 self._move(one)
 
     def admit(self, participant: Participant, participants: Collection[Participant], begin: VisitorRecord) -> Pieces:

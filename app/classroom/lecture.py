@@ -50,11 +50,11 @@ class LectureHost:
         start = context.options.settings if interrupted is None or interrupted.state is None else interrupted.settings
         self.session = Session(start, context.wake, context.jobs, context.sources)
         self.lessons = LessonSession(self.session, context.book.in_language(language_of(context.options.settings, "en")))
-        self._breakouts = BreakoutSessions(context, self.classroom)
-        self.control = TeacherControl(self.classroom, self.session, self.lessons)
+        self.control, workers = TeacherControl(self.classroom, self.session, self.lessons), None
         if context.link is not None:
             context.link.wake = context.wake
-            self._breakouts.workers = BreakoutWorkers(context.link, self.classroom, self.control.answers.put)
+            workers = BreakoutWorkers(context.link, self.classroom, self.control.answers.put)
+        self._breakouts = BreakoutSessions(context, self.classroom, workers)
         self.control.presenter.expected = context.options.students
         self._leader = Leader(context.options.key, room)
         self._recorder = LectureRecorder(context, interrupted, self.control, self._leader)
