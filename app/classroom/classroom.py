@@ -77,7 +77,7 @@ class Classroom:
         free: whether the students explore; otherwise they follow.
         paused: whether all sessions are paused.
         waiting: how many students want to explore and cannot.
-        elsewhere: the students whose breakout sessions are in other processes.
+        elsewhere: the students with breakout sessions in other processes.
         load: of the server; None before it was measured.
         ballots, places: the answers, and the breakout sessions' places.
         work: what students have done in their own sessions, and have handed in.

@@ -59,7 +59,7 @@ class PlenaryPage:
         self._shown: tuple[Poll | None, float | None] = None, None
 
     def show(self, frame: Frame, address: Address | None = None) -> Poll | None:
-        """Draw a frame; return the question on the stage, in this language, whose tally is shown after the reveal. A projector that is
+        """Draw a frame; return the question on the stage, in this language; its tally is shown after the reveal. A projector that is
         frozen keeps its picture, and only what covers it changes.
 
         Args:
