@@ -133,7 +133,7 @@
     const bottom = plot.lowest ? 20 : 6;
     const t0 = timeOf(0);
     const t1 = Math.max(timeOf(last), t0 + 1e-6);
-    const [low, high] = plot.panel.span;
+    const [low, high] = plot.panel.limits;
     return {
       width,
       height,

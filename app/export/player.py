@@ -133,21 +133,10 @@ def packed_film(filmed: Filmed, panels: tuple[Panel, ...], mark: float | None = 
         tracks.append(entry)
     drawn = [
         {
-            "title": panel.title,
-            "unit": panel.unit,
-            "span": panel.limits,
-            "rows": panel.rows,
-            "note": panel.note,
+            **vars(panel),
             "times": numbers(panel.times, "f4"),
             "strokes": [
-                {
-                    "name": [part for part in _parts(s.name) if part[0]],
-                    "colour": s.colour,
-                    "width": s.width,
-                    "dash": s.dash,
-                    "steps": s.steps,
-                    "values": numbers(s.values, "f4"),
-                }
+                {**vars(s), "name": [part for part in _parts(s.name) if part[0]], "values": numbers(s.values, "f4")}
                 for s in panel.strokes
             ],
         }
