@@ -73,18 +73,14 @@ _FIRST_ROWS: Final = 256
 
 
 class History:
-    """The last `capacity` steps. `joints`: nv, joints of all arms."""
+    """The last `capacity` steps of a run; another run has another one. `joints`: nv, joints of all arms."""
 
     def __init__(self, capacity: int, joints: int) -> None:
         self._rows = np.full((min(capacity, _FIRST_ROWS), _HEAD + 3 * joints), np.nan)
         self._capacity, self._with_second = capacity, False
         self._middle, self._end = _HEAD + joints, _HEAD + 2 * joints
         self.count = 0
-        """Steps recorded since the last `clear`; may exceed what is kept."""
-
-    def clear(self) -> None:
-        """Forget everything."""
-        self.count = 0
+        """Steps recorded; may exceed what is kept."""
 
     def begin_with(self, table: Array) -> None:
         """Keep the steps of a table of as many joints (rows, columns), no more than `capacity`, in the place of what there was."""
@@ -141,10 +137,6 @@ class History:
         second = None if math.isnan(authority) else ArmSample(e2, u, w, law_w, int(authority), int(joint), lever)
         q, dq, desired = row[_HEAD : self._middle].copy(), row[self._middle : self._end].copy(), row[self._end :].copy()
         return Sample(*first, t, d, lam, int(pair), law_d, second, q, dq, desired)
-
-    def row(self, step: int) -> Array | None:
-        """Return the row of a step, counted from 0 since the last `clear`, a live view; None if it is not kept."""
-        return self._rows[step % self._capacity] if max(self.count - self._capacity, 0) <= step < self.count else None
 
     def table(self, newest: int | None = None, but: int = 0) -> Array:
         """Return the rows kept, oldest first (rows, columns), a copy; at most the `newest` ones, without the last `but` of them."""

@@ -78,7 +78,6 @@ class Simulation:
         self.detector: ProximityDetector = self.world.detector
         self.positions: Array = self.world.positions
         self.velocities: Array = self.world.velocities
-        self.history = History(self._capacity, room.model.nv)
         self._way = np.zeros(room.model.nv)
         self._desired = np.full(room.model.nv, np.nan)
         self._actuation, self._sensing = Actuation(room.model.nv), Sensing(self.world)
@@ -132,7 +131,7 @@ class Simulation:
         self.positions[:] = start_of(self.settings, self.room) if positions is None else positions
         self.steps = 0
         self.time = 0.0
-        self.history.clear()
+        self.history = History(self._capacity, self.room.model.nv)
         self.near = None
         self._form()
         self._begin()
@@ -315,7 +314,7 @@ class Simulation:
         return Snapshot(self.settings, self.steps, self.time, self.positions.copy(), self.velocities.copy(), memories, robot)
 
     def resume(self, snapshot: Snapshot) -> None:
-        """Continue from a snapshot of the same experiment, with the present settings; the history is cleared.
+        """Continue from a snapshot of the same experiment, with the present settings; the history begins anew.
 
         Scene, rig, robot, guided arm, path and control point must be as in the snapshot.
         """

@@ -138,32 +138,22 @@ class RollingSeries:
         self._history: History | None = None
         self._swivel: Swivel | None = None
         self._seen = 0
-        self._last_row: bytes | None = None
         self._last_pair, self._changes = -1.0, 0.0
 
     def feed(self, simulation: Simulation) -> None:
         """Take in every step made since the last call."""
         history = simulation.history
-        if history is not self._history or self._restarted(history):
+        if history is not self._history:
             self._history, self.bins = history, Bins(len(NAMES))
-            self._seen, self._last_row, self._last_pair, self._changes = 0, None, -1.0, 0.0
+            self._seen, self._last_pair, self._changes = 0, -1.0, 0.0
             self._swivel = (
                 Swivel(simulation.room, simulation.avoiding) if simulation.settings.experiment.obstacle == "nothing" else None
             )
         if history.count == self._seen:
             return
         table = history.table(history.count - self._seen)
-        self._seen, self._last_row = history.count, table[-1].tobytes()
+        self._seen = history.count
         self.bins.take(table[:, COLUMN["t"]], self._signals(simulation, table))
-
-    def _restarted(self, history: History) -> bool:
-        """Return whether the history was cleared since the last call, even if it has as many steps again by now."""
-        new = history.count - self._seen
-        if new < 0 or self._last_row is None:
-            return new < 0
-        row = history.row(self._seen - 1)
-        # With more new steps than the history stores, none of the old bins is left.
-        return row is not None and row.tobytes() != self._last_row
 
     def _signals(self, simulation: Simulation, table: Array) -> Array:
         """Return all columns (rows, columns) of so many steps."""

@@ -254,7 +254,7 @@ class Replay:
 
     def _fill(self, simulation: Simulation, step: int) -> None:
         """Give a simulation the history of `PAST` before a step of the film."""
-        # A new object, so that readers of the history notice the jump.
+        # Another one, so that its readers notice the jump.
         simulation.history = History(CAPACITY, len(simulation.positions))
         rows = self._film.rows[: np.searchsorted(self._film.row_steps, step)]
         first = int(np.searchsorted(rows[:, COLUMN["t"]], rows[-1, COLUMN["t"]] - PAST)) if len(rows) else 0

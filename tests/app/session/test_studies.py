@@ -111,7 +111,7 @@ def test_the_short_answer_is_the_end_of_the_long_one(desk: Inline, dt: float) ->
 
 def test_at_small_time_steps_only_what_is_drawn_is_made_again(desk: Inline, monkeypatch: pytest.MonkeyPatch) -> None:
     session = running(desk, 0.1)
-    monkeypatch.setattr(session.simulation.history, "_capacity", 700)
+    monkeypatch.setattr(session.simulation, "_capacity", 700)
     session.reset()
     go(session, 5.0)
     session.toggle_pause()

@@ -105,6 +105,11 @@ def test_samples_and_tables() -> None:
     kept = table.copy()
     table[:] = 7.0
     assert_array_equal(simulation.history.table(), kept)
+    # Another run has another history; whoever reads the old one still can.
+    before = simulation.history
+    simulation.reset()
+    assert simulation.history is not before and simulation.history.count == 0
+    assert_array_equal(before.table(), kept)
 
 
 @given(st.integers(1, 12), st.integers(0, 40), st.integers(0, 15))
@@ -120,10 +125,9 @@ def test_the_ring_keeps_the_newest(capacity: int, count: int, newest: int) -> No
         assert history.last().time == count - 1
         assert_array_equal(history.positions(history.table())[-1], [count - 1.0] * 2)
         assert_array_equal(history.velocities(history.table())[-1], [1.0 - count] * 2)
-    history.clear()
-    assert len(history.table()) == 0
-    with pytest.raises(IndexError, match="empty"):
-        history.last()
+    else:
+        with pytest.raises(IndexError, match="empty"):
+            history.last()
 
 
 @pytest.mark.parametrize(("capacity", "count"), [(700, 699), (700, 701), (700, 2_000), (256, 600), (300, 256)])
@@ -134,9 +138,6 @@ def test_its_room_grows_up_to_its_capacity_and_what_is_not_given_is_nan(capacity
     kept = min(count, capacity)
     assert column(history.table(), "t").tolist() == list(range(count - kept, count))
     assert np.isnan(history.desired(history.table())).all() and np.isnan(column(history.table(), "e2_b")).all()
-    oldest = history.row(count - kept)
-    assert oldest is not None and oldest[0] == count - kept
-    assert [history.row(step) for step in (-1, count - kept - 1, count)] == [None] * 3
 
 
 def test_summaries() -> None:
