@@ -9,6 +9,7 @@ from typing import Any
 from playwright.sync_api import Page
 
 from app.page.panels.controls import TABS
+from tests.app.page.by_hand import row_of
 from tests.app.page.helpers import SPECS, page_label
 
 BUTTONS = {
@@ -52,14 +53,14 @@ class Clicks:
         self.page.get_by_label(label, exact=True).fill(text)
 
     def slide(self, label: str, text: str) -> None:
-        row = self.page.locator("label:visible").get_by_text(label, exact=True).locator("xpath=../../..")
+        row = row_of(self.page, label)
         row.locator("input[type=text]").last.fill(text)
         self.page.locator(".duet-l-head").click()
 
     def set(self, key: str, value: Any) -> None:
         tab, label, entered = control_of(key, value)
         self.page.get_by_role("tab", name=tab, exact=True).click()
-        row = self.page.locator("label:visible").get_by_text(label, exact=True).locator("xpath=../../..")
+        row = row_of(self.page, label)
         if SPECS[key].choices:
             row.locator("input:visible").first.click()
             self.page.get_by_role("option", name=entered, exact=True).click()

@@ -16,8 +16,9 @@ from app.lessons.session.lesson_actions import GoTo
 from app.lessons.session.lesson_session import LessonSession
 from app.session.session import Session
 from app.start import App
-from tests.app.conftest import ask, live_sessions, private_of
-from tests.browser import close_software_note, lasting, until, wait_frames
+from tests.app.conftest import ask, private_of
+from tests.app.page.by_hand import visit
+from tests.browser import lasting, until, wait_frames
 from tests.tools.lesson_hands import Hands
 from tests.tools.lesson_moves import LONG, LessonMoves
 
@@ -39,14 +40,9 @@ FLAWS = """() => { const bad = [];
 
 def enter(page: Page, opened: App, query: str) -> tuple[Session, LessonSession]:
     """Open a lesson by its link; return the session and its lessons."""
-    known = set(live_sessions(opened))
-    page.set_default_timeout(60_000)
-    page.goto(f"{opened.url}/?{query}")
+    session = visit(page, opened, query)
     page.locator(".duet-l-head").wait_for()
-    until(page, lambda: set(live_sessions(opened)) - known, "a session")
-    close_software_note(page)
-    number = max(set(live_sessions(opened)) - known)
-    return live_sessions(opened)[number], private_of(opened).visitors[number].lessons
+    return session, next(one.lessons for one in private_of(opened).visitors.values() if one.session is session)
 
 
 def shown_step(page: Page, session: Session, run: LessonSession, lesson: int, step: int) -> None:

@@ -13,23 +13,22 @@ from app.settings import Settings, from_query
 from app.start import App
 from scenes.history import COLUMN
 from scenes.settings import changed
-from tests.app.conftest import HAND, OpenHouse, ask, live_sessions, visitor_of
+from tests.app.conftest import HAND, OpenHouse, ask, visitor_of
 from tests.app.export.runs import piece
-from tests.browser import PageAt, close_software_note, screenshot, until, wait_frames, wait_ready, world_position
+from tests.app.page.by_hand import visit
+from tests.browser import PageAt, screenshot, until, wait_frames, wait_ready, world_position
 
 WRIST = "/arms/right/base/j1/j2/j3/j4/j5/j6/j7"
 
 
 def enter(page: Page, opened: App, query: str = "") -> tuple[Session, ReplayBar]:
     """Come by a link and open the folder; the session and its bar."""
-    page.goto(f"{opened.url}/?{query}")
+    session = visit(page, opened, query)
     wait_ready(page, WRIST)
-    until(page, lambda: len(live_sessions(opened)) == 1, "one session")
-    close_software_note(page)
     page.get_by_text("Keep and replay").click()
     bar = visitor_of(opened).operation._replay_bar
     assert bar is not None
-    return visitor_of(opened).session, bar
+    return session, bar
 
 
 def is_there(page: Page, node: str) -> bool:

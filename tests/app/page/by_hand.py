@@ -1,6 +1,5 @@
 """What a person does on a page with a real mouse and a real keyboard, and what is seen then."""
 
-import re
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -27,10 +26,11 @@ WRIST = "/base/j1/j2/j3/j4/j5/j6/j7"
 LATE_UPDATE = r"Tried to update non-existent component"
 
 
-def visit(page: Page, opened: App, query: str = "") -> Session:
+def visit(page: Page, opened: App, query: str = "", url: str = "") -> Session:
+    """Open a house by a link, which may begin with another address of it; return the session once the page is whole."""
     before = set(live_sessions(opened))
     page.set_default_timeout(60_000)
-    page.goto(f"{opened.url}/?{query}")
+    page.goto(f"{url or opened.url}/?{query}")
     wait_ready(page, HAND if "gizmo=1" in query else "/room")
     # The page may have come a second time, without the fine picture that this machine is too slow for.
     until(page, lambda: len(set(live_sessions(opened)) - before) == 1, "one session")
@@ -53,8 +53,13 @@ def run_on(page: Page, session: Session, seconds: float) -> None:
     until(page, lambda: session.simulation.time >= end, "simulated time")
 
 
+def row_of(page: Page, label: str) -> Locator:
+    """The row of a control in view, by what stands before it."""
+    return page.locator("label:visible").get_by_text(label, exact=True).locator("xpath=../../..")
+
+
 def control(page: Page, key: str) -> Locator:
-    return page.locator("label").filter(has_text=re.compile(f"^{re.escape(page_label(key))}$")).locator("xpath=../../..")
+    return row_of(page, page_label(key))
 
 
 def see_controls(page: Page, session: Session, keys: tuple[str, ...]) -> None:

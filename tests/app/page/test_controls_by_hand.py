@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from playwright.sync_api import Locator, Page
+from playwright.sync_api import Page
 
 from app.page.panels.controls import PICKER, TABS
 from app.session.session import Session
@@ -10,7 +10,8 @@ from tests.app.conftest import HAND, OpenHouse, ask
 from tests.app.page.by_hand import control, hand, see_controls, see_plots, set_by_hand, visit
 from tests.app.page.helpers import bring_into_view
 from tests.app.page.test_controls import PATIENCE
-from tests.browser import PageAt, screenshot, settled_box, until, wait_ready, world_position
+from tests.browser import PageAt, lasting, screenshot, settled_box, until, wait_ready, world_position
+from tests.tools.page_flaws import flaws
 
 TAB_KEYS = {name: keys for name, _, keys in TABS}
 
@@ -105,12 +106,7 @@ def operate_the_others(page: Page, session: Session) -> None:
     page.wait_for_function("getComputedStyle(document.documentElement).getPropertyValue('--duet-k').trim() === '1.3'")
     see_plots(page, ("distance d [m]", "error e² [m²]"))
 
-    def inside(box: Locator) -> bool:
-        place = box.bounding_box()
-        return place is not None and place["x"] >= -1 and place["x"] + place["width"] <= 901
-
-    panels = page.locator("[data-testid=floating-panel], [data-floating-window]")
-    until(page, lambda: all(inside(box) for box in panels.all()), "every panel in the window")
+    assert lasting(page, lambda: flaws(page)) == []
     screenshot(page, "page-900-dark-projector")
     # Last, as shadows take a machine without a graphics card seconds.
     for key in sorted(set(keys) - {"theme", "profile"}, key=lambda key: (key == "picture", key)):

@@ -15,10 +15,10 @@ from app.lessons.session.lesson_actions import Choose, Press
 from app.session.replay import Replay
 from app.session.session import Session
 from scenes.targets import JointTarget
-from tests.app.conftest import OpenHouse, ask, live_sessions, visitor_of
-from tests.app.page.by_hand import control
+from tests.app.conftest import OpenHouse, ask, visitor_of
+from tests.app.page.by_hand import control, row_of, visit
 from tests.app.runtime.processes import until as arrived
-from tests.browser import PageAt, close_software_note, until, wait_ready, world_position
+from tests.browser import PageAt, until, world_position
 from tests.tools.lesson_walker import enter
 
 ELBOW = "/arms/arm/base/j1/j2/j3/j4"
@@ -65,17 +65,6 @@ def line() -> Iterator[SlowLine]:
         made.shutdown()
 
 
-def visit(page: Page, house: OpenHouse, line: SlowLine, query: str) -> Session:
-    opened = house()
-    line.behind = opened.server.get_port()
-    page.goto(f"{line.url}/?picture=fast&{query}")
-    wait_ready(page, "/room")
-    until(page, lambda: len(live_sessions(opened)) == 1, "one session")
-    close_software_note(page)
-    (session,) = live_sessions(opened).values()
-    return session
-
-
 def box(row: Locator) -> Locator:
     return row.locator("input[type=text]").last
 
@@ -86,13 +75,11 @@ def sees_changes(page: Page, shown: Callable[[], str], what: str) -> None:
     until(page, lambda: len(seen) > 2 or seen.add(shown()), what)
 
 
-def row_of(page: Page, label: str) -> Locator:
-    return page.locator("label:visible").get_by_text(label, exact=True).locator("xpath=../../..")
-
-
 def test_on_a_slow_line_a_setting_a_joint_and_a_moment_of_a_replay(house: OpenHouse, page_at: PageAt, line: SlowLine) -> None:
     page = page_at(900, 640)
-    session = visit(page, house, line, "dm=0.1&n=1")
+    opened = house()
+    line.behind = opened.server.get_port()
+    session = visit(page, opened, "picture=fast&dm=0.1&n=1", line.url)
     d_m, n = (box(control(page, key)) for key in ("dm", "n"))
     line.open.clear()
     d_m.fill("250")
