@@ -16,9 +16,6 @@ from tests.app.conftest import HAND, ask, live_sessions
 from tests.app.page.helpers import SPECS, another, page_label
 from tests.browser import close_software_note, point_at, take_hold, until, wait_ready, world_position, world_to_px
 
-# Length of the hand's arrows and radius of the elbow's arc [m]; where an arrow is taken: beyond the ends of the arcs that turn the
-# hand, which lie on it at 0.65.
-GIZMO, ARC, GRIP = 0.22, 0.26 * 0.65, 0.85
 USUAL = {key: value for key, value in values(Settings()).items() if key != "picture"}
 WRIST = "/base/j1/j2/j3/j4/j5/j6/j7"
 
@@ -108,10 +105,16 @@ CURSOR = "getComputedStyle(__viserMutable.canvas).cursor"
 
 
 def grab(page: Page, node: str, held: Callable[[], bool]) -> tuple[float, float]:
-    """Take a link that stands still with the mouse, until it is held; return where it was taken [CSS px]."""
-    x, y = world_to_px(page, world_position(page, node))
-    page.mouse.move(x, y)
-    until(page, lambda: page.evaluate(CURSOR) == "grab", "a hand over the arm")
+    """Take a link, which may be on its way, with the mouse, until it is held; return where it was taken [CSS px]."""
+    x = y = 0.0
+
+    def over_it() -> bool:
+        nonlocal x, y
+        x, y = world_to_px(page, world_position(page, node))
+        page.mouse.move(x, y)
+        return page.evaluate(CURSOR) == "grab"
+
+    until(page, over_it, "a hand over the arm")
     page.mouse.down()
     page.mouse.move(x + 6, y)
     until(page, held, "taking hold")
@@ -136,14 +139,6 @@ def drag_by_finger(page: Page, places: Sequence[tuple[float, float]]) -> None:
     touch = finger(page)
     for kind, place in (("touchStart", places[0]), *(("touchMove", place) for place in places[1:]), ("touchEnd", places[-1])):
         touch(kind, *place)
-
-
-def best_arrow(session: Session, toward: np.ndarray) -> tuple[np.ndarray, float]:
-    """The hand's arrow that lies most along a direction, and whether it points there (1) or away (−1)."""
-    rotation = ask(session, lambda s: s.simulation.kinematics.hand_pose(s.simulation.guided).rotation.copy())
-    along = toward @ rotation
-    i = int(np.abs(along).argmax())
-    return rotation[:, i], float(np.sign(along[i]))
 
 
 PLOTS = """() => [...document.querySelectorAll('.duet-title')].map(title => {

@@ -11,7 +11,7 @@ from scenes.history import COLUMN
 from scenes.settings import RunSettings
 from scenes.targets import HandTarget, LinkTarget
 from tests.app.conftest import ELBOW, HAND, OpenHouse, ask
-from tests.app.page.by_hand import ARC, CURSOR, GIZMO, GRIP, WRIST, best_arrow, control, drag_through, finger, hand, run_on, visit
+from tests.app.page.by_hand import CURSOR, WRIST, control, drag_through, finger, grab, hand, run_on, visit
 from tests.browser import (
     CAMERA,
     PageAt,
@@ -25,6 +25,18 @@ from tests.browser import (
     world_to_px,
 )
 from tests.tools.lesson_moves import hands_of
+
+# Length of the hand's arrows and radius of the elbow's arc [m]; where an arrow is taken: beyond the ends of the arcs that turn the
+# hand, which lie on it at 0.65.
+GIZMO, ARC, GRIP = 0.22, 0.26 * 0.65, 0.85
+
+
+def best_arrow(session: Session, toward: np.ndarray) -> tuple[np.ndarray, float]:
+    """The hand's arrow that lies most along a direction, and whether it points there (1) or away (−1)."""
+    rotation = ask(session, lambda s: s.simulation.kinematics.hand_pose(s.simulation.guided).rotation.copy())
+    along = toward @ rotation
+    i = int(np.abs(along).argmax())
+    return rotation[:, i], float(np.sign(along[i]))
 
 
 def test_a_mouse_takes_over_drags_the_hand_swivels_the_elbow_brings_arrows_and_pulls_links(
@@ -193,22 +205,10 @@ def see_links_pulled(page: Page, session: Session) -> None:
 
 def pull_to_the_other_arm(page: Page, session: Session, link: str) -> None:
     settled_view(page)
-    x, y = world_to_px(page, world_position(page, link))
-    page.mouse.move(x - 30, 120)
+    page.mouse.move(world_to_px(page, world_position(page, link))[0] - 30, 120)
     until(page, lambda: page.evaluate(CURSOR) == "auto", "no hand over the floor")
-
-    def over_the_arm() -> bool:
-        # Slow as it is, it goes on while a busy machine draws.
-        nonlocal x, y
-        x, y = world_to_px(page, world_position(page, link))
-        page.mouse.move(x, y)
-        return page.evaluate(CURSOR) == "grab"
-
-    until(page, over_the_arm, "a hand over the arm")
+    x, y = grab(page, link, lambda: holds(session))
     view = np.array(page.evaluate(CAMERA))
-    page.mouse.down()
-    page.mouse.move(x + 6, y)
-    until(page, lambda: holds(session), "taking hold")
     assert not session.settings.page.autopilot
     ask(session, lambda s: [s.change("speed", 2.0), s.change("wmax", 0.5)])
     still = ask(session, lambda s: s.simulation.positions[s.simulation.avoiding.joints].copy())

@@ -3,7 +3,6 @@
 import importlib
 import math
 import threading
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +18,7 @@ from scenes.person.camera import ARMS, ELBOWS, HIPS, SHOULDERS, WRISTS, CameraSo
 from scenes.person.clips import Clip
 from scenes.person.film import VideoFrame
 from scenes.person.source import MissingPackage
+from tests.app.runtime.processes import until
 from tests.scenes.person.strategies import SIDES, bodies, plain_arms
 
 PATIENCE = 20.0
@@ -116,16 +116,6 @@ class Eye:
 
     def close(self) -> None:
         self.closed = True
-
-
-def until(condition: Callable[[], bool]) -> None:
-    """Wait for a condition."""
-    tick = threading.Event()
-    for _ in range(int(PATIENCE / 0.002)):
-        if condition():
-            return
-        tick.wait(0.002)
-    raise AssertionError("waited in vain")
 
 
 def near(found: Array | None, picture: int) -> bool:
