@@ -18,11 +18,10 @@ import numpy as np
 import viser
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from app.hosting.private_host import PrivateHost
 from app.hosting.serve_options import ServeOptions
-from app.settings import Settings, from_query
 from app.start import start_app
 from controllers.kinematics import Array
+from tests.app.page.by_hand import visit
 from tests.browser import (
     WELCOMED,
     close_software_note,
@@ -30,7 +29,6 @@ from tests.browser import (
     launch,
     settled_view,
     take_hold,
-    until,
     wait_frames,
     wait_ready,
     world_to_px,
@@ -95,22 +93,13 @@ def measure(page: Page, place: Array, arrows: Array, held: Callable[[], object],
 
 def of_duet(browser: Browser) -> list[float]:
     """Return the delays in Duet [ms]."""
-    settings, _ = from_query({"autopilot": "0", "gizmo": "1"}, Settings())
-    house = start_app(ServeOptions(settings=settings))
+    house = start_app(ServeOptions())
     try:
-        host = house.host
-        assert isinstance(host, PrivateHost)
         page = browser.new_page(viewport={"width": 700, "height": 500})
         # The welcome would lie over the handle.
         page.add_init_script(WELCOMED)
-        page.goto(house.url)
-        wait_ready(page, "/gizmo/hand")
-        # The page may have come a second time, without the fine picture that a machine without a graphics card is too slow for.
-        until(page, lambda: len(host.visitors) == 1, "one session")
-        (visitor,) = host.visitors.values()
-        session = visitor.session
-        simulation = session.simulation
-        pose = simulation.kinematics.hand_pose(simulation.guided)
+        session = visit(page, house, "autopilot=0&gizmo=1")
+        pose = session.simulation.kinematics.hand_pose(session.simulation.guided)
         delays = measure(page, pose.translation.copy(), pose.rotation.T.copy(), lambda: session.held is not None, LINKS)
         page.close()
         return delays
