@@ -1,4 +1,4 @@
-"""The visual shells: inside the capsules, lit correctly, small, and cached without harm."""
+"""The visual shells: lit correctly, small, and cached without harm; that they are inside the capsules is in `robots/test_looks.py`."""
 
 import io
 import shutil
@@ -16,7 +16,7 @@ from scenes import glb, rigs, room_shells
 from scenes.lwr import facts, shells
 from scenes.robots.drawing import robot_glbs
 from scenes.surfaces import mesh, revolve, rounded, skin, smooth_max, smooth_min
-from tests.scenes.helpers import beyond, glb_head, own_cache
+from tests.scenes.helpers import glb_head, own_cache
 
 
 @pytest.fixture(autouse=True)
@@ -25,42 +25,9 @@ def cache_folder(tmp_path: Path) -> Iterator[Path]:
         yield folder
 
 
-def rigid_capsules(link: int) -> list[tuple[float, float, float]]:
-    """(start, end, radius) on the z axis of a link's frame, of all that this link can never leave, whatever the joints do.
-
-    That is its segment's capsule (a roll joint turns about the segment's axis), and the spheres at the segment's two pitch joints
-    where the neighbours' capsules end and start (a pitch joint turns about their centre).
-    """
-    index = max(i for i, capsule in enumerate(facts.CAPSULES) if capsule.link <= link)
-    own = facts.CAPSULES[index]
-    shift = 0.0 if own.link == link else facts.JOINTS[own.link].origin
-    found = [(own.start - shift, own.end - shift, own.radius)]
-    if index > 0:
-        found.append((own.start - shift, own.start - shift, facts.CAPSULES[index - 1].radius))
-    if index + 1 < len(facts.CAPSULES):
-        found.append((own.end - shift, own.end - shift, facts.CAPSULES[index + 1].radius))
-    return found
-
-
-def outside(link: int, points: np.ndarray) -> np.ndarray:
-    """How far points (n, 3) are outside the union of capsules, negative inside [m]."""
-    up = np.array([0.0, 0.0, 1.0])
-    return np.min([beyond(points, start * up, end * up, radius) for start, end, radius in rigid_capsules(link)], axis=0)
-
-
 def test_the_tool_ends_inside_the_hand() -> None:
     tip = max(part.vertices[:, 2].max() for part in shells.link_meshes(False)[7].values())
     assert 0.12 < tip + facts.JOINTS[6].origin < 0.17
-
-
-@pytest.mark.parametrize("coarse", [False, True])
-@pytest.mark.parametrize("link", range(8))
-def test_every_vertex_is_inside_the_capsules_and_a_bump_of_three_centimetres_is_not(link: int, coarse: bool) -> None:
-    points = np.vstack([part.vertices for part in shells.link_meshes(coarse)[link].values()])
-    assert outside(link, points).max() < 0
-    widest = np.argmax(np.hypot(points[:, 0], points[:, 1]))
-    points[widest, :2] *= 1 + 0.03 / np.linalg.norm(points[widest, :2])
-    assert np.flatnonzero(outside(link, points) > 0).tolist() == [widest]
 
 
 def test_normals_are_right_also_in_the_viewer() -> None:

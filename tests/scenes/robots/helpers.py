@@ -1,4 +1,4 @@
-"""The robots of example-robot-data, read by another program too."""
+"""Our robots, read by another program too."""
 
 import importlib.metadata
 from functools import cache
@@ -11,17 +11,20 @@ import trimesh
 import yourdfpy
 
 from controllers.kinematics import Array
+from scenes.lwr.urdf import URDF_FILE
 from scenes.robots import RobotName, robot
 from scenes.robots.example_data import EXAMPLES
 from tests.scenes.helpers import beyond
 
 NAMES: tuple[RobotName, ...] = get_args(RobotName)
 OTHERS: tuple[RobotName, ...] = ("panda", "ur5")
-ROOT_LINK = {"panda": "panda_link0", "ur5": "base_link"}
+ROOT_LINK = {"lwr": "link0", "panda": "panda_link0", "ur5": "base_link"}
 
 
 @cache
 def other_reader(name: RobotName) -> yourdfpy.URDF:
+    if name == "lwr":
+        return yourdfpy.URDF.load(str(URDF_FILE), load_meshes=False)
     files = importlib.metadata.files("example-robot-data")
     assert files is not None
     (urdf,) = (Path(str(file.locate())) for file in files if str(file).endswith(EXAMPLES[name].urdf))
@@ -33,10 +36,11 @@ def other_reader(name: RobotName) -> yourdfpy.URDF:
 
 def link_poses(name: RobotName, q: Array) -> dict[str, Array]:
     """Pose (4, 4) of every link in the frame of the arm's base, as yourdfpy computes it."""
-    reader, fingers = other_reader(name), list(EXAMPLES[name].locked.values())
+    reader, ours = other_reader(name), EXAMPLES.get(name)
+    fingers = [] if ours is None else list(ours.locked.values())
     reader.update_cfg(np.r_[q, fingers[: len(reader.actuated_joint_names) - len(q)]])
     lift = np.eye(4)
-    lift[2, 3] = EXAMPLES[name].column
+    lift[2, 3] = 0.0 if ours is None else ours.column
     return {link: lift @ reader.get_transform(link, ROOT_LINK[name]) for link in reader.link_map}
 
 

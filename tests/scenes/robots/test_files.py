@@ -26,10 +26,10 @@ from scenes.room import build_room, room_of
 from scenes.settings import RigName, RunSettings, changed, specs, validate
 from scenes.simulation import Simulation
 from tests.scenes.helpers import RIG_NAMES, beyond, column
-from tests.scenes.robots.helpers import NAMES, OTHERS, link_poses, other_reader, postures
+from tests.scenes.robots.helpers import NAMES, link_poses, other_reader, postures
 
 
-@pytest.mark.parametrize("name", OTHERS)
+@pytest.mark.parametrize("name", NAMES)
 def test_both_readers_and_the_file_agree(name: RobotName) -> None:
     model = robot(name).model
     data = model.createData()

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 from controllers.kinematics import Array
-from scenes.robots import RobotName, drawing, robot
+from scenes.robots import RobotName, robot
 from scenes.robots.drawing import joint_frames, robot_glbs, robot_link_meshes
 from scenes.robots.example_data import EXAMPLES
 from scenes.robots.fitting import GRID, SHORTEST, enclosing_capsule, fit_example
@@ -90,16 +90,10 @@ def test_joint_frames_rebuild_the_chain(name: RobotName) -> None:
             assert_allclose(pose.homogeneous, data.oMi[joint].homogeneous, atol=1e-9)
 
 
-def test_shells_come_from_the_cache(monkeypatch: pytest.MonkeyPatch) -> None:
-    first = robot_glbs("ur5", "silver", coarse=True)
-    robot_glbs.cache_clear()
-    monkeypatch.setattr(drawing, "robot_link_meshes", lambda *_: pytest.fail("built again"))
-    assert robot_glbs("ur5", "silver", coarse=True) == first
-
-
 @pytest.mark.parametrize(("coarse", "slack"), [(False, 0.001), (True, 0.003)])
-@pytest.mark.parametrize("name", OTHERS)
+@pytest.mark.parametrize("name", NAMES)
 def test_what_is_seen_is_inside_the_capsules(name: RobotName, coarse: bool, slack: float) -> None:
+    """Of our own arm without any slack: its shells are made so."""
     arm = robot(name)
     data = arm.model.createData()
     for q in postures(arm.model, 5):
@@ -108,7 +102,9 @@ def test_what_is_seen_is_inside_the_capsules(name: RobotName, coarse: bool, slac
             (data.oMi[joint], part) for joint, parts in enumerate(robot_link_meshes(name, coarse)) for part in parts.values()
         ]
         world = np.vstack([part.vertices @ pose.rotation.T + pose.translation for pose, part in drawn])
-        assert np.min([away(capsule, data, world, {}) for capsule in arm.capsules], axis=0).max() < slack
+        assert np.min([away(capsule, data, world, {}) for capsule in arm.capsules], axis=0).max() < (
+            0.0 if name == "lwr" else slack
+        )
 
 
 @pytest.mark.parametrize("name", OTHERS)
