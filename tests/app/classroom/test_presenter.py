@@ -280,21 +280,6 @@ def test_no_text_of_a_step_names_a_plot_by_a_place_that_a_projector_does_not_hav
                     assert not elsewhere.search(text), (language, lesson.id, step.id, text)
 
 
-def test_what_a_class_or_a_lesson_says_is_never_markup(stage: Stage) -> None:
-    poll = stage.control.poll()
-    assert poll is not None
-    evil = "<img src=x onerror=alert(1)>"
-    bad = replace(poll, choices=(evil,) * 4, outcome=(evil,), revealed=True)
-    view = replace(
-        stage.lessons.walk.view(), texts=tuple((name, evil) for name in ("goal", "predict", "do", "observe", "explain"))
-    )
-    view = replace(view, outcome=(evil,), step=replace(view.step, title=evil))
-    for station in Station:
-        for one in (bad, None):
-            made = screen_html(station, view, one, None, False)
-            assert "<img" not in made and (station is Station.CHALLENGE or "&lt;img" in made), station
-
-
 def test_reasons_are_taken_after_the_vote_and_shown_as_picked(stage: Stage) -> None:
     walk, question = stage.lessons.walk, (BOOK.lessons[0].id, BOOK.lessons[0].steps[0].id)
     classroom, evil = stage.classroom, "<img src=x onerror=alert(1)>"

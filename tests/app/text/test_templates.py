@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache, partial
+from itertools import product
 from types import SimpleNamespace
 from typing import Any
 
@@ -186,8 +187,8 @@ def laws() -> Iterator[str]:
 
 
 def screens() -> Iterator[str]:
-    for station in Station:
-        yield from (screen_html(station, view, one, 7, True, (), -0.001) for view in views() for one in (poll(), None))
+    for station, panels in product(Station, (True, False)):
+        yield from (screen_html(station, view, one, 7, panels, (NASTY,), -0.001) for view in views() for one in (poll(), None))
 
 
 def league() -> str:
