@@ -13,7 +13,7 @@ from scenes.arm_tasks.hold_task import HoldTask
 from scenes.guide import FOLLOW_GAIN, SMOOTHING_TIME, shortened
 from scenes.rigs import ALONE
 from scenes.robots import robot
-from scenes.roles import NOBODY, Roles, Scenario, Scripted, TargetSource
+from scenes.roles import NO_TARGETS, Roles, Scenario, Scripted, TargetSource
 from scenes.room import Room, World, pair_bodies, with_arm
 from scenes.setting_spec import makes
 from scenes.settings import ControlPoint, RunSettings
@@ -118,7 +118,7 @@ class BallInTheWay(Scenario):
 
     def source(self, world: World, settings: RunSettings) -> TargetSource:
         if settings.ball == "still":
-            return NOBODY
+            return NO_TARGETS
         assert world.room.ball is not None
         return ball_swing(world.room.start[world.room.ball], settings.seed)
 

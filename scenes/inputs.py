@@ -265,9 +265,10 @@ class InputsLog:
 
     def window(self, seconds: float = KEEP) -> Recorded | None:
         """Return the newest piece of the run: `seconds` long, up to `CHAPTER` longer, or all that there is; None if that is nothing."""
-        newest: list[Recorded] = []
-        length = 0.0
-        for chapter in reversed([*self._chapters, *([self._open_chapter()] if self._wanted else [])]):
+        chapters, newest, length = list(self._chapters), list[Recorded](), 0.0
+        if self._wanted:
+            chapters.append(self._open_chapter())
+        for chapter in reversed(chapters):
             if length >= seconds * (1.0 - 1e-9):
                 break
             newest.insert(0, chapter)

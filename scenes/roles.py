@@ -59,7 +59,7 @@ class Scripted:
         return self.motion(time)
 
 
-NOBODY: Final = Scripted(lambda _: None)
+NO_TARGETS: Final = Scripted(lambda _: None)
 """Never asks for anything."""
 
 
@@ -81,7 +81,7 @@ class Scenario:
 
     def source(self, world: World, settings: RunSettings) -> TargetSource:
         """Return the default source of targets, used while the visitor moves nothing. `world`: as it stands now."""
-        return NOBODY
+        return NO_TARGETS
 
     def way(self, settings: RunSettings, home: Array) -> Array:
         """Return points (k, 3) of the way that the task prescribes to the hand [m]; (0, 3) if it does not. `home`: where it begins."""

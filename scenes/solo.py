@@ -13,7 +13,7 @@ from scenes.arm_tasks.hold_task import HoldTask
 from scenes.rigs import ALONE
 from scenes.robots import robot
 from scenes.robots.start_search import found_postures
-from scenes.roles import NOBODY, Roles, Scenario, Scripted, TargetSource
+from scenes.roles import NO_TARGETS, Roles, Scenario, Scripted, TargetSource
 from scenes.room import Room, World, with_arm
 from scenes.setting_spec import makes
 from scenes.settings import RunSettings
@@ -66,7 +66,7 @@ class Solo(Scenario):
         return Roles((keeper,), arm, arm, keeper, None, (keeper,))
 
     def source(self, world: World, settings: RunSettings) -> TargetSource:
-        return NOBODY if settings.draws_circle else elbow_sway(world, settings.seed)
+        return NO_TARGETS if settings.draws_circle else elbow_sway(world, settings.seed)
 
     def way(self, settings: RunSettings, home: Array) -> Array:
         if not settings.draws_circle:

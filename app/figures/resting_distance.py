@@ -14,7 +14,7 @@ from controllers.laws.smooth_priority import SmoothPriority
 from controllers.proximity import ProximityDetector
 from scenes.headless import Run, Summary, run
 from scenes.history import COLUMN
-from scenes.roles import NOBODY, paced
+from scenes.roles import NO_TARGETS, paced
 from scenes.room import build_room
 from scenes.settings import RunSettings
 from scenes.two_arms import Autopilot
@@ -161,7 +161,7 @@ def draw_far_bias(plan: Plan) -> Drawn:
     base = plan.settings({"pairs": "soft"}, rig="table")
     rows: list[list[float]] = []
     for n in orders:
-        run = plan.run(plan.settings({"pairs": "soft", "order": n}, rig="table"), length, NOBODY)
+        run = plan.run(plan.settings({"pairs": "soft", "order": n}, rig="table"), length, NO_TARGETS)
         d = float(run.table[-1, COLUMN["d"]])
         rows.append([n, d, float(run.table[-1, COLUMN["lambda"]]), run.summary.e2_end**0.5, expected_bias(run)])
     table = np.array(rows)

@@ -13,7 +13,7 @@ from app.lessons.runs import Pairs, Setup
 from app.lessons.scripts import script
 from app.plots.curve_chart import Curve
 from scenes.recording import read_inputs
-from scenes.roles import NOBODY, TargetSource
+from scenes.roles import NO_TARGETS, TargetSource
 from scenes.simulation import Simulation
 
 KEPT_RUNS = 6
@@ -45,7 +45,7 @@ def person_of(simulation: Simulation, setup: Setup, kept: Mapping[str, TargetSou
             assert given.fallback is not None
             return person_of(simulation, replace(setup, input=given.fallback), kept)
         case _:
-            return NOBODY
+            return NO_TARGETS
 
 
 @lru_cache(maxsize=KEPT_RUNS)

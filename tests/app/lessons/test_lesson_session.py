@@ -26,7 +26,7 @@ from app.settings import Settings
 from controllers.errors import BadSetting
 from scenes.history import COLUMN
 from scenes.rerun import rerun
-from scenes.roles import NOBODY
+from scenes.roles import NO_TARGETS
 from scenes.run_text import run_of_text, run_text
 from scenes.settings import changed, specs, values
 from scenes.targets import BallTarget, HandTarget
@@ -382,7 +382,7 @@ def test_what_a_student_changed_pushed_and_typed_is_taken_up_again() -> None:
     one.to_challenge()
     session.change("v", 0.17)
     run.said.extend([0.25, None, 0.5])
-    run.walk.kept["push"] = NOBODY
+    run.walk.kept["push"] = NO_TARGETS
     saved = run.saved()
     assert saved is not None
     other = Session(Settings())

@@ -33,7 +33,7 @@ from scenes.ball import BallInTheWay, BallTask
 from scenes.experiments import EXPERIMENTS, Experiment
 from scenes.headless import run
 from scenes.history import COLUMN
-from scenes.roles import NOBODY, Roles, Scripted
+from scenes.roles import NO_TARGETS, Roles, Scripted
 from scenes.room import World
 from scenes.settings import RunSettings, specs
 from scenes.simulation import Simulation
@@ -58,7 +58,7 @@ class MadeUp(BallInTheWay):
         return Roles((BallTask(world), keeper), arm, arm, keeper, None, (keeper,))
 
     def source(self, world: World, settings: RunSettings) -> Scripted:
-        return NOBODY
+        return NO_TARGETS
 
     def way(self, settings: RunSettings, home: np.ndarray) -> np.ndarray:
         return np.zeros((0, 3))

@@ -16,7 +16,7 @@ from app.lessons.room_places import RoomPlace, start_positions
 from app.lessons.walkthrough import Walkthrough
 from app.settings import PageSettings, Settings
 from controllers.laws.situation import Situation
-from scenes.roles import NOBODY
+from scenes.roles import NO_TARGETS
 from scenes.settings import LawSettings, RunSettings, changed
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget
@@ -270,7 +270,7 @@ def test_what_the_student_did_is_kept_for_the_step_that_asks_for_it() -> None:
     assert isinstance(script, HandTarget)
     own = person_of(simulation, walk.setup)
     walk.go("hold", 2)
-    assert walk.yours and person_of(simulation, walk.setup, walk.kept) is NOBODY
+    assert walk.yours and person_of(simulation, walk.setup, walk.kept) is NO_TARGETS
     to_challenge(walk)
     attempt = walk.attempt(simulated(walk.step.trials[0].setup), person=own)
     assert attempt is not None and attempt.passed
