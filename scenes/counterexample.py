@@ -9,7 +9,6 @@ So each search begins at such a posture, to which it climbs from a random one. A
 and the simplex of Nelder & Mead (1965) makes the worst of these runs worse: start posture, way and speed together.
 """
 
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from time import monotonic
@@ -25,11 +24,11 @@ from scenes.history import COLUMN, History
 from scenes.inputs import InputsLog, Recorded
 from scenes.person.clips import REST
 from scenes.promise import Condition, fallen, missing
-from scenes.rerun import Stopped, never
 from scenes.room import Room, World, random_bounds, room_of
 from scenes.settings import HardwareSettings, RunSettings, specs
 from scenes.simulation import Simulation
 from scenes.targets import SIZES, Waypoints
+from scenes.wanted import check_wanted
 
 SECONDS: Final = 6.0
 """Simulated time of a run [s]."""
@@ -124,9 +123,8 @@ def attack_of(settings: RunSettings, text: str) -> Attack:
     return Attack(settings, start, numbers[len(low) :].reshape(LEGS + 1, size))
 
 
-def replayed(attack: Attack, stopped: Callable[[], bool] = never) -> Recorded:
-    """Return the run of an attack as it can be made again; takes as long as the run. `stopped`: not asked, for it is short."""
-    del stopped
+def replayed(attack: Attack) -> Recorded:
+    """Return the run of an attack as it can be made again; takes as long as the run."""
     log = InputsLog()
     _made(attack, attack.settings, log)
     recorded = log.window(SECONDS)
@@ -202,17 +200,16 @@ def check(settings: RunSettings) -> None:
     assert SECONDS / specs()["dt"].low * FINER < MOST_STEPS
 
 
-def searched(settings: RunSettings, seed: int, index: int, until: float = np.inf, stopped: Callable[[], bool] = never) -> Found:
+def searched(settings: RunSettings, seed: int, index: int, until: float = np.inf) -> Found:
     """Search from one start: always the same one for a seed and an index.
 
     Args:
         until: when no run is made worse any more, of the clock `time.monotonic` [s].
-        stopped: asked before every run.
 
     Raises:
-        Stopped: `stopped()` was true.
+        Stopped: before a run, see `scenes.wanted`.
     """
-    return _Search(settings, np.random.default_rng([seed, index]), until, stopped).found(index % EVERY == EVERY - 1)
+    return _Search(settings, np.random.default_rng([seed, index]), until).found(index % EVERY == EVERY - 1)
 
 
 class _OutOfTime(Exception):
@@ -222,8 +219,8 @@ class _OutOfTime(Exception):
 class _Search:
     """The search from one start. Its variables (nv + `LEGS` · size + 1,) are start posture, way and speed."""
 
-    def __init__(self, settings: RunSettings, dice: np.random.Generator, until: float, stopped: Callable[[], bool]) -> None:
-        self._settings, self._dice, self._until, self._stopped = settings, dice, until, stopped
+    def __init__(self, settings: RunSettings, dice: np.random.Generator, until: float) -> None:
+        self._settings, self._dice, self._until = settings, dice, until
         self._world = World(room_of(settings), settings.limit_gain)
         room, experiment = self._world.room, settings.experiment
         self._roles = experiment.scenario.roles(self._world, settings)
@@ -264,8 +261,7 @@ class _Search:
 
     def _badness(self, variables: Array) -> float:
         """Return what a run loses [m]; below 0: how far above d_m it stays."""
-        if self._stopped():
-            raise Stopped
+        check_wanted()
         nv = len(self._low)
         # A link says no more digits than these.
         start = variables[:nv].clip(self._low, self._high).round(DIGITS)

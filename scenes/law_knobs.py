@@ -7,7 +7,7 @@ from typing import Final
 
 from scenes.inputs import Recorded
 from scenes.laws import LAWS, Knob
-from scenes.rerun import Stopped, never, rerun
+from scenes.rerun import rerun
 from scenes.settings import LawSettings, RunSettings, changed, specs
 
 
@@ -67,9 +67,7 @@ class KnobMatch:
     reached: float
 
 
-def match_knob(
-    recorded: Recorded, reference: Mapping[str, object], chosen: Mapping[str, object], stopped: Callable[[], bool] = never
-) -> KnobMatch:
+def match_knob(recorded: Recorded, reference: Mapping[str, object], chosen: Mapping[str, object]) -> KnobMatch:
     """Return the value of a law's knob at which its smallest distance is that of another law on the same recorded inputs.
 
     Looks at some values over the whole range, then halves the interval between two of them.
@@ -77,16 +75,13 @@ def match_knob(
     Args:
         reference: key → value of the other law's settings.
         chosen: those of the law with the knob that is turned.
-        stopped: see `rerun`.
 
     Raises:
         Stopped: see `rerun`.
     """
 
     def nearest(law: Mapping[str, object]) -> float:
-        if stopped():
-            raise Stopped
-        return rerun(recorded, law, stopped=stopped).summary.d_min
+        return rerun(recorded, law).summary.d_min
 
     law = str(chosen["law"])
     wanted, knob = nearest(reference), LAWS[law].distance_knob

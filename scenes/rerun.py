@@ -2,10 +2,10 @@
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import reduce
-from typing import Final, TypeVar, cast
+from typing import Final, cast
 
 import pinocchio as pin
 
@@ -19,8 +19,7 @@ from scenes.law_answers import ReplayedLaw
 from scenes.settings import HardwareSettings, LawSettings, RunSettings, changed, leaves, replaced, specs, values
 from scenes.simulation import Simulation
 from scenes.targets import AnglesTarget, HandTarget, HeldTarget, LinkTarget, PairTarget, Target
-
-T = TypeVar("T")
+from scenes.wanted import while_wanted
 
 FIXED: Final = frozenset({"scene", "rig", "robot", "guided", "path", "point", "dt"})
 """Settings that cannot be changed for a recorded piece of a run: they decide on the room, the roles and the clock."""
@@ -30,23 +29,6 @@ WHAT_IF_KEYS: Final = (*specs(LawSettings), *specs(HardwareSettings), "k", "kx")
 
 LOOK: Final = 64
 """Steps between two looks at whether the result is still wanted."""
-
-
-class Stopped(Exception):
-    """The result is no longer wanted."""
-
-
-def never() -> bool:
-    """Return False: the result will be wanted."""
-    return False
-
-
-def while_wanted(items: Iterable[T], stopped: Callable[[], bool], every: int = 1) -> Iterator[T]:
-    """Yield the items. `stopped` is asked before each, or before every so many; when it says True, everything ends with `Stopped`."""
-    for number, item in enumerate(items):
-        if number % every == 0 and stopped():
-            raise Stopped
-        yield item
 
 
 @dataclass(frozen=True)
@@ -111,23 +93,17 @@ def begun(recorded: Recorded, capacity: int = 1) -> Simulation:
     return simulation
 
 
-def rerun(
-    recorded: Recorded,
-    overrides: Mapping[str, object] | None = None,
-    substeps: int = 1,
-    stopped: Callable[[], bool] = never,
-) -> Rerun:
+def rerun(recorded: Recorded, overrides: Mapping[str, object] | None = None, substeps: int = 1) -> Rerun:
     """Make a recorded piece of a run again. With nothing but the first argument, the result has the bits of the run itself.
 
     Args:
         recorded: state at the beginning, settings and targets.
         overrides: settings by key that are in force all the time, instead of what they were.
         substeps: into how many each step is divided; the target then goes straight from one recorded place to the next.
-        stopped: asked now and then; when it says True, everything ends with `Stopped`.
 
     Raises:
         BadSetting: an override that is no setting, is impossible, or cannot be given to a recorded run.
-        Stopped: see there.
+        Stopped: see `scenes.wanted`.
     """
     if substeps < 1:
         raise BadSetting("substeps = {substeps} is too small; give a whole number from 1.", substeps=substeps)
@@ -138,7 +114,7 @@ def rerun(
     simulation = begun(replace(recorded, stretches=stretches), rows)
     seams: list[int] = []
     wishes = [target for stretch in stretches for target in stretch.targets.each()]
-    following = while_wanted(zip(wishes, [*wishes[1:], wishes[-1]], strict=True), stopped, LOOK)
+    following = while_wanted(zip(wishes, [*wishes[1:], wishes[-1]], strict=True), LOOK)
     before: object = None
     for stretch in stretches:
         simulation.apply(replace(stretch.settings, dt=stretch.settings.dt / substeps))
@@ -165,7 +141,7 @@ def newest_steps(recorded: Recorded, seconds: float) -> int:
     return max(kept, 1)
 
 
-def newest_piece(recorded: Recorded, seconds: float, stopped: Callable[[], bool] = never) -> Recorded:
+def newest_piece(recorded: Recorded, seconds: float) -> Recorded:
     """Return the last so many seconds of a piece, to the step, as a piece of its own; for its first state, what is before it is made.
 
     Raises:
@@ -177,7 +153,7 @@ def newest_piece(recorded: Recorded, seconds: float, stopped: Callable[[], bool]
     simulation = begun(recorded)
     for i, stretch in enumerate(recorded.stretches):
         simulation.apply(stretch.settings)
-        for target in while_wanted(itertools.islice(stretch.targets.each(), ahead), stopped, LOOK):
+        for target in while_wanted(itertools.islice(stretch.targets.each(), ahead), LOOK):
             simulation.step(target)
         if ahead < stretch.targets.steps:
             return Recorded(simulation.snapshot(), (stretch.since(ahead), *recorded.stretches[i + 1 :]))
@@ -185,33 +161,28 @@ def newest_piece(recorded: Recorded, seconds: float, stopped: Callable[[], bool]
     raise AssertionError("a piece has at least one step")
 
 
-def what_if(
-    recorded: Recorded,
-    overrides: Mapping[str, object],
-    before: Summary,
-    stopped: Callable[[], bool] = never,
-) -> WhatIf:
+def what_if(recorded: Recorded, overrides: Mapping[str, object], before: Summary) -> WhatIf:
     """Return how a recorded piece of a run would have gone.
 
     Args:
-        recorded, overrides, stopped: as in `rerun`.
+        recorded, overrides: as in `rerun`.
         before: how it went.
 
     Raises:
         BadSetting, Stopped: as `rerun`.
     """
-    again = rerun(recorded, overrides, stopped=stopped)
+    again = rerun(recorded, overrides)
     times, distance, squared_error = (again.table[:, COLUMN[name]].copy() for name in ("t", "d", "e2"))
     settings = _stretches(recorded, overrides)[-1].settings
     return WhatIf(times, distance, squared_error, settings, again.summary, before)
 
 
-def warm(settings: RunSettings, stopped: Callable[[], bool] = never) -> None:
+def warm(settings: RunSettings) -> None:
     """Load machine code and make a few steps, so that all libraries and caches are ready for the first real step."""
     load_now()
     simulation = Simulation(settings, 16)
     source = simulation.source()
-    for _ in while_wanted(range(16), stopped):
+    for _ in while_wanted(range(16)):
         simulation.step(source.target(simulation.time))
 
 

@@ -3,7 +3,6 @@
 And the single steps about an instant, beside the same inputs in finer steps.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -12,7 +11,7 @@ import numpy as np
 from controllers.kinematics import Array
 from scenes.history import COLUMN
 from scenes.inputs import Recorded
-from scenes.rerun import FIXED, never, rerun
+from scenes.rerun import FIXED, rerun
 from scenes.settings import RunSettings, values
 from scenes.simulation import Simulation
 
@@ -74,21 +73,21 @@ def unmeasured(recorded: Recorded, settings: RunSettings) -> StepStudy:
     return StepStudy(settings, recorded.seconds, tuple(dt / k for k in SUBSTEPS), tuple(None for _ in SUBSTEPS))
 
 
-def largest_velocity_step(recorded: Recorded, settings: RunSettings, substeps: int, stopped: Callable[[], bool] = never) -> float:
+def largest_velocity_step(recorded: Recorded, settings: RunSettings, substeps: int) -> float:
     """Return the largest change of a joint's velocity from one step to the next [rad/s], see `StepStudy`.
 
     What follows immediately upon the beginning, or upon another kind of target (the user took hold), is left out: there a jump is
     expected.
 
     Args:
-        recorded, substeps, stopped: as in `scenes.rerun.rerun`.
+        recorded, substeps: as in `scenes.rerun.rerun`.
         settings: in force all the time; the time step is that of the recorded run.
 
     Raises:
         Stopped: see there.
     """
     asked = {key: value for key, value in values(settings).items() if key not in FIXED}
-    again = rerun(recorded, asked, substeps, stopped=stopped)
+    again = rerun(recorded, asked, substeps)
     simulation = Simulation(settings, 1)
     columns = [
         column for task in simulation.roles.avoiders(settings.avoid) for column in range(task.joints.start, task.joints.stop)
@@ -132,7 +131,7 @@ def avoiding_rates(simulation: Simulation, table: Array) -> Array:
     return simulation.history.velocities(table)[:, simulation.avoiding.joints]
 
 
-def finer_rows(recorded: Recorded, time: float, dt: float, stopped: Callable[[], bool] = never) -> Array:
+def finer_rows(recorded: Recorded, time: float, dt: float) -> Array:
     """Return the steps about an instant [s] of a recorded piece that is made again in finer steps (rows, columns of `scenes.history`).
 
     Args:
@@ -141,5 +140,5 @@ def finer_rows(recorded: Recorded, time: float, dt: float, stopped: Callable[[],
     Raises:
         Stopped: see `scenes.rerun.rerun`.
     """
-    table = rerun(recorded, substeps=FINER, stopped=stopped).table
+    table = rerun(recorded, substeps=FINER).table
     return table[rows_around(table[:, COLUMN["t"]], time, dt)]

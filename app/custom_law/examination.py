@@ -19,7 +19,7 @@ from controllers.errors import LazyText
 from controllers.kinematics import Array
 from controllers.laws.situation import Situation
 from scenes.files import readable
-from scenes.rerun import Stopped, never
+from scenes.wanted import check_wanted
 
 
 def examine(
@@ -27,20 +27,18 @@ def examine(
     limits: LawLimits = LawLimits(),  # noqa: B008 (frozen)
     only: Sequence[str] | None = None,
     text: bytes | None = None,
-    stopped: Callable[[], bool] = never,
 ) -> Iterator[TrialResult]:
     """Yield the verdict of each test on a file as soon as it is known; a law that fails in one is restarted for the next one.
 
     Args:
         only: names of the tests to be made; None for all six.
         text: the file as it is to be tested, whatever it holds by now; None for what it holds.
-        stopped: asked before every call whether to give up.
 
     Raises:
         BadInputFile: there is no such file, or it cannot be read.
-        Stopped: it was `stopped`.
+        Stopped: before a call, see `scenes.wanted`.
     """
-    with _Examined(path, limits, text, stopped) as law:
+    with _Examined(path, limits, text) as law:
         if not law.load():
             # It cannot even be loaded: one reason for all.
             reason, line = law.problem or ("the file could not be loaded.", None)
@@ -53,9 +51,9 @@ def examine(
             yield replace(verdict_on(law, name), as_template=law.as_template)
 
 
-def examine_one(path: Path, text: bytes, name: str, stopped: Callable[[], bool]) -> TrialResult:
+def examine_one(path: Path, text: bytes, name: str) -> TrialResult:
     """Return the verdict of one test on a file; see `examine`. For a process of its own."""
-    return next(examine(path, only=(name,), text=text, stopped=stopped))
+    return next(examine(path, only=(name,), text=text))
 
 
 class _Examined(CustomLaw):
@@ -65,15 +63,13 @@ class _Examined(CustomLaw):
         as_template: whether all its answers are those of the template's law.
     """
 
-    def __init__(self, path: Path, limits: LawLimits, text: bytes | None, stopped: Callable[[], bool]) -> None:
+    def __init__(self, path: Path, limits: LawLimits, text: bytes | None) -> None:
         super().__init__(path, limits, waits=True, text=text)
-        self._stopped = stopped
         self.as_template = True
         self._seconds = float("nan")
 
     def __call__(self, situation: Situation) -> Array:
-        if self._stopped():
-            raise Stopped
+        check_wanted()
         begin = perf_counter() - self._without_core
         velocities = super().__call__(situation)
         # Its process may wait for a core while this one still works, which then counts twice.

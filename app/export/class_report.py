@@ -5,7 +5,7 @@ import io
 import re
 import time
 import zipfile
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -25,21 +25,18 @@ from app.lessons.tally import QuestionId, Tally
 from app.recording.run_file import made_here
 from app.settings import Language
 from scenes.files import csv_text
-from scenes.rerun import never, while_wanted
+from scenes.wanted import while_wanted
 
 
-def class_report_bytes(
-    summary: ClassSummary, lessons: Sequence[Lesson], language: Language, stopped: Callable[[], bool] = never
-) -> bytes:
+def class_report_bytes(summary: ClassSummary, lessons: Sequence[Lesson], language: Language) -> bytes:
     """Return the report as one HTML file, in which everything that students wrote is escaped.
 
     Args:
         lessons: in the language of the report.
-        stopped: asked now and then; when it says True, everything ends with `Stopped`.
     """
     set_language(language)
     learned, asked = gains(summary.paired, lessons), summary.asked_in(lessons)
-    steps = while_wanted(_steps(lessons, asked), stopped)
+    steps = while_wanted(_steps(lessons, asked))
     return locked_page(
         "export/class_report.html",
         tr("Class report"),
@@ -56,7 +53,7 @@ def class_report_bytes(
         gains=learned,
         total=whole(learned),
         questions=(_Question(lesson, index, told(step), asked[lesson.id, step.id]) for lesson, index, step in steps),
-        reports=_reports(summary, lessons, stopped),
+        reports=_reports(summary, lessons),
         lesson_title=lesson_title,
         rich=rich_html,
         svg=plain_svg,
@@ -124,28 +121,24 @@ class _Question(PaperStep):
         return cloud_html(self.step.drawing, self.rounds, () if self.outcome is None else self.outcome.curve)
 
 
-def _reports(
-    summary: ClassSummary, lessons: Sequence[Lesson], stopped: Callable[[], bool]
-) -> Iterator[tuple[str, list[ReportEntry]]]:
+def _reports(summary: ClassSummary, lessons: Sequence[Lesson]) -> Iterator[tuple[str, list[ReportEntry]]]:
     named = zip(summary.hand_ins, report_names(summary.hand_ins), strict=True)
-    for one, name in while_wanted(named, stopped):
+    for one, name in while_wanted(named):
         done = from_json(one.progress).steps
         found = _steps(_untested(lessons), done)
         yield name, [step_entry(Done(lesson, i, fitting(step, done[lesson.id, step.id]))) for lesson, i, step in found]
 
 
-def class_zip_bytes(
-    summary: ClassSummary, lessons: Sequence[Lesson], language: Language, stopped: Callable[[], bool] = never
-) -> bytes:
+def class_zip_bytes(summary: ClassSummary, lessons: Sequence[Lesson], language: Language) -> bytes:
     """Return the reports that were handed in as a ZIP archive of one lab report a student, without plots of runs, for `lwr-duet grade`.
 
     Args:
-        lessons, language, stopped: as in `class_report_bytes`.
+        lessons, language: as in `class_report_bytes`.
     """
     set_language(language)
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
-        for number, (name, entries) in enumerate(_reports(summary, lessons, stopped), 1):
+        for number, (name, entries) in enumerate(_reports(summary, lessons), 1):
             page = report_html(tr("Lab report"), entries, None, about=name)
             # The number keeps apart what is the same without the characters that a file's name must not have.
             plain_name = re.sub(r"[^\w ()-]", "_", name)
@@ -189,9 +182,8 @@ COLUMNS: Final = (
 """Of every row; after them stands a column for each report."""
 
 
-def class_table_bytes(summary: ClassSummary, lessons: Sequence[Lesson], stopped: Callable[[], bool] = never) -> bytes:
+def class_table_bytes(summary: ClassSummary, lessons: Sequence[Lesson]) -> bytes:
     """Return the table as CSV in UTF-8, with the mark by which spreadsheets know it; for the columns see `app/documents/class.md`."""
-    del stopped
     set_language("en")
     found = (*_rows(summary, lessons), *_gain_rows(summary, lessons))
     rows = ([*(cells.get(column, "") for column in COLUMNS), *marks] for cells, marks in found)

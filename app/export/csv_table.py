@@ -2,7 +2,6 @@
 
 import gzip
 import io
-from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, Final
 
@@ -10,9 +9,10 @@ from app.recording.run_file import made_here
 from scenes.history import COLUMN
 from scenes.inputs import Recorded
 from scenes.recording import write_table
-from scenes.rerun import Stopped, never, newest_steps, rerun
+from scenes.rerun import newest_steps, rerun
 from scenes.settings import values
 from scenes.simulation import Simulation
+from scenes.wanted import check_wanted
 
 LARGEST: Final = 16_000_000
 """Of a table that is not compressed [B]: two minutes at the usual time step."""
@@ -29,20 +29,18 @@ def changes(recorded: Recorded) -> tuple[tuple[float, str, Any], ...]:
     return tuple(found)
 
 
-def csv_bytes(recorded: Recorded, seconds: float, stopped: Callable[[], bool] = never) -> bytes:
+def csv_bytes(recorded: Recorded, seconds: float) -> bytes:
     """Return the table as a file's content, compressed if it is larger than `LARGEST`; the same piece gives the same bytes.
 
     Args:
         recorded: the piece; its last `seconds` are written.
         seconds: inf for all.
-        stopped: see `scenes.rerun.rerun`.
 
     Raises:
         BadSetting: it cannot be made here.
     """
-    table = rerun(recorded, stopped=stopped).table[-newest_steps(recorded, seconds) :]
-    if stopped():
-        raise Stopped
+    table = rerun(recorded).table[-newest_steps(recorded, seconds) :]
+    check_wanted()
     first = float(table[0, COLUMN["t"]])
     settings: dict[str, Any] = {"duet": made_here()["duet"], **values(recorded.settings)}
     for time, key, value in changes(recorded):

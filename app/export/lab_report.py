@@ -24,9 +24,9 @@ from app.settings import Language, Settings
 from app.text.lesson_text import inline_html, lesson_html, plain
 from app.text.templates import lowered
 from scenes.inputs import InputsLog, Recorded
-from scenes.rerun import never, while_wanted
 from scenes.settings import RunSettings, specs, values
 from scenes.simulation import Simulation
+from scenes.wanted import while_wanted
 
 LINE: Final = "_" * 24
 """For a name to be written by hand."""
@@ -110,12 +110,11 @@ def report_title(done: Sequence[Done]) -> str:
     return tr("Lab report: lesson {number}, {title}", number=lesson.number, title=plain(lesson.title))
 
 
-def lab_bytes(done: Sequence[Done], language: Language, stopped: Callable[[], bool] = never) -> bytes:
+def lab_bytes(done: Sequence[Done], language: Language) -> bytes:
     """Return the report as one HTML file.
 
     Args:
         language: in which the report speaks.
-        stopped: asked now and then; when it says True, everything ends with `Stopped`.
 
     Raises:
         BadSetting: a run cannot be made again here.
@@ -123,9 +122,9 @@ def lab_bytes(done: Sequence[Done], language: Language, stopped: Callable[[], bo
     set_language(language)
     entries: list[ReportEntry] = []
     last: RunSettings | None = None
-    for i, one in enumerate(while_wanted(done, stopped)):
+    for i, one in enumerate(while_wanted(done)):
         recorded = one.seen or _made_again(one)
-        entries.append(step_entry(one, recorded, f"p{i}", stopped))
+        entries.append(step_entry(one, recorded, f"p{i}"))
         last = last if recorded is None else recorded.stretches[-1].settings
     about = f"{tr('Name')}: {LINE} · {time.strftime('%Y-%m-%d')}"
     settings = None if last is None else Settings(run=last)
@@ -186,20 +185,19 @@ def rich_html(text: str) -> Markup:
     return made if "<svg" in made else lowered(made)
 
 
-def step_entry(one: Done, recorded: Recorded | None = None, name: str = "", stopped: Callable[[], bool] = never) -> ReportEntry:
+def step_entry(one: Done, recorded: Recorded | None = None, name: str = "") -> ReportEntry:
     """Return what is reported on a step.
 
     Args:
         recorded: the run whose settings and plot are shown; None to leave them out.
         name: of the plot, another one for each on a page.
-        stopped: see `lab_bytes`.
     """
     step = one.step
     at = StepPosition(one.lesson, step, one.index, phases_of(step)[-1], one.progress, None)
     view = make_view(at, step.yours, False, False)
     if recorded is None:
         return ReportEntry(view)
-    return ReportEntry(view, _settings(recorded.stretches[-1].settings), _svg(recorded, step, name, stopped))
+    return ReportEntry(view, _settings(recorded.stretches[-1].settings), _svg(recorded, step, name))
 
 
 def _settings(run: RunSettings) -> str:
@@ -207,11 +205,11 @@ def _settings(run: RunSettings) -> str:
     return settings_text(tuple((key, value) for key, value in values(run).items() if value != first[key]))
 
 
-def _svg(recorded: Recorded, step: Step, name: str, stopped: Callable[[], bool]) -> str:
+def _svg(recorded: Recorded, step: Step, name: str) -> str:
     # What draws takes seconds to import.
     from app.export.plot_pictures import inline_svg
 
-    return inline_svg(recorded, name, stopped, step.plots)
+    return inline_svg(recorded, name, step.plots)
 
 
 def _made_again(one: Done) -> Recorded | None:

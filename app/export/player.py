@@ -10,7 +10,6 @@ import html
 import json
 import re
 import struct
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
@@ -31,7 +30,7 @@ from controllers.kinematics import Array
 from scenes.history import COLUMN
 from scenes.inputs import Recorded
 from scenes.law_answers import LawAnswers
-from scenes.rerun import never, newest_steps, rerun
+from scenes.rerun import newest_steps, rerun
 from scenes.settings import RunSettings
 
 LOCKED: Final = (
@@ -45,20 +44,19 @@ SPEEDS: Final = ("0.25", "0.5", "1", "2", "4")
 _HERE: Final = Path(__file__).parent
 
 
-def player_html(recorded: Recorded, seconds: float, page: PageSettings, stopped: Callable[[], bool] = never) -> bytes:
+def player_html(recorded: Recorded, seconds: float, page: PageSettings) -> bytes:
     """Return the file's content.
 
     Args:
         recorded: the piece; its last `seconds` are played, inf for all.
         page: theme, kind of picture, and what is shown beside the first two plots.
-        stopped: asked now and then; when it says True, everything ends with `Stopped`.
 
     Raises:
         BadSetting: it cannot be made here.
     """
-    table = rerun(recorded, stopped=stopped).table[-newest_steps(recorded, seconds) :]
-    panels = Curves(recorded, table, page.theme, stopped).panels(page.details)
-    filmed, mark = film_scene(recorded, seconds, page, stopped), nearest_moment(table)
+    table = rerun(recorded).table[-newest_steps(recorded, seconds) :]
+    panels = Curves(recorded, table, page.theme).panels(page.details)
+    filmed, mark = film_scene(recorded, seconds, page), nearest_moment(table)
     return assembled(filmed, panels, recorded.stretches[-1].settings, page.theme == "dark", recorded.law, mark).encode()
 
 

@@ -2,7 +2,6 @@
 
 import io
 import re
-from collections.abc import Callable
 from typing import Final, Literal, cast
 
 import matplotlib
@@ -27,8 +26,9 @@ from scenes.history import COLUMN
 from scenes.inputs import Recorded
 from scenes.law_answers import LawAnswers
 from scenes.laws import LAWS
-from scenes.rerun import never, newest_steps, rerun, while_wanted
+from scenes.rerun import newest_steps, rerun
 from scenes.settings import LawSettings, RunSettings
+from scenes.wanted import while_wanted
 
 WIDTH: Final = 7.2
 HEIGHT: Final = 1.85
@@ -46,20 +46,12 @@ LONGEST_CAPTION: Final = 112
 PictureKind = Literal["png", "svg"]
 
 
-def picture_bytes(
-    recorded: Recorded,
-    seconds: float,
-    details: Details,
-    kind: PictureKind,
-    stopped: Callable[[], bool] = never,
-    only: tuple[str, ...] = (),
-) -> bytes:
+def picture_bytes(recorded: Recorded, seconds: float, details: Details, kind: PictureKind, only: tuple[str, ...] = ()) -> bytes:
     """Return a picture of the plots as a file's content.
 
     Args:
         recorded: the piece; its last `seconds` are shown, inf for all.
         details: what is shown beside the first two plots.
-        stopped: asked now and then; when it says True, everything ends with `Stopped`.
         only: names of plots that stand for the first two, as in a step of a lesson.
 
     Raises:
@@ -67,7 +59,7 @@ def picture_bytes(
     """
     # The style belongs to this picture, not to others that are drawn in this process.
     with matplotlib.rc_context(STYLE):
-        figure = _figure(recorded, seconds, details, stopped, only)
+        figure = _figure(recorded, seconds, details, only)
         out = io.BytesIO()
         if kind == "png":
             figure.savefig(out, format="png", dpi=DPI, metadata={"Software": None})
@@ -76,14 +68,14 @@ def picture_bytes(
     return out.getvalue()
 
 
-def inline_svg(recorded: Recorded, name: str, stopped: Callable[[], bool] = never, only: tuple[str, ...] = ()) -> str:
+def inline_svg(recorded: Recorded, name: str, only: tuple[str, ...] = ()) -> str:
     """Return a picture of a whole piece as an <svg> element for an HTML page.
 
     Args:
         name: letters and digits; a prefix that makes the ids of the picture unique on the page.
-        recorded, stopped, only: as in `picture_bytes`.
+        recorded, only: as in `picture_bytes`.
     """
-    return embedded(picture_bytes(recorded, recorded.seconds, "none", "svg", stopped, only).decode(), name)
+    return embedded(picture_bytes(recorded, recorded.seconds, "none", "svg", only).decode(), name)
 
 
 def embedded(svg: str, name: str) -> str:
@@ -95,7 +87,7 @@ def embedded(svg: str, name: str) -> str:
     return re.sub(r'\bid="|xlink:href="#|url\(#', rf"\g<0>{name}-", svg)
 
 
-def _figure(recorded: Recorded, seconds: float, details: Details, stopped: Callable[[], bool], only: tuple[str, ...]) -> Figure:
+def _figure(recorded: Recorded, seconds: float, details: Details, only: tuple[str, ...]) -> Figure:
     charts = [name for name in NOT_OVER_TIME if name in only]
     if charts and details == "none":
         details = cast(Details, charts[0])
@@ -103,8 +95,8 @@ def _figure(recorded: Recorded, seconds: float, details: Details, stopped: Calla
     if recorded.law is not None and (details in NOT_OVER_TIME or details == "stability"):
         # They ask the laws of the settings.
         details = "none"
-    table = rerun(recorded, stopped=stopped).table
-    curves = Curves(recorded, table[-newest_steps(recorded, seconds) :], stopped=stopped)
+    table = rerun(recorded).table
+    curves = Curves(recorded, table[-newest_steps(recorded, seconds) :])
     other = details if details in NOT_OVER_TIME else ""
     panels = curves.panels("none" if other else details, time_plots_only)
     rows = len(panels) + bool(other)
@@ -113,7 +105,7 @@ def _figure(recorded: Recorded, seconds: float, details: Details, stopped: Calla
     grid = figure.subplots(rows, 1, squeeze=False, height_ratios=ratios)[:, 0]
     time_axes = grid[: len(panels)]
     marks = [time for time in sorted({time for time, _, _ in changes(recorded)}) if time > curves.times[0]]
-    for axes, panel in while_wanted(zip(time_axes, panels, strict=True), stopped):
+    for axes, panel in while_wanted(zip(time_axes, panels, strict=True)):
         axes.sharex(time_axes[0])
         _draw_panel(axes, panel, marks if len(marks) <= MOST_MARKS else [])
         axes.label_outer()

@@ -1,7 +1,6 @@
 """Five seconds of a push as an animated WebP picture to send: around the moment at which the two were nearest."""
 
 import io
-from collections.abc import Callable
 from typing import Final
 
 import numpy as np
@@ -15,7 +14,7 @@ from app.stage.camera_view import contact_points, view_of
 from app.theme import PALETTES, blend
 from scenes.history import COLUMN
 from scenes.inputs import Recorded
-from scenes.rerun import never, while_wanted
+from scenes.wanted import while_wanted
 
 SECONDS: Final = 5.0
 RATE: Final = 10.0
@@ -30,14 +29,11 @@ SIZE: Final = (360, 270)
 _INK: Final = PALETTES["light"]
 
 
-def film_bytes(
-    recorded: Recorded, stopped: Callable[[], bool] = never, size: tuple[int, int] = SIZE, rate: float = RATE
-) -> bytes:
+def film_bytes(recorded: Recorded, size: tuple[int, int] = SIZE, rate: float = RATE) -> bytes:
     """Return the film: a WebP file; the last picture stands where the push is shorter.
 
     Args:
         recorded: a push of two arms.
-        stopped: asked now and then; when it says True, everything ends with `Stopped`.
         size: width and height [px].
         rate: frames a second.
     """
@@ -48,7 +44,7 @@ def film_bytes(
     steps = [replay.nearest(min(float(time), replay.end)) for time in times]
     # A picture that stands is drawn once.
     seen = list(dict.fromkeys(steps))
-    frames = [_frame(replay, step, size) for step in while_wanted(seen, stopped)]
+    frames = [_frame(replay, step, size) for step in while_wanted(seen)]
     lengths = [round(1000.0 / rate * steps.count(step)) for step in seen]
     out = io.BytesIO()
     frames[0].save(out, "WEBP", save_all=True, append_images=frames[1:], duration=lengths, loop=0, quality=82)

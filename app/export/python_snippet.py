@@ -1,16 +1,16 @@
 """A piece of a run as a few lines of Python that make it again without a page, and plot it."""
 
 import base64
-from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from typing import Any, Final, NamedTuple
 
 from app.recording.run_file import SUFFIX, saved_bytes
 from scenes.inputs import Recorded, encoded
 from scenes.inputs_file import recorded_bytes
-from scenes.rerun import LOOK, never, newest_piece, newest_steps, while_wanted
+from scenes.rerun import LOOK, newest_piece, newest_steps
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
+from scenes.wanted import while_wanted
 
 MOST_CHARACTERS: Final = 40_000
 """Of recorded inputs in the text; more than that are read from a file."""
@@ -27,9 +27,7 @@ class Snippet(NamedTuple):
     inputs: bytes | None = None
 
 
-def as_python(
-    whole: Recorded, recorded: Recorded, seconds: float, name: str = "run", stopped: Callable[[], bool] = never
-) -> Snippet:
+def as_python(whole: Recorded, recorded: Recorded, seconds: float, name: str = "run") -> Snippet:
     """Return a short program that makes the last seconds of a run again, prints their summary and plots them.
 
     It runs where Duet is installed. A run of the autopilot from its start needs the settings alone. Any other starts from a stored state
@@ -40,10 +38,9 @@ def as_python(
         recorded: its newest piece, at least as long as what is wanted, or all that there is.
         seconds: what is wanted of it.
         name: of the files that belong to the program, without an ending.
-        stopped: asked now and then; when it says True, everything ends with `Stopped`.
     """
     steps = newest_steps(recorded, seconds)
-    if is_fresh(whole, stopped):
+    if is_fresh(whole):
         run = whole.settings
         given = settings_python(run)
         text = FRESH.format(
@@ -54,11 +51,11 @@ def as_python(
             steps=steps,
         )
         return Snippet(text + _plot(run, name, "[settings.law.critical_distance] * len(table)"))
-    piece = newest_piece(recorded, seconds, stopped)
+    piece = newest_piece(recorded, seconds)
     text, inputs = base64.b64encode(recorded_bytes(piece)).decode(), None
     template = IN_TEXT
     if len(text) > MOST_CHARACTERS:
-        template, inputs = IN_FILE, saved_bytes(piece, stopped=stopped)
+        template, inputs = IN_FILE, saved_bytes(piece)
     head = template.format(begin=piece.begin, end=piece.begin + piece.seconds, text=text, file=name + SUFFIX)
     d_m = "[part.settings.law.critical_distance for part in recorded.stretches for _ in range(part.targets.steps)]"
     return Snippet(head + AGAIN + _plot(piece.settings, name, d_m), inputs)
@@ -140,12 +137,8 @@ def _plot(settings: RunSettings, name: str, d_m: str) -> str:
     return above + END.format(unit=settings.experiment.error_unit, name=name)
 
 
-def is_fresh(recorded: Recorded, stopped: Callable[[], bool] = never) -> bool:
-    """Return whether a piece is a whole run, from its start, of constant settings, in which the autopilot did everything.
-
-    Args:
-        stopped: see `as_python`.
-    """
+def is_fresh(recorded: Recorded) -> bool:
+    """Return whether a piece is a whole run, from its start, of constant settings, in which the autopilot did everything."""
     if recorded.snapshot.steps or len(recorded.stretches) > 1:
         return False
     simulation = Simulation(recorded.settings, 1)
@@ -154,7 +147,7 @@ def is_fresh(recorded: Recorded, stopped: Callable[[], bool] = never) -> bool:
         return False
     person = simulation.source()
     time = 0.0
-    for target in while_wanted(recorded.targets(), stopped, LOOK):
+    for target in while_wanted(recorded.targets(), LOOK):
         if encoded(person.target(time)) != encoded(target):
             return False
         time += recorded.settings.dt

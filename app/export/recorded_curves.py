@@ -1,7 +1,7 @@
 """The series of a recorded run over its whole time, in the current language: for the pictures, the report and the offline player."""
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
@@ -23,8 +23,9 @@ from controllers.kinematics import Array
 from controllers.stability import analyse
 from scenes.history import COLUMN, SCALARS
 from scenes.inputs import Recorded
-from scenes.rerun import begun, never, while_wanted
+from scenes.rerun import begun
 from scenes.settings import RunSettings
+from scenes.wanted import while_wanted
 
 MOMENTS: Final = 240
 """At which section III is looked at."""
@@ -86,11 +87,10 @@ class Curves:
         recorded: the piece of the run.
         table: its newest rows (k ≥ 1, columns of `scenes.history`), one a step.
         theme: for the colours.
-        stopped: asked now and then; when it says True, everything ends with `Stopped`.
     """
 
-    def __init__(self, recorded: Recorded, table: Array, theme: Theme = "light", stopped: Callable[[], bool] = never) -> None:
-        self._recorded, self._stopped = recorded, stopped
+    def __init__(self, recorded: Recorded, table: Array, theme: Theme = "light") -> None:
+        self._recorded = recorded
         self._palette: Palette = PALETTES[theme]
         self._simulation = begun(recorded)
         self._simulation.apply(self.settings)
@@ -161,7 +161,7 @@ class Curves:
             return Panel(title, "", self.times, (), (0.0, 1.0), note=note)
         picked = np.unique(np.linspace(0, len(self._steps) - 1, MOMENTS).astype(int))
         least, survival = [], []
-        for step in while_wanted(self._steps[picked].tolist(), self._stopped):
+        for step in while_wanted(self._steps[picked].tolist()):
             replay.seek_step(step + 1)
             simulation, sample = replay.simulation, replay.simulation.sample()
             _, J = task_error(simulation, sample)

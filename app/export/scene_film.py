@@ -5,7 +5,6 @@ tracks. The still scene is the one at the end, to which everything belongs that 
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -20,7 +19,7 @@ from app.stage.stage import Stage
 from app.web.server import DuetServer
 from app.web.viser_internals import nodes_of
 from scenes.inputs import Recorded
-from scenes.rerun import never, while_wanted
+from scenes.wanted import while_wanted
 
 RATE: Final = 20.0
 """Frames a simulated second."""
@@ -73,13 +72,12 @@ class Filmed:
     bodies: tuple[str, ...] = ()
 
 
-def film_scene(recorded: Recorded, seconds: float, page: PageSettings, stopped: Callable[[], bool] = never) -> Filmed:
+def film_scene(recorded: Recorded, seconds: float, page: PageSettings) -> Filmed:
     """Return the stage of the last `seconds` of a recorded piece, inf for all of it.
 
     Args:
         seconds: inf for all.
         page: theme, profile and kind of picture.
-        stopped: asked now and then; when it says True, everything ends with `Stopped`.
 
     Raises:
         BadSetting: it cannot be made here.
@@ -99,7 +97,7 @@ def film_scene(recorded: Recorded, seconds: float, page: PageSettings, stopped: 
         tracks: dict[tuple[str, str], Track] = {}
         nodes: dict[str, dict[str, Any]] = {}
         bodies: tuple[str, ...] = ()
-        for frame, time in enumerate(while_wanted(times, stopped)):
+        for frame, time in enumerate(while_wanted(times)):
             replay.seek(time)
             stage.show(freeze(Past(replay, live), time), page)
             nodes = nodes_of(server.scene)

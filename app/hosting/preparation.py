@@ -75,7 +75,6 @@ def _furnish(rig: str, coarse: bool) -> None:
     furniture_glb(ROOMS[rig], coarse)
 
 
-def make(draw: Callable[[], object], stopped: Callable[[], bool]) -> None:
+def make(draw: Callable[[], object]) -> None:
     """Make one mesh for the user's cache; runs in a worker."""
-    if not stopped():
-        draw()
+    draw()

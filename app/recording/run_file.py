@@ -6,7 +6,6 @@ program, libraries and machine, on which the last bits of a run may depend.
 
 import json
 import platform
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -18,7 +17,7 @@ from app.version import duet_version
 from controllers.errors import BadInputFile, BadSetting, LazyText, joined
 from scenes.inputs import Recorded
 from scenes.inputs_file import parts_from, recorded_bytes
-from scenes.rerun import never, rerun
+from scenes.rerun import rerun
 from scenes.simulation import Simulation
 
 LONGEST_ENTRY: Final = 40
@@ -118,18 +117,17 @@ class Loaded:
     comparison: outcomes.Comparison
 
 
-def saved_bytes(recorded: Recorded, last: bytes | None = None, stopped: Callable[[], bool] = never) -> bytes:
+def saved_bytes(recorded: Recorded, last: bytes | None = None) -> bytes:
     """Return the content of a file; the same inputs, on the same machine, give the same bytes.
 
     Args:
         recorded: what is to be saved. It is made again for its outcome.
         last: bytes of the newest row of the history that it was recorded beside; None to take the outcome unseen.
-        stopped: see `scenes.rerun.rerun`.
 
     Raises:
         BadSetting: made again, the run ends elsewhere: what is saved would not be what was seen.
     """
-    table = rerun(recorded, stopped=stopped).table
+    table = rerun(recorded).table
     if last is not None and table[-1].tobytes() != last:
         raise BadSetting("Computed again, this run comes out differently, so it was not saved. Restart it with R.")
     outcome = outcomes.outcome_of(table, outcomes.history_columns(Simulation(recorded.settings, 1)))
@@ -167,15 +165,15 @@ def saved_from(data: bytes, name: str) -> SavedRun:
     return SavedRun(recorded, outcome, made_from(about))
 
 
-def verify(saved: SavedRun, stopped: Callable[[], bool] = never) -> Loaded:
+def verify(saved: SavedRun) -> Loaded:
     """Compute the run again and compare.
 
     Raises:
         BadSetting: it cannot be made here, such as for want of a robot's package.
-        Stopped: see `scenes.rerun.rerun`.
+        Stopped: see `scenes.wanted`.
     """
     simulation = Simulation(saved.recorded.settings, 1)
-    table = rerun(saved.recorded, stopped=stopped).table
+    table = rerun(saved.recorded).table
     comparison = outcomes.compare_run(saved.outcome, table, outcomes.history_columns(simulation))
     changes = changed_versions(saved.made, made_here())
     verdict: Agreement = "exact" if comparison.exact else "close" if comparison.close else "differs"
@@ -186,16 +184,16 @@ def verify(saved: SavedRun, stopped: Callable[[], bool] = never) -> Loaded:
     return Loaded(saved.recorded, verdict, words, comparison)
 
 
-def load_run(data: bytes, name: str, stopped: Callable[[], bool] = never) -> Loaded:
+def load_run(data: bytes, name: str) -> Loaded:
     """Read a file and verify it.
 
     Raises:
         BadInputFile: see `saved_from`; also if the run cannot be made here.
-        Stopped: see `scenes.rerun.rerun`.
+        Stopped: see `scenes.wanted`.
     """
     saved = saved_from(data, name)
     try:
-        return verify(saved, stopped)
+        return verify(saved)
     except BadSetting as error:
         raise BadInputFile("{name}: {reason}", name=name, reason=str(error)) from None
 

@@ -17,6 +17,7 @@ from typing import Any, Final, Literal
 from controllers.errors import DuetError, LazyText
 from scenes.children import inheriting, leave_with_parent
 from scenes.robots.robot_files import GivenAtStart, given_at_start, take_over
+from scenes.wanted import check_wanted, until
 
 log = logging.getLogger("duet.background")
 
@@ -71,12 +72,12 @@ class Jobs(ABC):
         urgent: bool = False,
         wake: Callable[[], None] = lambda: None,
     ) -> Job:
-        """Queue a call of `function(*arguments, stopped)`; an older job of the same owner and kind is dropped.
+        """Queue a call of `function(*arguments)`; an older job of the same owner and kind is dropped.
 
         Args:
             owner: with which it can be cancelled.
             kind: of which an owner has one job at a time.
-            function: at a module's top level. It calls `stopped()` now and then, and raises an exception if that is true.
+            function: at a module's top level. It ends early where it asks `scenes.wanted` and the result is no longer wanted.
             arguments: must be picklable.
             urgent: goes before others; a running job that is not urgent is put back for it.
             wake: called when the state has changed, from another thread.
@@ -299,4 +300,6 @@ def _begin(stop: Any, given: GivenAtStart) -> None:
 
 
 def _work(ticket: int, place: int, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
-    return function(*arguments, lambda: _stop[place] == ticket)
+    with until(lambda: _stop[place] == ticket):
+        check_wanted()
+        return function(*arguments)

@@ -14,10 +14,10 @@ from scenes import headless
 from scenes.inputs import InputsLog, Recorded
 from scenes.law_knobs import LawKnob, knobs
 from scenes.laws import DEFAULT_LAW
-from scenes.rerun import while_wanted
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 from scenes.sweep import TRADE_OFF_ORDERS, TradeOff, trade_off
+from scenes.wanted import while_wanted
 
 Part = TypeVar("Part")
 Result = TypeVar("Result")
@@ -30,7 +30,7 @@ class BackgroundParts(Generic[Part, Result]):
         background: where they are computed.
         wake: called when there is a further part.
         parts: what is computed one by one.
-        compute: (settings, part, stopped) → result, at a module's top level.
+        compute: (settings, part) → result, at a module's top level.
         relevant: the settings of a run with fixed values for all that does not matter.
     """
 
@@ -39,7 +39,7 @@ class BackgroundParts(Generic[Part, Result]):
         background: Jobs,
         wake: Callable[[], None],
         parts: Sequence[Part],
-        compute: Callable[[RunSettings, Part, Callable[[], bool]], Result],
+        compute: Callable[[RunSettings, Part], Result],
         relevant: Callable[[RunSettings], RunSettings],
     ) -> None:
         self._background, self._wake = background, wake
@@ -80,14 +80,14 @@ class SafetyPoint(NamedTuple):
     e2_max: float
 
 
-def knob_curve(settings: RunSettings, knob: LawKnob, stopped: Callable[[], bool]) -> tuple[SafetyPoint, ...]:
+def knob_curve(settings: RunSettings, knob: LawKnob) -> tuple[SafetyPoint, ...]:
     """Return the points of one knob, by their distance.
 
     Raises:
-        Stopped: as soon as `stopped()` is true, after the run at work.
+        Stopped: after the run at work, see `scenes.wanted`.
     """
     runs = (headless.run(knob.at(settings, value), SECONDS).summary for value in knob.setting.points)
-    found = while_wanted(runs, stopped)
+    found = while_wanted(runs)
     return tuple(sorted(SafetyPoint(summary.d_min, summary.e2_max) for summary in found))
 
 
@@ -96,13 +96,13 @@ def _any_law(run: RunSettings) -> RunSettings:
     return replace(run, law=replace(run.law, law=DEFAULT_LAW, feed_forward=False))
 
 
-def trade_off_row(settings: RunSettings, order: float, stopped: Callable[[], bool]) -> tuple[TradeOff, ...]:
+def trade_off_row(settings: RunSettings, order: float) -> tuple[TradeOff, ...]:
     """Return the points of one n, every v of the map.
 
     Raises:
-        Stopped: as soon as `stopped()` is true, after the run at work.
+        Stopped: after the run at work, see `scenes.wanted`.
     """
-    return tuple(while_wanted(trade_off(settings, SECONDS, order), stopped))
+    return tuple(while_wanted(trade_off(settings, SECONDS, order)))
 
 
 def _any_order(run: RunSettings) -> RunSettings:

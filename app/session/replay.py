@@ -8,7 +8,6 @@ import itertools
 import math
 import pickle
 from bisect import bisect_right
-from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter
 from typing import Final
@@ -18,10 +17,11 @@ import numpy as np
 from controllers.kinematics import Array
 from scenes.history import COLUMN, History
 from scenes.inputs import Recorded, RecordedPerson
-from scenes.rerun import LOOK, begun, never, while_wanted
+from scenes.rerun import LOOK, begun
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation, Snapshot
 from scenes.targets import Target
+from scenes.wanted import while_wanted
 
 SPACING: Final = 25
 """Steps from one snapshot to the next …"""
@@ -65,11 +65,8 @@ class RecordedFilm:
     row_steps: np.ndarray
 
 
-def make_film(recorded: Recorded, stopped: Callable[[], bool] = never) -> RecordedFilm:
+def make_film(recorded: Recorded) -> RecordedFilm:
     """Make a recorded piece again, and keep what `Replay` needs.
-
-    Args:
-        stopped: asked now and then; when it says True, everything ends with `Stopped`.
 
     Raises:
         BadSetting: it cannot be made here.
@@ -82,7 +79,7 @@ def make_film(recorded: Recorded, stopped: Callable[[], bool] = never) -> Record
     rows: list[Array] = []
     row_steps: list[int] = []
     period = -1
-    for made, target in enumerate(while_wanted(recorded.targets(simulation), stopped, LOOK)):
+    for made, target in enumerate(while_wanted(recorded.targets(simulation), LOOK)):
         if made % spacing == 0:
             s = simulation.snapshot()
             state = s.steps, s.time, s.positions, s.velocities, s.memories, s.robot
@@ -99,11 +96,9 @@ def make_film(recorded: Recorded, stopped: Callable[[], bool] = never) -> Record
     return RecordedFilm(recorded, spacing, tuple(states), np.array(rows), np.array(row_steps))
 
 
-def make_films(
-    recorded: Recorded, beside: Recorded | None, stopped: Callable[[], bool] = never
-) -> tuple[RecordedFilm, RecordedFilm | None]:
+def make_films(recorded: Recorded, beside: Recorded | None) -> tuple[RecordedFilm, RecordedFilm | None]:
     """Make a recorded piece again, and the ghost's, see `make_film`."""
-    return make_film(recorded, stopped), None if beside is None else make_film(beside, stopped)
+    return make_film(recorded), None if beside is None else make_film(beside)
 
 
 class Replay:

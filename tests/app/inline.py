@@ -35,7 +35,7 @@ class Inline(JobPool):
         jobs = self.waiting(kind)
         for job in jobs:
             try:
-                job.result, job.state = job.function(*job.arguments, lambda: False), "done"
+                job.result, job.state = job.function(*job.arguments), "done"
             except DuetError as error:
                 job.state, job.message = "failed", str(error)
             job.wake()

@@ -15,10 +15,11 @@ from controllers.errors import BadSetting
 from scenes.counterexample import BROKEN, FINER, SECONDS, Attack, attack_of, check, lasting, replayed, searched
 from scenes.history import COLUMN
 from scenes.promise import Condition, broken_by, fallen, missing
-from scenes.rerun import Stopped, rerun
+from scenes.rerun import rerun
 from scenes.room import World, room_of
 from scenes.settings import RunSettings
 from scenes.targets import SHORTEST, AnglesTarget, BallTarget, HandTarget, Waypoints
+from scenes.wanted import Stopped, until
 from tests.scenes.helpers import given_settings
 
 pytestmark = pytest.mark.slow
@@ -114,8 +115,8 @@ def test_what_nothing_can_be_searched_for_is_refused() -> None:
 
 
 def test_a_search_can_be_stopped() -> None:
-    with pytest.raises(Stopped):
-        searched(CLOSEST, 1, 0, stopped=lambda: True)
+    with pytest.raises(Stopped), until(lambda: True):
+        searched(CLOSEST, 1, 0)
 
 
 ROOM = room_of(RunSettings())

@@ -17,11 +17,12 @@ from controllers.errors import BadSetting
 from scenes.headless import summarise
 from scenes.inputs import InputsLog, Recorded
 from scenes.laws import LAWS
-from scenes.rerun import LOOK, WHAT_IF_KEYS, Stopped, newest_piece, newest_steps, rerun, target_between, warm, what_if
+from scenes.rerun import LOOK, WHAT_IF_KEYS, newest_piece, newest_steps, rerun, target_between, warm, what_if
 from scenes.settings import RunSettings, changed, specs, values
 from scenes.simulation import Simulation
 from scenes.smoothness import SUBSTEPS, StepStudy, StepTrend, largest_velocity_step, unmeasured
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, LinkTarget, Target
+from scenes.wanted import Stopped, until
 from tests.scenes.helpers import SCENES, column, given_settings, recorded_run, scene_settings
 
 
@@ -74,8 +75,8 @@ def test_the_last_seconds_are_a_piece_of_their_own(scene: str) -> None:
         assert rerun(piece).table.tobytes() == table[-piece.steps :].tobytes()
     for one, other in zip(newest_piece(recorded, math.inf).stretches, recorded.stretches, strict=True):
         assert one is other
-    with pytest.raises(Stopped):
-        newest_piece(recorded, 0.004, lambda: True)
+    with pytest.raises(Stopped), until(lambda: True):
+        newest_piece(recorded, 0.004)
 
 
 def test_other_settings() -> None:
@@ -152,11 +153,11 @@ def test_what_is_not_wanted_any_more_stops_soon() -> None:
         asked.append(len(asked) == 3)
         return asked[-1]
 
-    with pytest.raises(Stopped):
-        rerun(recorded, stopped=stopped)
+    with pytest.raises(Stopped), until(stopped):
+        rerun(recorded)
     assert len(asked) == 4 and recorded.steps > 4 * LOOK
-    with pytest.raises(Stopped):
-        warm(RunSettings(), lambda: True)
+    with pytest.raises(Stopped), until(lambda: True):
+        warm(RunSettings())
 
 
 def test_seams_and_kinds() -> None:

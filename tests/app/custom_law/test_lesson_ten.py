@@ -1,7 +1,6 @@
 """The end of the lessons in a real browser: a law of one's own is broken, mended, tested, and passes."""
 
 import re
-from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
 
@@ -18,7 +17,7 @@ from tests.app.inline import Inline
 from tests.browser import PageAt, close_software_note, until
 
 
-def mended(path: Path, text: bytes, name: str, stopped: Callable[[], bool]) -> TrialResult:
+def mended(path: Path, text: bytes, name: str) -> TrialResult:
     """In place of a test, which takes its time: whether the law is damped as it was asked for."""
     return TrialResult(name, b"MU = 0.06 " in text, f"{name} is named")
 

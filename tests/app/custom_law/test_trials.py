@@ -33,7 +33,7 @@ from app.settings import Language, Settings
 from controllers.errors import BadInputFile, BadSetting, LazyText
 from controllers.kinematics import Array
 from controllers.laws.situation import Law, Situation
-from scenes.rerun import Stopped
+from scenes import wanted
 from scenes.settings import LawSettings, changed
 from tests.app.conftest import Arrive, OpenHouse
 from tests.app.custom_law.helpers import PAPER, received, session_of, situation, write
@@ -136,8 +136,8 @@ def test_through_other_processes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         return asked > 30
 
     path = write(tmp_path / "my_law.py", TASK_ONLY)
-    with pytest.raises(Stopped):
-        examine_one(path, path.read_bytes(), KEEPS, stopped)
+    with pytest.raises(wanted.Stopped), wanted.until(stopped):
+        examine_one(path, path.read_bytes(), KEEPS)
     assert asked == 31
 
 
@@ -256,8 +256,8 @@ NAMES = tuple(TRIALS)
 STANDS_STILL = "def law(s):\n    return 0.0 * s.nominal"
 
 
-def names_it(path: Path, text: bytes, name: str, stopped: Callable[[], bool]) -> TrialResult:
-    assert path.name == "my_law.py" and not stopped()
+def names_it(path: Path, text: bytes, name: str) -> TrialResult:
+    assert path.name == "my_law.py"
     return TrialResult(name, name.encode() in text, f"{name} is named")
 
 

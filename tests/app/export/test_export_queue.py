@@ -1,6 +1,7 @@
 """What a visitor keeps: files, a loaded file, and the past beside the live run; a job ends as soon as its result is not wanted."""
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any, get_args
 
 import numpy as np
@@ -16,7 +17,7 @@ from app.export.scene_film import film_scene
 from app.lessons.loading import load_lessons
 from app.lessons.progress import StepProgress
 from app.page.panels.readout import replay_html
-from app.recording.run_file import saved_bytes, saved_from, verify
+from app.recording.run_file import SavedRun, saved_bytes, saved_from, verify
 from app.session import replay_player
 from app.session.actions import ChangeSpeed, Pause, Reset, SingleStep, Toggle
 from app.session.background_studies import trade_off_row
@@ -25,8 +26,8 @@ from app.session.replay_player import DRAFT
 from app.session.session import Session
 from app.settings import PageSettings, Settings
 from scenes.inputs import KEEP, Recorded
-from scenes.rerun import Stopped
 from scenes.settings import RunSettings
+from scenes.wanted import Stopped, until
 from tests.app.export.runs import piece
 from tests.app.inline import Inline
 
@@ -267,23 +268,27 @@ def test_a_file_is_compared_and_replayed_and_a_bad_one_changes_nothing(desk: Des
     assert not desk.session.paused
 
 
-Flag = Callable[[], bool]
+@cache
+def saved() -> SavedRun:
+    return saved_from(saved_bytes(piece("hold", 1.0)[0]), "a.npz")
 
-JOBS: dict[str, Callable[[Recorded, Flag], object]] = {
-    "table": lambda run, stopped: csv_bytes(run, 1.0, stopped=stopped),
-    "picture": lambda run, stopped: picture_bytes(run, 1.0, "none", "png", stopped=stopped),
-    "player": lambda run, stopped: player_html(run, 1.0, PageSettings(), stopped),
-    "scene": lambda run, stopped: film_scene(run, 1.0, PageSettings(), stopped),
+
+JOBS: dict[str, Callable[[Recorded], object]] = {
+    "table": lambda run: csv_bytes(run, 1.0),
+    "picture": lambda run: picture_bytes(run, 1.0, "none", "png"),
+    "player": lambda run: player_html(run, 1.0, PageSettings()),
+    "scene": lambda run: film_scene(run, 1.0, PageSettings()),
     "film": make_film,
-    "run file": lambda run, stopped: saved_bytes(run, None, stopped),
-    "verification": lambda run, stopped: verify(saved_from(saved_bytes(run), "a.npz"), stopped),
+    "run file": saved_bytes,
+    "verification": lambda _: verify(saved()),
     "snippet": is_fresh,
-    "report": lambda run, stopped: lab_bytes((Done(load_lessons().lessons[0], 0, StepProgress(), run),), "en", stopped),
-    "map": lambda run, stopped: trade_off_row(RunSettings(dt=0.02), 6.0, stopped),
+    "report": lambda run: lab_bytes((Done(load_lessons().lessons[0], 0, StepProgress(), run),), "en"),
+    "map": lambda run: trade_off_row(RunSettings(dt=0.02), 6.0),
 }
 
 
 @pytest.mark.parametrize("job", JOBS)
 def test_a_job_stops(job: str) -> None:
-    with pytest.raises(Stopped):
-        JOBS[job](piece("hold", 1.0)[0], lambda: True)
+    recorded, _ = piece("hold", 1.0)[0], saved()
+    with pytest.raises(Stopped), until(lambda: True):
+        JOBS[job](recorded)

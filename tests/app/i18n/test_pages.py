@@ -23,7 +23,6 @@ from app.lessons.loading import load_lessons
 from app.lessons.outcomes import AnswerVerdict
 from app.settings import Details, Settings
 from app.text.lesson_text import plain
-from scenes.rerun import never
 from scenes.settings import RunSettings, changed
 from tests.app.conftest import Arrive, Guest, Join, OpenHouse, ask
 from tests.app.export.runs import piece, read_film
@@ -124,7 +123,7 @@ def test_pictures(scene: str, details: Details) -> None:
     recorded, _ = piece(scene, 1.0)
     set_language("pseudo")
     with matplotlib.rc_context(STYLE):
-        figure = pictures._figure(recorded, 1.0, details, never, ())
+        figure = pictures._figure(recorded, 1.0, details, ())
     found = [text.get_text() for text in figure.findobj(Text) if isinstance(text, Text)]
     assert any("⟦" in text for text in found)
     assert {text: left for text in found if (left := [w for w in untranslated(text) if w not in SYMBOLS])} == {}

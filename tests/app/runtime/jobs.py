@@ -3,51 +3,45 @@
 import os
 import signal
 import threading
-from collections.abc import Callable
 from pathlib import Path
 
 from controllers.errors import BadSetting
+from scenes.wanted import check_wanted
 
 
-class Unwanted(Exception):
-    """The result is not wanted any more."""
-
-
-def double(number: float, stopped: Callable[[], bool]) -> float:
-    assert not stopped()
+def double(number: float) -> float:
     return 2.0 * number
 
 
-def wait_for(path: Path, stopped: Callable[[], bool]) -> str:
+def wait_for(path: Path) -> str:
     """Leave a mark, wait for a file unless it is not wanted any more, and return its content."""
     with (path.parent / "begun").open("a") as out:
         out.write(f"{path.name}\n")
     pause = threading.Event()
     while not path.exists():
-        if stopped():
-            raise Unwanted
+        check_wanted()
         pause.wait(0.002)
     return path.read_text(encoding="utf-8")
 
 
-def note(path: Path, word: str, stopped: Callable[[], bool]) -> None:
+def note(path: Path, word: str) -> None:
     with path.open("a", encoding="utf-8") as out:
         out.write(f"{word}\n")
 
 
-def refuse(stopped: Callable[[], bool]) -> None:
+def refuse() -> None:
     raise BadSetting("dm = 9 is out of range; give less.")
 
 
-def stumble(stopped: Callable[[], bool]) -> None:
+def stumble() -> None:
     raise ZeroDivisionError("somewhere inside")
 
 
-def die(stopped: Callable[[], bool]) -> None:
+def die() -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def who(stopped: Callable[[], bool]) -> tuple[int, int, bool, str]:
+def who() -> tuple[int, int, bool, str]:
     """Which process this is, how it lets others go first, whether it minds Ctrl+C, and its threads for linear algebra."""
     ignores = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     return os.getpid(), os.nice(0), ignores, os.environ.get("OPENBLAS_NUM_THREADS", "")

@@ -1,0 +1,38 @@
+"""A computation that may be given up: whether it is still wanted is said where it begins, and asked wherever it takes long."""
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import Final, TypeVar
+
+T = TypeVar("T")
+
+_STOPPED: Final[ContextVar[Callable[[], bool]]] = ContextVar("duet_stopped", default=lambda: False)
+
+
+class Stopped(Exception):
+    """The result is no longer wanted."""
+
+
+@contextmanager
+def until(stopped: Callable[[], bool]) -> Iterator[None]:
+    """While open, what this thread computes asks now and then, and ends with `Stopped` as soon as `stopped()` is true."""
+    token = _STOPPED.set(stopped)
+    try:
+        yield
+    finally:
+        _STOPPED.reset(token)
+
+
+def check_wanted() -> None:
+    """Raise `Stopped` if the result is no longer wanted."""
+    if _STOPPED.get()():
+        raise Stopped
+
+
+def while_wanted(items: Iterable[T], every: int = 1) -> Iterator[T]:
+    """Yield the items; `check_wanted` before each, or before every so many."""
+    for number, item in enumerate(items):
+        if number % every == 0:
+            check_wanted()
+        yield item
