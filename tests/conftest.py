@@ -32,14 +32,15 @@ SLOW = {"browser", "house", "serve", "folder", "jupyter"}
 a notebook's server."""
 
 
-GIVES_WAY = pytest.StashKey[bool]()
+BEGUN = pytest.StashKey[bool]()
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """A worker that is through with the browser's tests, or has none, gives way to one that has them, which takes longest."""
-    if GIVES_WAY not in item.session.stash and not _draws(item.path):
-        item.session.stash[GIVES_WAY] = True
-        if hasattr(item.config, "workerinput") and hasattr(os, "nice"):
+    """A worker that begins without the browser's tests gives way to the one that has them, which takes longest."""
+    session = item.session
+    if BEGUN not in session.stash:
+        session.stash[BEGUN] = True
+        if hasattr(item.config, "workerinput") and hasattr(os, "nice") and not _draws(item.path):
             os.nice(3)
 
 
@@ -58,24 +59,23 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: (not _draws(item.path), "slow" not in item.keywords))
 
 
-class TwoBrowsers(LoadScopeScheduling):
-    """The workers share the tests by files, and the files that draw are two to them, the page's and the others: more browsers would be
-    in each other's way.
+class OneBrowser(LoadScopeScheduling):
+    """The workers share the tests by files, and all files that draw are one to them: two browsers would be in each other's way.
 
-    The files on figures are one, as these are drawn once for all of them.
+    So are the files on figures, which are drawn once for all of them.
     """
 
     def _split_scope(self, nodeid: str) -> str:
         file = nodeid.split("::", 1)[0]
         if _draws(self.config.rootpath / file):
-            return "page's browser" if "/page/" in file else "browser"
+            return "browser"
         return "figures" if "/figures/" in file else file
 
 
 @pytest.hookimpl(optionalhook=True)
-def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> TwoBrowsers:
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> OneBrowser:
     config.option.loadscopereorder = False
-    return TwoBrowsers(config, log)  # type: ignore[arg-type]
+    return OneBrowser(config, log)  # type: ignore[arg-type]
 
 
 @cache
