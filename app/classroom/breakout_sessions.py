@@ -191,7 +191,8 @@ class BreakoutSessions:
                 page = one.visitor or one.member
                 if page is not None:
                     set_language(page.language)
-                    one.show(self._classroom, None, page.view, page.lessons)
+                    with self._context.apart("a frame of a student's page failed", one.client.client_id):
+                        one.show(self._classroom, None, page.view, page.lessons)
             if lead is not None and lead.visitor is not None:
                 lead.visitor.beside = tuple(one.member for one in members if one.member is not None)
                 with self._context.apart("a frame of a student's page failed", lead.client.client_id):

@@ -153,8 +153,9 @@ class LectureHost:
         for audience, page in self.shared.pages.items():
             poll = page.show(frame, self._address("screens"))
             for one in self.shared.watchers(audience):
-                one.show(self.classroom, poll, page.view, self.lessons)
-                one.invite(self._address("all"))
+                with self._context.apart("a frame of a student's page failed", one.client.client_id):
+                    one.show(self.classroom, poll, page.view, self.lessons)
+                    one.invite(self._address("all"))
             page.flush()
 
     def _show_teacher(self, teacher: Participant, frame: Frame) -> None:

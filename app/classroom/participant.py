@@ -1,7 +1,5 @@
 """One browser in a lecture: who it belongs to, and what its page has beside the plenary."""
 
-import contextlib
-
 import viser
 
 from app.classroom.class_messages import PostWork, Progressed
@@ -97,13 +95,13 @@ class Participant:
     def invite(self, address: Address | None) -> None:
         """Show the address over a page of the plenary; None takes it away."""
         if self.invitation is not None:
-            with contextlib.suppress(Exception), self.client.atomic():
+            with self.client.atomic():
                 self.invitation.show(address)
 
     def show_panel(self, poll: Poll | None) -> None:
         """Update a teacher's panel. `poll`: the question in the plenary."""
         if self.panel is not None:
-            with contextlib.suppress(Exception), self.client.atomic():
+            with self.client.atomic():
                 self.panel.show(poll)
 
     def show(self, classroom: Classroom, poll: Poll | None, view: View, lessons: LessonSession) -> None:
@@ -130,7 +128,7 @@ class Participant:
         if shown == self._shown:
             return
         self._shown = shown
-        with contextlib.suppress(Exception), self.client.atomic():
+        with self.client.atomic():
             self.banner.show(*line, tab, offers)
             if offers and tab is not None and view.lesson_panel.panel is not None:
                 # The banner stands in it, and on a phone it is folded.

@@ -56,11 +56,15 @@ class TeachersTab:
     def __init__(self, gui: viser.GuiApi, notes: Mapping[str, str]) -> None:
         with gui.add_tab_group(order=ORDER).add_tab(tr("Teacher's notes"), viser.Icon.NOTEBOOK):
             self._load = gui.add_html("")
+            self._shown: ServerLoad | None = None
             self._notes = NotesView(gui, notes)
 
     def show(self, lessons: LessonSession, load: ServerLoad) -> None:
         """Update the notes and the server's load."""
-        self._load.content = element("div", "", macros("page/panels/pills.html").heads([load_pills(load)]), class_="duet-class")
+        if load != self._shown:
+            self._shown = load
+            pills = macros("page/panels/pills.html").heads([load_pills(load)])
+            self._load.content = element("div", "", pills, class_="duet-class")
         self._notes.show(lessons)
 
 

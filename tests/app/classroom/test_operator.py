@@ -2,6 +2,7 @@
 
 import itertools
 import threading
+from typing import Any
 
 import pytest
 
@@ -16,8 +17,8 @@ from app.settings import Language, Settings
 from app.text.lesson_text import plain
 from app.theme import PALETTES
 from app.web.audiences import MOST
-from tests.app.classroom.lecture_room import WAIT, sees
-from tests.app.conftest import Join, OpenHouse, ask, lecture_of, operator_of
+from tests.app.classroom.lecture_room import WAIT, sees, tab_of
+from tests.app.conftest import Join, Made, OpenHouse, ask, lecture_of, operator_of
 from tests.app.lessons.helpers import our_book
 from tests.app.page.by_hand import WRIST
 from tests.app.page.helpers import Client, bodies, buttons, click, hotkey_uuid, open_lessons, shown
@@ -252,3 +253,21 @@ def test_every_tab_has_its_own_look_and_language_and_what_a_look_shows_is_packed
     assert len(host.audiences.audiences) == MOST and all(one.closed is None for one in others)
     # A place is taken, and given back, a moment later.
     last.wait_for(lambda _: opened.server.count_clients() == 12, WAIT)
+
+
+def test_a_students_page_that_fails_is_logged_and_costs_no_other_one_its_frame(
+    by_hand: Made, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    opened = by_hand(lecture=True, key="chalk", sessions=8)
+    for name in ("ann", "bo"):
+        opened.let_in(f"resume={tab_of(name)}")
+    ann, bo = lecture_of(opened).participants.values()
+    drawn: list[Any] = []
+
+    def fail(*_: Any) -> None:
+        raise RuntimeError("the banner")
+
+    monkeypatch.setattr(ann, "show", fail)
+    monkeypatch.setattr(bo, "show", lambda *given: drawn.append(given))
+    opened.frame()
+    assert len(drawn) == 1 and "a frame of a student's page failed" in caplog.text
