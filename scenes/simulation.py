@@ -314,7 +314,7 @@ class Simulation:
         return Snapshot(self.settings, self.steps, self.time, self.positions.copy(), self.velocities.copy(), memories, robot)
 
     def resume(self, snapshot: Snapshot) -> None:
-        """Continue from a snapshot of the same experiment, with the present settings; the history begins anew.
+        """Continue from a snapshot of the same experiment, with the present settings and a new history.
 
         Scene, rig, robot, guided arm, path and control point must be as in the snapshot.
         """

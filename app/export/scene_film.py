@@ -1,7 +1,7 @@
 """The 3-D scene of a recorded run: a still scene in viser's format, and tracks of what moves from frame to frame.
 
 The scene is built on a viser server without clients. After every frame it is asked for all that its nodes are; what has changed becomes
-tracks. The still scene is the one at the end, to which everything belongs that was ever seen.
+tracks. The still scene is the one at the end: a node that is taken out for good before is not in the film.
 """
 
 import math
@@ -60,7 +60,7 @@ class Filmed:
     """A scene that moves.
 
     Attributes:
-        scene: a still recording in viser's own format, of everything that is ever seen.
+        scene: a still recording in viser's own format, of every node that is there at the end.
         tracks: what moves in it.
         times: of the frames [s], on the clock of the run.
         bodies: names of the nodes that must be there before anything moves: furniture, links, a person's limbs.

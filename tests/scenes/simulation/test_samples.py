@@ -105,7 +105,7 @@ def test_samples_and_tables() -> None:
     kept = table.copy()
     table[:] = 7.0
     assert_array_equal(simulation.history.table(), kept)
-    # Another run has another history; whoever reads the old one still can.
+    # Another run has another history; the old one can still be read.
     before = simulation.history
     simulation.reset()
     assert simulation.history is not before and simulation.history.count == 0
