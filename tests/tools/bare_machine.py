@@ -1,0 +1,155 @@
+"""Runs the README's commands on a bare machine: a minimal Debian in a folder of its own, entered by chroot.
+
+It has Python, git and libgomp1, and nothing else of what developers' machines have: no font, no browser, no compiler, no cache. It needs
+root on Debian, and installs mmdebstrap if that is missing. Python's standard library is enough to run it:
+
+    python3 tests/tools/bare_machine.py                         the README's second command (the tests) on the last commit
+    python3 tests/tools/bare_machine.py 'COMMAND'               another command there, after the README's installation
+    python3 tests/tools/bare_machine.py --suite trixie          on Debian 13 instead of Debian 12
+    python3 tests/tools/bare_machine.py --with 'fonts-noto-core fonts-liberation'     with these packages, too
+    python3 tests/tools/bare_machine.py --able                  only say if this computer can do it (exit code 0 or 3)
+
+The first use downloads the system, about two minutes, and keeps it in the temporary folder; each use begins with a fresh copy.
+"""
+
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+KEYRING = Path("/usr/share/keyrings/debian-archive-keyring.gpg")
+PACKAGES = ("python3", "python3-venv", "git", "ca-certificates", "procps", "libgomp1")
+"""On top of Debian's essential packages; pinocchio needs libgomp1, as the README says."""
+UNABLE = 3
+"""Exit code if this computer cannot make or enter such a system."""
+
+_HOSTS = "127.0.0.1 localhost\n::1 localhost\n"
+_PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
+_HANDED_ON = re.compile(r"PIP_(?!FIND_LINKS).*|(http|https|no)_proxy", re.IGNORECASE)
+"""Names of the variables that pip needs to reach its index from here."""
+_ENTER = """
+set -euo pipefail
+mount -t proc proc "$0/proc"
+for place in sys dev; do mount --rbind "/$place" "$0/$place"; done
+exec chroot "$0" bash -euo pipefail -c "$1"
+"""
+
+
+def readme_commands(readme: str) -> list[str]:
+    """The shell commands of the README, without their line breaks: to start the page, to run the tests, …"""
+    return [block.strip() for block in re.findall(r"^```sh\n(.*?)^```$", readme, flags=re.MULTILINE | re.DOTALL)]
+
+
+def installation(command: str) -> str:
+    """The part of a README command that installs the package, without the program that it starts at the end."""
+    return command.rpartition(" && ")[0]
+
+
+def reason_against() -> str:
+    """Why this computer cannot make a bare machine; empty if it can."""
+    if sys.platform != "linux" or not hasattr(os, "geteuid") or os.geteuid() != 0:
+        return "it takes root on Linux"
+    if shutil.which("mmdebstrap") is None and shutil.which("apt-get") is None:
+        return "mmdebstrap is missing, and there is no apt-get to install it"
+    if shutil.which("mmdebstrap") is None:
+        for command in (["apt-get", "update", "-qq"], ["apt-get", "install", "-y", "-qq", "--no-install-recommends", "mmdebstrap"]):
+            done = subprocess.run(command, capture_output=True, text=True, check=False)
+            if done.returncode != 0:
+                return f"mmdebstrap cannot be installed ({(done.stderr or done.stdout).strip()[-200:]})"
+    allowed = subprocess.run([*_unshare(), "mount", "-t", "proc", "proc", "/proc"], capture_output=True, text=True, check=False)
+    return "" if allowed.returncode == 0 else f"namespaces and mounts are not allowed here ({allowed.stderr.strip()[-200:]})"
+
+
+def system_archive(suite: str) -> Path:
+    """An archive of the minimal system, downloaded at the first use.
+
+    Args:
+        suite: a Debian release by its code name.
+
+    Raises:
+        subprocess.CalledProcessError: the archive of packages cannot be reached, or does not have the release.
+    """
+    archive = Path(tempfile.gettempdir()) / f"duet-bare-machine-{suite}.tar"
+    if not archive.exists():
+        sites = subprocess.run(
+            ["apt-get", "indextargets", "--format", "$(SITE)", "Identifier: Packages", "Origin: Debian"],
+            capture_output=True,
+            text=True,
+            check=False,
+        ).stdout.split()
+        site = next((site for site in sites if "security" not in site), "http://deb.debian.org/debian")
+        part = archive.with_suffix(".part")
+        source = f"deb [signed-by={KEYRING}] {site} {suite} main"
+        options = ["--quiet", "--format=tar", "--variant=minbase", f"--include={','.join(PACKAGES)}"]
+        subprocess.run(["mmdebstrap", *options, suite, str(part), source], check=True)
+        part.rename(archive)
+    return archive
+
+
+def run_there(command: str, suite: str, packages: Sequence[str], checkout: Path) -> int:
+    """Run a command in a clone of a checkout's last commit on a fresh bare machine.
+
+    Its processes and mounts are in namespaces of their own: all of them end with the command.
+
+    Args:
+        command: for bash, in the clone's folder.
+        packages: Debian packages that the machine has on top of `PACKAGES`.
+
+    Returns:
+        The command's exit code.
+    """
+    if packages:
+        command = f"apt-get update -qq && apt-get install -y -qq --no-install-recommends {' '.join(packages)} >/dev/null && {command}"
+    root = Path(tempfile.mkdtemp(prefix="duet-bare-"))
+    try:
+        subprocess.run(["tar", "-C", root, "-xf", system_archive(suite)], check=True)
+        shutil.copy("/etc/resolv.conf", root / "etc")
+        (root / "etc" / "hosts").write_text(_HOSTS, encoding="ascii")
+        # The certificates and pip's settings with which this computer reaches the package index.
+        shutil.copytree("/etc/ssl/certs", root / "etc" / "ssl" / "certs", dirs_exist_ok=True)
+        if Path("/etc/pip.conf").exists():
+            shutil.copy("/etc/pip.conf", root / "etc")
+        subprocess.run(["git", "clone", "-q", "--no-hardlinks", checkout, root / "root" / "duet"], check=True)
+        print(f"+ {command}", flush=True)
+        inside = [*_unshare(), "bash", "-c", _ENTER, root, f"cd /root/duet; {command}"]
+        return subprocess.run(inside, env=_environment(os.environ), stdin=subprocess.DEVNULL, check=False).returncode
+    finally:
+        shutil.rmtree(root, ignore_errors=True)
+
+
+def _unshare() -> list[str]:
+    return ["unshare", "--mount", "--pid", "--ipc", "--fork", "--kill-child", "--propagation", "private"]
+
+
+def _environment(given: Mapping[str, str]) -> dict[str, str]:
+    handed_on = {name: value for name, value in given.items() if _HANDED_ON.fullmatch(name)}
+    return {"HOME": "/root", "PATH": _PATH, "LANG": "C.UTF-8", **handed_on}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run as a command; see the module's text."""
+    parser = argparse.ArgumentParser(description="Run the README's commands on a bare machine.")
+    parser.add_argument("command", nargs="?", help="what to run after the README's installation; default: its tests")
+    parser.add_argument("--suite", default="bookworm", help="Debian release")
+    parser.add_argument("--with", dest="packages", default="", help="further Debian packages")
+    parser.add_argument("--able", action="store_true", help="only say if this computer can do it")
+    chosen = parser.parse_args(arguments)
+    reason = reason_against()
+    if reason:
+        print(f"No bare machine here: {reason}.", file=sys.stderr)
+        return UNABLE
+    if chosen.able:
+        return 0
+    test = readme_commands((ROOT / "README.md").read_text(encoding="utf-8"))[1]
+    command = test if chosen.command is None else f"{installation(test)} && {chosen.command}"
+    return run_there(command, chosen.suite, chosen.packages.split(), ROOT)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
