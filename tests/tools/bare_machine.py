@@ -112,7 +112,7 @@ def run_there(command: str, suite: str, packages: Sequence[str], checkout: Path)
         shutil.copy("/etc/resolv.conf", root / "etc")
         (root / "etc" / "hosts").write_text(_HOSTS, encoding="ascii")
         # The certificates and pip's settings with which this computer reaches the package index.
-        shutil.copytree("/etc/ssl/certs", root / "etc" / "ssl" / "certs", dirs_exist_ok=True)
+        subprocess.run(["cp", "-rT", "--remove-destination", "/etc/ssl/certs", root / "etc" / "ssl" / "certs"], check=True)
         if Path("/etc/pip.conf").exists():
             shutil.copy("/etc/pip.conf", root / "etc")
         subprocess.run(["git", "clone", "-q", "--no-hardlinks", checkout, root / "root" / "duet"], check=True)
