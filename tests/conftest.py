@@ -54,7 +54,8 @@ def _own_store(tmp_path_factory: pytest.TempPathFactory) -> None:
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark what is slow, and begin with it, so that no worker is left alone with it at the end."""
     for item in items:
-        if isinstance(item, pytest.Function) and SLOW & set(item.fixturenames):
+        fixtures = SLOW & set(item.fixturenames) if isinstance(item, pytest.Function) else set()
+        if fixtures or "thorough" in item.keywords:
             item.add_marker("slow")
     items.sort(key=lambda item: (not _draws(item.path), "slow" not in item.keywords))
 

@@ -7,7 +7,8 @@ root on Debian, and installs mmdebstrap if that is missing. Python's standard li
     python3 tests/tools/bare_machine.py 'COMMAND'               another command there, after the README's installation
     python3 tests/tools/bare_machine.py --suite trixie          on Debian 13 instead of Debian 12
     python3 tests/tools/bare_machine.py --with 'fonts-noto-core fonts-liberation'     with these packages, too
-    python3 tests/tools/bare_machine.py --able                  only say if this computer can do it (exit code 0 or 3)
+    python3 tests/tools/bare_machine.py --then 'COMMAND'        the tests, and after them a command
+    python3 tests/tools/bare_machine.py --or-here …             run in this checkout, and say so, if no bare machine can be had
 
 The first use downloads the system, about two minutes, and keeps it in the temporary folder; each use begins with a fresh copy.
 """
@@ -16,6 +17,7 @@ import argparse
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -27,7 +29,7 @@ KEYRING = Path("/usr/share/keyrings/debian-archive-keyring.gpg")
 PACKAGES = ("python3", "python3-venv", "git", "ca-certificates", "procps", "libgomp1")
 """On top of Debian's essential packages; pinocchio needs libgomp1, as the README says."""
 UNABLE = 3
-"""Exit code if this computer cannot make or enter such a system."""
+"""Exit code if no such system can be made or entered."""
 
 _HOSTS = "127.0.0.1 localhost\n::1 localhost\n"
 _PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
@@ -118,7 +120,11 @@ def run_there(command: str, suite: str, packages: Sequence[str], checkout: Path)
         subprocess.run(["git", "clone", "-q", "--no-hardlinks", checkout, root / "root" / "duet"], check=True)
         print(f"+ {command}", flush=True)
         inside = [*_unshare(), "bash", "-c", _ENTER, root, f"cd /root/duet; {command}"]
-        return subprocess.run(inside, env=_environment(os.environ), stdin=subprocess.DEVNULL, check=False).returncode
+        done = subprocess.run(inside, env=_environment(os.environ), stdin=subprocess.DEVNULL, check=False)
+        pictures = root / "root" / "duet" / ".artifacts"
+        if pictures.exists():
+            shutil.copytree(pictures, checkout / ".artifacts", dirs_exist_ok=True)
+        return done.returncode
     finally:
         shutil.rmtree(root, ignore_errors=True)
 
@@ -138,17 +144,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("command", nargs="?", help="what to run after the README's installation; default: its tests")
     parser.add_argument("--suite", default="bookworm", help="Debian release")
     parser.add_argument("--with", dest="packages", default="", help="further Debian packages")
-    parser.add_argument("--able", action="store_true", help="only say if this computer can do it")
+    parser.add_argument("--then", default="", help="what to run after that")
+    parser.add_argument("--or-here", action="store_true", help="run in this checkout if no bare machine can be had")
     chosen = parser.parse_args(arguments)
+    command = readme_commands((ROOT / "README.md").read_text(encoding="utf-8"))[1]
+    if chosen.command is not None:
+        command = f"{installation(command)} && {chosen.command}"
+    if chosen.then:
+        # The last part of a list of commands is the one in which bash stops at the first failure.
+        command += f" && {{\n{chosen.then}\n}}"
+    # An ending from outside cleans up, too.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     reason = reason_against()
-    if reason:
-        print(f"No bare machine here: {reason}.", file=sys.stderr)
+    if not reason:
+        return run_there(command, chosen.suite, chosen.packages.split(), ROOT)
+    print(f"No bare machine here: {reason}.", file=sys.stderr)
+    if not chosen.or_here:
         return UNABLE
-    if chosen.able:
-        return 0
-    test = readme_commands((ROOT / "README.md").read_text(encoding="utf-8"))[1]
-    command = test if chosen.command is None else f"{installation(test)} && {chosen.command}"
-    return run_there(command, chosen.suite, chosen.packages.split(), ROOT)
+    print(f"+ {command}", flush=True)
+    return subprocess.run(["bash", "-euo", "pipefail", "-c", command], cwd=ROOT, check=False).returncode
 
 
 if __name__ == "__main__":
