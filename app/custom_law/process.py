@@ -10,7 +10,6 @@ import signal
 import socket
 import struct
 import subprocess
-import sys
 import time
 import weakref
 from collections import deque
@@ -19,16 +18,14 @@ from pathlib import Path
 from time import monotonic
 from typing import Final, Literal, TypeVar
 
-import app
 from app.custom_law.law_file import FILENAME, quoted
 from app.custom_law.law_limits import LawLimits, LawProblem, Patience, problem_of
 from app.custom_law.wire import BROKEN, Failure, FileLoaded, LawQuestion, LoadFile, Numbers, Reply, Started, decode_reply, encode
 from controllers.errors import LazyText, joined
+from controllers.own_packages import own_command
 from scenes.children import ONE_THREAD
 from scenes.files import readable
 
-ROOT: Final = Path(app.__file__).resolve().parent.parent
-"""Where the packages are."""
 _TRACE: Final = 0.2
 """Time that a process has for reporting where it is, before it is ended [s]; while it waits for a core it has more."""
 _IN_FILE: Final = re.compile(rb'File "' + re.escape(FILENAME).encode() + rb'", line (\d+)')
@@ -48,9 +45,8 @@ def _started(path: Path, memory: int) -> "tuple[subprocess.Popen[bytes], Connect
         _break_when_stalled(ours)
     else:
         os.set_handle_inheritable(handle, True)  # pyright: ignore[reportAttributeAccessIssue]
-    known = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
     process = subprocess.Popen(
-        [sys.executable, "-P", "-m", "app.custom_law.worker", str(handle), str(memory), str(path)],
+        own_command("app.custom_law.worker", str(handle), str(memory), str(path)),
         stdin=subprocess.PIPE,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
@@ -58,7 +54,7 @@ def _started(path: Path, memory: int) -> "tuple[subprocess.Popen[bytes], Connect
         close_fds=posix,
         # Ctrl+C is for the page, and what the law starts goes with it.
         start_new_session=True,
-        env=os.environ | ONE_THREAD | {"PYTHONPATH": os.pathsep.join(known)},
+        env=os.environ | ONE_THREAD,
         cwd=path.parent,
     )
     theirs.close()
