@@ -96,6 +96,8 @@ def kill_group(process: "subprocess.Popen[bytes]") -> None:
 
 _SLICE: Final = 0.02
 """Time between two checks of the limit while a call waits [s]."""
+_LONG_SLICE: Final = 0.25
+"""The same where a call waits without a limit of its own: a process that looks often waits for a core as often, see `examination`."""
 
 _R = TypeVar("_R", bound=Reply)
 
@@ -203,10 +205,10 @@ class LawProcess:
 
     def _receive(self, kind: type[_R], seconds: float) -> _R | None:
         """Return the next reply, which must be of a kind; None if it is not there in time."""
-        end = monotonic() + seconds
+        end, pause = monotonic() + seconds, _SLICE if seconds < math.inf else _LONG_SLICE
         while True:
             left = max(end - monotonic(), 0.0)
-            body = self._body(min(left, _SLICE))
+            body = self._body(min(left, pause))
             if body is None and self._patience.over:
                 # It may have come while the clocks were read.
                 body = self._body(0.0)
@@ -214,7 +216,7 @@ class LawProcess:
                     raise self._too_long()
             if body is not None:
                 return self._reply(kind, body)
-            if left <= _SLICE:
+            if left <= pause:
                 return None
 
     def _reply(self, kind: type[_R], body: bytes) -> _R:
