@@ -42,9 +42,10 @@ def find_own_packages() -> None:
         loaded = sys.modules.get(name)
         folders = [os.path.realpath(folder) for folder in getattr(loaded, "__path__", ())]
         if loaded is not None and os.path.realpath(os.path.join(FOLDER, name)) not in folders:
+            other = getattr(loaded, "__file__", None) or loaded
             raise ImportError(
-                f"Duet needs the name {name!r}, which this Python has given to {getattr(loaded, '__file__', None) or loaded!r}. "
-                "Restart it, and import lwr_duet before anything else; or rename that file."
+                f"Duet needs the name {name!r}, which this Python has given to {other}. Restart the kernel, or the program, and import "
+                "lwr_duet first; or rename that file."
             )
     if not any(getattr(finder, "__qualname__", "") == OwnPackages.__qualname__ for finder in sys.meta_path):
         sys.meta_path.insert(0, OwnPackages)
