@@ -8,7 +8,6 @@ import secrets
 import signal
 import subprocess
 import sys
-import tempfile
 import threading
 import time
 from collections import defaultdict
@@ -21,6 +20,7 @@ from typing import IO, Any, Final
 from app.custom_law.isolation import PROCESSES, guard_memory
 from app.custom_law.law_limits import LawLimits
 from app.custom_law.process import kill_group
+from app.runtime.temporary_folder import TemporaryFolder
 from controllers.compiled import READ, loops_folder
 from controllers.errors import LazyText
 from controllers.own_packages import FOLDER, PACKAGES, own_command
@@ -69,9 +69,9 @@ def fenced(
         take: gets each answer; what it raises of `ValueError`, `KeyError` and `TypeError` passes, for the file may have written it.
         stopped: asked now and then whether to give up.
     """
-    with tempfile.TemporaryDirectory(prefix="duet-fence-", ignore_cleanup_errors=True) as folder:
+    with TemporaryFolder("fence") as folder:
         token = secrets.token_hex(8)
-        process = _started(folder, [module, json.dumps(asdict(limits.law)), *arguments], token, limits)
+        process = _started(str(folder.path), [module, json.dumps(asdict(limits.law)), *arguments], token, limits)
         lines: queue.Queue[str | None] = queue.Queue()
         for work, given in ((_feed, (process.stdin, text)), (_read, (process.stdout, lines))):
             threading.Thread(target=work, args=given, daemon=True).start()
