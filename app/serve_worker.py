@@ -44,13 +44,12 @@ class MessagePipe:
             return messages.Stop(goes_on=True)
 
 
-def main(channel: int, control: int) -> int:
+def main() -> int:
     """Serve until the dispatcher says so, or has ended; return the exit code.
 
-    Args:
-        channel: descriptor from which connections are read.
-        control: descriptor of the messages.
+    Arguments are the descriptors from which connections and the dispatcher's messages are read.
     """
+    channel, control = map(int, sys.argv[1:])
     # The dispatcher says when to end, also when the signal is for all processes of a service.
     for ending in (signal.SIGINT, signal.SIGTERM):
         signal.signal(ending, signal.SIG_IGN)
@@ -108,7 +107,3 @@ def _obey(app: App, pipe: MessagePipe, link: WorkerLink) -> bool:
                 link.put(message)
             case _:
                 logging.getLogger("duet.worker").error("the dispatcher says %r", message)
-
-
-if __name__ == "__main__":
-    sys.exit(main(*map(int, sys.argv[1:])))

@@ -198,9 +198,12 @@ PUSH: Final = "push"
 ATTACK: Final = "attack"
 """Key of a link that replays a run which breaks the promise, or comes near it; see `scenes.counterexample`."""
 
+OPENED: Final = "opened"
+"""Key of a word of the page, new each time a browser loads it: another one in the same tab is a reload."""
+
 FOREIGN_KEYS = frozenset(
     {"window", "folder", "websocket", "playbackPath", "darkMode", "key", "logCamera", "fixedDpr", "forceOrbitOriginTool"}
-    | {"resume", WHOLE, ALONE, GUEST, ATTACK, PUSH, MOTION, PANEL, EMBED}
+    | {"resume", WHOLE, ALONE, GUEST, ATTACK, PUSH, MOTION, OPENED, PANEL, EMBED}
     | STEP_KEYS
 )
 """Keys of a link that are not settings: viser's own, the key of a lecture, the size of the window, the folder that a proxy has

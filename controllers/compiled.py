@@ -25,6 +25,8 @@ from typing import Annotated, Any, Final, Generic, NamedTuple, ParamSpec, TypeVa
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.own_packages import own_command
+
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -163,7 +165,7 @@ def _load() -> None:
         done = loops_folder() / "done"
         if not done.exists():
             _log.info("The loops of a step are compiled, once on this machine; until then a step takes longer.")
-            command = [sys.executable, "-m", __name__, *sorted({made.python.__module__ for made in _loops})]
+            command = own_command(__name__, *sorted({made.python.__module__ for made in _loops}))
             with subprocess.Popen(command, stdin=subprocess.DEVNULL) as child:
                 while child.poll() is None and threading.main_thread().is_alive():
                     with suppress(subprocess.TimeoutExpired):
@@ -198,10 +200,9 @@ def loops_folder() -> Path:
     return folder
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Compile the loops of the modules that are named as arguments, and leave them in the folder for all later processes."""
     for module in sys.argv[1:]:
         import_module(module)
-    # This file is a second module here; the loops are registered with the one that they import.
-    compiled = import_module("controllers.compiled")
-    compiled.load_now()
-    (compiled.loops_folder() / "done").touch()
+    load_now()
+    (loops_folder() / "done").touch()

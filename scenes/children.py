@@ -1,19 +1,24 @@
 """Processes beside this one that compute: what they inherit, and that they go when this one goes."""
 
+import copyreg
 import multiprocessing
 import os
+import runpy
 import signal
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent import futures
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from ctypes import c_bool
 from itertools import chain, islice
 from multiprocessing import resource_tracker
 from multiprocessing.connection import wait
+from multiprocessing.context import SpawnContext, SpawnProcess
+from types import MappingProxyType
 from typing import Any, Final, TypeVar
 
+from controllers import own_packages
 from controllers.errors import DuetError
 from scenes.robots.robot_files import GivenAtStart, given_at_start
 
@@ -29,11 +34,42 @@ ONE_THREAD: Final = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", 
 """What the environment of a process has to say so that it does linear algebra on one thread."""
 
 
+SAFE_PATH: Final = {"PYTHONSAFEPATH": "1"}
+"""Environment in which Python leaves the current folder off its path: a `random.py` there is not the standard library's."""
+
+
+class _OwnProcess(SpawnProcess):
+    """Process of `multiprocessing` that finds our packages before it reads what it is to run."""
+
+    def __reduce__(self) -> Any:
+        # Its attributes are read in order, and nothing of ours is needed to read the first one.
+        return copyreg._reconstructor, (SpawnProcess, object, None), {"_found": _Found(), **self.__dict__}  # type: ignore[attr-defined]
+
+
+class _Found:
+    def __reduce__(self) -> Any:
+        return runpy.run_path, (own_packages.__file__,)
+
+
+class _OwnSpawn(SpawnContext):
+    Process = _OwnProcess
+
+
+SPAWN: Final = _OwnSpawn()
+"""Context of `multiprocessing` for all processes that we start by it; they start inside of `apart` or `inheriting`."""
+
+
+def inheriting() -> AbstractContextManager[None]:
+    """What processes started meanwhile inherit: linear algebra on one thread each, and what `apart` says."""
+    return apart(ONE_THREAD)
+
+
 @contextmanager
-def inheriting() -> Iterator[None]:
-    """What processes started meanwhile inherit: linear algebra on one thread each, and Ctrl+C is for their parent alone."""
-    before = {name: os.environ.get(name) for name in ONE_THREAD}
-    os.environ.update(ONE_THREAD)
+def apart(also: Mapping[str, str] = MappingProxyType({})) -> Iterator[None]:
+    """Keep Ctrl+C and the current folder from processes started meanwhile. `also`: more for their environment."""
+    environment = {**SAFE_PATH, **also}
+    before = {name: os.environ.get(name) for name in environment}
+    os.environ.update(environment)
     try:
         with deaf():
             yield
@@ -107,9 +143,10 @@ def computed(
             yield index, function(*arguments)
         return
     # Not forked: this process may have threads, and a fork would copy their locks.
-    context = multiprocessing.get_context("spawn")
-    begun = context.RawValue(c_bool, False)
-    pool = futures.ProcessPoolExecutor(workers, context, _begin, (given_at_start(), begun))
+    begun = SPAWN.RawValue(c_bool, False)
+    with inheriting():
+        # Its locks start a process, too.
+        pool = futures.ProcessPoolExecutor(workers, SPAWN, _begin, (given_at_start(), begun))
     others = multiprocessing.active_children()
     under_way: dict[futures.Future[T], int] = {}
 

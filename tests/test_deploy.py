@@ -14,6 +14,8 @@ from typing import Final
 
 import pytest
 import tyro
+from jupyter_client.kernelspec import KernelSpecManager
+from jupyter_client.manager import KernelManager
 
 from app.cli.serve import Serve
 from app.runtime.terminal import TERMINATED
@@ -52,6 +54,8 @@ def test_what_the_recipe_copies_is_there_and_is_all_that_the_package_needs() -> 
     assert [name for name in names if not (ROOT / name).exists()] == []
     project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     floors = re.findall(r'"(\w+)\*"', re.findall(r"^include = (.*)$", project, flags=re.MULTILINE)[0])
+    # One is in another one's folder.
+    floors.remove("lwr_duet")
     assert len(floors) == 3 and names >= {*floors, "pyproject.toml", "README.md", "LICENSE"}
     (user,) = re.findall(r"^USER (\d+)$", RECIPE, flags=re.MULTILINE)
     assert f"useradd --uid {user} " in RECIPE
@@ -137,47 +141,55 @@ def files() -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def wheel(files: list[str], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    clone, out = tmp_path_factory.mktemp("clone"), tmp_path_factory.mktemp("wheel")
+def clone(files: list[str], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    clone = tmp_path_factory.mktemp("clone")
     for file in files:
         (clone / file).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(ROOT / file, clone / file)
+    return clone
+
+
+@pytest.fixture(scope="module")
+def wheel(clone: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("wheel")
     run(sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "-w", out, clone, cwd=out)
     (built,) = out.glob("lwr_duet-*.whl")
     return built
 
 
-@pytest.fixture(scope="module")
-def command(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """`lwr-duet` of a new environment, which sees the packages that are installed here, but not this folder."""
-    place = tmp_path_factory.mktemp("environment") / "venv"
+def environment_with(place: Path, *given: str | Path) -> Path:
+    """The Python of a new environment, which sees the packages that are installed here, but not this folder. `given`: for pip."""
     run(sys.executable, "-m", "venv", "--without-pip", place, cwd=place.parent)
     python = place / "bin" / "python"
-    run(
-        sys.executable,
-        "-m",
-        "pip",
-        "--python",
-        python,
-        "install",
-        "-q",
-        "--no-deps",
-        "--no-index",
-        "--no-compile",
-        wheel,
-        cwd=place.parent,
-    )
+    install = (sys.executable, "-m", "pip", "--python", python, "install", "-q", "--no-deps", "--no-compile")
+    run(*install, *given, cwd=place.parent)
     (packages,) = place.glob("lib/python*/site-packages")
     installed = [path for path in sys.path if "site-packages" in path]
     (packages / "installed.pth").write_text("\n".join(installed) + "\n", encoding="utf-8")
+    return python
+
+
+@pytest.fixture(scope="module")
+def command(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """`lwr-duet` of an environment with the wheel."""
+    place = tmp_path_factory.mktemp("environment") / "venv"
+    python = environment_with(place, "--no-index", wheel)
     where = run(python, "-c", "import app; print(app.__file__)", cwd=place.parent)
-    assert Path(where.strip()).is_relative_to(packages)
+    assert Path(where.strip()).is_relative_to(place)
     return place / "bin" / "lwr-duet"
+
+
+@pytest.fixture(scope="module")
+def editable(clone: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """`lwr-duet` of an environment in which a clone is installed as it is."""
+    return environment_with(tmp_path_factory.mktemp("editable") / "venv", "-e", clone).with_name("lwr-duet")
 
 
 def test_the_wheel_has_every_file_of_the_packages(files: list[str], wheel: Path) -> None:
     packed = set(zipfile.ZipFile(wheel).namelist())
     wanted = {file for file in files if file.startswith(("app/", "controllers/", "scenes/")) and file not in UNPACKED}
+    wanted = {file.replace("app/lwr_duet/", "lwr_duet/") for file in wanted}
+    assert "lwr_duet/__init__.py" in wanted
     assert len(wanted) > 200 and wanted - packed == set()
 
 
@@ -198,3 +210,86 @@ def test_it_serves_from_an_empty_folder_with_all_lessons(command: Path, tmp_path
         finally:
             server.terminate()
     assert "left out" not in said.read_text(encoding="utf-8")
+
+
+IN_A_NOTEBOOK = """
+from lwr_duet import RunSettings, duet, run
+run(RunSettings(), seconds=0.05)
+page = duet.show()
+page.advance(0.5)
+import app, controllers, scenes, threading
+from app.version import duet_version
+ended = threading.Event()
+# In a process beside the kernel, which finds the same files.
+job = page._app.context.jobs.submit("test", "version", duet_version, wake=ended.set)
+while job.state in ("waiting", "running"):
+    ended.wait(0.1)
+print(app.__file__, controllers.__file__, scenes.__file__, page.history()["t"][-1] >= 0.5 and job.result == duet_version())
+"""
+"""A first cell; in front of it is what a folder holds that has names of ours."""
+
+
+def in_a_kernel(python: Path, folder: Path, *cells: str) -> tuple[str, str]:
+    """What the cells print in a kernel that is started in a folder, and the message of the last one's error."""
+    spec = {
+        "argv": [str(python), "-m", "ipykernel_launcher", "-f", "{connection_file}"],
+        "display_name": "Duet",
+        "language": "python",
+    }
+    specs = folder.parent / "kernels"
+    (specs / "duet").mkdir(parents=True, exist_ok=True)
+    (specs / "duet" / "kernel.json").write_text(json.dumps(spec), encoding="utf-8")
+    manager = KernelManager(kernel_name="duet", kernel_spec_manager=KernelSpecManager(kernel_dirs=[str(specs)]))
+    manager.start_kernel(cwd=str(folder), env=ENVIRONMENT | {"HOME": str(folder.parent), "IPYTHONDIR": str(folder.parent)})
+    client = manager.blocking_client()
+    printed, error = [], ""
+    try:
+        client.start_channels()
+        client.wait_for_ready(timeout=120)
+        for cell in cells:
+            hook = lambda message: printed.append(message["content"]["text"]) if message["msg_type"] == "stream" else None  # noqa: E731
+            reply = client.execute_interactive(cell, timeout=120, output_hook=hook)["content"]
+            error = reply.get("evalue", "")
+    finally:
+        client.stop_channels()
+        manager.shutdown_kernel(now=True)
+    return "".join(printed), error
+
+
+@pytest.mark.parametrize("installed", ["command", "editable"])
+def test_a_notebook_beside_an_app_of_its_own_finds_duet(installed: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:
+    python = request.getfixturevalue(installed).with_name("python")
+    folder = tmp_path / "notebook"
+    folder.mkdir()
+    for name in ("app", "controllers", "scenes"):
+        (folder / f"{name}.py").write_text(f"print('the folder: {name}')\n", encoding="utf-8")
+    printed, error = in_a_kernel(python, folder, IN_A_NOTEBOOK)
+    assert error == "" and "the folder" not in printed, printed + error
+    files = printed.splitlines()[-1].split()
+    assert files.pop() == "True" and [Path(file).name for file in files] == ["__init__.py"] * 3
+    assert not any(Path(file).is_relative_to(folder) for file in files)
+    # Too late: the sentence says which file has the name, and what to do.
+    printed, error = in_a_kernel(python, folder, "import app", IN_A_NOTEBOOK)
+    assert "the folder: app" in printed
+    assert f"'app', which this Python has given to {folder / 'app.py'}. Restart the kernel" in error
+
+
+@pytest.mark.parametrize("installed", ["command", "editable"])
+def test_the_command_finds_its_own_files_whatever_the_path_says(
+    installed: str, request: pytest.FixtureRequest, tmp_path: Path
+) -> None:
+    """An entry of PYTHONPATH that is empty, as a trailing colon makes one, is the current folder."""
+    for name in ("app", "controllers", "scenes"):
+        (tmp_path / f"{name}.py").write_text("raise SystemExit('the wrong file')\n", encoding="utf-8")
+    program: Path = request.getfixturevalue(installed)
+    for start in ([program], [program.with_name("python"), "-m", "lwr_duet"]):
+        done = subprocess.run(
+            [*start, "run", "--seconds", "0.05"],
+            cwd=tmp_path,
+            env=ENVIRONMENT | {"PYTHONPATH": os.pathsep.join(["", str(tmp_path)])},
+            capture_output=True,
+            text=True,
+            timeout=120,
+            check=False,
+        )
+        assert done.returncode == 0 and "d_min" in done.stdout, done.stdout + done.stderr

@@ -5,7 +5,6 @@ import json
 import platform
 import statistics
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
@@ -23,6 +22,7 @@ from app.settings import Settings
 from app.version import duet_version
 from controllers.compiled import load_now
 from controllers.errors import BadInputFile
+from controllers.own_packages import own_command
 from scenes.experiments import EXPERIMENTS, HOLD
 from scenes.files import input_content
 from scenes.laws import LAWS
@@ -189,7 +189,7 @@ def measure_run() -> dict[str, float]:
     times: list[float] = []
     for seconds in ("46", "0.005"):
         begin = time.perf_counter()
-        command = [sys.executable, "-m", "app", "run", "--scene", HOLD, "--seconds", seconds]
+        command = own_command("app.__main__", "run", "--scene", HOLD, "--seconds", seconds)
         subprocess.run(command, check=True, capture_output=True)
         times.append(time.perf_counter() - begin)
     return {"wall_s": times[0], "start_s": times[1]}

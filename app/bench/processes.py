@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import math
-import multiprocessing
 import os
 import threading
 import time
@@ -14,7 +13,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from scenes.children import deaf, leave_with_parent
+from scenes.children import SPAWN, apart, leave_with_parent
 
 PARTS: Final[tuple[str, ...]] = ("step", "drawing", "packing", "sending")
 """Parts of the server's time; the rest is "other": asyncio, viser's windows, switches between threads."""
@@ -108,11 +107,10 @@ def serve_app(pipe: Connection, lecture: bool, sessions: int) -> None:
 def process(work: Callable[..., None], *arguments: Any) -> Iterator[Connection]:
     """Run `work(pipe, *arguments)` in a new process while open; gives this end of the pipe."""
     # Nothing of this process may be part of the server's measured time.
-    context = multiprocessing.get_context("spawn")
-    ours, theirs = context.Pipe()
-    process = context.Process(target=work, args=(theirs, *arguments), daemon=False)
+    ours, theirs = SPAWN.Pipe()
+    process = SPAWN.Process(target=work, args=(theirs, *arguments), daemon=False)
     try:
-        with deaf():
+        with apart():
             process.start()
         theirs.close()
         yield ours

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import secrets
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -14,6 +13,7 @@ from typing import Final, TypeVar
 from app.bench.headless_client import HeadlessClient
 from app.bench.processes import PARTS, TIMEOUT, process, receive, request, serve_app, used_by_tree
 from app.web.server import MOVED_CODE
+from controllers.own_packages import own_command
 
 WARM_UP: Final = 60
 """Frames that every visitor receives before the measurement: by then their pages have been built."""
@@ -36,7 +36,8 @@ T = TypeVar("T")
 @contextmanager
 def _served(sessions: int = 8) -> Iterator[tuple[int, str, float]]:
     """Run `lwr-duet serve` while open; gives its process, its address, and the time that it took to say so [s]."""
-    command = [sys.executable, "-m", "app", "serve", "--port", "0", "--no-open", "--store", "memory", "--sessions", str(sessions)]
+    options = ("--port", "0", "--no-open", "--store", "memory", "--sessions", str(sessions))
+    command = own_command("app.__main__", "serve", *options)
     begin = time.perf_counter()
     with subprocess.Popen(command, stdout=subprocess.PIPE, encoding="utf-8") as server:
         try:

@@ -4,7 +4,6 @@ import lzma
 import os
 import shlex
 import sys
-import tempfile
 import threading
 import zipfile
 import zlib
@@ -18,7 +17,8 @@ from typing import TYPE_CHECKING, Final, Literal
 import tyro
 
 from app.cli.sweep import cores
-from app.runtime.terminal import ending_at_once
+from app.runtime.temporary_folder import TemporaryFolder, remove_abandoned
+from app.runtime.terminal import INTERRUPTED, ending_at_once
 from app.settings import LANGUAGES
 from controllers.errors import BadSetting
 from scenes.files import check_writable, csv_cell, replacing, writable, written
@@ -124,9 +124,11 @@ class Grade:
 
 
 def grade(command: Grade) -> int:
-    """Grade the files and write the table; return the exit code.
+    """Grade the files and write the table; return the exit code. After Ctrl+C the table has what was graded by then, and is all that is
+    written.
 
     Raises:
+        KeyboardInterrupt: before the first file was graded.
         BadSetting: there is nothing to grade, an option is not possible, or the table cannot be written.
     """
     with ending_at_once():
@@ -140,6 +142,7 @@ def grade(command: Grade) -> int:
         if path is not None:
             check_writable(path, option)
     weights = weights_of(command.points)
+    remove_abandoned()
     limits = FenceLimits(seconds=command.seconds)
     with unpacked(command.folder) as folder:
         paths = handed_in(folder)
@@ -152,6 +155,12 @@ def grade(command: Grade) -> int:
         with written(command.csv, "csv") as new:
             rows = _graded(replace(command, folder=folder), paths, limits, weights)
             mark_files.write_marks(new, rows)
+    if len(rows) < len(paths):
+        print(
+            f"lwr-duet: interrupted; {command.csv} has {len(rows)} of {len(paths)} files, and nothing else was written.",
+            file=sys.stderr,
+        )
+        return INTERRUPTED
     students = mark_files.by_student(rows)
     for option, write in mark_files.WRITERS.items():
         if (path := getattr(command, option)) is not None:
@@ -174,7 +183,7 @@ def unpacked(given: Path) -> Iterator[Path]:
     if os.path.isdir(given):
         yield given
         return
-    with tempfile.TemporaryDirectory(prefix="duet-grade-") as folder:
+    with TemporaryFolder("grade") as folder:
         try:
             with zipfile.ZipFile(given) as archive:
                 parts = [part for part in archive.infolist() if Path(part.filename).suffix.lower() in ENDINGS]
@@ -182,10 +191,10 @@ def unpacked(given: Path) -> Iterator[Path]:
                     raise BadSetting(
                         f"{given}: holds more than {MOST_PARTS} files or {MOST_BYTES >> 20} MiB; grade a part of it."
                     )
-                archive.extractall(folder, parts)
+                archive.extractall(folder.path, parts)
         except (OSError, EOFError, RuntimeError, ValueError, NotImplementedError, zlib.error, lzma.LZMAError, zipfile.BadZipFile):
             raise BadSetting(f"{given}: is no folder and no ZIP file; give the one with what was handed in.") from None
-        yield Path(folder)
+        yield folder.path
 
 
 def handed_in(folder: Path) -> list[Path]:
@@ -199,7 +208,11 @@ def handed_in(folder: Path) -> list[Path]:
 
 
 def _graded(command: Grade, paths: list[Path], limits: "FenceLimits", weights: dict[str, float]) -> "list[GradedFile]":
-    """Return the rows in the order of the files, and say on stderr how far it is."""
+    """Return the rows in the order of the files, and say on stderr how far it is; after Ctrl+C the rows so far.
+
+    Raises:
+        KeyboardInterrupt: there is no row yet.
+    """
     from app.marks.graded_file import graded
 
     stopped, said = threading.Event(), set[str]()
@@ -213,8 +226,12 @@ def _graded(command: Grade, paths: list[Path], limits: "FenceLimits", weights: d
                 if row.isolation in ISOLATION and row.isolation not in said:
                     said.add(row.isolation)
                     print(f"lwr-duet: {ISOLATION[row.isolation]}", file=sys.stderr)
-        except BaseException:
+        except BaseException as error:
+            # What is under way is given up, and has no marks.
+            so_far = [done for done in work if done.done()]
             stopped.set()
             pool.shutdown(cancel_futures=True)
-            raise
+            if not (so_far and isinstance(error, KeyboardInterrupt)):
+                raise
+            return [done.result() for done in so_far]
         return [done.result() for done in work]

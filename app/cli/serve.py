@@ -16,12 +16,14 @@ from app.cli.options import AllOptions, Flat, settings_of_options
 from app.cli.sweep import cores
 from app.hosting.dispatcher import Dispatcher
 from app.hosting.serve_options import MOST_STUDENTS, ServeOptions
+from app.hosting.store_choice import chosen_store
 from app.hosting.store_file import StoreLock, usual_path
 from app.hosting.teacher_key import AUTO, chosen_key
 from app.hosting.worker_messages import WorkerStart
+from app.runtime.temporary_folder import remove_abandoned
 from app.runtime.terminal import INTERRUPTED, ending_at_once, terminated
 from app.settings import Settings
-from app.web.listening import listen, url_of
+from app.web.listening import listen, listen_near, url_of
 from app.web.origin_policy import OriginPolicy
 from controllers.errors import BadSetting
 from scenes.files import readable
@@ -35,6 +37,9 @@ EDITED: Final = Path("my_law.py")
 
 KEY_VARIABLE: Final = "DUET_KEY"
 """Environment variable with the teacher's key."""
+
+USUAL_PORT: Final = 8080
+"""Port of a server that is not told one, unless another program has it."""
 
 MEMORY: Final = "memory"
 """In place of a file: visitors' work is kept no longer than the server runs."""
@@ -55,8 +60,8 @@ class Serve:
 
     host: str = ServeOptions.host
     """Address to listen on; 0.0.0.0 lets the whole network in."""
-    port: int = 8080
-    """Port to listen on."""
+    port: int | Literal["auto"] = "auto"
+    """Port to listen on; `auto`: 8080, or the next free one, which the start says."""
     open: bool = True
     """Open the browser."""
     sessions: int | Literal["auto"] = "auto"
@@ -93,7 +98,7 @@ class Serve:
     """Edit that file, or my_law.py of this folder, on the page: in lesson 10 and in Compare, on this computer only."""
     store: str | None = None
     """File that keeps what visitors do when the server ends, or `memory` to keep it no longer than the server runs; without this
-    option a file in your home folder."""
+    option a file in your home folder, or one beside it while another server has that."""
     keep: float = ServeOptions.keep / 3600.0
     """How long a visitor's work is kept after the last visit [hours]."""
     store_size: float = ServeOptions.most_bytes / 1e6
@@ -131,7 +136,7 @@ def serve(command: Serve) -> int:
     workers = _workers(command)
     options = ServeOptions(
         host=command.host,
-        port=command.port,
+        port=USUAL_PORT if command.port == "auto" else command.port,
         settings=settings,
         sessions=None if command.sessions == "auto" else command.sessions,
         watchers=command.watchers,
@@ -151,19 +156,43 @@ def serve(command: Serve) -> int:
         lessons=command.lessons,
         playlist=command.playlist,
         ahead=True,
-        store=usual_path() if command.store is None else None if command.store == MEMORY else Path(command.store),
+        store=None if command.store in (None, MEMORY) else Path(command.store),
         keep=3600.0 * command.keep,
         most_bytes=round(1e6 * command.store_size),
         loops=min(workers, cores()),
     )
+    remove_abandoned()
     try:
-        if workers == 1:
-            _serve_alone(command, options)
-        else:
-            _serve_with_workers(command, options, workers)
+        with ExitStack() as held:
+            listener = (listen_near if command.port == "auto" else listen)(options.host, options.port)
+            held.callback(listener.close)
+            options = replace(options, port=listener.getsockname()[1])
+            options = _with_store(command, options, held)
+            if workers == 1:
+                _serve_alone(command, options, listener)
+            else:
+                _serve_with_workers(command, options, listener, workers)
     except KeyboardInterrupt:
         return INTERRUPTED
     return 0
+
+
+def _with_store(command: Serve, options: ServeOptions, held: ExitStack) -> ServeOptions:
+    """Return the options with the file of the visitors, which is locked until `held` ends.
+
+    Raises:
+        StoreRefused: another server has the file that is named, or it is not a store.
+    """
+    # Where there can be no lock there can be no file, which the workers say.
+    with suppress(OSError):
+        if options.store is not None:
+            held.callback(StoreLock(options.store).release)
+        elif command.store is None:
+            options = replace(options, store=usual_path())
+            path, lock = chosen_store(usual_path(), options.port)
+            held.callback(lock.release)
+            options = replace(options, store=path)
+    return options
 
 
 def _edited_law(command: Serve) -> Path | None:
@@ -175,7 +204,7 @@ def _edited_law(command: Serve) -> Path | None:
     if not command.edit_law:
         return None
     shared = {
-        f"--host {readable(command.host)}": not OriginPolicy(command.host, command.port).is_private,
+        f"--host {readable(command.host)}": not OriginPolicy(command.host, USUAL_PORT).is_private,
         "--allow-origin": command.allow_origin,
         "--lecture": command.lecture,
         "--embed-origin": command.embed_origin,
@@ -209,7 +238,7 @@ def _workers(command: Serve) -> int:
     return command.workers
 
 
-def _serve_alone(command: Serve, options: ServeOptions) -> None:
+def _serve_alone(command: Serve, options: ServeOptions, listener: socket.socket) -> None:
     """Serve the page in this process until Ctrl+C."""
     if hasattr(signal, "SIGUSR1"):
         # There are no workers to replace.
@@ -217,44 +246,41 @@ def _serve_alone(command: Serve, options: ServeOptions) -> None:
     with ending_at_once():
         from app.start import start_app
 
-        app = start_app(options)
+        app = start_app(options, listener)
     try:
-        _announce(command, options.key, app.server.get_port(), app.context.workload.places)
+        _announce(command, options, app.context.workload.places)
         app.wait()
     finally:
         app.close(terminated())
 
 
-def _serve_with_workers(command: Serve, options: ServeOptions, most: int) -> None:
+def _serve_with_workers(command: Serve, options: ServeOptions, listener: socket.socket, most: int) -> None:
     """Serve the page in worker processes until Ctrl+C."""
-    with ExitStack() as held:
-        listener = listen(options.host, options.port)
-        port = listener.getsockname()[1]
-        held.callback(listener.close)
-        if options.store is not None:
-            # Where there can be no lock there can be no file, which the workers say.
-            with suppress(OSError):
-                held.callback(StoreLock(options.store).release)
-        # The robots that were read from files are known to this process only.
-        given = None
-        if added_choices():
-            from scenes.robots.robot_files import given_at_start
+    # The robots that were read from files are known to this process only.
+    given = None
+    if added_choices():
+        from scenes.robots.robot_files import given_at_start
 
-            given = given_at_start()
-        dispatcher = Dispatcher(listener, WorkerStart(replace(options, port=port), given), most)
-        try:
-            dispatcher.run(lambda places: _announce(command, options.key, port, places))
-        except BaseException as error:
-            # After a fault a lecture goes on with the next server, as it does after SIGTERM.
-            dispatcher.close(isinstance(error, Exception) or terminated())
-            raise
+        given = given_at_start()
+    dispatcher = Dispatcher(listener, WorkerStart(options, given), most)
+    try:
+        dispatcher.run(lambda places: _announce(command, options, places))
+    except BaseException as error:
+        # After a fault a lecture goes on with the next server, as it does after SIGTERM.
+        dispatcher.close(isinstance(error, Exception) or terminated())
+        raise
 
 
-def _announce(command: Serve, key: str | None, port: int, places: int) -> None:
+def _announce(command: Serve, options: ServeOptions, places: int) -> None:
+    key, port = options.key, options.port
     made = (command.key or os.environ.get(KEY_VARIABLE)) == AUTO
     link = url_of(command.host, port) + (f"/?key={quote(key, safe='')}" if key else "")
     # The output of a service is its log: it has no key but the one that only it can tell.
     print(f"Duet is at {link if made or not key else link.partition('=')[0] + '=KEY'}   (Ctrl+C ends it)", flush=True)
+    if command.port == "auto" and port != USUAL_PORT:
+        print(f"Port {USUAL_PORT} is taken by another program, so this Duet has port {port}.", flush=True)
+    if command.store is None and options.store is not None and options.store != usual_path():
+        print(f"This Duet keeps its visitors in {options.store}: others have their own files there.", flush=True)
     if command.lecture:
         from app.classroom.breakout_places import group_size
         from app.web.address import find_address

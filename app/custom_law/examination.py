@@ -12,7 +12,7 @@ import numpy as np
 from app.custom_law import template
 from app.custom_law.arena import TrialResult
 from app.custom_law.custom_law import CustomLaw, read_law
-from app.custom_law.law_limits import LawLimits, without_core
+from app.custom_law.law_limits import LawLimits, processor_time, without_core
 from app.custom_law.trials import TRIALS, advice, verdict_on
 from app.runtime.job_pool import Job, Jobs
 from controllers.errors import LazyText
@@ -70,10 +70,10 @@ class _Examined(CustomLaw):
 
     def __call__(self, situation: Situation) -> Array:
         check_wanted()
-        begin = perf_counter() - self._without_core
+        begin, used = perf_counter() - self._without_core, self._processor_time
         velocities = super().__call__(situation)
-        # Its process may wait for a core while this one still works, which then counts twice.
-        self._seconds = max(perf_counter() - self._without_core - begin, super().seconds)
+        # Both processes may wait for a core at once, which is then taken off twice: what the law has computed counts in any case.
+        self._seconds = max(perf_counter() - self._without_core - begin, self._processor_time - used, super().seconds)
         # Of a law that fails the velocities are 0.
         self.as_template &= np.allclose(velocities, template.law(situation), rtol=1e-6, atol=1e-9)
         return velocities
@@ -82,6 +82,11 @@ class _Examined(CustomLaw):
     def seconds(self) -> float:
         """Return the time that the newest call took, as seen from here, without the time during which a process waited for a core [s]."""
         return self._seconds
+
+    @property
+    def _processor_time(self) -> float:
+        """Processor time of the law's process so far [s]; 0 if there is no process, or the system does not say."""
+        return (self.pid is not None and processor_time(self.pid)) or 0.0
 
     @property
     def _without_core(self) -> float:

@@ -8,7 +8,6 @@ import secrets
 import signal
 import subprocess
 import sys
-import tempfile
 import threading
 import time
 from collections import defaultdict
@@ -20,9 +19,11 @@ from typing import IO, Any, Final
 
 from app.custom_law.isolation import PROCESSES, guard_memory
 from app.custom_law.law_limits import LawLimits
-from app.custom_law.process import ROOT, kill_group
+from app.custom_law.process import kill_group
+from app.runtime.temporary_folder import TemporaryFolder
 from controllers.compiled import READ, loops_folder
 from controllers.errors import LazyText
+from controllers.own_packages import FOLDER, PACKAGES, own_command
 from scenes.children import ONE_THREAD
 
 _LOOK: Final = 0.05
@@ -68,9 +69,9 @@ def fenced(
         take: gets each answer; what it raises of `ValueError`, `KeyError` and `TypeError` passes, for the file may have written it.
         stopped: asked now and then whether to give up.
     """
-    with tempfile.TemporaryDirectory(prefix="duet-fence-", ignore_cleanup_errors=True) as folder:
+    with TemporaryFolder("fence") as folder:
         token = secrets.token_hex(8)
-        process = _started(folder, [module, json.dumps(asdict(limits.law)), *arguments], token, limits)
+        process = _started(str(folder.path), [module, json.dumps(asdict(limits.law)), *arguments], token, limits)
         lines: queue.Queue[str | None] = queue.Queue()
         for work, given in ((_feed, (process.stdin, text)), (_read, (process.stdout, lines))):
             threading.Thread(target=work, args=given, daemon=True).start()
@@ -104,18 +105,18 @@ def say(answer: Mapping[str, object]) -> None:
 
 def _started(folder: str, work: list[str], token: str, limits: FenceLimits) -> "subprocess.Popen[bytes]":
     environment = {key: os.environ[key] for key in _KEPT if key in os.environ} | ONE_THREAD
-    environment |= {"PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1", "PYTHONUTF8": "1", _TOKEN: token}
+    environment |= {"PYTHONDONTWRITEBYTECODE": "1", "PYTHONUTF8": "1", _TOKEN: token}
     environment[READ] = str(loops_folder().parent)
     environment |= dict.fromkeys(("HOME", "TMPDIR", "TEMP", "TMP"), folder)
-    python = [sys.executable, "-P", "-m"]
+    level = "all" if limits.isolated else "none"
     return subprocess.Popen(
-        [*python, "app.custom_law.isolation", "all" if limits.isolated else "none", folder, _seen(), *python, *work],
+        own_command("app.custom_law.isolation", level, folder, _seen(), *own_command(*work)),
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
         start_new_session=True,
         env=environment,
-        cwd=ROOT,
+        cwd=folder,
     )
 
 
@@ -125,7 +126,7 @@ def _seen() -> str:
     libraries = map(Path, filter(os.path.isabs, os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)))
     paths = [
         *(python / part for python in pythons for part in ("bin", "lib", "lib64", "pyvenv.cfg")),
-        *(ROOT / part for part in ("app", "controllers", "scenes")),
+        *(Path(FOLDER, package) for package in PACKAGES),
         *(Path(place) for place in sys.path if Path(place).name in ("site-packages", "dist-packages")),
         *libraries,
         loops_folder(),
@@ -239,5 +240,6 @@ def _kill(members: list[int]) -> None:
             os.killpg(os.getpgid(member), signal.SIGKILL)
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Say how well the process is fenced, and no more."""
     fenced_input()

@@ -1,5 +1,5 @@
-"""A process of its own for an untrusted file: `python -m app.custom_law.isolation all|none FOLDER SEEN COMMAND …` runs a command with
-limits, and with `all` on Linux, where the system allows it, in namespaces of its own.
+"""A process of its own for an untrusted file. Its arguments are all|none FOLDER SEEN COMMAND …: it runs a command with limits, and with
+`all` on Linux, where the system allows it, in namespaces of its own.
 
 There it sees no process but its own, has no network, and reads no file but the system's programs and libraries and what SEEN names
 (paths with os.pathsep between them). It can write to nothing but FOLDER, which is empty, in memory, and gone with it. When its first
@@ -169,7 +169,3 @@ def _call(name: str, *arguments: Any) -> None:
     if getattr(ctypes.CDLL(None, use_errno=True), name)(*arguments) < 0:
         number = ctypes.get_errno()
         raise OSError(number, f"{name}: {os.strerror(number)}")
-
-
-if __name__ == "__main__":
-    main()

@@ -62,14 +62,14 @@ class Patience:
         self.limit = limit
         self._process = process
         self._begin = time.monotonic()
-        self._used, self._without_core = _used(process), without_core(process)
+        self._used, self._without_core = processor_time(process), without_core(process)
 
     @property
     def over(self) -> bool:
         waited = time.monotonic() - self._begin
         if waited <= self.limit:
             return False
-        used = _used(self._process)
+        used = processor_time(self._process)
         if waited > LONGEST * self.limit or self._used is None or used is None:
             return True
         if _wants_a_core(self._process):
@@ -87,8 +87,8 @@ def without_core(process: int) -> float:
         return 0.0
 
 
-def _used(process: int) -> float | None:
-    """Return the processor time of a process so far [s]; None if the system does not say."""
+def processor_time(process: int) -> float | None:
+    """Processor time of a process so far, all threads [s]; None if the system does not say."""
     if sys.platform != "linux":
         return None
     try:

@@ -91,7 +91,3 @@ def main() -> None:
     set_language(language)  # pyright: ignore[reportArgumentType]
     for verdict in examine(Path(name), limits, text=text):
         say(asdict(verdict) | {"reason": "" if verdict.passed else tr(verdict.reason)})
-
-
-if __name__ == "__main__":
-    main()

@@ -10,7 +10,6 @@ import signal
 import socket
 import struct
 import subprocess
-import sys
 import time
 import weakref
 from collections import deque
@@ -19,16 +18,14 @@ from pathlib import Path
 from time import monotonic
 from typing import Final, Literal, TypeVar
 
-import app
 from app.custom_law.law_file import FILENAME, quoted
 from app.custom_law.law_limits import LawLimits, LawProblem, Patience, problem_of
 from app.custom_law.wire import BROKEN, Failure, FileLoaded, LawQuestion, LoadFile, Numbers, Reply, Started, decode_reply, encode
 from controllers.errors import LazyText, joined
+from controllers.own_packages import own_command
 from scenes.children import ONE_THREAD
 from scenes.files import readable
 
-ROOT: Final = Path(app.__file__).resolve().parent.parent
-"""Where the packages are."""
 _TRACE: Final = 0.2
 """Time that a process has for reporting where it is, before it is ended [s]; while it waits for a core it has more."""
 _IN_FILE: Final = re.compile(rb'File "' + re.escape(FILENAME).encode() + rb'", line (\d+)')
@@ -48,9 +45,8 @@ def _started(path: Path, memory: int) -> "tuple[subprocess.Popen[bytes], Connect
         _break_when_stalled(ours)
     else:
         os.set_handle_inheritable(handle, True)  # pyright: ignore[reportAttributeAccessIssue]
-    known = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
     process = subprocess.Popen(
-        [sys.executable, "-P", "-m", "app.custom_law.worker", str(handle), str(memory), str(path)],
+        own_command("app.custom_law.worker", str(handle), str(memory), str(path)),
         stdin=subprocess.PIPE,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
@@ -58,7 +54,7 @@ def _started(path: Path, memory: int) -> "tuple[subprocess.Popen[bytes], Connect
         close_fds=posix,
         # Ctrl+C is for the page, and what the law starts goes with it.
         start_new_session=True,
-        env=os.environ | ONE_THREAD | {"PYTHONPATH": os.pathsep.join(known)},
+        env=os.environ | ONE_THREAD,
         cwd=path.parent,
     )
     theirs.close()
@@ -100,6 +96,8 @@ def kill_group(process: "subprocess.Popen[bytes]") -> None:
 
 _SLICE: Final = 0.02
 """Time between two checks of the limit while a call waits [s]."""
+_LONG_SLICE: Final = 0.25
+"""The same where a call waits without a limit of its own: a process that looks often waits for a core as often, see `examination`."""
 
 _R = TypeVar("_R", bound=Reply)
 
@@ -207,10 +205,10 @@ class LawProcess:
 
     def _receive(self, kind: type[_R], seconds: float) -> _R | None:
         """Return the next reply, which must be of a kind; None if it is not there in time."""
-        end = monotonic() + seconds
+        end, pause = monotonic() + seconds, _SLICE if seconds < math.inf else _LONG_SLICE
         while True:
             left = max(end - monotonic(), 0.0)
-            body = self._body(min(left, _SLICE))
+            body = self._body(min(left, pause))
             if body is None and self._patience.over:
                 # It may have come while the clocks were read.
                 body = self._body(0.0)
@@ -218,7 +216,7 @@ class LawProcess:
                     raise self._too_long()
             if body is not None:
                 return self._reply(kind, body)
-            if left <= _SLICE:
+            if left <= pause:
                 return None
 
     def _reply(self, kind: type[_R], body: bytes) -> _R:

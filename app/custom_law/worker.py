@@ -1,4 +1,4 @@
-"""The process of a custom law: `python -m app.custom_law.worker CONNECTION MEMORY PATH`. It gets the file, then answers.
+"""The process of a custom law, with the arguments CONNECTION MEMORY PATH. It gets the file, then answers.
 
 What the file prints is discarded, only answers reach the page, and the process ends with the page. This protects against mistakes,
 not against malice: the author of the file can do what the user can do.
@@ -105,7 +105,3 @@ def _answer(law: LawFile, question: wire.LawQuestion) -> wire.Numbers:
     if isinstance(question, wire.ActivationsQuestion):
         return wire.Numbers(law.activations(distances).tobytes())
     return wire.Numbers(law.rates(distances, question.pull, question.approach, question.square).tobytes())
-
-
-if __name__ == "__main__":
-    main()

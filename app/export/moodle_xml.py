@@ -3,6 +3,7 @@
 Formulas stay LaTeX, between \\( and \\), which Moodle's MathJax filter sets. The format: docs.moodle.org, Moodle XML format.
 """
 
+import re
 from collections.abc import Iterator
 from html import escape
 from typing import Final
@@ -31,6 +32,10 @@ NO_UNITS: Final = "3"
 """Of a numerical question: the answer is a bare number, and its unit stands in the question."""
 
 
+NOT_IN_XML: Final = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""Characters that no XML document may have, not even as a reference (XML 1.0, section 2.2)."""
+
+
 def moodle_xml(lesson: Lesson) -> bytes:
     """Return a file that Moodle's question bank imports, in the current language; the questions go into a category of the lesson."""
     quiz = Element("quiz")
@@ -43,7 +48,8 @@ def moodle_xml(lesson: Lesson) -> bytes:
         if step.challenge is not None:
             quiz.extend(_numerical(paper, step.challenge))
     indent(quiz)
-    return tostring(quiz, encoding="utf-8", xml_declaration=True)
+    text = tostring(quiz, encoding="unicode")
+    return f"<?xml version='1.0' encoding='utf-8'?>\n{NOT_IN_XML.sub('', text)}".encode()
 
 
 def _multiple_choice(paper: PaperStep, question: Question) -> Element:

@@ -12,6 +12,7 @@ from app.hosting.visitor_record import VisitorRecord, link_of, tab_id
 from app.i18n.speaking import N_
 from app.lessons.session.lesson_session import LessonSession
 from app.session.session import Session
+from app.settings import OPENED
 
 AWAY: Final = 600.0
 """How long a live session waits for its visitor [s]."""
@@ -55,7 +56,7 @@ class StoreState(NamedTuple):
 
 @dataclass(frozen=True)
 class _Parked:
-    link: dict[str, str]
+    query: Mapping[str, str]
     session: Session
     lessons: LessonSession
     since: float
@@ -136,7 +137,7 @@ class SessionStore:
         """
         tab = tab_id(query) or ""
         parked = self._parked.get(tab)
-        if parked is not None and parked.link == link_of(query):
+        if parked is not None and link_of(parked.query) == link_of(query):
             return None
         if tab and self._file is not None:
             answer = self._file.ask(tab)
@@ -155,7 +156,7 @@ class SessionStore:
             return
         session.hold(None)
         self._close(tab)
-        self._parked[tab] = _Parked(link_of(query), session, lessons, self._clock())
+        self._parked[tab] = _Parked(query, session, lessons, self._clock())
         self.tidy()
 
     def claim(self, query: Mapping[str, str]) -> tuple[Session, LessonSession] | None:
@@ -163,11 +164,16 @@ class SessionStore:
         self.tidy()
         tab = tab_id(query) or ""
         parked = self._parked.get(tab)
-        if parked is None or parked.link != link_of(query):
+        if parked is None or link_of(parked.query) != link_of(query):
             self._close(tab)
             return None
         del self._parked[tab]
         return parked.session, parked.lessons
+
+    def is_reload(self, query: Mapping[str, str]) -> bool:
+        """True if the tab of a live session has loaded its page again; False if only its connection was lost."""
+        parked = self._parked.get(tab_id(query) or "")
+        return parked is not None and parked.query.get(OPENED) != query.get(OPENED)
 
     def tidy(self) -> None:
         """Drop what is too old or too much."""

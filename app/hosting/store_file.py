@@ -53,6 +53,10 @@ class StoreRefused(DuetError):
     """The file belongs to another server or another program; the message names the remedy."""
 
 
+class StoreTaken(StoreRefused):
+    """Another server keeps its visitors in the file."""
+
+
 class Unusable(Exception):
     """The file is damaged, or not one of this version; the message says which."""
 
@@ -82,7 +86,8 @@ class StoreLock:
     """Holds a store for one server until it is released or its process dies. Worker processes open the file without it.
 
     Raises:
-        StoreRefused: another server holds it, or it is no store.
+        StoreTaken: another server holds it.
+        StoreRefused: it is not a store.
         OSError: there can be no file.
     """
 
@@ -92,15 +97,28 @@ class StoreLock:
                 f"{path} is not a store of Duet; name another file with --store, or keep nothing with --store memory."
             )
         path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-        self._file = os.open(path.with_name(path.name + ".lock"), os.O_RDWR | os.O_CREAT, 0o600)
+        self._file = os.open(_lock_of(path), os.O_RDWR | os.O_CREAT, 0o600)
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             os.close(self._file)
-            raise StoreRefused(
+            raise StoreTaken(
                 f"Another server keeps its visitors in {path}; give this one a file of its own with --store other.sqlite, "
                 "or --store memory to keep nothing."
             ) from None
+
+    def note_port(self, port: int) -> None:
+        """Leave the port of the server in the lock's file, for the next one; see `last_port`."""
+        os.ftruncate(self._file, 0)
+        os.pwrite(self._file, f"{port}\n".encode(), 0)
+
+    @staticmethod
+    def last_port(path: Path) -> int | None:
+        """Port of the server that has or had a store; None if it is unknown."""
+        try:
+            return int(_lock_of(path).read_bytes()[:6])
+        except (OSError, ValueError):
+            return None
 
     def release(self) -> None:
         os.close(self._file)
@@ -226,6 +244,10 @@ class StoreFile:
 
     def close(self) -> None:
         self.connection.close()
+
+
+def _lock_of(path: Path) -> Path:
+    return path.with_name(path.name + ".lock")
 
 
 def is_passing(error: BaseException) -> bool:

@@ -24,7 +24,7 @@ from app.page.view import View
 from app.session.clock import NOT_THE_VISITORS
 from app.session.frame import Frame, freeze, make_frame
 from app.session.session import Session
-from app.settings import ATTACK, MOTION, PANEL, PUSH, WHOLE, Language, Settings
+from app.settings import ATTACK, MOTION, OPENED, PANEL, PUSH, WHOLE, Language, Settings
 from app.web.request import browser_language, request_query
 from controllers.errors import BadInputFile, BadSetting, LazyText
 from scenes.run_text import run_of_text
@@ -80,6 +80,7 @@ class Visitor:
         self._edited = context.options.edited_law if private and context.server.is_owners(client.client_id) else None
         self._browser: Language = browser_language(client)
         self.beside: tuple[Beside, ...] = ()
+        self._reloaded = context.store.is_reload(self.query)
         parked = context.store.claim(self.query)
         self._welcomes = private and parked is None and record is None and is_for_newcomers(self.query)
         self._welcome: Welcome | None = None
@@ -118,9 +119,13 @@ class Visitor:
                 self.operation.notify_problems((*self._problems, *open_link(self.lessons, self.query, self._record)))
                 self.operation.notify_lessons(self._context.book)
         if self.is_back:
+            if self._reloaded:
+                self._replay_link()
             return
         if self._record is not None and same_tab(self._record.query, self.query):
             yield from run_again(self.session, self.lessons, self._record)
+            if self._record.query.get(OPENED) != self.query.get(OPENED):
+                self._replay_link()
         else:
             self._begin_run()
 
@@ -143,6 +148,10 @@ class Visitor:
         """Do what a link asks of a run that begins, besides settings and lesson."""
         if MOTION in self.query and not self.lessons.open:
             self.session.halt.set("visitor")
+        self._replay_link()
+
+    def _replay_link(self) -> None:
+        """Replay the run that a link holds; the visitor's own run stands meanwhile, and goes on when the replay is left."""
         if ATTACK in self.query:
             try:
                 self.session.studies.counterexample.open(self.query[ATTACK])

@@ -3,12 +3,9 @@
 import asyncio
 import logging
 import secrets
-import shutil
 import subprocess
-import tempfile
 from collections import deque
 from dataclasses import replace
-from pathlib import Path
 from time import monotonic
 from typing import Any, Final
 
@@ -16,6 +13,7 @@ from app.hosting import worker_messages as messages
 from app.hosting.worker_messages import WorkerStart
 from app.hosting.worker_process import WorkerProcess
 from app.runtime.job_address import JobAddress, start_job_server
+from app.runtime.temporary_folder import TemporaryFolder
 from app.web.traffic_limits import remember
 from controllers.errors import DuetError
 
@@ -64,8 +62,8 @@ class WorkerGroup:
 
     def __init__(self, loop: asyncio.AbstractEventLoop, start: WorkerStart, most: int) -> None:
         self._loop, self._most = loop, most
-        self._folder = Path(tempfile.mkdtemp(prefix="duet-"))
-        self._address = JobAddress(str(self._folder / "jobs"), secrets.token_bytes(16))
+        self._folder = TemporaryFolder("serve")
+        self._address = JobAddress(str(self._folder.path / "jobs"), secrets.token_bytes(16))
         self._start = replace(start, run=secrets.token_hex(8), jobs=self._address)
         self._jobs: subprocess.Popen[bytes] | None = None
         self._short: dict[int, int] = {}
@@ -99,7 +97,7 @@ class WorkerGroup:
                 # A job that is under way is of no use any more.
                 self._jobs.kill()
                 self._jobs.wait()
-        shutil.rmtree(self._folder, ignore_errors=True)
+        self._folder.remove()
 
     # ---- tabs --------------------------------------------------------------------------------------------------------------
 

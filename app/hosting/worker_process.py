@@ -3,7 +3,6 @@
 import contextlib
 import socket
 import subprocess
-import sys
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from typing import Any, Final
@@ -11,6 +10,7 @@ from typing import Any, Final
 from app.hosting.worker_messages import ClientCount, WorkerStart
 from app.web.listening import hand_over
 from app.web.traffic_limits import BoundedQueue, remember
+from controllers.own_packages import own_command
 
 LATELY: Final = 3.0
 """How long a tab that was handed over counts, until it is likely to have a place [s]."""
@@ -47,7 +47,7 @@ class WorkerProcess:
             control, other = map(opened.enter_context, Pipe())
             numbers = theirs.fileno(), other.fileno()
             # In a group of its own: Ctrl+C in the terminal is for the dispatcher.
-            command = (sys.executable, "-m", "app.serve_worker", *map(str, numbers))
+            command = own_command("app.serve_worker", *map(str, numbers))
             self.process = subprocess.Popen(command, pass_fds=numbers, stdin=subprocess.DEVNULL, process_group=0)
             theirs.close()
             other.close()

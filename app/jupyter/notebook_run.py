@@ -3,11 +3,9 @@
 import hashlib
 import math
 import secrets
-import tempfile
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from dataclasses import replace
-from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
@@ -19,6 +17,7 @@ from app.hosting.serve_options import ServeOptions
 from app.hosting.teacher_key import is_teacher
 from app.lessons.bookmark import Bookmark
 from app.recording.outcome import history_columns
+from app.runtime.temporary_folder import TemporaryFolder, remove_abandoned
 from app.session.actions import Action
 from app.session.session import Session
 from app.settings import Settings
@@ -126,7 +125,8 @@ class NotebookRun:
         self._session, self._lessons = self._app.host.session, self._app.host.lessons
         self._session.takers["notebook"] = self._take
         self._given = GivenVelocities(np.zeros(0))
-        self._folder = tempfile.TemporaryDirectory(prefix="duet-notebook-", ignore_cleanup_errors=True)
+        remove_abandoned()
+        self._folder = TemporaryFolder("notebook")
 
     def __repr__(self) -> str:
         if self.closed:
@@ -215,7 +215,7 @@ class NotebookRun:
         if text is None:
             self._ask(lambda session: session.let_custom_law_run(False))
             return
-        path = Path(self._folder.name) / "law.py"
+        path = self._folder.path / "law.py"
         path.write_text(text, encoding="utf-8")
 
         def begin(session: Session) -> None:
@@ -301,7 +301,7 @@ class NotebookRun:
         if not self.closed:
             self.closed = True
             self._app.close()
-            self._folder.cleanup()
+            self._folder.remove()
 
     def _take(self, action: Action) -> bool:
         if isinstance(action, Ask) and not action.answer.done():

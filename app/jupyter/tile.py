@@ -4,18 +4,20 @@ import secrets
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
+
+ICON: Final = Path(__file__).parents[1] / "web" / "static" / "mark.svg"
+"""Our mark, for the launcher."""
 
 
 def tile() -> dict[str, Any]:
     """Return how jupyter-server-proxy starts Duet, and how it shows it."""
-    icon = Path(__file__).parents[1] / "web" / "static" / "mark.svg"
     made = proxied(("--store", "memory", "--workers", "1", "--edit-law"))
     # Only what comes through this notebook server, and its login, has the secret; and who comes so can run programs here anyway.
     secret = secrets.token_urlsafe(32)
     made["environment"] = {"DUET_PROOF": secret}
     made["request_headers_override"]["X-Duet-Proof"] = secret
-    return {**made, "launcher_entry": {"title": "Duet", "icon_path": str(icon)}}
+    return {**made, "launcher_entry": {"title": "Duet", "icon_path": str(ICON)}}
 
 
 def proxied(options: Sequence[str]) -> dict[str, Any]:

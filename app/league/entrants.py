@@ -136,7 +136,3 @@ def main() -> None:
         except (_Failed, BadInputFile) as error:
             outcome = Outcome(None, None, (), None, str(error))
     say({"outcome": asdict(outcome)})
-
-
-if __name__ == "__main__":
-    main()

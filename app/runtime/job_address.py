@@ -1,9 +1,10 @@
 """Where processes find the pool of jobs that they share, and how it is started; imports nothing slow."""
 
 import subprocess
-import sys
 from pathlib import Path
 from typing import NamedTuple
+
+from controllers.own_packages import own_command
 
 
 class JobAddress(NamedTuple):
@@ -17,8 +18,7 @@ def start_job_server(address: JobAddress) -> "subprocess.Popen[bytes]":
     """Start a process that runs jobs until its standard input is closed; see `app.runtime.shared_jobs.main`."""
     # An earlier one may have been killed.
     Path(address.path).unlink(missing_ok=True)
-    command = (sys.executable, "-c", "from app.runtime.shared_jobs import main; main()")
-    process = subprocess.Popen(command, stdin=subprocess.PIPE, process_group=0)
+    process = subprocess.Popen(own_command("app.runtime.shared_jobs"), stdin=subprocess.PIPE, process_group=0)
     assert process.stdin is not None
     process.stdin.write(f"{address.path} {address.secret.hex()}\n".encode())
     process.stdin.flush()

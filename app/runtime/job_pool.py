@@ -2,7 +2,6 @@
 
 import itertools
 import logging
-import multiprocessing
 import os
 import threading
 from abc import ABC, abstractmethod
@@ -15,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any, Final, Literal
 
 from controllers.errors import DuetError, LazyText
-from scenes.children import inheriting, leave_with_parent
+from scenes.children import SPAWN, inheriting, leave_with_parent
 from scenes.robots.robot_files import GivenAtStart, given_at_start, take_over
 from scenes.wanted import check_wanted, until
 
@@ -158,7 +157,6 @@ class JobPool(Jobs):
     def __init__(self, workers: int | None = None) -> None:
         super().__init__()
         self.workers = workers or max(1, min((os.cpu_count() or 1) - 1, 4))
-        self._context = multiprocessing.get_context("spawn")
         # Which ticket is to stop in each place; read by the workers.
         self._stop: Any = None
         self._pool: ProcessPoolExecutor | None = None
@@ -233,8 +231,10 @@ class JobPool(Jobs):
         self._running[place] = job
         try:
             if self._pool is None:
-                self._stop = self._context.RawArray(c_longlong, self.workers)
-                self._pool = ProcessPoolExecutor(self.workers, self._context, _begin, (self._stop, given_at_start()))
+                self._stop = SPAWN.RawArray(c_longlong, self.workers)
+                with inheriting():
+                    # Its locks start a process, too.
+                    self._pool = ProcessPoolExecutor(self.workers, SPAWN, _begin, (self._stop, given_at_start()))
             pool = self._pool
             self._stop[place] = 0  # The job may be the one that was put back here.
             with inheriting():

@@ -7,9 +7,12 @@ import contextlib
 import errno
 import socket
 import sys
-from typing import Any
+from typing import Any, Final
 
 from controllers.errors import BadSetting, DuetError
+
+MOST_TRIED: Final = 20
+"""Ports that `listen_near` tries."""
 
 
 class PortInUse(DuetError):
@@ -62,6 +65,19 @@ def listen(host: str, port: int) -> socket.socket:
             f"host {host!r} is not an address of this computer; valid: 127.0.0.1, 0.0.0.0 or an address of its own"
         ) from error
     return listener
+
+
+def listen_near(host: str, first: int) -> socket.socket:
+    """Return a socket that listens on the first free port from `first` on; see `listen`.
+
+    Raises:
+        PortInUse: all of them are taken.
+        BadSetting: the host can't be used at all.
+    """
+    for port in range(first, first + MOST_TRIED - 1):
+        with contextlib.suppress(PortInUse):
+            return listen(host, port)
+    return listen(host, first + MOST_TRIED - 1)
 
 
 def url_of(host: str, port: int) -> str:

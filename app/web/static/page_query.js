@@ -1,5 +1,6 @@
 // What the server is to know of the browser, beside what the address says; connection.js sends it.
-duet.query = { window: `${innerWidth}x${innerHeight}` };
+// `opened` is another one after a reload, and the same one after a lost connection.
+duet.query = { window: `${innerWidth}x${innerHeight}`, opened: `${Math.round(performance.timeOrigin)}` };
 if (matchMedia("(prefers-reduced-motion: reduce)").matches) duet.query.motion = "less";
 {
   // How many controls this browser's visitor wants; a link may say otherwise.

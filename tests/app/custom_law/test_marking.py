@@ -6,10 +6,11 @@ import os
 import re
 import secrets
 import socket
+import subprocess
 import sys
 import zipfile
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from functools import partial
 from pathlib import Path
 from textwrap import dedent
@@ -194,7 +195,25 @@ def test_no_memory_is_hidden(place: str, isolated: bool) -> None:
     assert marks.ended == "it took more than 300 MiB of memory"
 
 
-def test_a_law_that_changes_the_clock_is_not_quick() -> None:
+@pytest.fixture(params=[0, 4], ids=["a core of its own", "a busy core"])
+def busy(request: pytest.FixtureRequest) -> Iterator[None]:
+    """What is started, and this process, share one core with a number of others that never rest."""
+    if not request.param:
+        yield
+        return
+    if not hasattr(os, "sched_setaffinity"):
+        pytest.skip("this system does not bind processes to a core")
+    cores = os.sched_getaffinity(0)
+    with ExitStack() as opened:
+        opened.callback(os.sched_setaffinity, 0, cores)
+        os.sched_setaffinity(0, {min(cores)})
+        for _ in range(request.param):
+            # By its id, whatever comes.
+            opened.callback(subprocess.Popen([sys.executable, "-c", "while True: pass"]).kill)
+        yield
+
+
+def test_a_law_that_changes_the_clock_is_not_quick(busy: None) -> None:
     clock = """
     import time
     import app.custom_law.law_file

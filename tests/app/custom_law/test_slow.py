@@ -187,7 +187,7 @@ def test_a_curve_of_the_law_is_there_a_moment_later(file: Path) -> None:
 def test_time_limits_on_a_busy_machine(monkeypatch: pytest.MonkeyPatch) -> None:
     machine = SimpleNamespace(now=0.0, used=0.0, wants=True, without_core=0.0)
     monkeypatch.setattr(law_limits.time, "monotonic", lambda: machine.now)
-    monkeypatch.setattr(law_limits, "_used", lambda process: machine.used)
+    monkeypatch.setattr(law_limits, "processor_time", lambda process: machine.used)
     monkeypatch.setattr(law_limits, "_wants_a_core", lambda process: machine.wants)
     monkeypatch.setattr(law_limits, "without_core", lambda process: machine.without_core)
     # A process that computes or sleeps is too long.
@@ -217,11 +217,11 @@ def test_time_limits_on_a_busy_machine(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.skipif(sys.platform != "linux", reason="only there it is known")
 def test_this_process_by_its_own_number() -> None:
     """It runs, uses time, and what is no process neither runs nor does."""
-    before = law_limits._used(os.getpid())
+    before = law_limits.processor_time(os.getpid())
     assert before is not None and before > 0.0
     sum(range(1_000_000))
-    after = law_limits._used(os.getpid())
+    after = law_limits.processor_time(os.getpid())
     assert after is not None and after > before
     assert law_limits._wants_a_core(os.getpid())
     gone = 2**22 + 1
-    assert law_limits._used(gone) is None and not law_limits._wants_a_core(gone)
+    assert law_limits.processor_time(gone) is None and not law_limits._wants_a_core(gone)

@@ -2,6 +2,7 @@
 Moodle XML, read back by a parser, in three languages."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from xml.etree.ElementTree import Element, fromstring
 
@@ -228,3 +229,31 @@ def test_the_command_writes_a_file_a_lesson(tmp_path: Path, capsys: pytest.Captu
     assert path.name == "lesson-03-strict-priority-sl.xml" and fromstring(path.read_bytes()).tag == "quiz"
     assert main(["handout", "--moodle", "--teacher", "--out", str(tmp_path)]) != 0
     assert "leave --teacher out" in capsys.readouterr().err
+
+
+ILLEGAL = "\x00\x01\x08\x0b\x0c\x0e\x1f\ud800\udfff\ufffe\uffff"
+"""Characters that no XML document may have; a tab, a line break and \x7f are allowed, and stay."""
+
+
+@pytest.mark.parametrize("escaped", [False, True])
+def test_characters_that_xml_does_not_allow_are_left_out(escaped: bool) -> None:
+    """As they are, and as references of HTML, which Markdown resolves."""
+    lesson = lesson_of("en", 3)
+    odd = "".join(f"&#{ord(one)};" for one in ILLEGAL) if escaped else ILLEGAL
+    steps = [
+        replace(
+            step,
+            title=f"ti{odd}tle",
+            question=step.question and replace(step.question, text=f"wh{odd}at? \x7f😀", choices=(*step.question.choices,)),
+        )
+        for step in lesson.steps
+    ]
+    quiz = fromstring(moodle_xml(replace(lesson, title=f"na{odd}me", steps=tuple(steps))))
+    questions = quiz.findall("question")
+    assert len(questions) > 2
+    asked = [text(one, "questiontext") for one in questions if one.get("type") == "multichoice"]
+    assert asked and all("\x7f😀" in one for one in asked)
+    if not escaped:
+        # Markdown has a sign of its own for some of them.
+        assert all(re.search("wh[\ufffd\\s]*at\\?", one) for one in asked)
+        assert re.search("na[\ufffd\\s]*me$", text(questions[0], "category"))

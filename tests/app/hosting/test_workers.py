@@ -232,8 +232,9 @@ def real(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
     chosen = threading.Event()
     command = worker_process.subprocess.Popen
 
-    def start(parts: tuple[str, ...], **options: Any) -> Any:
-        idle = [part.replace("app.serve_worker", "tests.app.hosting.idle_worker") for part in parts]
+    def start(parts: list[str], **options: Any) -> Any:
+        descriptors = parts[parts.index("app.serve_worker") + 1 :]
+        idle = [sys.executable, "-m", "tests.app.hosting.idle_worker", *descriptors]
         return command(parts if chosen.is_set() else idle, **options)
 
     monkeypatch.setattr(worker_process, "subprocess", SimpleNamespace(**{**vars(subprocess), "Popen": start}))

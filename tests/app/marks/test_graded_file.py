@@ -1,6 +1,9 @@
 """Whose a file is, and what it is worth; the marks themselves are in `tests/app/custom_law/test_marking.py`."""
 
+import csv
 import os
+import signal
+import subprocess
 import threading
 from pathlib import Path
 
@@ -16,8 +19,10 @@ from app.lessons.loading import load_lessons
 from app.marks import graded_file
 from app.marks.graded_file import GradedFile, Student, graded, returned_line, student_of, weights_of
 from app.marks.mark_files import StudentMarks, feedback_page
+from app.runtime.terminal import INTERRUPTED, TERMINATED
 from app.settings import Language
 from controllers.errors import DuetError, LazyText
+from controllers.own_packages import own_command
 
 *_, BOUNDED, _ = TRIALS
 
@@ -93,3 +98,30 @@ def test_a_full_disk_costs_no_points(tmp_path: Path, monkeypatch: pytest.MonkeyP
         row_of(tmp_path / "law.py")
     (tmp_path / "folder.py").mkdir()
     assert "a folder" in row_of(tmp_path / "folder.py").reason
+
+
+SLOW_LAW = "import time\n\n\ndef law(situation):\n    time.sleep(0.01)\n    return situation.nominal\n"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_grading_writes_what_it_has_graded(tmp_path: Path, number: signal.Signals) -> None:
+    folder, table, worksheet = tmp_path / "in", tmp_path / "marks.csv", tmp_path / "moodle.csv"
+    folder.mkdir()
+    (folder / "a.html").write_text("<p>no report", encoding="utf-8")
+    (folder / "b.py").write_text(SLOW_LAW, encoding="utf-8")
+    command = own_command("app.__main__", "grade", str(folder), "--csv", str(table), "--moodle", str(worksheet), "--jobs", "1")
+    with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=tmp_path) as grading:
+        try:
+            assert grading.stderr is not None and grading.stdout is not None
+            assert grading.stderr.readline().startswith("1/2 a.html")
+            grading.send_signal(number)
+            said = grading.stderr.read()
+            assert grading.wait(60.0) == (INTERRUPTED if number == signal.SIGINT else TERMINATED)
+            assert grading.stdout.read() == ""
+        finally:
+            grading.kill()
+    assert said == f"lwr-duet: interrupted; {table} has 1 of 2 files, and nothing else was written.\n"
+    with table.open(encoding="utf-8-sig", newline="") as file:
+        assert [row[0] for row in csv.reader(file)][1:] == ["a.html"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["in", "marks.csv"]

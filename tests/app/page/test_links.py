@@ -10,6 +10,7 @@ import numpy as np
 from app.bench.headless_client import HeadlessClient
 from app.session.session import Session
 from app.settings import Settings
+from app.start import App
 from scenes.rerun import rerun
 from scenes.run_text import run_of_text
 from scenes.settings import values
@@ -17,6 +18,7 @@ from scenes.targets import HandTarget
 from tests.app.conftest import Arrive, Guest, OpenHouse, live_sessions
 from tests.app.page.by_hand import USUAL, WRIST, chosen, control, run_on, see_plots, set_by_hand, visit
 from tests.app.page.helpers import click, notes, shown
+from tests.app.runtime.processes import until as wait_until
 from tests.browser import PageAt, until, world_position
 
 
@@ -101,6 +103,11 @@ def pushed(one: Guest) -> str:
     return found[1]
 
 
+def until_parked(app: App, one: Guest) -> None:
+    """Wait until the server has noticed that a page is gone."""
+    wait_until(lambda: one.number not in live_sessions(app))
+
+
 def test_a_push_is_counted_and_its_link_replays_it_in_another_browser(house: OpenHouse, arrive: Arrive) -> None:
     app = house()
     one = arrive(app, "lesson=hold&step=3")
@@ -122,6 +129,23 @@ def test_a_push_is_counted_and_its_link_replays_it_in_another_browser(house: Ope
     other.wait(lambda s: s.player.replay is not None and s.player.replay.step == len(table))
     ended = other.ask(lambda s: player.replay and player.replay.simulation.history.table(1)[0].tobytes())
     assert ended == table[-1].tobytes()
+    # The visitor leaves it, and has a run: a lost line keeps that, and after a reload it waits behind the replay.
+    tab = f"{link}&resume=0123456789abcdef0123456789abcdef"
+    first = arrive(app, f"{tab}&opened=1")
+    first.wait(lambda s: s.player.replay is not None)
+    first.ask(lambda s: s.player.leave())
+    first.run_on(0.1)
+    steps = first.session.simulation.steps
+    for opened, replays in (("1", False), ("2", True), ("3", True)):
+        first.visitor.close()
+        until_parked(app, first)
+        again = arrive(app, f"{tab}&opened={opened}")
+        again.visitor.wait_for(lambda v: "Try to touch it" in shown(v))
+        assert again.session is first.session and again.session.simulation.steps >= steps
+        if replays:
+            again.wait(lambda s: s.player.replay is not None)
+        assert (again.session.player.loaded != "") == replays
+        first = again
     for damaged, why in ((link[:-3], "push: the link is damaged"), (f"{link}{'A' * 3500}", "push: is longer than 3000")):
         third = arrive(app, damaged)
         third.visitor.wait_for(lambda v, why=why: any(why in note for note in notes(v)))

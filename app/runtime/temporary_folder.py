@@ -1,0 +1,69 @@
+"""Folders in the system's temporary folder that go with their process; where that was killed, with the next start."""
+
+import fcntl
+import os
+import shutil
+import tempfile
+import weakref
+from pathlib import Path
+from types import TracebackType
+from typing import Final, Self
+
+PREFIX: Final = "duet-"
+"""First letters of the folders' names."""
+
+LOCK: Final = "owner.lock"
+"""File in each folder that its process holds locked while it lives (flock): a folder with a lock that is free has no owner."""
+
+
+class TemporaryFolder:
+    """A new folder for this user alone. It is removed by `remove`, at the end of a `with`, and at the end of this process.
+
+    Args:
+        purpose: word in its name.
+
+    Attributes:
+        path: the folder; the lock is outside of it.
+    """
+
+    def __init__(self, purpose: str) -> None:
+        whole = Path(tempfile.mkdtemp(prefix=f"{PREFIX}{purpose}-"))
+        draft = whole / "new"
+        lock = os.open(draft, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600)
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        # It has its name only once it is locked, so that no other process finds it free.
+        draft.rename(whole / LOCK)
+        self.path = whole / "in"
+        self.path.mkdir(0o700)
+        self.remove = weakref.finalize(self, _remove, whole, lock)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.remove()
+
+
+def _remove(folder: Path, lock: int) -> None:
+    shutil.rmtree(folder, ignore_errors=True)
+    os.close(lock)
+
+
+def remove_abandoned() -> None:
+    """Remove this user's folders of processes that were killed."""
+    for lock in Path(tempfile.gettempdir()).glob(f"{PREFIX}*/{LOCK}"):
+        try:
+            if lock.parent.is_symlink() or lock.parent.stat().st_uid != os.geteuid():
+                continue
+            number = os.open(lock, os.O_RDWR | os.O_NOFOLLOW)
+        except OSError:
+            # Another process removes it now.
+            continue
+        try:
+            fcntl.flock(number, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            shutil.rmtree(lock.parent, ignore_errors=True)
+        except OSError:
+            # Its process lives.
+            continue
+        finally:
+            os.close(number)

@@ -1,0 +1,171 @@
+"""Every command and all its processes import our files and Python's own, whatever the names of the files in the current folder."""
+
+import ast
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from app.cli.grade import NewLaw, new_law
+from app.runtime.terminal import TERMINATED
+from controllers.own_packages import FOLDER, own_command
+from tests.app.runtime.processes import until
+from tests.app.served import is_whole
+from tests.blocking_client import BlockingClient
+from tests.test_imports import ROOT
+
+pytestmark = pytest.mark.slow
+
+OURS = ("app", "controllers", "scenes")
+LIBRARY = (
+    "random",
+    "types",
+    "socket",
+    "json",
+    "logging",
+    "queue",
+    "struct",
+    "tempfile",
+    "selectors",
+    "typing",
+    "signal",
+    "numpy",
+)
+
+PATIENCE = 240.0
+
+
+@pytest.fixture
+def strange(tmp_path: Path) -> Path:
+    """A folder with files of such names, each of which says that it was imported, and fails."""
+    folder = tmp_path / "work"
+    folder.mkdir()
+    for name in (*OURS, *LIBRARY):
+        text = f"open({str(tmp_path / 'imported')!r}, 'a').write({name!r} + ' ')\nraise SystemExit('the wrong file')\n"
+        (folder / f"{name}.py").write_text(text, encoding="utf-8")
+    return folder
+
+
+@pytest.fixture
+def program(tmp_path: Path) -> list[str]:
+    """The installed command, which pip writes like this: Python finds what is in its folder, and not what is in the current one."""
+    script = tmp_path / "bin" / "lwr-duet"
+    script.parent.mkdir()
+    script.write_text(
+        "import sys\nfrom app.__main__ import entry\nif __name__ == '__main__':\n    sys.exit(entry())\n", encoding="utf-8"
+    )
+    return [sys.executable, str(script)]
+
+
+def imported(folder: Path) -> str:
+    """Names of the folder's files that were imported."""
+    said = folder.parent / "imported"
+    return said.read_text(encoding="utf-8") if said.exists() else ""
+
+
+ENVIRONMENT = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "PYTHONSAFEPATH")}
+
+
+@contextmanager
+def served(command: list[str], folder: Path) -> Iterator[str]:
+    with (
+        (folder.parent / "said").open("w+") as said,
+        subprocess.Popen(command, cwd=folder, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=said, text=True) as server,
+    ):
+        try:
+            assert server.stdout is not None
+            words = server.stdout.readline().split()
+            assert words[:3] == ["Duet", "is", "at"], (words, (folder.parent / "said").read_text(encoding="utf-8"))
+            yield words[3]
+            server.send_signal(signal.SIGTERM)
+            assert server.wait(60.0) == TERMINATED
+        finally:
+            server.kill()
+
+
+@pytest.mark.parametrize("workers", ["1", "2"])
+def test_serve_shows_the_arms_and_computes_beside_them(strange: Path, program: list[str], workers: str) -> None:
+    options = ["serve", "--no-open", "--port", "0", "--store", "memory", "--workers", workers]
+    with served([*program, *options], strange) as url, BlockingClient(url, query="whatif=1&seed=3") as visitor:
+        visitor.wait_for(is_whole)
+        # "What if" is a job for the processes that compute.
+        until(lambda: imported(strange) or computing(strange))
+    assert imported(strange) == ""
+
+
+def computing(folder: Path) -> bool:
+    """Whether a worker of `multiprocessing` runs whose current folder this is, and has loaded the robots' library."""
+    for process in Path("/proc").glob("[0-9]*"):
+        try:
+            if os.readlink(process / "cwd") == str(folder) and b"spawn_main" in (process / "cmdline").read_bytes():
+                return "pinocchio" in (process / "maps").read_text(encoding="utf-8")
+        except OSError:
+            continue
+    return False
+
+
+COMMANDS = {
+    "run": ["run", "--seconds", "0.05"],
+    "sweep": ["sweep", "--over", "n=4,6,8,10", "--seconds", "0.05", "--workers", "2", "--no-maps"],
+    "bench": ["bench", "--sessions", "1", "--seconds", "0.2"],
+    "law-test": ["law-test", "my_law.py"],
+}
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_command_imports_none_of_them(strange: Path, program: list[str], name: str) -> None:
+    new_law(NewLaw(strange / "my_law.py"))
+    done = subprocess.run(
+        [*program, *COMMANDS[name]], cwd=strange, env=ENVIRONMENT, capture_output=True, text=True, timeout=PATIENCE, check=False
+    )
+    assert imported(strange) == ""
+    if name == "law-test":
+        # On a busy machine it may fail a test, but it runs.
+        assert "my_law.py: " in done.stdout and "keeps" in done.stdout, done.stderr[-3000:]
+    else:
+        assert done.returncode == 0 and done.stdout, done.stderr[-3000:]
+
+
+def test_a_process_finds_the_same_packages_as_this_one(strange: Path) -> None:
+    """Also where PYTHONPATH names another `app`, as a trailing colon of it does."""
+    shown = subprocess.run(
+        own_command("app.__main__", "run", "--help"),
+        cwd=strange,
+        env=ENVIRONMENT | {"PYTHONPATH": os.pathsep.join(["", str(strange / "elsewhere")])},
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        check=False,
+    )
+    assert Path(FOLDER) == ROOT
+    # Of the library's names Python itself has taken what PYTHONPATH says; ours are not among them.
+    assert not set(imported(strange).split()) & set(OURS), shown.stderr
+
+
+STARTERS = ("controllers/own_packages.py", "app/jupyter/tile.py")
+"""Files that may say which program a process runs: the one way for all, and the tile, which imports nothing of ours."""
+
+
+def starts_python(source: str) -> bool:
+    """Whether a program starts Python by itself, past `own_command` and `scenes.children.SPAWN`."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+            if (node.value.id, node.attr) == ("sys", "executable"):
+                return True
+            if node.value.id == "multiprocessing" and node.attr in ("get_context", "Process", "Pool", "Manager"):
+                return True
+    return False
+
+
+def test_no_other_file_starts_python() -> None:
+    assert starts_python("import sys, subprocess\nsubprocess.run([sys.executable, '-m', 'app'])")
+    assert starts_python("import multiprocessing\nmultiprocessing.get_context('spawn')")
+    files = {path.relative_to(ROOT).as_posix(): path for floor in OURS for path in (ROOT / floor).rglob("*.py")}
+    found = {name for name, path in files.items() if starts_python(path.read_text(encoding="utf-8"))}
+    # It only asks which folders Python is in.
+    assert found == {*STARTERS, "app/custom_law/fence.py"}
