@@ -23,6 +23,9 @@ PACKAGES: Final = {
 # A library with a path is a package's own, which no package of the system has.
 _MISSING: Final = re.compile(r"(?<![\w./+-])([\w.+-]+\.so(?:\.\d+)*): cannot open shared object file")
 
+_INSTALLED: Final = re.compile(r".*(?:site|dist)-packages/(\w+)")
+"""Path of a module → its package; a package may have a folder of packages inside."""
+
 
 class MissingLibrary(DuetError):
     """The system lacks a shared library; the message says what needs it and how to install it.
@@ -66,5 +69,12 @@ def naming_missing_library() -> Iterator[None]:
         library = missing_library(str(error)) or missing_library(str(error.__cause__))
         if library is None:
             raise
-        package = (getattr(error, "name", None) or "Python").partition(".")[0]
-        raise MissingLibrary(remedy(library, package), library) from None
+        raise MissingLibrary(remedy(library, _package(error)), library) from None
+
+
+def _package(error: ImportError | OSError) -> str:
+    """Name of the package whose import has failed."""
+    if not isinstance(error, ImportError):
+        return "Python"
+    found = _INSTALLED.match(error.path or "")
+    return found[1] if found else (error.name or "Python").partition(".")[0]

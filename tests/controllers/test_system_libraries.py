@@ -45,6 +45,19 @@ def test_the_library_is_found_in_what_python_node_and_a_wrapper_say() -> None:
             raise ImportError("the package cannot be used") from error
 
 
+def test_what_needs_the_library_is_called_by_the_name_of_its_package() -> None:
+    inside = "/x/site-packages/cmeel.prefix/lib/python3.11/site-packages/pinocchio/pinocchio_pywrap_default.cpython-311.so"
+    said = "libgomp.so.1: cannot open shared object file: No such file or directory"
+    for error, package in (
+        (ImportError(said, name="pinocchio_pywrap_default", path=inside), "pinocchio"),
+        (ImportError(said, name="cv2.cv2", path=None), "cv2"),
+        (ImportError(said), "Python"),
+        (OSError(said), "Python"),
+    ):
+        with pytest.raises(MissingLibrary, match=f"^{package} needs"), naming_missing_library():
+            raise error
+
+
 @pytest.mark.parametrize(
     "error",
     [
