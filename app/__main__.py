@@ -3,6 +3,7 @@
 import sys
 
 from app.runtime.terminal import ending_at_once, run_in_terminal
+from controllers.system_libraries import MissingLibrary, naming_missing_library
 
 
 def main() -> int:
@@ -16,9 +17,14 @@ def entry() -> None:
 
 
 def _command() -> int:
-    with ending_at_once():
-        from app.cli import main as command_line
-    return command_line.main()
+    try:
+        with naming_missing_library():
+            with ending_at_once():
+                from app.cli import main as command_line
+            return command_line.main()
+    except MissingLibrary as error:
+        print(f"lwr-duet: {error}", file=sys.stderr)
+        return 2
 
 
 if __name__ == "__main__":

@@ -7,17 +7,17 @@ import threading
 from math import inf
 from multiprocessing.connection import Connection
 from time import monotonic
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from app.hosting import worker_messages as messages
 from app.hosting.worker_messages import PULSE, WorkerLink, WorkerStart
-from app.page.panels.server_load import ServerLoad
-from app.runtime.shared_jobs import JobClient
 from app.runtime.terminal import write_log
-from app.start import App, start_app
 from app.web.listening import HandedOverListener
 from controllers.errors import DuetError
-from scenes.robots.robot_files import take_over
+from controllers.system_libraries import naming_missing_library
+
+if TYPE_CHECKING:
+    from app.start import App
 
 
 class MessagePipe:
@@ -60,7 +60,8 @@ def main() -> int:
         return 1
     try:
         link = WorkerLink(start.index, pipe.send)
-        app = _start(start, channel, pipe, link)
+        with naming_missing_library():
+            app = _start(start, channel, pipe, link)
     except DuetError as error:
         pipe.send(messages.Failed(str(error)))
         return 2
@@ -75,7 +76,12 @@ def main() -> int:
     return 0
 
 
-def _start(start: WorkerStart, channel: int, pipe: MessagePipe, link: WorkerLink) -> App:
+def _start(start: WorkerStart, channel: int, pipe: MessagePipe, link: WorkerLink) -> "App":
+    # Imported here, so that the dispatcher hears of a library that the system lacks.
+    from app.runtime.shared_jobs import JobClient
+    from app.start import start_app
+    from scenes.robots.robot_files import take_over
+
     if start.given is not None:
         take_over(start.given)
     assert start.jobs is not None
@@ -86,8 +92,10 @@ def _start(start: WorkerStart, channel: int, pipe: MessagePipe, link: WorkerLink
     return app
 
 
-def _obey(app: App, pipe: MessagePipe, link: WorkerLink) -> bool:
+def _obey(app: "App", pipe: MessagePipe, link: WorkerLink) -> bool:
     """Do what the dispatcher says until the end; return whether a lecture goes on with the next server."""
+    from app.page.panels.server_load import ServerLoad
+
     pulse = 0.0
     while True:
         if monotonic() >= pulse:

@@ -20,33 +20,22 @@ from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from types import FunctionType
-from typing import Annotated, Any, Final, Generic, NamedTuple, ParamSpec, TypeVar, get_args, get_type_hints
+from typing import Any, Final, Generic, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from controllers.errors import first_line
 from controllers.own_packages import own_command
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
-
-class _Kind(NamedTuple):
-    """What numba has to know of an array: type of its entries, dimensions, whether a loop fills it."""
-
-    entries: str
-    dimensions: int
-    filled: bool = False
-
-
-Vector = Annotated[NDArray[np.float64], _Kind("float64", 1)]
-Matrix = Annotated[NDArray[np.float64], _Kind("float64", 2)]
-Indices = Annotated[NDArray[np.int64], _Kind("int64", 1)]
-IndexPairs = Annotated[NDArray[np.int64], _Kind("int64", 2)]
-"""Arguments of a loop: arrays that it reads, …"""
-FilledVector = Annotated[NDArray[np.float64], _Kind("float64", 1, True)]
-FilledMatrix = Annotated[NDArray[np.float64], _Kind("float64", 2, True)]
-"""… and those that it fills."""
+Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+Indices = NDArray[np.int64]
+IndexPairs = NDArray[np.int64]
+"""Arrays of a loop, in its signature float64[:], float64[:, :], int64[:] and int64[:, :]."""
 
 PATIENCE: Final = 8000
 """Calls in Python before machine code is loaded: some 1,000 steps, which by then have cost as much as the loading will."""
@@ -60,21 +49,20 @@ READ: Final = "DUET_LOOPS"
 _log = logging.getLogger("duet.compiled")
 _loops: list["Loop[..., Any]"] = []
 _begun = threading.Lock()
+_failed = threading.Event()
 _calls = 0
 
 
 class Loop(Generic[P, R]):
-    """A loop over numbers, called like the function that it is made of; used as a decorator.
-
-    Args:
-        function: with types for all arguments, of those above, float or int. It may call other loops.
+    """A loop over numbers, called like the function that it is made of; declared by `loop`.
 
     Attributes:
         python: the function.
+        signature, fills: see `loop`.
     """
 
-    def __init__(self, function: Callable[P, R]) -> None:
-        self.python = function
+    def __init__(self, function: Callable[P, R], signature: str, fills: tuple[str, ...]) -> None:
+        self.python, self.signature, self.fills = function, signature, fills
         self.__doc__ = function.__doc__
         self._machine: Callable[P, R] | None = None
         self._run: Callable[P, R] = self._counted
@@ -85,22 +73,31 @@ class Loop(Generic[P, R]):
         return self._run(*args, **kwargs)
 
     def compiled(self) -> Callable[P, R]:
-        """Return its machine code, with that of the loops which it calls; takes seconds if the folder does not have it."""
+        """Its machine code, with that of the loops that it calls; takes seconds unless the folder has it."""
         import numba
+        from numba.core.sigutils import normalize_signature
 
         if self._machine is None:
             function = self.python
             assert isinstance(function, FunctionType)
-            used = {name: function.__globals__[name] for name in function.__code__.co_names if name in function.__globals__}
+            code = function.__code__
+            known = function.__globals__
+            used = {name: known[name] for name in code.co_names if name in known}
             inner = {name: value.compiled() for name, value in used.items() if isinstance(value, Loop)}
-            copy = FunctionType(function.__code__, {**function.__globals__, **inner}, function.__name__)
+            copy = FunctionType(code, {**known, **inner}, function.__name__)
             copy.__module__, copy.__qualname__ = function.__module__, function.__qualname__
-            self._machine = numba.njit(_signature(function), cache=True, error_model="numpy")(copy)
+            types, result = normalize_signature(self.signature)
+            assert result is not None
+            arguments = (
+                kind.copy(readonly=name not in self.fills) if isinstance(kind, numba.types.Array) else kind
+                for name, kind in zip(code.co_varnames, types, strict=False)
+            )
+            self._machine = numba.njit(result(*arguments), cache=True, error_model="numpy")(copy)
         return self._machine
 
     @property
     def loaded(self) -> bool:
-        """Whether it is machine code by now."""
+        """True once it is machine code."""
         return self._run is self._machine
 
     def load(self) -> None:
@@ -115,77 +112,124 @@ class Loop(Generic[P, R]):
         return self.python(*args, **kwargs)
 
 
-def _signature(function: Callable[..., Any]) -> Any:
-    from numba import types
+def loop(signature: str, fills: tuple[str, ...] = ()) -> Callable[[Callable[P, R]], Loop[P, R]]:
+    """Declare a loop, as `numba.njit` does: `@loop("float64(float64[:, :], float64, float64[:])", fills=("row",))`.
 
-    def of(hint: Any) -> Any:
-        match get_args(hint):
-            case (_, _Kind() as kind):
-                return types.Array(getattr(types, kind.entries), kind.dimensions, "A", readonly=not kind.filled)
-            case (_, *_) as parts:
-                return types.Tuple([of(part) for part in parts])
-            case _:
-                return {float: types.float64, int: types.int64, bool: types.boolean, type(None): types.none}[hint]
+    Args:
+        signature: numba's, with the types of the result and of all arguments. It is written here and not read from
+            the annotations, which Python and numpy resolve differently from version to version.
+        fills: names of the arrays that the loop writes; all others may be read-only.
+    """
+    return lambda function: Loop(function, signature, fills)
 
-    hints = get_type_hints(function, include_extras=True)
-    result = of(hints.pop("return"))
-    return result(*map(of, hints.values()))
+
+def all_loaded() -> bool:
+    """True once all loops are machine code."""
+    return all(made.loaded for made in _loops)
 
 
 def begin_to_load() -> None:
     """Replace Python by machine code, from a thread; does nothing the second time."""
     if _begun.acquire(blocking=False):
-        threading.Thread(target=_load, name="duet-compiled").start()
-
-
-def all_loaded() -> bool:
-    """Return whether all loops are machine code by now."""
-    return all(made.loaded for made in _loops)
+        threading.Thread(target=_attempt, args=(_load_or_compile,), name="duet-compiled").start()
 
 
 def load_if_compiled() -> None:
     """Replace Python by machine code: before returning if this machine has compiled it, else from a thread."""
-    if all_loaded():
-        return
-    if (loops_folder() / "done").exists():
-        load_now()
-    else:
-        begin_to_load()
+
+    def load() -> None:
+        if (loops_folder() / "done").exists():
+            _load()
+        else:
+            begin_to_load()
+
+    _attempt(load)
 
 
 def load_now() -> None:
-    """Replace Python by machine code before returning."""
+    """Replace Python by machine code before returning, even if it must be compiled."""
+    _attempt(_load)
+
+
+def _attempt(load: Callable[[], None]) -> None:
+    """Load; after a failure, which is one line in the log, this process goes on in Python."""
+    if _failed.is_set() or all_loaded():
+        return
+    try:
+        load()
+    except Exception as error:
+        _failed.set()
+        reason = first_line(error)
+        _log.warning("A step stays slower than it could be: its loops cannot be compiled (%s).", reason)
+
+
+def _load() -> None:
     loops_folder()
     for made in _loops:
         made.load()
 
 
-def _load() -> None:
+def _load_or_compile() -> None:
+    done = loops_folder() / "done"
+    if not done.exists():
+        _log.info("The loops of a step are compiled, once on this machine; until then a step takes longer.")
+        _compile_in_process()
+    if done.exists():
+        _load()
+
+
+def _compile_in_process() -> None:
+    """Compile all loops in another process, which ends when this one does.
+
+    Raises:
+        RuntimeError: with the last line that the process has written, if it has failed.
+    """
+    modules = sorted({made.python.__module__ for made in _loops})
+    said = ""
+    with subprocess.Popen(
+        own_command(__name__, *modules),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        encoding="utf-8",
+        errors="replace",
+        # Ctrl+C is for this process, with which the other one ends.
+        process_group=0,
+    ) as child:
+        while child.returncode is None:
+            if not threading.main_thread().is_alive():
+                child.kill()
+            with suppress(subprocess.TimeoutExpired):
+                said = child.communicate(timeout=0.2)[1]
+    if child.returncode != 0 and threading.main_thread().is_alive():
+        raise RuntimeError((said.strip().splitlines() or [f"exit code {child.returncode}"])[-1])
+
+
+def main() -> None:
+    """In that process: compile the loops of the modules that are its arguments."""
     try:
-        done = loops_folder() / "done"
-        if not done.exists():
-            _log.info("The loops of a step are compiled, once on this machine; until then a step takes longer.")
-            command = own_command(__name__, *sorted({made.python.__module__ for made in _loops}))
-            with subprocess.Popen(command, stdin=subprocess.DEVNULL) as child:
-                while child.poll() is None and threading.main_thread().is_alive():
-                    with suppress(subprocess.TimeoutExpired):
-                        child.wait(0.2)
-                if child.returncode != 0:
-                    child.kill()
-        if done.exists():
-            load_now()
+        for module in sys.argv[1:]:
+            import_module(module)
+        _load()
+        (loops_folder() / "done").touch()
     except Exception as error:
-        _log.warning("A step stays slower than it could be: its loops cannot be compiled (%s).", error)
+        sys.exit(f"{type(error).__name__}: {first_line(error)}")
 
 
 def loops_folder() -> Path:
-    """Return the folder of the machine code for this text, this interpreter and this processor, and have numba use it."""
+    """Folder of the machine code for this text, interpreter and processor, which numba uses from now on.
+
+    Raises:
+        ImportError: numba cannot be imported, for example beside a numpy that is too new for it.
+        OSError: the folder cannot be made.
+    """
     import numba
     from llvmlite import binding
     from numba.core import config
 
     digest = hashlib.sha256(f"{numba.__version__} {sys.version} {binding.get_host_cpu_name()}".encode())
-    for file in sorted({made.python.__code__.co_filename for made in _loops if isinstance(made.python, FunctionType)}):
+    declared = {made.python.__code__.co_filename for made in _loops if isinstance(made.python, FunctionType)}
+    for file in sorted({__file__, *declared}):
         digest.update(Path(file).read_bytes())
     name = f"loops-{digest.hexdigest()[:16]}"
     beside = Path(__file__).parent / "__pycache__"
@@ -198,11 +242,3 @@ def loops_folder() -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     config.CACHE_DIR = str(folder)  # pyright: ignore[reportAttributeAccessIssue]
     return folder
-
-
-def main() -> None:
-    """Compile the loops of the modules that are named as arguments, and leave them in the folder for all later processes."""
-    for module in sys.argv[1:]:
-        import_module(module)
-    load_now()
-    (loops_folder() / "done").touch()

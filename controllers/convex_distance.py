@@ -13,13 +13,13 @@ never larger than the true distance. A relative: strictly convex bounding volume
 import math
 from typing import Final
 
-from controllers.compiled import Loop, Vector
+from controllers.compiled import Vector, loop
 
 LEAST_SQUARE: Final = 1e-12
 """Least F [m²]: where two axes cross in their middle, the gradient is 0 instead of 0/0."""
 
 
-@Loop
+@loop("UniTuple(float64, 7)(float64[:], float64[:], float64, float64, float64)")
 def convex_closest(
     first: Vector, second: Vector, half_a: float, half_b: float, epsilon: float
 ) -> tuple[float, float, float, float, float, float, float]:

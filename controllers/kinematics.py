@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from controllers.compiled import FilledMatrix, FilledVector, Loop, Matrix, Vector
+from controllers.compiled import Matrix, Vector, loop
 
 Array = NDArray[np.float64]
 
@@ -80,8 +80,8 @@ class Kinematics:
         return J
 
 
-@Loop
-def fill_point_jacobian(spatial: Matrix, moving: int, point: Vector, J: FilledMatrix) -> None:
+@loop("void(float64[:, :], int64, float64[:], float64[:, :])", fills=("J",))
+def fill_point_jacobian(spatial: Matrix, moving: int, point: Vector, J: Matrix) -> None:
     """Fill the columns (3, moving) of the joints that move a point (3,) [m]; `spatial` (6, n) has world axes and the world's origin."""
     px, py, pz = point[0], point[1], point[2]
     for j in range(moving):
@@ -90,8 +90,8 @@ def fill_point_jacobian(spatial: Matrix, moving: int, point: Vector, J: FilledMa
         J[0, j], J[1, j], J[2, j] = vx + ay * pz - az * py, vy + az * px - ax * pz, vz + ax * py - ay * px
 
 
-@Loop
-def fill_damped_solution(J: Matrix, task_velocity: Vector, damping: float, velocities: FilledVector) -> None:
+@loop("void(float64[:, :], float64[:], float64, float64[:])", fills=("velocities",))
+def fill_damped_solution(J: Matrix, task_velocity: Vector, damping: float, velocities: Vector) -> None:
     """Fill `damped_solution` (n,): with J Jᵀ + μ² I = L Lᵀ (Cholesky), L z = ẋ, Lᵀ y = z, q̇ = Jᵀ y."""
     m, n = J.shape
     L, y = np.empty((m, m)), np.empty(m)

@@ -19,7 +19,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from controllers.choices import BoundsTreatment
-from controllers.compiled import FilledVector, Loop, Vector
+from controllers.compiled import Vector, loop
 from controllers.kinematics import Array
 from controllers.null_space_saturation import saturated
 
@@ -56,9 +56,18 @@ class Bounded(NamedTuple):
     joint: int = -1
 
 
-@Loop
+@loop(
+    "void(float64[:], float64[:], float64[:], float64[:], float64, float64[:], float64[:])",
+    fills=("lower", "upper"),
+)
 def fill_bounds(
-    positions: Vector, lowest: Vector, highest: Vector, top_speed: Vector, gain: float, lower: FilledVector, upper: FilledVector
+    positions: Vector,
+    lowest: Vector,
+    highest: Vector,
+    top_speed: Vector,
+    gain: float,
+    lower: Vector,
+    upper: Vector,
 ) -> None:
     """Fill the bounds of q̇ of `VelocityBox`, all (n,)."""
     for i in range(len(positions)):
@@ -66,7 +75,7 @@ def fill_bounds(
         upper[i] = min(gain * (highest[i] - positions[i]), top_speed[i])
 
 
-@Loop
+@loop("boolean(float64[:], float64[:], float64[:])")
 def is_inside(velocities: Vector, lower: Vector, upper: Vector) -> bool:
     """Return whether velocities (n,) are within their bounds."""
     for i in range(len(velocities)):  # noqa: SIM110 (no generators in a loop)

@@ -18,7 +18,7 @@ import pinocchio as pin
 from coal import Capsule
 
 from controllers.choices import Treatment
-from controllers.compiled import FilledMatrix, FilledVector, IndexPairs, Loop, Matrix, Vector
+from controllers.compiled import IndexPairs, Matrix, Vector, loop
 from controllers.convex_distance import convex_closest
 from controllers.kinematics import Array, Kinematics
 
@@ -43,9 +43,12 @@ class Proximity(NamedTuple):
     pair_row: Array
 
 
-@Loop
+@loop(
+    "void(float64, float64, float64, float64, float64, float64, float64[:, :], float64[:], float64[:])",
+    fills=("row",),
+)
 def pair_row(
-    px: float, py: float, pz: float, nx: float, ny: float, nz: float, jacobian: Matrix, signs: Vector, row: FilledVector
+    px: float, py: float, pz: float, nx: float, ny: float, nz: float, jacobian: Matrix, signs: Vector, row: Vector
 ) -> None:
     """Fill n · (velocity of the second body − of the first) per q̇ (nv,), both bodies' material at p, eqs (26), (27).
 
@@ -63,16 +66,16 @@ def pair_row(
             row[j] = signs[j] * (linear + mx * jacobian[3, j] + my * jacobian[4, j] + mz * jacobian[5, j])
 
 
-@Loop
-def pair_rows(points: Matrix, directions: Matrix, jacobian: Matrix, signs: Matrix, rows: FilledMatrix) -> None:
+@loop("void(float64[:, :], float64[:, :], float64[:, :], float64[:, :], float64[:, :])", fills=("rows",))
+def pair_rows(points: Matrix, directions: Matrix, jacobian: Matrix, signs: Matrix, rows: Matrix) -> None:
     """Fill `pair_row` of every pair (pairs, nv); points and directions (pairs, 3)."""
     for i in range(len(points)):
         p, n = points[i], directions[i]
         pair_row(p[0], p[1], p[2], n[0], n[1], n[2], jacobian, signs[i], rows[i])
 
 
-@Loop
-def smooth_minimum(distances: Vector, rows: Matrix, beta: float, row: FilledVector) -> float:
+@loop("float64(float64[:], float64[:, :], float64, float64[:])", fills=("row",))
+def smooth_minimum(distances: Vector, rows: Matrix, beta: float, row: Vector) -> float:
     """Return −ln Σ exp(−β d_i) / β [m] of distances (pairs,), and fill its gradient (nv,) from theirs (pairs, nv)."""
     # The least of them goes first: no exponential is too large, and one pair alone is its own minimum to the last bit.
     least = distances[0]
@@ -90,7 +93,11 @@ def smooth_minimum(distances: Vector, rows: Matrix, beta: float, row: FilledVect
     return float(least - math.log(total) / beta)
 
 
-@Loop
+@loop(
+    "float64(float64[:, :], float64[:], int64[:, :], float64[:], float64, float64,"
+    " float64[:, :], float64[:, :], float64[:], float64[:, :], float64[:])",
+    fills=("distances", "rows", "row"),
+)
 def convex_proximity(
     frames: Matrix,
     halves: Vector,
@@ -100,9 +107,9 @@ def convex_proximity(
     epsilon: float,
     jacobian: Matrix,
     signs: Matrix,
-    distances: FilledVector,
-    rows: FilledMatrix,
-    row: FilledVector,
+    distances: Vector,
+    rows: Matrix,
+    row: Vector,
 ) -> float:
     """Fill the strictly convex distances (pairs,) [m] and their gradients (pairs, nv) [m/rad]; return and fill `smooth_minimum`.
 

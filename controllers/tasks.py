@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 from controllers.choices import HandTask
-from controllers.compiled import FilledMatrix, FilledVector, Loop, Matrix, Vector
+from controllers.compiled import Matrix, Vector, loop
 from controllers.kinematics import DAMPING, Array, damped_solution, fill_damped_solution, fill_point_jacobian
 
 TASK_DIMENSION: Final[dict[HandTask, int]] = {"position": 3, "pose": 6}
@@ -28,10 +28,11 @@ def pose_error(pose: pin.SE3, target_position: Array, target_rotation: Array) ->
     return error
 
 
-@Loop
-def fill_place_task(
-    spatial: Matrix, hand: Vector, place: Vector, velocity: Vector, gain: float, J: FilledMatrix, dq: FilledVector
-) -> float:
+@loop(
+    "float64(float64[:, :], float64[:], float64[:], float64[:], float64, float64[:, :], float64[:])",
+    fills=("J", "dq"),
+)
+def fill_place_task(spatial: Matrix, hand: Vector, place: Vector, velocity: Vector, gain: float, J: Matrix, dq: Vector) -> float:
     """Fill J (3, n) of the hand's place and q̇_n = J^#(ẋ_d + K e) (n,), eqs (2), (7), (8); return |e|² [m²].
 
     Args:

@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from controllers.compiled import FilledVector, Indices, Loop, Matrix, Vector
+from controllers.compiled import Indices, Matrix, Vector, loop
 from controllers.kinematics import Arm, Array, Kinematics, damped_solution, fill_damped_solution, fill_point_jacobian
 from scenes.targets import LinkTarget
 
@@ -28,8 +28,8 @@ SATURATIONS: Final = 4
 """How often joints at their bounds are taken out before the rest is clipped."""
 
 
-@Loop
-def fill_inside_box(J: Matrix, task: Vector, free: Vector, lower: Vector, upper: Vector, dq: FilledVector) -> None:
+@loop("void(float64[:, :], float64[:], float64[:], float64[:], float64[:], float64[:])", fills=("dq",))
+def fill_inside_box(J: Matrix, task: Vector, free: Vector, lower: Vector, upper: Vector, dq: Vector) -> None:
     """Fill eq. (4), q̇ = J^# ẋ + N q̇₀ (n,), with joints at their bounds taken out and the others doing their share.
 
     Args:
@@ -67,8 +67,8 @@ def fill_inside_box(J: Matrix, task: Vector, free: Vector, lower: Vector, upper:
         dq[j] = min(max(dq[j], lower[j]), upper[j])
 
 
-@Loop
-def fill_smoothed(wanted: Vector, share: float, lower: Vector, upper: Vector, reach: Vector, dq: FilledVector) -> float:
+@loop("float64(float64[:], float64, float64[:], float64[:], float64[:], float64[:])", fills=("dq",))
+def fill_smoothed(wanted: Vector, share: float, lower: Vector, upper: Vector, reach: Vector, dq: Vector) -> float:
     """Bring q̇ (n,) nearer to what is wanted by a share of the difference, within its bounds, and return Σ |q̇_j| times `reach` (n,)."""
     speed = 0.0
     for j in range(len(dq)):
@@ -77,7 +77,11 @@ def fill_smoothed(wanted: Vector, share: float, lower: Vector, upper: Vector, re
     return float(speed)
 
 
-@Loop
+@loop(
+    "float64(float64[:, :], float64[:], float64[:], float64[:], float64[:], float64, float64,"
+    " float64[:], float64[:], float64[:], float64[:])",
+    fills=("dq",),
+)
 def fill_followed(
     spatial: Matrix,
     hand: Vector,
@@ -89,7 +93,7 @@ def fill_followed(
     lower: Vector,
     upper: Vector,
     reach: Vector,
-    dq: FilledVector,
+    dq: Vector,
 ) -> float:
     """Bring q̇ (n,) nearer to that of a hand which is drawn to a place, and return what `fill_smoothed` does.
 
@@ -117,7 +121,7 @@ def fill_followed(
     return fill_smoothed(wanted, share, lower, upper, reach, dq)
 
 
-@Loop
+@loop("float64(float64[:, :], float64[:, :], int64[:], float64[:, :], float64[:])")
 def fastest_of(placements: Matrix, ends: Matrix, moving: Indices, J: Matrix, dq: Vector) -> float:
     """Return the speed of the fastest end of an axis [m/s].
 

@@ -8,17 +8,19 @@ import os
 import re
 import shutil
 import socket
-import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Error, Locator, Page, Playwright, sync_playwright
+
+from controllers.system_libraries import MissingLibrary, missing_library, remedy
+from tests.system_packages import install_package, run, with_libraries
 
 FAILED = pytest.StashKey[bool]()
 FLAGS = (
@@ -75,20 +77,22 @@ def installed_browser() -> str | None:
     return next((str(path) for path in candidates if path.is_file()), None)
 
 
-def _run(command: Sequence[str]) -> str:
-    try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
-    except (OSError, subprocess.TimeoutExpired) as error:
-        return f"{' '.join(command)}: {error}"
-    return "" if done.returncode == 0 else f"{' '.join(command)}: {(done.stderr or done.stdout).strip()[-300:]}"
+@contextmanager
+def started_playwright() -> Iterator[Playwright]:
+    """Playwright, with the system's libraries that its driver needs.
+
+    Raises:
+        MissingLibrary: one of them is missing and cannot be installed here.
+    """
+    with_libraries(_try_driver)
+    with sync_playwright() as playwright:
+        yield playwright
 
 
-def install_package(name: str) -> list[str]:
-    """Install one of the system's packages where that is possible, as root on Debian; return what went wrong."""
-    if not hasattr(os, "geteuid") or os.geteuid() != 0 or shutil.which("apt-get") is None:
-        return []
-    install = ["apt-get", "install", "-y", "--no-install-recommends", name]
-    return [problem for command in (["apt-get", "update"], install) if (problem := _run(command))]
+def _try_driver() -> None:
+    said = run([sys.executable, "-m", "playwright", "--version"])
+    if (library := missing_library(said)) is not None:
+        raise MissingLibrary(remedy(library, "Playwright's driver"), library)
 
 
 def launch(playwright: Playwright) -> Browser:
@@ -100,7 +104,7 @@ def launch(playwright: Playwright) -> Browser:
     tried: list[str] = []
 
     def own() -> list[str]:
-        return [_run([sys.executable, "-m", "playwright", "install", "chromium"])]
+        return [run([sys.executable, "-m", "playwright", "install", "chromium"])]
 
     for install in (list[str], own, lambda: install_package("chromium")):
         tried += install()
@@ -108,7 +112,9 @@ def launch(playwright: Playwright) -> Browser:
         try:
             return playwright.chromium.launch(executable_path=path, headless=True, args=list(FLAGS))
         except Error as error:
-            tried.append(f"{path or 'Playwright’s own Chromium'}: {error.message.splitlines()[0]}")
+            name = path or "Playwright’s own Chromium"
+            library = missing_library(error.message)
+            tried.append(remedy(library, name) if library else f"{name}: {error.message.splitlines()[0]}")
     raise RuntimeError(
         "no browser for the browser tests; install Chrome, Chromium or Edge, or name one in DUET_BROWSER.\nTried:\n  "
         + "\n  ".join(entry for entry in tried if entry)
@@ -117,10 +123,10 @@ def launch(playwright: Playwright) -> Browser:
 
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Browser]:
-    with sync_playwright() as playwright:
+    with ExitStack() as opened:
         try:
-            started = launch(playwright)
-        except (RuntimeError, FileNotFoundError) as error:
+            started = launch(opened.enter_context(started_playwright()))
+        except (RuntimeError, FileNotFoundError, MissingLibrary) as error:
             pytest.fail(str(error), pytrace=False)
         yield started
         started.close()

@@ -16,6 +16,15 @@ import pytest  # noqa: E402
 from hypothesis import HealthCheck, settings  # noqa: E402
 from xdist.scheduler import LoadScopeScheduling  # noqa: E402
 
+from controllers.system_libraries import MissingLibrary  # noqa: E402
+from tests.system_packages import import_pinocchio, with_libraries  # noqa: E402
+
+try:
+    with_libraries(import_pinocchio)
+except MissingLibrary as _missing:
+    # pytest would show every other exception with its traceback.
+    sys.exit(f"The tests cannot run: {_missing}")
+
 from scenes.robots.robot_files import FILES  # noqa: E402
 from scenes.setting_spec import added_choices  # noqa: E402
 from tests.browser import FAILED, browser, page_at, used_tabs  # noqa: E402

@@ -15,7 +15,8 @@ from typing import Any, Final
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 
-from tests.browser import free_port, install_package
+from tests.browser import free_port
+from tests.system_packages import install_package
 
 TIMEOUT: Final = 90.0
 """Longest time for anything that is waited for [s]."""

@@ -106,7 +106,8 @@ def say(answer: Mapping[str, object]) -> None:
 def _started(folder: str, work: list[str], token: str, limits: FenceLimits) -> "subprocess.Popen[bytes]":
     environment = {key: os.environ[key] for key in _KEPT if key in os.environ} | ONE_THREAD
     environment |= {"PYTHONDONTWRITEBYTECODE": "1", "PYTHONUTF8": "1", _TOKEN: token}
-    environment[READ] = str(loops_folder().parent)
+    for place in _machine_code():
+        environment[READ] = str(place.parent)
     environment |= dict.fromkeys(("HOME", "TMPDIR", "TEMP", "TMP"), folder)
     level = "all" if limits.isolated else "none"
     return subprocess.Popen(
@@ -129,9 +130,17 @@ def _seen() -> str:
         *(Path(FOLDER, package) for package in PACKAGES),
         *(Path(place) for place in sys.path if Path(place).name in ("site-packages", "dist-packages")),
         *libraries,
-        loops_folder(),
+        *_machine_code(),
     ]
     return os.pathsep.join(sorted({str(place) for path in paths for place in (path, path.resolve())}))
+
+
+def _machine_code() -> list[Path]:
+    """The folder of the loops' machine code; empty if it cannot be had, and the loops are run in Python."""
+    try:
+        return [loops_folder()]
+    except (ImportError, OSError):
+        return []
 
 
 def _feed(stream: IO[bytes], text: bytes) -> None:

@@ -25,6 +25,7 @@ from app.start import start_app
 from controllers.errors import BadSetting, DuetError
 from controllers.kinematics import Array
 from controllers.laws.situation import Situation
+from controllers.system_libraries import naming_missing_library
 from scenes.headless import check_length
 from scenes.history import unit_of
 from scenes.law_answers import LawOfFile
@@ -185,7 +186,8 @@ class NotebookRun:
             MissingPackage: pandas is not installed.
         """
         try:
-            import pandas
+            with naming_missing_library():
+                import pandas
         except ImportError:
             raise MissingPackage("A table needs pandas: pip install 'lwr-duet[notebook]'.") from None
         error_unit, history = self.settings.run.experiment.error_unit, self.history(seconds)

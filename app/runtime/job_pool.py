@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any, Final, Literal
 
 from controllers.errors import DuetError, LazyText
+from controllers.system_libraries import naming_missing_library
 from scenes.children import SPAWN, inheriting, leave_with_parent
 from scenes.robots.robot_files import GivenAtStart, given_at_start, take_over
 from scenes.wanted import check_wanted, until
@@ -300,6 +301,6 @@ def _begin(stop: Any, given: GivenAtStart) -> None:
 
 
 def _work(ticket: int, place: int, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
-    with until(lambda: _stop[place] == ticket):
+    with until(lambda: _stop[place] == ticket), naming_missing_library():
         check_wanted()
         return function(*arguments)

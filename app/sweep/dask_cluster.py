@@ -18,6 +18,7 @@ import controllers
 import scenes
 from app.version import duet_version
 from controllers.errors import BadInputFile, BadSetting, DuetError, first_line
+from controllers.system_libraries import naming_missing_library
 from scenes.children import ComputeMany
 from scenes.robots.robot_files import GivenAtStart, given_at_start, robot_file, take_over
 
@@ -94,7 +95,8 @@ def _version(name: str) -> str:
 
 def _connected(address: str) -> Any:
     try:
-        from distributed import Client
+        with naming_missing_library():
+            from distributed import Client
     except ImportError:
         raise BadSetting("--scheduler needs Dask, which is not installed: pip install 'lwr-duet[cluster]'.") from None
     for name in ("distributed", "distributed.client", "tornado.application"):

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 from controllers.errors import BadInputFile, BadSetting
+from controllers.system_libraries import naming_missing_library
 from scenes.files import read_file, writable, written
 from scenes.sweep import FIGURES, Grid, SweepFigures
 
@@ -162,8 +163,9 @@ def _read_parquet(path: Path) -> tuple[tuple[str, ...], list[list[str]]]:
 
 def _pyarrow() -> tuple[Any, Any]:
     try:
-        import pyarrow  # pyright: ignore[reportMissingImports]
-        import pyarrow.parquet  # pyright: ignore[reportMissingImports]
+        with naming_missing_library():
+            import pyarrow  # pyright: ignore[reportMissingImports]
+            import pyarrow.parquet  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise BadSetting(
             "format = parquet needs pyarrow, which is not installed: pip install pyarrow, or take --format csv."

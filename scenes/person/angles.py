@@ -25,7 +25,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from controllers.compiled import FilledMatrix, FilledVector, Loop, Vector
+from controllers.compiled import Matrix, Vector, loop
 from controllers.kinematics import Array
 from scenes.settings import ArmName
 
@@ -55,13 +55,13 @@ class BodyPoints(NamedTuple):
     hips: Array
 
 
-@Loop
+@loop("float64(float64)")
 def wrapped(angle: float) -> float:
     """Return the angle in −π … π."""
     return angle - math.tau * math.floor(angle / math.tau + 0.5)
 
 
-@Loop
+@loop("float64(float64, float64, float64, float64)")
 def remembered(angle: float, previous: float, sine: float, trusted: float) -> float:
     """Return an angle about an axis as the way on from its previous value.
 
@@ -79,8 +79,8 @@ def remembered(angle: float, previous: float, sine: float, trusted: float) -> fl
     return previous + s * s * (3.0 - 2.0 * s) * wrapped(angle - previous)
 
 
-@Loop
-def fill_arm_rotation(angles: Vector, sign: float, R: FilledMatrix) -> None:
+@loop("void(float64[:], float64, float64[:, :])", fills=("R",))
+def fill_arm_rotation(angles: Vector, sign: float, R: Matrix) -> None:
     """Fill R (3, 3) of the upper arm in the torso frame. `angles`: (4,) [rad]; `sign`: s of the arm."""
     f, a, r = angles[0], sign * angles[1], sign * angles[2]
     cf, sf, ca, sa, cr, sr = math.cos(f), math.sin(f), math.cos(a), math.sin(a), math.cos(r), math.sin(r)
@@ -89,8 +89,8 @@ def fill_arm_rotation(angles: Vector, sign: float, R: FilledMatrix) -> None:
     R[2, 0], R[2, 1], R[2, 2] = sf * cr + cf * sa * sr, -sf * sr + cf * sa * cr, cf * ca
 
 
-@Loop
-def fill_directions(angles: Vector, sign: float, upper: FilledVector, forearm: FilledVector) -> None:
+@loop("void(float64[:], float64, float64[:], float64[:])", fills=("upper", "forearm"))
+def fill_directions(angles: Vector, sign: float, upper: Vector, forearm: Vector) -> None:
     """Fill the unit vectors (3,) of upper arm and forearm, see `arm_directions`."""
     R = np.empty((3, 3))
     fill_arm_rotation(angles, sign, R)

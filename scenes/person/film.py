@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from controllers.errors import BadInputFile, BadSetting, first_line
 from controllers.kinematics import Array
+from controllers.system_libraries import naming_missing_library
 from scenes.person.source import MissingPackage
 
 COUNT: Final = 33
@@ -156,7 +157,8 @@ class _Landmarker:
 
 def _package(module: str, package: str) -> Any:
     try:
-        return importlib.import_module(module)
+        with naming_missing_library():
+            return importlib.import_module(module)
     except (ImportError, OSError) as error:
         raise MissingPackage(
             f"A camera or video needs the package {package} ({first_line(error)}). Install it with: pip install 'lwr-duet[camera]'"

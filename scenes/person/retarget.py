@@ -21,7 +21,7 @@ from typing import Final
 
 import numpy as np
 
-from controllers.compiled import FilledMatrix, FilledVector, Loop, Matrix, Vector
+from controllers.compiled import Matrix, Vector, loop
 from controllers.kinematics import Array
 from scenes.lwr.facts import JOINTS
 from scenes.person.angles import SIGN, fill_directions, remembered, wrapped
@@ -42,9 +42,12 @@ EXACT: Final = 1e-9
 _LIMITS: Final = np.array([joint.position_limit - LIMIT_MARGIN for joint in JOINTS[:DRIVEN]])
 
 
-@Loop
+@loop(
+    "void(float64[:], float64[:], float64[:, :], float64[:], boolean, float64[:], float64[:])",
+    fills=("joints",),
+)
 def fill_joints(
-    upper: Vector, forearm: Vector, base: Matrix, limits: Vector, known: bool, before: Vector, joints: FilledVector
+    upper: Vector, forearm: Vector, base: Matrix, limits: Vector, known: bool, before: Vector, joints: Vector
 ) -> None:
     """Fill q1 … q4 (4,) [rad] of one LWR, the branch nearest to the sample before among those that miss nothing.
 
@@ -82,7 +85,7 @@ def fill_joints(
             joints[0], joints[1], joints[2], joints[3] = q1, q2, q3, q4
 
 
-@Loop
+@loop("UniTuple(float64, 3)(float64, float64, float64, float64, float64, float64, float64, boolean, float64)")
 def pan_tilt(
     x: float, y: float, z: float, branch: float, sense: float, pan_limit: float, tilt_limit: float, known: bool, before: float
 ) -> tuple[float, float, float]:
@@ -113,9 +116,12 @@ def pan_tilt(
     return pan, tilt, math.atan2(math.sqrt(aside * aside + off * off), reach * math.cos(short))
 
 
-@Loop
+@loop(
+    "void(float64[:], float64, float64[:, :], float64[:], boolean, float64[:], float64[:])",
+    fills=("joints",),
+)
 def fill_robot_arm(
-    angles: Vector, sign: float, base: Matrix, limits: Vector, known: bool, before: Vector, joints: FilledVector
+    angles: Vector, sign: float, base: Matrix, limits: Vector, known: bool, before: Vector, joints: Vector
 ) -> None:
     """Fill q1 … q4 (4,) [rad] that show one arm's angles (4,) [rad]; `sign`: s of the arm, the rest as in `fill_joints`."""
     upper, forearm = np.empty(3), np.empty(3)
@@ -166,8 +172,11 @@ TOP_RATE: Final = 1.6
 """Just below the slowest joint of an LWR, 100 °/s [rad/s]."""
 
 
-@Loop
-def fill_filtered(goal: Matrix, omega: float, top_rate: float, dt: float, values: FilledMatrix, rates: FilledMatrix) -> None:
+@loop(
+    "void(float64[:, :], float64, float64, float64, float64[:, :], float64[:, :])",
+    fills=("values", "rates"),
+)
+def fill_filtered(goal: Matrix, omega: float, top_rate: float, dt: float, values: Matrix, rates: Matrix) -> None:
     """Bring values nearer to a goal, all (rows, k), and fill their mean speeds, see `AngleFilter`."""
     for i in range(goal.shape[0]):
         for j in range(goal.shape[1]):

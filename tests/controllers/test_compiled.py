@@ -1,9 +1,12 @@
 """Loops run as Python or as machine code, with the same bits; machine code never keeps anything waiting."""
 
+import ast
 import hashlib
+import inspect
+import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -47,6 +50,7 @@ def table(changes: dict[str, str]) -> bytes:
 @pytest.mark.usefixtures("both_ways")
 def test_python_and_machine_code_give_the_same_bits(changes: dict[str, str]) -> None:
     compiled.load_now()
+    assert compiled.all_loaded()
     fast = table(changes)
     for made in compiled._loops:
         made._run = made.python
@@ -63,6 +67,82 @@ def test_python_and_machine_code_give_the_same_types() -> None:
     near = simulation.near
     assert near is not None and {type(near.law_distance), type(near.distance), type(simulation.bound_bites)} == {float, bool}
     assert type(fill_smoothed(np.ones(2), 0.5, np.ones(2), np.ones(2), np.ones(2), np.ones(2))) is float
+
+
+NUMBA = {
+    "Vector": "float64[:]",
+    "Matrix": "float64[:, :]",
+    "Indices": "int64[:]",
+    "IndexPairs": "int64[:, :]",
+    "float": "float64",
+    "int": "int64",
+    "bool": "boolean",
+    "None": "void",
+}
+"""Annotation of an argument or a result of a loop → the type in its signature."""
+
+
+def in_words_of_numba(annotation: ast.expr) -> str:
+    match annotation:
+        case ast.Subscript(value=ast.Name("tuple"), slice=ast.Tuple(parts)):
+            (kind,) = {in_words_of_numba(part) for part in parts}
+            return f"UniTuple({kind}, {len(parts)})"
+        case _:
+            return NUMBA[ast.unparse(annotation)]
+
+
+def of_annotations(function: ast.FunctionDef) -> str:
+    assert function.returns is not None
+    arguments = [in_words_of_numba(argument.annotation) for argument in function.args.args if argument.annotation]
+    return f"{in_words_of_numba(function.returns)}({', '.join(arguments)})"
+
+
+def written(function: ast.FunctionDef) -> set[str]:
+    """The arguments of a loop that it writes, itself or by a loop that it calls."""
+    known = {made.python.__name__: made for made in compiled._loops}
+    names = {
+        node.value.id
+        for node in ast.walk(function)
+        if isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Store) and isinstance(node.value, ast.Name)
+    }
+    for call in ast.walk(function):
+        if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id in known:
+            made = known[call.func.id]
+            given = inspect.signature(made.python).bind(*call.args).arguments
+            for node in (given[name] for name in made.fills):
+                names |= {part.id for part in ast.walk(node) if isinstance(part, ast.Name)}
+    return names & {argument.arg for argument in function.args.args}
+
+
+@pytest.mark.parametrize("made", compiled._loops, ids=lambda made: made.python.__name__)
+def test_a_signature_says_what_the_annotations_say_and_which_arrays_are_written(made: compiled.Loop[..., object]) -> None:
+    """pyright checks calls by the annotations, numba by the signature; it would cut a float that is declared as an int."""
+    (function,) = ast.parse(inspect.getsource(made.python)).body
+    assert isinstance(function, ast.FunctionDef)
+    assert made.signature == of_annotations(function)
+    assert set(made.fills) == written(function)
+
+
+def test_the_runs_here_call_every_loop() -> None:
+    called: set[str] = set()
+
+    def counted(made: compiled.Loop[..., object]) -> Callable[..., object]:
+        def run(*args: object) -> object:
+            called.add(made.python.__name__)
+            return made.python(*args)
+
+        return run
+
+    before = [made._run for made in compiled._loops]
+    for made in compiled._loops:
+        made._run = counted(made)
+    try:
+        for changes in RUNS.values():
+            table(changes)
+    finally:
+        for made, run in zip(compiled._loops, before, strict=True):
+            made._run = run
+    assert called == {made.python.__name__ for made in compiled._loops}
 
 
 WATCHED = """
@@ -100,10 +180,58 @@ def test_a_short_run_loads_nothing_and_a_long_one_does_not_wait_and_another_proc
     assert hashlib.sha256(simulation.history.table().tobytes()).hexdigest() == bits
 
 
-def test_without_the_compiler_a_run_goes_on_in_python_and_a_line_says_so() -> None:
+def test_without_the_compiler_a_run_goes_on_in_python_and_one_line_says_so() -> None:
     code = "import sys; sys.modules['numba'] = None\n" + WATCHED.replace("WAITING", "simulation.steps < 1500")
+    code += "compiled.load_if_compiled(); compiled.load_now(); compiled.load_if_compiled()"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=240, check=True)
-    assert done.stdout.splitlines()[1].endswith(" 1500") and "cannot be compiled" in done.stderr
+    (line,) = done.stderr.splitlines()
+    assert done.stdout.splitlines()[1].endswith(" 1500") and "cannot be compiled (import of numba halted" in line
+
+
+@pytest.fixture
+def another_machine(tmp_path: Path) -> Path:
+    """A copy of the packages for which nothing has been compiled."""
+    root = Path(compiled.__file__).parents[1]
+    for package in ("controllers", "scenes"):
+        shutil.copytree(root / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
+    return tmp_path
+
+
+FIRST_START = """
+import threading
+from controllers import compiled
+from scenes.settings import RunSettings
+from scenes.simulation import Simulation
+simulation = Simulation(RunSettings())
+compiled.begin_to_load()
+for thread in threading.enumerate():
+    if thread.name == "duet-compiled":
+        thread.join()
+simulation.step(None)
+print(compiled.__file__, compiled.all_loaded())
+"""
+
+
+def first_start(folder: Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-c", FIRST_START]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=280, check=True)
+
+
+@pytest.mark.slow
+def test_the_first_start_on_a_machine_compiles_every_loop_and_says_nothing(another_machine: Path) -> None:
+    done = first_start(another_machine)
+    assert done.stdout == f"{another_machine / 'controllers' / 'compiled.py'} True\n" and done.stderr == ""
+
+
+@pytest.mark.slow
+def test_a_loop_that_cannot_be_compiled_is_one_line_in_the_log_and_the_run_goes_on(another_machine: Path) -> None:
+    file = another_machine / "controllers" / "kinematics.py"
+    text = file.read_text("utf-8")
+    assert text.count('"void(float64[:, :], int64,') == 1
+    file.write_text(text.replace('"void(float64[:, :], int64,', '"void(float64[:], int64,'), "utf-8")
+    done = first_start(another_machine)
+    (line,) = done.stderr.splitlines()
+    assert "cannot be compiled (TypingError: " in line and done.stdout.endswith("compiled.py False\n")
 
 
 def test_the_listening_process_loads_no_compiler_and_every_loop_comes_with_the_simulation() -> None:
@@ -117,5 +245,5 @@ def test_the_listening_process_loads_no_compiler_and_every_loop_comes_with_the_s
     ).stdout.splitlines()
     root = Path(compiled.__file__).parents[1]
     files = (path for room in ("controllers", "scenes", "app") for path in (root / room).rglob("*.py"))
-    loops = [".".join(path.relative_to(root).with_suffix("").parts) for path in files if "\n@Loop\n" in path.read_text("utf-8")]
+    loops = [".".join(path.relative_to(root).with_suffix("").parts) for path in files if "\n@loop(" in path.read_text("utf-8")]
     assert with_compiler == "False" and modules.split() == sorted(loops) != []

@@ -60,7 +60,10 @@ def reason_against() -> str:
     if shutil.which("mmdebstrap") is None and shutil.which("apt-get") is None:
         return "mmdebstrap is missing, and there is no apt-get to install it"
     if shutil.which("mmdebstrap") is None:
-        for command in (["apt-get", "update", "-qq"], ["apt-get", "install", "-y", "-qq", "--no-install-recommends", "mmdebstrap"]):
+        for command in (
+            ["apt-get", "update", "-qq"],
+            ["apt-get", "install", "-y", "-qq", "--no-install-recommends", "mmdebstrap"],
+        ):
             done = subprocess.run(command, capture_output=True, text=True, check=False)
             if done.returncode != 0:
                 return f"mmdebstrap cannot be installed ({(done.stderr or done.stdout).strip()[-200:]})"
@@ -107,7 +110,9 @@ def run_there(command: str, suite: str, packages: Sequence[str], checkout: Path)
         The command's exit code.
     """
     if packages:
-        command = f"apt-get update -qq && apt-get install -y -qq --no-install-recommends {' '.join(packages)} >/dev/null && {command}"
+        command = (
+            f"apt-get update -qq && apt-get install -y -qq --no-install-recommends {' '.join(packages)} >/dev/null && {command}"
+        )
     root = Path(tempfile.mkdtemp(prefix="duet-bare-"))
     try:
         subprocess.run(["tar", "-C", root, "-xf", system_archive(suite)], check=True)

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 import viser
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page
 
 from app.hosting.serve_options import ServeOptions
 from app.start import start_app
@@ -28,6 +28,7 @@ from tests.browser import (
     free_port,
     launch,
     settled_view,
+    started_playwright,
     take_hold,
     wait_frames,
     wait_ready,
@@ -160,7 +161,7 @@ def figure(delays: list[float]) -> str:
 def main() -> None:
     """Measure and print."""
     measures: dict[str, Callable[[Any], list[float]]] = {"viser's own floor": of_viser, "pointer to picture": of_duet}
-    with sync_playwright() as playwright:
+    with started_playwright() as playwright:
         browser = launch(playwright)
         for name, delays_of in measures.items():
             print(f"{name}, {figure(delays_of(browser))}")

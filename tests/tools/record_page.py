@@ -16,14 +16,14 @@ from typing import Final
 
 import numpy as np
 from PIL import Image, ImageDraw
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page
 
 from app.hosting.serve_options import ServeOptions
 from app.session.session import Session
 from app.start import start_app
 from tests.app.conftest import ask
 from tests.app.page.by_hand import grab, visit
-from tests.browser import launch, settled_view, wait_frames, world_position, world_to_px
+from tests.browser import launch, settled_view, started_playwright, wait_frames, world_position, world_to_px
 
 SIZE: Final = (1180, 740)
 WIDTH: Final = 885
@@ -128,7 +128,7 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=Path(".readme"))
     given = parser.parse_args()
     house = start_app(ServeOptions())
-    with sync_playwright() as playwright:
+    with started_playwright() as playwright:
         browser = launch(playwright)
         for name, (query, time) in STILLS.items():
             page = browser.new_page(viewport={"width": STILL_SIZE[0], "height": STILL_SIZE[1]})

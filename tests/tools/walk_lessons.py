@@ -14,12 +14,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from tempfile import mkdtemp
 
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page
 
 from app.cli.grade import NewLaw, new_law
 from app.hosting.serve_options import ServeOptions
 from app.start import App, start_app
-from tests.browser import launch, listen, save_picture, until
+from tests.browser import launch, listen, save_picture, started_playwright, until
 from tests.tools.lesson_hands import Clicks, Keys
 from tests.tools.lesson_walker import Walker, enter, named, shown_step
 
@@ -87,7 +87,7 @@ def main() -> int:
     given = parser.parse_args()
     house = start_app(ServeOptions(law_file=custom_law()))
     failed = 0
-    with sync_playwright() as playwright:
+    with started_playwright() as playwright:
         browser = launch(playwright)
         for by in given.by:
             try:

@@ -9,9 +9,7 @@ import argparse
 import os
 import sys
 
-from playwright.sync_api import sync_playwright
-
-from tests.browser import launch
+from tests.browser import launch, started_playwright
 from tests.tools.monkey.visitor import Trouble, let_loose
 
 
@@ -23,7 +21,7 @@ def main() -> int:
     parser.add_argument("--lecture", action="store_true", help="on the stage of a lecture")
     arguments = parser.parse_args()
     failed = 0
-    with sync_playwright() as playwright:
+    with started_playwright() as playwright:
         browser = launch(playwright)
         for seed in arguments.seeds:
             try:

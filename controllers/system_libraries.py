@@ -1,0 +1,80 @@
+"""Shared libraries of the system that Python's packages need: which one is missing, and how to install it."""
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Final
+
+from controllers.errors import DuetError
+
+PACKAGES: Final = {
+    "libatomic.so.1": "libatomic1",
+    "libEGL.so.1": "libegl1",
+    "libGL.so.1": "libgl1",
+    "libGLESv2.so.2": "libgles2",
+    "libglib-2.0.so.0": "libglib2.0-0",
+    "libgomp.so.1": "libgomp1",
+    "libgthread-2.0.so.0": "libglib2.0-0",
+    "libstdc++.so.6": "libstdc++6",
+    "libz.so.1": "zlib1g",
+}
+"""Library that our packages and those of the extras need → package of Debian and Ubuntu."""
+
+# A library with a path is a package's own, which no package of the system has.
+_MISSING: Final = re.compile(r"(?<![\w./+-])([\w.+-]+\.so(?:\.\d+)*): cannot open shared object file")
+
+_INSTALLED: Final = re.compile(r".*(?:site|dist)-packages/(\w+)")
+"""Path of a module → its package; a package may have a folder of packages inside."""
+
+
+class MissingLibrary(DuetError):
+    """The system lacks a shared library; the message says what needs it and how to install it.
+
+    Attributes:
+        library: its name, as in "libgomp.so.1".
+    """
+
+    def __init__(self, message: str, library: str = "") -> None:
+        super().__init__(message)
+        self.library = library
+
+
+def missing_library(text: str) -> str | None:
+    """Name of the shared library that the system's loader did not find; None if the text is about something else."""
+    found = _MISSING.search(text)
+    return found[1] if found else None
+
+
+def remedy(library: str, needed_by: str) -> str:
+    """One sentence about a missing library: what needs it, and how to install it."""
+    lack = f"{needed_by} needs the system's library {library}, which is missing"
+    if library in PACKAGES:
+        return f"{lack}: as root, on Debian or Ubuntu, apt install {PACKAGES[library]}."
+    return (
+        f"{lack}: install the package that has it; `apt-file search {library}` names it on Debian and Ubuntu, "
+        f"`dnf provides '*/{library}'` on Fedora."
+    )
+
+
+@contextmanager
+def naming_missing_library() -> Iterator[None]:
+    """Raise `MissingLibrary` for an import, or a library that is opened, that fails because of one.
+
+    Raises:
+        MissingLibrary: in place of that ImportError or OSError; all others pass.
+    """
+    try:
+        yield
+    except (ImportError, OSError) as error:
+        library = missing_library(str(error)) or missing_library(str(error.__cause__))
+        if library is None:
+            raise
+        raise MissingLibrary(remedy(library, _package(error)), library) from None
+
+
+def _package(error: ImportError | OSError) -> str:
+    """Name of the package whose import has failed."""
+    if not isinstance(error, ImportError):
+        return "Python"
+    found = _INSTALLED.match(error.path or "")
+    return found[1] if found else (error.name or "Python").partition(".")[0]
