@@ -64,7 +64,12 @@ DOUBTED: dict[str, tuple[Array, Array, float, tuple[str, ...]]] = {
     "late": (T + 43.0, PLACES, 46.0, ("t goes from 43 to 45.95 s", "0 to 46 s", "60 of 60", "--seconds")),
     "short": (T * 0.1, PLACES, 46.0, ("t goes from 0 to 0.295 s", "hardly overlap")),
     "almost before": (T - 2.9, PLACES, 46.0, ("t goes from -2.9", "hardly overlap", "2 of 60")),
-    "long steps": (np.arange(6) * 60.0, PLACES[0] + np.outer(np.arange(6) % 2, (0.0, 0.0, -0.5)), 46.0, ("1 of 6",)),
+    "long steps": (
+        60.0 * np.arange(6, dtype=np.float64),
+        PLACES[0] + np.outer(np.arange(6) % 2, (0.0, 0.0, -0.5)),
+        46.0,
+        ("1 of 6",),
+    ),
     "decimetres": (T, PLACES * 10.0, 3.0, ("x, y and z", "shoulder", "reaches", "metres")),
     "another frame": (T, PLACES + np.array([4.0, 3.0, 0.0]), 3.0, ("x, y and z", "shoulder")),
 }
@@ -86,8 +91,8 @@ FINE: dict[str, tuple[Array, Array, float]] = {
     "a fifth of the run": (T, PLACES, 15.0),
     "begun before the run": (T - 1.0, PLACES, 3.0),
     "one place": (T[:1], PLACES[:1], 46.0),
-    "a few ways": (np.arange(5) * 2.0, FAR_APART, 10.0),
-    "a hand at rest": (np.arange(COUNT) * 1.0, np.tile(PLACES[0], (COUNT, 1)), 46.0),
+    "a few ways": (2.0 * np.arange(5, dtype=np.float64), FAR_APART, 10.0),
+    "a hand at rest": (np.arange(COUNT, dtype=np.float64), np.tile(PLACES[0], (COUNT, 1)), 46.0),
     "a hand that goes away and comes back": (T, PLACES + np.linspace(0.0, 3.0, COUNT)[:, None], 3.0),
     "dense": (T * 0.02 + 0.1, PLACES, 0.5),
 }
