@@ -9,7 +9,7 @@ from app.lessons.blocks import NEEDED, Table, is_number, quoted_value
 from app.lessons.markdown import Fault, FaultLog
 from app.lessons.room_places import Anchor, RoomPlace, Start, ball_centre, start_positions
 from app.lessons.runs import AUTOPILOT, LONGEST, Input, Pairs, Setup
-from app.lessons.scripts import checked_script
+from app.lessons.scripts import SCRIPTS, checked_script
 from app.settings import Settings
 from controllers.errors import BadInputFile, BadSetting
 from scenes.files import path_inside
@@ -137,9 +137,10 @@ def _read_input(table: Table, value: dict[str, Any], setup: Setup) -> Input:
 
 def _script(name: str, given: dict[str, Any], setup: Setup) -> Pairs:
     found: dict[str, Any] = {}
+    places = SCRIPTS[name].places if name in SCRIPTS else ()
     for key, value in given.items():
         found[key] = value
-        if isinstance(value, dict):
+        if isinstance(value, dict) and key in places:
             try:
                 found[key] = _place(Table(value, [], 1, key))
             except Fault as fault:

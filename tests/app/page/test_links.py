@@ -1,128 +1,124 @@
-"""What a link says is the start of its own tab; what it says badly is named, and never more than text; a link to a push of the duel in
-lesson 6 replays it in another browser."""
+"""Links as they arrive: with what others have appended to them, with &amp;, and with names that no setting has."""
 
-import html
-import re
-from urllib.parse import quote
+from collections.abc import Mapping
 
-import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from app.bench.headless_client import HeadlessClient
-from app.session.session import Session
-from app.settings import Settings
-from scenes.rerun import rerun
-from scenes.run_text import run_of_text
-from scenes.settings import values
-from scenes.targets import HandTarget
-from tests.app.conftest import Arrive, Guest, OpenHouse, live_sessions
-from tests.app.page.by_hand import USUAL, WRIST, chosen, control, run_on, see_plots, set_by_hand, visit
-from tests.app.page.helpers import click, notes, shown
-from tests.browser import PageAt, until, world_position
+from app.hosting.visitor_record import lesson_link, link_of
+from app.i18n.catalogue import words_of
+from app.i18n.reader_language import language_asked, look_of
+from app.page.panels.welcome import is_for_newcomers
+from app.settings import FOREIGN_KEYS, LANGUAGES, LOOKS, Settings, from_query, is_appended, is_foreign, to_query
+from app.web.pages import page_query
+from controllers.errors import BadSetting
+from scenes.setting_spec import add_choice, added_choices, nearest_names
+from scenes.settings import RunSettings, changed, specs
 
+WORDS = """
+    utm_source utm_medium utm_campaign utm_term utm_content utm_id fbclid gclid gclsrc dclid gbraid wbraid gad_source gad_campaignid
+    msclkid yclid ysclid twclid ttclid li_fat_id rdt_cid mc_eid mc_cid igshid igsh mibextid ref ref_src ref_url _ga _gl _hsenc _hsmi
+    __hstc __hssc hsCtaTracking hsa_cam mkt_tok vero_id vero_conv oly_anon_id oly_enc_id s_cid pk_campaign pk_kwd mtm_campaign
+    matomo_campaign piwik_campaign fb_action_ids __tn__ __cft__[0] _openstat epik srsltid usp si feature spm trk trk_contact
+    _branch_match_id
+    _x_tr_sl _x_tr_tl _x_tr_hl forceview redirects UTM_SOURCE Fbclid
+    """
+APPENDED = WORDS.split()
 
-def test_a_second_tab_is_private_and_a_link_sets_it(house: OpenHouse, page_at: PageAt) -> None:
-    opened = house()
-    one = page_at(900, 640)
-    first = visit(one, opened, "autopilot=0")
-    other = page_at(900, 640)
-    alerts: list[str] = []
-
-    other.on("dialog", lambda dialog: alerts.append(dialog.message))
-    other.on("dialog", lambda dialog: dialog.dismiss())
-    bad = "law=%3Cimg%20src%3Dx%20onerror%3Dalert(1)%3E"
-    second = visit(other, opened, f"rig=table&dm=0.1&n=10&theme=dark&plot=lambda&{bad}")
-    expected = {"rig": "table", "dm": 0.1, "n": 10.0, "theme": "dark", "plot": "lambda"}
-    assert chosen(second) == USUAL | expected
-    # What could not be done is named, as plain text.
-    other.get_by_text("law = '<img src=x onerror=alert(1)>'").wait_for()
-    assert other.locator("img[src=x]").count() == 0 and alerts == []
-    other.wait_for_function("document.documentElement.dataset.mantineColorScheme === 'dark'")
-    for key, number in {"dm": "100", "n": "10"}.items():
-        box = control(other, key).locator("input[type=text]").last
-        until(other, lambda box=box, number=number: box.input_value() == number, key)
-    see_plots(other, ("distance", "error", "activation λ"))
-    # Neither sees the other.
-    assert chosen(first) == USUAL | {"autopilot": False}
-    assert one.evaluate("document.documentElement.dataset.mantineColorScheme") == "light"
-    set_by_hand(one, first, "v")
-    assert second.settings.run.law.nominal_velocity == 0.30
-    assert not np.allclose(world_position(one, f"/arms/left{WRIST}"), world_position(other, f"/arms/left{WRIST}"), atol=0.05)
-    other.close()
-    until(one, lambda: len(live_sessions(opened)) == 1, "the session of the closed tab")
-    run_on(one, first, 0.1)
+LINKS = (
+    "rig=table&dm=0.1&n=10",
+    "lesson=3&step=2",
+    "lesson=drift",
+    "push=AAAA&lang=de",
+    "attack=abc&whole=1",
+    "embed=1&panel=all&lang=sl",
+    "guest=abcdefgh",
+    "key=secret&screen=1",
+    "lang=de&theme=dark&profile=projector",
+    "",
+)
 
 
-MALICE = "<img src=x onerror=alert(1)>"
+@pytest.mark.parametrize("key", APPENDED)
+def test_what_others_append_is_ignored_without_a_word(key: str) -> None:
+    assert from_query({"rig": "table", key: "x"}, Settings()) == from_query({"rig": "table"}, Settings())
+    assert is_for_newcomers({key: "x"}) and not is_for_newcomers({key: "x", "rig": "table"})
 
 
-def test_a_bad_part_of_a_link_is_named_as_plain_text_and_the_rest_holds(house: OpenHouse, arrive: Arrive) -> None:
-    opened, bad = house(), quote(MALICE)
-    one = arrive(opened, f"rig=table&dm=9&law={bad}&n=10&{bad}=1&v=nan&initialCameraFov=1&websocket=x&seed=1.5")
-    assert values(one.session.settings) == values(Settings()) | {"rig": "table", "n": 10.0}
-    one.visitor.wait_for(lambda _: len(notes(one.visitor)) >= 5)
-    said = notes(one.visitor)
-    for named in ("dm = '9'", f"law = '{MALICE}'", f"'{MALICE}'", "v = 'nan'", "seed = '1.5'"):
-        assert sum(named in note for note in said) == 1 + (named == f"'{MALICE}'"), (named, said)
-    # The browser shows a notification's text as text; nothing else may carry it.
-    one.run_on(0.3)
-    texts: list[str] = []
-
-    def read(visitor: HeadlessClient) -> bool:
-        mirror = visitor.mirror
-        others = [element for element in mirror.gui.values() if element["type"] != "NotificationShowMessage"]
-        texts[:] = repr((others, mirror.nodes, mirror.commands)), repr(others)
-        return True
-
-    # In the thread that changes them.
-    one.visitor.wait_for(read)
-    assert "onerror" not in texts[0] and html.escape(MALICE) not in texts[1]
-    assert notes(arrive(opened, "rig=table&speed=0.5").visitor) == []
+def test_no_name_of_ours_is_taken_for_one_of_theirs() -> None:
+    ours = {*specs(Settings), *FOREIGN_KEYS, "screen", "origin", "initialCameraPosition"}
+    assert [key for key in ours if is_appended(key)] == []
+    assert [key for key in specs(Settings) if is_foreign(key)] == []
+    assert not is_foreign("dmm")
 
 
-def pushed(one: Guest) -> str:
-    """A push, counted; the link to it."""
-    click(one.visitor, "Next: observe")
-    click(one.visitor, "Next: challenge")
-    one.visitor.wait_for(lambda v: "You have five pushes" in shown(v))
-
-    def pull(session: Session) -> None:
-        pose = session.simulation.kinematics.hand_pose(session.arm)
-        session.hold(HandTarget(pose.translation - np.array([0.15, 0.0, 0.0]), pose.rotation.copy()))
-
-    # A push takes so much time of the run at most.
-    one.ask(lambda s: s.change("speed", 0.25))
-    for _ in range(4):
-        one.ask(pull)
-        one.run_on(0.1)
-    click(one.visitor, "Count this push")
-    one.visitor.wait_for(lambda v: "Push 1 of 5" in shown(v) and "&push=" in shown(v))
-    found = re.search(r'value="[^"]*\?(lesson=hold&step=3&push=[^"]+)"', shown(one.visitor))
-    assert found is not None
-    return found[1]
+@given(
+    st.sampled_from(LINKS), st.lists(st.sampled_from(APPENDED), max_size=6), st.integers(0, 10**6), st.booleans(), st.booleans()
+)
+def test_a_link_shows_the_same_with_what_others_append(
+    link: str, appended: list[str], seed: int, escaped: bool, twice: bool
+) -> None:
+    parts = [part for part in link.split("&") if part]
+    for i, key in enumerate(appended):
+        parts.insert((seed >> i) % (len(parts) + 1), f"{key}=IwAR{i}")
+    separator = "&amp;amp;" if escaped and twice else "&amp;" if escaped else "&"
+    plain, found = page_query(f"/?{link}"), page_query(f"/?{separator.join(parts)}")
+    assert found == plain
+    assert from_query(found, Settings()) == from_query(plain, Settings())
+    assert lesson_link(found) == lesson_link(plain) and link_of(found) == link_of(plain)
+    assert is_for_newcomers(found) == is_for_newcomers(plain)
+    assert look_of(found, "en", Settings()) == look_of(plain, "en", Settings())
+    assert language_asked(found, "de") == language_asked(plain, "de")
 
 
-def test_a_push_is_counted_and_its_link_replays_it_in_another_browser(house: OpenHouse, arrive: Arrive) -> None:
-    app = house()
-    one = arrive(app, "lesson=hold&step=3")
-    link = pushed(one)
-    push = one.lessons.walk.nearest
-    assert push is not None
-    other = arrive(app, link)
-    other.visitor.wait_for(lambda v: "This is a push from a link" in shown(v) and "Try to touch it" in shown(v))
-    other.wait(lambda s: s.player.replay is not None)
-    player = other.session.player
-    assert player.replay is not None
-    table = rerun(push).table
-    assert (
-        rerun(player.replay.recorded).table.tobytes()
-        == table.tobytes()
-        == rerun(run_of_text(link.rpartition("=")[2])).table.tobytes()
-    )
-    # The replay itself, at its end.
-    other.wait(lambda s: s.player.replay is not None and s.player.replay.step == len(table))
-    ended = other.ask(lambda s: player.replay and player.replay.simulation.history.table(1)[0].tobytes())
-    assert ended == table[-1].tobytes()
-    for damaged, why in ((link[:-3], "push: the link is damaged"), (f"{link}{'A' * 3500}", "push: is longer than 3000")):
-        third = arrive(app, damaged)
-        third.visitor.wait_for(lambda v, why=why: any(why in note for note in notes(v)))
-        assert third.session.player.replay is None
+def test_the_key_of_a_setting_is_mended_wherever_it_is_read() -> None:
+    settings, problems = from_query({"rig": "table", "amp;dm": "0.1", "AMP;amp;n": "3"}, Settings())
+    assert (settings.run.rig, settings.run.law.critical_distance, settings.run.law.order, problems) == ("table", 0.1, 3.0, ())
+    for key in LOOKS:
+        (value,) = to_query(
+            changed(Settings(), key, {"theme": "dark", "profile": "projector", "picture": "fast", "lang": "de"}[key]), Settings()
+        ).keys() - {"whole"}
+        assert value == key
+
+
+NEAREST: Mapping[str, str] = {
+    "dmm": "dm", "DM": "dm", "d_m": "dm", "laws": "law", "pair": "pairs", "language": "lang", "scenes": "scene", "lessons": "lesson",
+    "steps": "step", "embedded": "embed", "robots": "robot", "seeds": "seed", "themes": "theme",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("key", NEAREST)
+def test_an_unknown_name_is_answered_with_the_nearest_ones(key: str) -> None:
+    settings, (problem,) = from_query({key: "1"}, Settings())
+    assert settings == Settings()
+    suggested = problem.split("did you mean ")[1].split("?")[0].split(", ")
+    assert NEAREST[key] in suggested and len(suggested) <= 3 and "lwr-duet serve --help" in problem
+
+
+@given(st.text(min_size=1, max_size=60))
+def test_no_message_about_a_name_lists_them_all(key: str) -> None:
+    names = {*specs(Settings)}
+    _, problems = from_query({key: "🦆"}, Settings())
+    try:
+        changed(RunSettings(), key, "🦆")
+    except BadSetting as error:
+        problems += (str(error),)
+    for problem in problems:
+        for said in (problem, *(words_of(language)(problem) for language in LANGUAGES)):
+            assert len(said) < 400 and len(names & {*said.replace(",", " ").replace("?", " ").split()}) <= 20, said
+
+
+def test_an_unknown_value_lists_no_more_than_some() -> None:
+    before = {key: dict(added) for key, added in added_choices().items()}
+    try:
+        for i in range(8):
+            add_choice("robot", f"arm{i}-0123456789ab", f"arm {i}")
+        with pytest.raises(BadSetting) as caught:
+            changed(RunSettings(), "robot", "pandas")
+    finally:
+        added_choices().clear()
+        added_choices().update(before)
+    message = str(caught.value)
+    assert "choose from panda," in message and message.endswith("….") and message.count(",") <= 3
+    assert nearest_names("🦆", ("lwr", "panda")) == ()
