@@ -1,13 +1,14 @@
 """The page's own settings, and every way in which settings come in or go out: deep link, command line, header of an export."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final, Literal, NamedTuple
 
 from controllers.errors import BadSetting
 from scenes.laws import LAWS
-from scenes.setting_spec import Tab
-from scenes.settings import ARMS, ARMS_PERSON, ELSEWHERE, RunSettings, changed, values
+from scenes.setting_spec import Tab, unknown_setting
+from scenes.settings import ARMS, ARMS_PERSON, ELSEWHERE, RunSettings, changed, specs, values
 
 Theme = Literal["light", "dark"]
 Profile = Literal["desk", "projector"]
@@ -142,14 +143,18 @@ def from_query(query: Mapping[str, str], start: Settings) -> tuple[Settings, tup
     """Return the settings of a link, and a message for every part of it that is not possible and was left out.
 
     Args:
-        query: key → text, e.g. {"rig": "table", "dm": "0.1"}; SI units. Keys that are viser's own are skipped.
+        query: key → text, e.g. {"rig": "table", "dm": "0.1"}; SI units. Keys that are viser's own, or appended by others, are skipped.
         start: what the link does not say, unless it says that it is whole.
     """
     problems: list[str] = []
+    query = {mended_key(key): text for key, text in query.items()}
     if query.get(WHOLE) == "1":
         start = Settings()
     for key, text in query.items():
-        if key in FOREIGN_KEYS or key.startswith("initialCamera"):
+        if is_foreign(key):
+            continue
+        if key not in specs(Settings):
+            problems.append(str(unknown_setting(key, (*specs(Settings), *LINK_KEYS))))
             continue
         try:
             start = changed(start, key, text)
@@ -201,6 +206,9 @@ ATTACK: Final = "attack"
 OPENED: Final = "opened"
 """Key of a word of the page, new each time a browser loads it: another one in the same tab is a reload."""
 
+LINK_KEYS: Final = (*sorted(STEP_KEYS), PANEL, EMBED, PUSH, WHOLE)
+"""Keys of a link that people write by hand, besides settings."""
+
 FOREIGN_KEYS = frozenset(
     {"window", "folder", "websocket", "playbackPath", "darkMode", "key", "logCamera", "fixedDpr", "forceOrbitOriginTool"}
     | {"resume", WHOLE, ALONE, GUEST, ATTACK, PUSH, MOTION, OPENED, PANEL, EMBED}
@@ -208,3 +216,36 @@ FOREIGN_KEYS = frozenset(
 )
 """Keys of a link that are not settings: viser's own, the key of a lecture, the size of the window, the folder that a proxy has
 the page in, the lesson, the run to replay, how much it says."""
+
+APPENDED: Final = re.compile(
+    # Campaigns of mailings, and what measures them.
+    r"(utm|pk|mtm|piwik|matomo|hsa|gad|vero|oly|trk|_branch)_[a-z0-9_]+|__?hs[a-z]+|hsctatracking|mkt_tok|mc_[ce]id|_ke|_kx|s_cid|cid|"
+    r"cmpid|ncid|_openstat|_ga|_gl|"
+    # Clicks in search engines and social networks.
+    r"[a-z]{0,3}clid|msclkid|gclsrc|gbraid|wbraid|srsltid|irclickid|li_fat_id|rdt_cid|igsh|igshid|mibextid|fb_[a-z_]+|__[a-z_]+(\[\d*\])?|"
+    r"epik|spm|trk|si|usp|feature|isappinstalled|ref|ref_src|ref_url|referrer|"
+    # Translators and learning platforms.
+    r"_x_tr_[a-z]+|forceview|redirects|_xsrf|_t|_r",
+    re.IGNORECASE,
+)
+"""Keys that mailings, social networks, search engines, translators and learning platforms append to a link: they say nothing to us."""
+
+
+def mended_key(key: str) -> str:
+    """Return a key of a link without what is left of the &amp; of a page's source."""
+    return _AMP.sub("", key)
+
+
+_AMP: Final = re.compile(r"^(amp;)+", re.IGNORECASE)
+
+
+def is_foreign(key: str) -> bool:
+    """True for a key of a link that is no setting: another program's, another part of Duet's, or appended by others."""
+    if key in specs(Settings):
+        return False
+    return key in FOREIGN_KEYS or key.startswith("initialCamera") or APPENDED.fullmatch(key) is not None
+
+
+def is_appended(key: str) -> bool:
+    """True for a key that others append to a link, and that is not Duet's or viser's."""
+    return key not in FOREIGN_KEYS and key not in specs(Settings) and APPENDED.fullmatch(key) is not None

@@ -1,7 +1,9 @@
 """Inputs and outcomes as CSV: where a person's hand wants to be, and what the arms then did."""
 
+import contextlib
 import csv
 import math
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final, TextIO
@@ -11,6 +13,7 @@ import pinocchio as pin
 
 from controllers.errors import BadInputFile
 from controllers.kinematics import Array
+from scenes.csv_reading import TextRow, TextTable, cells_of, has_decimal_commas, number_in_cell, read_text_table, separator_of
 from scenes.files import input_content
 from scenes.history import COLUMN, unit_of
 from scenes.simulation import Simulation
@@ -19,7 +22,9 @@ from scenes.targets import HandTarget, between
 POSITION_HEADER: Final = ("t", "x", "y", "z")
 POSE_HEADER: Final = (*POSITION_HEADER, "qw", "qx", "qy", "qz")
 REACH: Final = 10.0
-"""Largest believable coordinate of a hand [m]; more is a file in millimetres."""
+"""Largest believable coordinate of a hand [m]; more is a file in another unit."""
+LENGTHS: Final = (("centimetres", "100", 200.0), ("millimetres", "1000", 10_000.0), ("micrometres", "1000000", 1e7))
+"""Units that a file may be in instead, what its numbers are divided by, and the largest number of an arm's room in this unit."""
 MOST_BYTES: Final = 64_000_000
 """Largest CSV file of inputs."""
 
@@ -47,7 +52,7 @@ class Recording:
 
 
 def read_inputs(path: Path) -> Recording:
-    """Return the recording in a CSV file with the header `t,x,y,z` or `t,x,y,z,qw,qx,qy,qz`; lines that start with # are skipped.
+    """Return the recording in a CSV file with the header `t,x,y,z` or `t,x,y,z,qw,qx,qy,qz`, see `inputs_from`.
 
     Raises:
         BadInputFile: no such file, or not such a file; names the line.
@@ -56,55 +61,131 @@ def read_inputs(path: Path) -> Recording:
 
 
 def inputs_from(data: bytes, path: str) -> Recording:
-    """Return the recording in a CSV file's content; see `read_inputs`. `path`: of the file, for messages."""
-    try:
-        lines = data.decode("utf-8-sig").splitlines()
-    except UnicodeDecodeError:
-        raise BadInputFile(f"{path}: is not a text file; give a CSV file with the header t,x,y,z.") from None
-    rows: list[list[float]] = []
-    header: tuple[str, ...] = ()
-    for number, line in enumerate(lines, 1):
-        if not line.strip() or line.startswith("#"):
-            continue
-        try:
-            cells = next(csv.reader([line]))
-        except csv.Error as error:
-            raise BadInputFile(f"{path}, line {number}: cannot be read as CSV ({error}).") from None
-        if not header:
-            header = tuple(cell.strip().lower() for cell in cells)
-            if header not in (POSITION_HEADER, POSE_HEADER):
-                raise BadInputFile(f"{path}, line {number}: the header must be t,x,y,z or t,x,y,z,qw,qx,qy,qz.")
-            continue
-        rows.append(_checked_row(path, number, header, cells, rows[-1][0] if rows else -math.inf))
+    """Return the recording in a CSV file's content, in any of the forms that `scenes.csv_reading` knows.
+
+    The header's names may have their SI units with them, as in `t [s]`.
+
+    Args:
+        path: of the file, for messages.
+
+    Raises:
+        BadInputFile: not such a file; names line and column.
+    """
+    table = read_text_table(data, path, "give a CSV file with the header t,x,y,z")
+    header, rows = _header(path, table)
     if not rows:
         raise BadInputFile(f"{path}: holds no samples; give a header t,x,y,z and at least one row.")
-    table = np.array(rows)
+    commas, samples = has_decimal_commas(rows), list[list[float]]()
+    for row in rows:
+        samples.append(_sample(f"{path}, line {row.number}", table.separator, header, row.cells, commas))
+        if len(samples) > 1 and samples[-1][0] <= samples[-2][0]:
+            before, now = samples[-2][0], samples[-1][0]
+            raise BadInputFile(
+                f"{path}, line {row.number}: t = {now:.15g} does not come after {before:.15g}; times must increase."
+            )
+    found = np.array(samples)
+    _check_units(path, found, rows)
     quaternions = None
     if header == POSE_HEADER:
-        quaternions = table[:, 4:] / np.linalg.norm(table[:, 4:], axis=1, keepdims=True)
-    return Recording(table[:, 0], table[:, 1:4], quaternions)
+        quaternions = found[:, 4:] / np.linalg.norm(found[:, 4:], axis=1, keepdims=True)
+    return Recording(found[:, 0], found[:, 1:4], quaternions)
 
 
-def _checked_row(path: str, number: int, header: tuple[str, ...], cells: list[str], before: float) -> list[float]:
-    where = f"{path}, line {number}"
-    if len(cells) != len(header):
-        raise BadInputFile(f"{where}: has {len(cells)} values, but the header names {len(header)}.")
+_COLUMN: Final = re.compile(r"(?P<name>[a-z]+)\s*(?:\[(?P<a>.*)\]|\((?P<b>.*)\)|/\s*(?P<c>\S+)|[_ ](?:in )?(?P<d>\S+))?")
+"""A column's name, alone or with its unit: t, t [s], t(s), t/s, t_s."""
+
+_SAME_NAME: Final = {"time": "t", "timestamp": "t"}
+_UNITS: Final = {"t": ("s", "sec", "second", "seconds"), "x": ("m", "meter", "meters", "metre", "metres")}
+"""Accepted units of the time, and of the three positions; quaternions have none."""
+_FACTORS: Final = {"ms": "1000", "us": "1000000", "µs": "1000000", "ns": "1000000000", "cm": "100", "mm": "1000"}
+
+
+def _header(path: str, table: TextTable) -> tuple[tuple[str, ...], tuple[TextRow, ...]]:
+    """Return the names of the columns, and the rows below them. A header may be a comment, as numpy writes it."""
+    if not table.rows:
+        return (), ()
+    first, *rows = table.rows
+    if table.comment is not None and all(_is_number(cell) for cell in first.cells):
+        number, text = table.comment
+        with contextlib.suppress(csv.Error):
+            header = _column_names(path, number, cells_of(text, separator_of(text)))
+            if header in (POSITION_HEADER, POSE_HEADER):
+                return header, table.rows
+    header = _column_names(path, first.number, first.cells)
+    if header not in (POSITION_HEADER, POSE_HEADER):
+        shown = ",".join(first.cells)
+        shown = shown if len(shown) <= 60 else shown[:60] + "…"
+        raise BadInputFile(
+            f"{path}, line {first.number}: the header must be t,x,y,z or t,x,y,z,qw,qx,qy,qz, in this order, not {shown!r}."
+        )
+    return header, tuple(rows)
+
+
+def _column_names(path: str, number: int, cells: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names in a header without their units."""
+    joined: list[str] = []
+    for cell in cells:
+        if joined and cell[:1] in ("[", "("):
+            # Blanks separate, and one stands before the unit.
+            joined[-1] += cell
+        else:
+            joined.append(cell.strip().lower())
+    while joined and not joined[-1]:
+        joined.pop()
+    names: list[str] = []
+    for cell in joined:
+        found = _COLUMN.fullmatch(cell)
+        name = "" if found is None else _SAME_NAME.get(found["name"], found["name"])
+        if found is None or name not in POSE_HEADER:
+            names.append(cell)
+            continue
+        names.append(name)
+        unit = next((part.strip() for part in found.groups()[1:] if part is not None), "")
+        allowed = ("1", "-") if name.startswith("q") else _UNITS["t" if name == "t" else "x"]
+        if unit and unit not in allowed:
+            needed = {"t": "seconds", **dict.fromkeys("xyz", "metres")}.get(name, "numbers without a unit")
+            factor = f": divide by {_FACTORS[unit]}" if unit in _FACTORS else ""
+            raise BadInputFile(f"{path}, line {number}: the header says that {name} is in {unit[:20]!r}; give {needed}{factor}.")
+    return tuple(names)
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell.replace(",", "."))
+    except ValueError:
+        return False
+    return True
+
+
+def _sample(where: str, separator: str, header: tuple[str, ...], cells: tuple[str, ...], commas: bool) -> list[float]:
+    """Return the numbers of a row. `where`: file and line; `commas`: whether decimal signs are commas."""
+    count = len(header)
+    if any(cells[count:]) or len(cells) < count:
+        hint = "; where commas are decimal signs, separate the values by semicolons" if separator == "," and cells[count:] else ""
+        raise BadInputFile(f"{where}: has {len(cells)} values, but the header names {count}{hint}.")
     row: list[float] = []
-    for name, cell in zip(header, cells, strict=True):
-        try:
-            value = float(cell)
-        except ValueError:
-            raise BadInputFile(f"{where}: {name} = {cell.strip()[:40]!r} is not a number.") from None
+    for name, cell in zip(header, cells, strict=False):
+        value = number_in_cell(cell, commas, where, name)
         if not math.isfinite(value):
-            raise BadInputFile(f"{where}: {name} = {cell.strip()[:40]} is not finite.")
-        if name in ("x", "y", "z") and abs(value) > REACH:
-            raise BadInputFile(f"{where}: {name} = {value:g} m is out of any reach; positions are in metres.")
+            raise BadInputFile(f"{where}: {name} = {cell[:40]} is not finite.")
         row.append(value)
-    if row[0] <= before:
-        raise BadInputFile(f"{where}: t = {row[0]:g} does not come after {before:g}; times must increase.")
-    if len(row) > 4 and math.hypot(*row[4:]) < 1e-6:
+    if count > 4 and math.hypot(*row[4:]) < 1e-6:
         raise BadInputFile(f"{where}: qw, qx, qy, qz are all zero, which is no orientation.")
     return row
+
+
+def _check_units(path: str, samples: Array, rows: tuple[TextRow, ...]) -> None:
+    """Refuse positions that are out of any reach. `samples`: (k, columns)."""
+    beyond = np.argwhere(np.abs(samples[:, 1:4]) > REACH)
+    if not len(beyond):
+        return
+    i, axis = beyond[0].tolist()
+    largest = float(np.abs(samples[:, 1:4]).max())
+    likely = next(((unit, factor) for unit, factor, most in LENGTHS if largest <= most), None)
+    guess = f"; these look like {likely[0]}: divide x, y and z by {likely[1]}" if likely else ""
+    raise BadInputFile(
+        f"{path}, line {rows[i].number}: {'xyz'[axis]} = {samples[i, 1 + axis]:g} m is out of any reach; positions are in metres{guess}."
+    )
 
 
 CSV_SCALARS: Final = ("t", "d", "lambda", "e2", "u", "w", "law_d", "w_law", "lever", "pair")

@@ -197,8 +197,8 @@ def _stretches(recorded: Recorded, overrides: Mapping[str, object]) -> tuple[Str
     checked = recorded.settings
     for key, value in overrides.items():
         if key in FIXED:
-            known = ", ".join(name for name in specs() if name not in FIXED)
-            raise BadSetting("{key} cannot be given to a recorded run; choose from {known}.", key=key, known=known)
+            fixed = ", ".join(sorted(FIXED))
+            raise BadSetting("{key} cannot be given to a recorded run, of which {fixed} are fixed.", key=key, fixed=fixed)
         checked = changed(checked, key, value)
     wanted = [(leaves(RunSettings)[key][0], value) for key, value in values(checked).items() if key in overrides]
 

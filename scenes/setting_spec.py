@@ -3,9 +3,10 @@
 And values of the settings `robot` and `rig` that the command line gives at the start: pairs of makes, files, bases of one's own.
 """
 
+import difflib
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import permutations
 from typing import Any, Final, TypeVar, get_args
@@ -119,8 +120,12 @@ def checked(spec: Spec, present: object, value: object, remedy_of: Callable[[str
             return value
         if isinstance(value, str) and (missing := remedy_of(value)):
             raise BadSetting(missing)
-        known = ", ".join(spec.choices)
-        raise BadSetting("{key} = {value} is not possible; choose from {known}.", key=spec.key, value=_shown(value), known=known)
+        known = spec.choices
+        if len(known) > MOST_LISTED:
+            # Arms from files make pairs with all others.
+            known = (*(nearest_names(str(value), known) or known[:NEAREST]), "…")
+        shown = {"key": spec.key, "value": _shown(value), "known": ", ".join(known)}
+        raise BadSetting("{key} = {value} is not possible; choose from {known}.", **shown)
     if spec.read is not None:
         return spec.read(value if isinstance(value, str) else str(value))
     if isinstance(present, bool):
@@ -144,6 +149,31 @@ def checked(spec: Spec, present: object, value: object, remedy_of: Callable[[str
             raise BadSetting("{key} = {value} is not a whole number; {remedy}", **fields)
         return int(number)
     return number
+
+
+MOST_LISTED: Final = 20
+"""Most names that a message lists."""
+
+NEAREST: Final = 3
+"""Names that a message suggests in place of an unknown one."""
+
+
+def nearest_names(name: str, known: Collection[str]) -> tuple[str, ...]:
+    """Return the names that are most like an unknown one, the nearest first; empty if none is like it."""
+    lower = {one.lower(): one for one in known}
+    return tuple(lower[found] for found in difflib.get_close_matches(name[:80].lower(), lower, NEAREST, 0.5))
+
+
+def unknown_setting(key: str, known: Collection[str]) -> BadSetting:
+    """Return the error about a name that no setting has. `known`: names that may have been meant."""
+    shown = key if len(key) <= 40 else key[:39] + "…"
+    if nearest := nearest_names(key, known):
+        return BadSetting(
+            "There is no setting {key!r}; did you mean {nearest}? `lwr-duet serve --help` lists them all.",
+            key=shown,
+            nearest=", ".join(nearest),
+        )
+    return BadSetting("There is no setting {key!r}; `lwr-duet serve --help` lists them all.", key=shown)
 
 
 def _checked_flag(spec: Spec, value: object) -> bool:

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar, cast
 
 from controllers.choices import BoundsTreatment, HandTask, Treatment
 from controllers.curve import read_curve
-from controllers.errors import BadSetting
 from scenes.experiments import EXPERIMENTS, HOLD, Experiment
 from scenes.laws import DEFAULT_LAW, LAWS, LawEntry
-from scenes.setting_spec import SPEC, Spec, Tab, checked, start_remedy, with_added
+from scenes.setting_spec import SPEC, Spec, Tab, checked, start_remedy, unknown_setting, with_added
 
 if TYPE_CHECKING:
     from controllers.laws.situation import Law
@@ -301,7 +300,7 @@ def changed(settings: T, key: str, value: object) -> T:
     """
     known = leaves(type(settings))
     if key not in known:
-        raise BadSetting("There is no setting {key!r}; choose from {known}.", key=key, known=", ".join(known))
+        raise unknown_setting(key, known)
     path, spec = known[key]
     return replaced(settings, path, checked(with_added(spec), reduce(getattr, path, settings), value, start_remedy))
 

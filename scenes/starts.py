@@ -8,6 +8,7 @@ import numpy as np
 
 from controllers.errors import BadInputFile
 from controllers.kinematics import Array
+from scenes.csv_reading import TextRow, has_decimal_commas, number_in_cell, read_text_table
 from scenes.files import input_content
 from scenes.room import Room
 from scenes.settings import RunSettings
@@ -32,32 +33,36 @@ MOST_BYTES: Final = 100_000
 def read_start(path: Path, room: Room) -> Array:
     """Return q (nv,) [rad, m] of a file: numbers in one line or one column, or one row below a header that names the columns of q.
 
-    Numbers are separated by commas or blanks; lines that start with # are skipped.
+    It may have any of the forms that `scenes.csv_reading` knows.
 
     Raises:
         BadInputFile: no such file, not such a file, or a posture that the room's joints cannot have.
     """
-    try:
-        text = input_content(path, MOST_BYTES).decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise BadInputFile(f"{path}: is not a text file; give joint angles in radians.") from None
+    table = read_text_table(input_content(path, MOST_BYTES), str(path), "give joint angles in radians")
     names = [column.format("q") for column in room.columns]
-    lines = [_cells(line) for line in text.splitlines() if line.strip() and not line.startswith("#")]
+    lines = [_without_empty_end(row.cells) for row in table.rows]
+    if table.separator == "," and len(lines) == len(names) > 1 and all(len(line) <= 2 for line in lines):
+        # One column in which the comma is the decimal sign: nothing else has so many lines.
+        lines = [[",".join(line)] for line in lines]
     if lines and set(lines[0]) & set(names):
         lines = [_named(path, names, lines)]
     elif len(lines) > 1 and any(len(line) != 1 for line in lines):
         raise BadInputFile(f"{path}: has {len(lines)} lines of numbers; give one line or one column, {len(names)} numbers.")
-    cells = [cell for line in lines for cell in line]
+    cells = tuple(cell for line in lines for cell in line)
     if len(cells) != len(names):
         raise BadInputFile(f"{path}: has {len(cells)} numbers, but {len(names)} joints move: {', '.join(names)}.")
+    commas = has_decimal_commas((TextRow(1, cells),))
     return np.array(
-        [_position(path, room, joint, name, cell) for joint, (name, cell) in enumerate(zip(names, cells, strict=True))]
+        [_position(path, room, joint, name, cell, commas) for joint, (name, cell) in enumerate(zip(names, cells, strict=True))]
     )
 
 
-def _cells(line: str) -> list[str]:
-    """Return what stands between the commas of a line; between its blanks if it has none."""
-    return [cell.strip() for cell in line.split(",")] if "," in line else line.split()
+def _without_empty_end(cells: tuple[str, ...]) -> list[str]:
+    """Return the cells of a line without empty ones at its end, which a separator there makes."""
+    kept = list(cells)
+    while kept and not kept[-1]:
+        kept.pop()
+    return kept
 
 
 def _named(path: Path, names: list[str], lines: list[list[str]]) -> list[str]:
@@ -70,11 +75,8 @@ def _named(path: Path, names: list[str], lines: list[list[str]]) -> list[str]:
     return [rows[0][header.index(name)] for name in names]
 
 
-def _position(path: Path, room: Room, joint: int, name: str, cell: str) -> float:
-    try:
-        value = float(cell)
-    except ValueError:
-        raise BadInputFile(f"{path}: {name} = {cell[:40]!r} is not a number.") from None
+def _position(path: Path, room: Room, joint: int, name: str, cell: str, commas: bool) -> float:
+    value = number_in_cell(cell, commas, str(path), name)
     if not math.isfinite(value):
         raise BadInputFile(f"{path}: {name} = {cell[:40]} is not finite.")
     low, high = float(room.model.lowerPositionLimit[joint]), float(room.model.upperPositionLimit[joint])

@@ -4,6 +4,7 @@ import contextlib
 import json
 import math
 import os
+import sys
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -113,6 +114,8 @@ def _target_source(command: RunCommand, settings: RunSettings) -> "TargetSource 
     """Return the source of the targets; None for the experiment's own."""
     from app.session.input_source import MODEL_REMEDY, from_bvh
     from scenes.inputs_file import read_person
+    from scenes.recording import Recording
+    from scenes.sample_check import check_samples
 
     given = [name for name in ("inputs", "bvh", "video") if getattr(command, name) is not None]
     if len(given) > 1:
@@ -120,7 +123,11 @@ def _target_source(command: RunCommand, settings: RunSettings) -> "TargetSource 
     if given and given[0] != "inputs" and settings.experiment.follows != "person":
         raise BadSetting(f"--{given[0]} is a person to imitate; add --scene {IMITATION}.")
     if command.inputs is not None:
-        return read_person(command.inputs, settings)
+        person = read_person(command.inputs, settings)
+        if isinstance(person, Recording):
+            for doubt in check_samples(person, settings, command.seconds, str(command.inputs)):
+                print(f"lwr-duet: warning: {doubt}", file=sys.stderr)
+        return person
     if command.bvh is not None:
         from scenes.person.bvh import read_bvh
 

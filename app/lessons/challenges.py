@@ -14,6 +14,7 @@ from app.lessons.runs import Setup
 from app.lessons.setups import read_changes, read_setup, start_of_table
 from scenes.laws import LAWS
 from scenes.room import room_of
+from scenes.setting_spec import unknown_setting
 from scenes.settings import specs
 from scenes.solo import has_null_motions
 
@@ -56,7 +57,7 @@ def read_measurement(table: Table, setup: Setup) -> Measurement:
         table.checked(key, partial(read, {key: found.parameters[key]}, {key: value}))
     parameters = table.checked("name", partial(read, found.parameters, given))
     if name == "setting" and given["key"] not in specs():
-        raise table.fault("key", f"There is no setting {quoted_value(given['key'])}; choose from {', '.join(specs())}.")
+        raise table.fault("key", str(unknown_setting(given["key"], specs())))
     table.close()
     return Measurement(id, name, parameters, unit, digits, tuple(compare), text_only)
 

@@ -179,6 +179,11 @@ class ScriptEntry:
     def parameters(self) -> dict[str, inspect.Parameter]:
         return dict(list(inspect.signature(self.make).parameters.items())[1:])
 
+    @property
+    def places(self) -> tuple[str, ...]:
+        """Names of the parameters that are places."""
+        return tuple(key for key, parameter in self.parameters.items() if parameter.annotation is RoomPlace)
+
 
 SCRIPTS: Final[dict[str, ScriptEntry]] = {
     "push": ScriptEntry(push, "arm", ("arm",)),
@@ -209,11 +214,17 @@ def checked_script(name: str, given: Mapping[str, Any], scene: str) -> tuple[tup
     places = {key: value for key, value in given.items() if isinstance(value, RoomPlace)}
     wanted = known.parameters
     for key in places:
-        if key not in wanted or wanted[key].annotation is not RoomPlace:
+        if key not in known.places:
             raise BadSetting(f"script {name}: {key} is not a place; choose from {', '.join(wanted)}.")
-    plain = {key: parameter for key, parameter in wanted.items() if parameter.annotation is not RoomPlace}
+    for key, value in given.items():
+        if key not in wanted:
+            raise BadSetting(f"script {name} has no parameter {key!r}; choose from {', '.join(wanted) or 'none: it has none'}.")
+        if key in known.places and key not in places:
+            remedy = f"write {key} = {{ toward = [0.0, 1.0, 0.0], gap = 0.1 }}"
+            raise BadSetting(f"script {name}: {key} = {value!r:.40} is not a place; {remedy}.")
+    plain = {key: parameter for key, parameter in wanted.items() if key not in known.places}
     numbers = read_parameters(f"script {name}", plain, {k: v for k, v in given.items() if k not in places})
-    missing = [key for key, parameter in wanted.items() if parameter.annotation is RoomPlace and key not in places]
+    missing = [key for key in known.places if key not in places]
     if missing:
         raise BadSetting(f"script {name} needs the place {missing[0]!r}.")
     return (*numbers, *places.items())

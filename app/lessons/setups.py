@@ -9,12 +9,13 @@ from app.lessons.blocks import NEEDED, Table, is_number, quoted_value
 from app.lessons.markdown import Fault, FaultLog
 from app.lessons.room_places import Anchor, RoomPlace, Start, ball_centre, start_positions
 from app.lessons.runs import AUTOPILOT, LONGEST, Input, Pairs, Setup
-from app.lessons.scripts import checked_script
+from app.lessons.scripts import SCRIPTS, checked_script
 from app.settings import Settings
 from controllers.errors import BadInputFile, BadSetting
 from scenes.files import path_inside
 from scenes.recording import read_inputs
 from scenes.room import room_of
+from scenes.sample_check import check_samples
 from scenes.settings import changed
 
 SHORTEST: Final = 0.1
@@ -130,15 +131,16 @@ def _read_input(table: Table, value: dict[str, Any], setup: Setup) -> Input:
         return Input("kept", name, (), _read_input(table, dict(otherwise), setup))
     if value:
         raise table.fault("input", f"a file has no parameters; leave out {', '.join(value)}.")
-    table.checked("input", lambda: _file(setup.folder, name))
+    table.checked("input", lambda: _file(name, setup))
     return Input("file", name)
 
 
 def _script(name: str, given: dict[str, Any], setup: Setup) -> Pairs:
     found: dict[str, Any] = {}
+    places = SCRIPTS[name].places if name in SCRIPTS else ()
     for key, value in given.items():
         found[key] = value
-        if isinstance(value, dict):
+        if isinstance(value, dict) and key in places:
             try:
                 found[key] = _place(Table(value, [], 1, key))
             except Fault as fault:
@@ -150,11 +152,11 @@ def _script(name: str, given: dict[str, Any], setup: Setup) -> Pairs:
     return checked
 
 
-def _file(folder: Path, name: str) -> None:
-    path = path_inside(folder, name)
+def _file(name: str, setup: Setup) -> None:
+    path = path_inside(setup.folder, name)
     if path is None:
         raise BadSetting(f"file = {name[:60]!r} is outside the folder of the lesson; put it beside the lesson.")
     try:
-        read_inputs(path)
+        check_samples(read_inputs(path), setup.run, setup.seconds, str(path))
     except BadInputFile as error:
         raise BadSetting(str(error)) from None

@@ -16,6 +16,7 @@ from app.lessons.runs import Setup, page_value
 from app.settings import Language, Settings
 from controllers.errors import NumberText
 from scenes.laws import LEVER_LAW
+from scenes.setting_spec import unknown_setting
 from scenes.settings import specs, values
 
 
@@ -85,7 +86,7 @@ def placeholder_problems(line: str, step: Step, before: bool = False) -> Iterato
     for kind, name in _HOLE.findall(line):
         if kind == "setting":
             if name not in specs(Settings):
-                yield f"{{setting:{name}}}: there is no such setting; choose from {', '.join(specs(Settings))}."
+                yield f"{{setting:{name}}}: {unknown_setting(name, specs(Settings))}"
             continue
         if kind == "table":
             yield from _table_problems(name, line, by_id, before)

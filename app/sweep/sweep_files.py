@@ -9,6 +9,7 @@ from typing import Any, Final, Literal
 
 from controllers.errors import BadInputFile, BadSetting
 from controllers.system_libraries import naming_missing_library
+from scenes.csv_reading import read_text_table
 from scenes.files import read_file, writable, written
 from scenes.sweep import FIGURES, Grid, SweepFigures
 
@@ -146,11 +147,13 @@ def _short(text: str | None) -> str:
 
 def _read_csv(path: Path) -> tuple[tuple[str, ...], list[list[str]]]:
     with _readable(path):
+        data = read_file(path, _MOST_BYTES)
         # What follows the last line break is a row that was being written.
-        lines = read_file(path, _MOST_BYTES).decode("utf-8").split("\n")[:-1]
-        head = tuple(line[2:] for line in lines if line.startswith("# "))
+        data = data[: data.rfind(b"\n") + 1]
+        head = tuple(line[2:] for line in data.decode("utf-8").split("\n") if line.startswith("# "))
+        table = read_text_table(data, str(path), "remove it, or give another --out")
         # A drawn curve has commas.
-        return head, list(csv.reader(lines[len(head) + 1 :]))
+        return head, [list(row.cells) for row in table.rows[1:]]
 
 
 def _read_parquet(path: Path) -> tuple[tuple[str, ...], list[list[str]]]:
@@ -179,5 +182,5 @@ def _readable(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise BadInputFile(f"{path}: cannot be read ({error.strerror or error}).") from None
-    except (ValueError, csv.Error):
+    except ValueError:
         raise BadInputFile(f"{path}: is not a table that a sweep has written; remove it, or give another --out.") from None

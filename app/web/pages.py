@@ -16,7 +16,7 @@ from urllib.parse import parse_qsl, quote
 from markupsafe import Markup
 
 from app.i18n.client_texts import CROWDED, KEPT_OUT, LOST, OPEN_TWICE, SILENT, SOFTWARE, translations
-from app.settings import PUSH
+from app.settings import PUSH, is_appended, mended_key
 from app.theme import css_variables
 
 STATIC: Final = Path(__file__).parent / "static"
@@ -126,14 +126,19 @@ def _connection() -> PageAssets:
 
 
 def page_query(request_path: str) -> dict[str, str]:
-    """Return the query in the path of a request, with bounds on the number and length of its fields; validate every value."""
+    """Return the query in the path of a request, with bounds on the number and length of its fields; validate every value.
+
+    What others append to a link is left out, and &amp; is mended.
+    """
     query = request_path[: 2 * _LONGEST_QUERY].partition("?")[2]
     try:
         fields = parse_qsl(query, keep_blank_values=True, max_num_fields=_MOST_FIELDS)
     except ValueError:
         return {}
     found: dict[str, str] = {}
-    for key, value in fields:
+    for key, value in ((mended_key(key), value) for key, value in fields):
+        if is_appended(key):
+            continue
         if key == PUSH:
             # One that is too long is to be named as such.
             found.setdefault(key, value[: _LONGEST_PUSH + 1])

@@ -3,7 +3,6 @@
 Only directions between joints matter, seen from the torso that they span: unit, vertical axis and place make no difference.
 """
 
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
@@ -13,15 +12,20 @@ import numpy as np
 from controllers.errors import BadInputFile, LazyText
 from scenes.person.angles import BodyPoints, body_angles
 from scenes.person.bvh_file import BvhFile, load_bvh
+from scenes.person.joint_names import (
+    COLLARS,
+    ELBOWS,
+    ELBOWS_BELOW_SHOULDERS,
+    HIPS,
+    SHOULDERS,
+    THIGHS,
+    UPPER_ARMS,
+    WRISTS,
+    is_twist,
+    joint_part,
+)
 from scenes.person.source import SampledAngles
 from scenes.settings import ArmName
-
-ELBOWS: Final = frozenset({"forearm", "lowerarm", "lowarm", "elbow", "foarm", "radius"})
-UPPER_ARMS: Final = frozenset({"arm", "upperarm", "uparm", "shldr", "shoulder", "humerus"})
-COLLARS: Final = frozenset({"clavicle", "collar", "collarbone", "shoulderblade", "scapula"})
-WRISTS: Final = frozenset({"hand", "wrist", "palm"})
-THIGHS: Final = frozenset({"upleg", "upperleg", "thigh", "hip", "leg", "femur", "hipjoint"})
-HIPS: Final = ("hips", "hip", "pelvis", "root", "lowerback", "spine")
 
 ADVICE: Final = LazyText(
     "joints are found by names such as LeftForeArm, lForeArm, L_LowerArm, forearm.L, left_elbow; rename yours"
@@ -36,12 +40,6 @@ _MISSING: Final[dict[tuple[ArmName, str], LazyText]] = {
     ("right", "wrist"): LazyText("right wrist, which should hang from the right elbow"),
 }
 """What may be missing, each in whole words: another language turns the side with the noun."""
-
-_SIDES: Final[dict[str, ArmName]] = {"left": "left", "l": "left", "right": "right", "r": "right"}
-
-_PARTS: Final = ELBOWS | UPPER_ARMS | COLLARS | WRISTS | THIGHS
-
-_DECORATION: Final = frozenset({"bip", "biped", "bone", "b", "def", "j", "jnt", "joint", "mixamorig", "rig", "character", "skel"})
 
 
 def read_bvh(source: Path | bytes, name: str = "") -> SampledAngles:
@@ -77,24 +75,11 @@ def read_bvh(source: Path | bytes, name: str = "") -> SampledAngles:
     return SampledAngles(np.arange(len(table), dtype=np.float64) * file.frame_time, table)
 
 
-def joint_part(name: str) -> tuple[ArmName | None, str]:
-    """Return the side that a joint's name tells, and which part of the body it calls it, in lower case without decoration."""
-    words = [w.lower() for w in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", name.rsplit(":", 1)[-1])]
-    words = [w for w in words if w not in _DECORATION] or words
-    for i, word in enumerate(words):
-        if word in _SIDES:
-            return _SIDES[word], "".join(words[i + 1 :] or words[:i])
-    part = "".join(words)
-    for word, side in _SIDES.items():
-        if part.startswith(word) and part.removeprefix(word) in _PARTS:
-            return side, part.removeprefix(word)
-        if part.endswith(word) and part.removesuffix(word) in _PARTS:
-            return side, part.removesuffix(word)
-    return None, part
-
-
 class _Skeleton:
-    """Where arms and hips are among the joints of a file; the elbow is found by its name, the upper arm as what it hangs on.
+    """Finds arms and hips among the joints of a file.
+
+    The elbow is found by its name, and the wrist by its name below it. The shoulder is the joint farthest up that is called an
+    upper arm. Whatever is between them, such as twists and pieces of a bone that is cut, only moves them.
 
     Attributes:
         arm: indices of shoulder, elbow and wrist of a side.
@@ -104,24 +89,71 @@ class _Skeleton:
     def __init__(self, file: BvhFile) -> None:
         self._file = file
         self._parts = [joint_part(joint.name) for joint in file.joints]
+        self._twists = [is_twist(joint.name) for joint in file.joints]
         self.arm: dict[ArmName, tuple[int, int, int]] = {"left": self._find_arm("left"), "right": self._find_arm("right")}
         self.hips = self._find_hips()
 
     def _find_arm(self, side: ArmName) -> tuple[int, int, int]:
-        elbow = self._named(side, ELBOWS)
-        if elbow is None:
+        """Return shoulder, elbow and wrist of the first arm that is whole.
+
+        Raises:
+            BadInputFile: there is no such arm, or there are those of several people.
+        """
+        called = [i for i, (s, part) in enumerate(self._parts) if s == side and part in ELBOWS]
+        named = [i for i in called if not self._twists[i]] or called
+        # Of a forearm in several pieces the first one begins at the elbow.
+        elbows = [i for i in named if not any(other in named for other in self._above(i))]
+        if not elbows:
             raise self._missing(_MISSING[side, "elbow"])
-        shoulder = self._file.joints[elbow].parent
-        while shoulder >= 0 and self._is_twist(shoulder):
-            shoulder = self._file.joints[shoulder].parent
-        if shoulder < 0 or self._parts[shoulder][0] != side or self._parts[shoulder][1] in COLLARS:
-            raise self._missing(_MISSING[side, "upper arm"])
-        wrist = next((i for i in self._below(elbow) if self._parts[i][1] in WRISTS), None)
-        if wrist is None:
-            wrist = next((i for i in self._below(elbow) if not self._is_twist(i)), None)
-        if wrist is None:
-            raise self._missing(_MISSING[side, "wrist"])
-        return shoulder, elbow, wrist
+        found = [(self._shoulder(side, elbow), elbow, self._wrist(elbow)) for elbow in elbows]
+        whole = [(s, e, w) for s, e, w in found if s is not None and w is not None]
+        if not whole:
+            raise self._missing(_MISSING[side, "upper arm" if found[0][0] is None else "wrist"])
+        roots = {(self._above(elbow) or [elbow])[-1] for _, elbow, _ in whole}
+        if len(roots) > 1:
+            raise BadInputFile(
+                "{name}: holds {count} people, {joints}; export the motion of one.",
+                name=self._file.name,
+                count=len(roots),
+                joints=", ".join(repr(self._file.joints[i].name[:30]) for i in sorted(roots)[:4]),
+            )
+        return whole[0]
+
+    def _shoulder(self, side: ArmName, elbow: int) -> int | None:
+        """Return the joint where the upper arm of an elbow begins; None if there is no upper arm."""
+        above = [i for i in self._above(elbow) if self._parts[i][0] == side]
+        for names in UPPER_ARMS:
+            if called := [i for i in above if self._parts[i][1] in names]:
+                # Of an upper arm in several pieces the first one begins at the shoulder.
+                return next((i for i in reversed(called) if not self._twists[i]), called[-1])
+        collars = [i for i in above if self._parts[i][1] in COLLARS]
+        if called := [i for i in above if self._parts[i][1] in SHOULDERS]:
+            shoulder = called[-1]
+            has_collar = any(collar in self._above(shoulder) for collar in collars)
+            if has_collar or (self._parts[elbow][1] in ELBOWS_BELOW_SHOULDERS and self._are_pieces(shoulder, elbow)):
+                return shoulder
+        # By its place: what the elbow hangs on, whatever it is called.
+        joint = self._file.joints[elbow].parent
+        while joint >= 0 and self._twists[joint]:
+            joint = self._file.joints[joint].parent
+        if joint < 0 or self._parts[joint][0] != side or joint in collars:
+            return None
+        while (parent := self._file.joints[joint].parent) >= 0 and self._parts[parent] == self._parts[joint]:
+            joint = parent
+        return joint
+
+    def _are_pieces(self, shoulder: int, elbow: int) -> bool:
+        """True if all joints between shoulder and elbow are twists, or called as the shoulder is, with more behind it."""
+        side, part = self._parts[shoulder]
+        between = self._above(elbow)[: self._above(elbow).index(shoulder)]
+        return all(self._twists[i] or (self._parts[i][0] == side and self._parts[i][1].startswith(part)) for i in between)
+
+    def _wrist(self, elbow: int) -> int | None:
+        """Return the joint, or the End Site, where the forearm of an elbow ends; None if it does not end."""
+        part = self._parts[elbow][1]
+        below = [i for i in self._below(elbow) if not self._twists[i] and not self._parts[i][1].startswith(part)]
+        called = [i for i in below if self._parts[i][1] in WRISTS]
+        return next((i for i in (*called, *(i for i in below if self._file.joints[i].name), *below)), None)
 
     def _find_hips(self) -> tuple[int, ...]:
         left, right = self._named("left", THIGHS), self._named("right", THIGHS)
@@ -136,9 +168,12 @@ class _Skeleton:
     def _named(self, side: ArmName, parts: frozenset[str]) -> int | None:
         return next((i for i, (s, part) in enumerate(self._parts) if s == side and part in parts), None)
 
-    def _is_twist(self, joint: int) -> bool:
-        part = self._parts[joint][1]
-        return "twist" in part or "roll" in part
+    def _above(self, joint: int) -> list[int]:
+        """Return all that a joint hangs on, the nearest first."""
+        found: list[int] = []
+        while (joint := self._file.joints[joint].parent) >= 0:
+            found.append(joint)
+        return found
 
     def _below(self, joint: int) -> Iterator[int]:
         """Yield all that hangs on a joint, parents first."""

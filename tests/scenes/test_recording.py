@@ -66,7 +66,7 @@ def test_the_same_file_in_other_clothes(tmp_path: Path, clothes: str) -> None:
         ("t,x,y,z,qw,qx,qy,qz\n0,0,0,0,1,0,0\n", ("line 2", "7 values", "8")),
         *((text, ("no samples",)) for text in ("t,x,y,z\n", "", "# only words\n\n")),
         *((f"t,x,y,z\n0,0,0,{letter * 200_000}\n", ("line 2",)) for letter in "1x"),
-        (b"\xff\xfe\x00t\x00,", ("not a text file",)), (b"t,x,y,z\n0,0,0,\x80\n", ("not a text file",)),
+        (b"\xff\xfet\x00,", ("not a text file",)), (b"t,x,y,z\n0,0,0,\x80\n", ("not a text file",)),
         (None, ("cannot be read",)), ("a folder", ("cannot be read",)),
     ],
 )  # fmt: skip

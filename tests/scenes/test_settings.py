@@ -176,8 +176,9 @@ def test_what_is_no_choice_or_no_flag_is_refused_with_what_to_give(key: str, cho
 
 
 @given(st.text(max_size=40))
-def test_an_unknown_key_is_answered_with_those_there_are(key: str) -> None:
+def test_an_unknown_key_is_answered_with_where_all_are_listed(key: str) -> None:
     assume(key not in SPECS)
     with pytest.raises(BadSetting) as caught:
         changed(RunSettings(), key, 1.0)
-    assert repr(key) in str(caught.value) and all(known in str(caught.value) for known in SPECS)
+    message = str(caught.value)
+    assert repr(key) in message and "lwr-duet serve --help" in message and len(message) < 400

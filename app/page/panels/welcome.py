@@ -9,7 +9,7 @@ from app.lessons.session.lesson_actions import Enter
 from app.lessons.session.lesson_session import LessonSession
 from app.session.frame import Frame
 from app.session.session import Session
-from app.settings import FOREIGN_KEYS, LOOKS, STEP_KEYS, WHOLE
+from app.settings import LOOKS, STEP_KEYS, WHOLE, is_foreign
 from app.text.templates import element, macros
 from app.web.control_events import on_press
 from app.web.viser_internals import uuid_of
@@ -17,8 +17,7 @@ from app.web.viser_internals import uuid_of
 
 def is_for_newcomers(query: Mapping[str, str]) -> bool:
     """Return whether a link asks for the page as it is at first: for no lesson, and for no settings but the look."""
-    plain = FOREIGN_KEYS - STEP_KEYS - {WHOLE} | {*LOOKS}
-    return all(key in plain or key.startswith("initialCamera") for key in query)
+    return all(key in LOOKS or (is_foreign(key) and key not in STEP_KEYS and key != WHOLE) for key in query)
 
 
 class Welcome:

@@ -1,3 +1,8 @@
+{
+  // A link that was copied from the source of a page, or from a mail, has &amp; in place of &.
+  const mended = location.search.replace(/&(?:amp(?:;|%3B))+/gi, "&");
+  if (mended !== location.search) history.replaceState(history.state, "", location.pathname + mended + location.hash);
+}
 // What the server is to know of the browser, beside what the address says; connection.js sends it.
 // `opened` is another one after a reload, and the same one after a lost connection.
 duet.query = { window: `${innerWidth}x${innerHeight}`, opened: `${Math.round(performance.timeOrigin)}` };

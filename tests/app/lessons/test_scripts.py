@@ -99,7 +99,7 @@ def test_to_and_fro_begins_and_ends_at_rest() -> None:
         ("push", {"speed": 0.2}, "imitation", "nothing can be moved there"),
         ("push", {"speed": 0.2, "to": PLACE}, "hold", "to is not a place"),
         ("ball_to", {}, "ball", "needs the place"),
-        ("ball_to", {"place": 3.0}, "ball", "no parameter 'place'|needs the place"),
+        ("ball_to", {"place": 3.0}, "ball", "place = 3.0 is not a place; write place = { toward"),
     ],
 )
 def test_bad_scripts_are_named(name: str, given: dict[str, Any], scene: str, message: str) -> None:
