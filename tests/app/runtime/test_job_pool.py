@@ -208,6 +208,7 @@ PARENT = """
 import sys, threading
 from app.runtime.job_pool import JobPool
 from tests.app.runtime.jobs import who
+from tests.test_imports import ROOT
 if __name__ == "__main__":
     background = JobPool(1)
     news = threading.Event()
@@ -329,7 +330,11 @@ def test_a_client_that_goes_takes_its_jobs_along(clients: tuple[JobClient, JobCl
     until(lambda: load(server.pool) == (0, 0))
 
 
-def test_a_server_that_is_killed_is_started_again_with_the_next_job(address: JobAddress, tmp_path: Path) -> None:
+def test_a_server_that_is_killed_is_started_again_with_the_next_job(
+    address: JobAddress, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # It has no current folder on its path, and what it computes here is a test's.
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
     processes: list[subprocess.Popen[bytes]] = []
 
     def start() -> None:
