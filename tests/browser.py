@@ -127,7 +127,7 @@ def browser() -> Iterator[Browser]:
         try:
             started = launch(opened.enter_context(started_playwright()))
         except (RuntimeError, FileNotFoundError, MissingLibrary) as error:
-            pytest.fail(str(error), pytrace=False)
+            raise pytest.fail.Exception(str(error), pytrace=False) from None
         yield started
         started.close()
 
