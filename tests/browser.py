@@ -20,6 +20,7 @@ import pytest
 from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Error, Locator, Page, Playwright, sync_playwright
 
 from controllers.system_libraries import MissingLibrary, missing_library, remedy
+from tests.fonts import Font, font_environment
 from tests.system_packages import install_package, run, with_libraries
 
 FAILED = pytest.StashKey[bool]()
@@ -95,8 +96,8 @@ def _try_driver() -> None:
         raise MissingLibrary(remedy(library, "Playwright's driver"), library)
 
 
-def launch(playwright: Playwright) -> Browser:
-    """Start a browser; install one if there is none.
+def launch(playwright: Playwright, font: Font = "wide") -> Browser:
+    """Start a browser that draws text in a font of ours; install a browser if there is none.
 
     Raises:
         RuntimeError: none can be had; the message lists all that was tried.
@@ -110,7 +111,7 @@ def launch(playwright: Playwright) -> Browser:
         tried += install()
         path = None if install is own else installed_browser()
         try:
-            return playwright.chromium.launch(executable_path=path, headless=True, args=list(FLAGS))
+            return playwright.chromium.launch(executable_path=path, headless=True, args=list(FLAGS), env=font_environment(font))
         except Error as error:
             name = path or "Playwright’s own Chromium"
             library = missing_library(error.message)
@@ -121,15 +122,35 @@ def launch(playwright: Playwright) -> Browser:
     )
 
 
+BrowserIn = Callable[[Font], Browser]
+
+
 @pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
+def browser_in() -> Iterator[BrowserIn]:
+    """`browser_in(font)` is the browser with that font, started when it is first asked for."""
+    started: dict[Font, Browser] = {}
     with ExitStack() as opened:
         try:
-            started = launch(opened.enter_context(started_playwright()))
-        except (RuntimeError, FileNotFoundError, MissingLibrary) as error:
+            playwright = opened.enter_context(started_playwright())
+        except MissingLibrary as error:
             raise pytest.fail.Exception(str(error), pytrace=False) from None
-        yield started
-        started.close()
+
+        def get(font: Font) -> Browser:
+            if font not in started:
+                try:
+                    started[font] = launch(playwright, font)
+                except (RuntimeError, FileNotFoundError) as error:
+                    raise pytest.fail.Exception(str(error), pytrace=False) from None
+            return started[font]
+
+        yield get
+        for each in started.values():
+            each.close()
+
+
+@pytest.fixture(scope="session")
+def browser(browser_in: BrowserIn) -> Browser:
+    return browser_in("wide")
 
 
 PageAt = Callable[..., Page]
@@ -199,8 +220,8 @@ def _close(context: BrowserContext) -> None:
 
 
 @pytest.fixture
-def page_at(browser: Browser, used_tabs: list[Page], request: pytest.FixtureRequest) -> Iterator[PageAt]:
-    """`page_at(width, height, expect=(…))` opens an empty tab of that size.
+def page_at(browser: Browser, browser_in: BrowserIn, used_tabs: list[Page], request: pytest.FixtureRequest) -> Iterator[PageAt]:
+    """`page_at(width, height, expect=(…), font=…)` opens an empty tab of that size, with wide letters unless they are to be narrow.
 
     A console error or an uncaught exception in the page fails the test, unless it matches one of the regular expressions in
     `expect`. A newcomer sees the welcome, as once in a browser; others have seen it. A tab that has been used before has nothing left
@@ -218,14 +239,15 @@ def page_at(browser: Browser, used_tabs: list[Page], request: pytest.FixtureRequ
         expect: Sequence[str] = (),
         newcomer: bool = False,
         fresh: bool = False,
+        font: Font = "wide",
         **options: Any,
     ) -> Page:
-        fresh = fresh or newcomer or bool(options)
+        fresh = fresh or newcomer or bool(options) or font != "wide"
         if used_tabs and not fresh:
             page = used_tabs.pop()
             page.set_viewport_size({"width": width, "height": height})
         else:
-            context = browser.new_context(viewport={"width": width, "height": height}, **options)
+            context = browser_in(font).new_context(viewport={"width": width, "height": height}, **options)
             context.add_init_script(_UNSEEN)
             if not newcomer:
                 context.add_init_script(WELCOMED)

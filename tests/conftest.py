@@ -27,9 +27,9 @@ except MissingLibrary as _missing:
 
 from scenes.robots.robot_files import FILES  # noqa: E402
 from scenes.setting_spec import added_choices  # noqa: E402
-from tests.browser import FAILED, browser, page_at, used_tabs  # noqa: E402
+from tests.browser import FAILED, browser, browser_in, page_at, used_tabs  # noqa: E402
 
-__all__ = ["browser", "page_at", "used_tabs"]
+__all__ = ["browser", "browser_in", "page_at", "used_tabs"]
 
 settings.register_profile("ci", derandomize=True, deadline=None, print_blob=True, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("explore", deadline=None, max_examples=1000, print_blob=True)

@@ -16,6 +16,7 @@ from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 
 from tests.browser import free_port
+from tests.fonts import font_environment
 from tests.system_packages import install_package
 
 TIMEOUT: Final = 90.0
@@ -147,7 +148,7 @@ def firefox(profile: Path, prefers: Mapping[str, int] = NO_PREFERENCES) -> Itera
     said = profile / "said.txt"
     # A pipe that is not read would stop Firefox, which has much to say about software rendering.
     with screen() as display, said.open("w") as out:
-        environment = os.environ | {"DISPLAY": display}
+        environment = font_environment("wide") | {"DISPLAY": display}
         with subprocess.Popen(command, stdout=out, stderr=out, env=environment) as process:
             try:
                 end = time.monotonic() + TIMEOUT

@@ -84,13 +84,13 @@ class LawFile:
     def __init__(self, path: str, text: bytes, memory: int) -> None:
         self._memory, self._text = memory, text
         self._ballast: bytearray | None = bytearray(BALLAST)
+        if not _is_text(text):
+            raise Wrong("it cannot be read as text; save it as Python text in UTF-8")
         try:
             code = compile(text, FILENAME, "exec", dont_inherit=True)
         except SyntaxError as error:
             what = f"{type(error).__name__}: {error.msg}"
             raise Wrong(joined((what, quoted(text, error.lineno)), ""), error.lineno) from None
-        except ValueError as error:
-            raise Wrong("this is no Python text: {error}", error=str(error)) from None
         except (RecursionError, MemoryError):
             self._ballast = None
             raise Wrong("its text is nested too deeply, or too long, for Python") from None
@@ -251,6 +251,14 @@ def _curve(function: Callable[[float], float], distances: Array) -> Array:
         if (now := perf_counter()) > end and now - (without_core(os.getpid()) - waited) > end:
             break
     return found
+
+
+def _is_text(text: bytes) -> bool:
+    """True if all bytes are text in the declared encoding, UTF-8 by default. What Python says to others depends on its version."""
+    try:
+        return "\0" not in decode_source(text)
+    except (SyntaxError, ValueError, LookupError):
+        return False
 
 
 def quoted(text: bytes, line: int | None) -> str:

@@ -57,7 +57,7 @@
       svg("rect", {
         class: `body ${words.obstacle[0]}`,
         "data-symbol": "w",
-        ...{ x: 8, y: g.axis - 26, width: g.left - 8, height: 38, rx: words.obstacle[0] === "orange" ? 9 : 5 },
+        ...{ x: 8, y: g.axis - 28, width: g.left - 8, height: 37, rx: words.obstacle[0] === "orange" ? 9 : 5 },
       });
     const ghost = svg("circle", { class: "ghost", cy: g.axis, r: g.bead - 2 });
     const rest = svg("path", { class: "rest", "data-symbol": "rest" });
@@ -152,7 +152,7 @@
       for (const [i, tick] of ticks.entries()) put(tick.text, boxes[6 + i]);
 
       // λ beside its point: off the curve, off the line of d_m, above the axis; the number alone where its name finds no room.
-      const body = { left: 0, right: g.left, top: g.axis - 26, bottom: g.axis + 12 };
+      const body = { left: 0, right: g.left, top: g.axis - 28, bottom: g.axis + 9 };
       const limit = { left: dm - 2, right: dm + 2, top: g.top - 6, bottom: g.axis };
       const free = (list, taken) => duet.placeLabels([list], { ...bounds, top: narrow ? 1 : -4 }, taken)[0];
       const beside = (text) => {

@@ -7,6 +7,7 @@ from app.i18n.catalogue import pseudo
 from app.page.panels.controls import TABS
 from tests.app.conftest import OpenHouse
 from tests.browser import PageAt, close_software_note, lasting, until
+from tests.fonts import FONTS, Font
 from tests.tools.page_flaws import flaws
 
 ENGLISH = """() => {
@@ -53,9 +54,10 @@ def open_page(page: Page, url: str) -> None:
     close_software_note(page)
 
 
+@pytest.mark.parametrize("font", FONTS)
 @pytest.mark.parametrize(("width", "height"), [(1024, 768), (390, 844)])
-def test_nothing_is_cut_off(house: OpenHouse, page_at: PageAt, width: int, height: int) -> None:
-    page = page_at(width, height)
+def test_nothing_is_cut_off(house: OpenHouse, page_at: PageAt, width: int, height: int, font: Font) -> None:
+    page = page_at(width, height, font=font)
     open_page(page, f"{house().url}/?lang=pseudo&ghost=frozen&autopilot=0")
     for name, seen in {"Law": "law", "Arms": "task", "Compare": "ghost", "View": "language", "Keys": "restart the run"}.items():
         page.get_by_role("tab", name=pseudo(name)).click()

@@ -168,7 +168,7 @@ def test_every_file_plays_once_under_a_name_of_its_own(tmp_path: Path, monkeypat
         (["missing.py"], "missing.py: there is no such file"),
         (["."], ".: holds no law (*.py)."),
         (["--out", "file/out"], "cannot be written"),
-        (["--out", "new", "--scheduler", "nowhere"], "scheduler = nowhere: no Dask scheduler answers there"),
+        (["--out", "new", "--scheduler", "tcp://127.0.0.1:1"], "scheduler = tcp://127.0.0.1:1: no Dask scheduler answers there"),
         (["--out", "damaged"], "is not what a league has written; remove it, or give another --out."),
     ],
 )

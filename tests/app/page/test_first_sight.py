@@ -16,6 +16,7 @@ from scenes.ball import PATH
 from tests.app.conftest import OpenHouse, ask
 from tests.app.page.by_hand import LATE_UPDATE, see_free, see_plots, visit
 from tests.browser import PageAt, close_software_note, drawn, lasting, screenshot, until, wait_frames, world_to_px
+from tests.fonts import Font
 from tests.tools.page_flaws import flaws
 
 SEEN = "p => document.elementFromPoint(...p) === __viserMutable.canvas"
@@ -55,12 +56,19 @@ def see_ring(page: Page, session: Session) -> None:
         screenshot(page, f"ring-{look.replace(' ', '-')}")
 
 
-# Every sight in a large window and in one of the small ones.
-@pytest.mark.parametrize(("width", "height", "sights"), [(1440, 900, SIGHTS), (1024, 768, SIGHTS[1::2]), (390, 844, SIGHTS[::2])])
+# Every sight in a large window and in one of the small ones, with letters of either width there.
+@pytest.mark.parametrize(
+    ("width", "height", "font", "sights"),
+    [
+        (1440, 900, "narrow", SIGHTS),
+        (1024, 768, "wide", SIGHTS[1::2]),
+        (390, 844, "wide", SIGHTS[::2]),
+    ],
+)
 def test_first_sight_of_every_scene_and_rig_and_of_the_ring(
-    house: OpenHouse, page_at: PageAt, width: int, height: int, sights: tuple[tuple[str, str], ...]
+    house: OpenHouse, page_at: PageAt, width: int, height: int, font: Font, sights: tuple[tuple[str, str], ...]
 ) -> None:
-    page = page_at(width, height, expect=(LATE_UPDATE,))
+    page = page_at(width, height, expect=(LATE_UPDATE,), font=font)
     session = visit(page, house(), f"rig={'table' if width == 1024 else 'torso'}&speed=2")
     if width > 576:
         see_plots(page, ("distance", "error"))

@@ -17,6 +17,7 @@ from tests.accessibility import accessible
 from tests.app.conftest import OpenHouse, ask
 from tests.app.page.by_hand import hand, see_plots
 from tests.browser import FLAGS, PageAt, installed_browser, screenshot, until, wait_frames
+from tests.fonts import font_environment
 from tests.tools.lesson_hands import Clicks, Keys, press
 from tests.tools.lesson_moves import LONG
 from tests.tools.lesson_walker import Walker, enter, named, shown_step
@@ -155,7 +156,7 @@ WITHOUT_WEBGL = ("--disable-gpu", "--disable-software-rasterizer", "--disable-3d
 
 def test_lessons_plots_numbers_and_keys_work_without_webgl(house: OpenHouse, browser: Browser) -> None:
     flags = [flag for flag in FLAGS if "gl" not in flag] + list(WITHOUT_WEBGL)
-    with browser.browser_type.launch(executable_path=installed_browser(), args=flags) as without:
+    with browser.browser_type.launch(executable_path=installed_browser(), args=flags, env=font_environment("wide")) as without:
         page = without.new_page(locale="de-AT", viewport={"width": 1200, "height": 720})
         errors: list[str] = []
         page.on("pageerror", lambda error: errors.append(str(error)))

@@ -1,5 +1,5 @@
 """No text of the page is cut off, covered or written over another one: at first sight, on every tab of the controls, and in the steps of
-every lesson, in windows of three sizes and in three languages."""
+every lesson, in windows of three sizes, in three languages, with wide and with narrow letters."""
 
 import pytest
 from playwright.sync_api import Page
@@ -7,12 +7,14 @@ from playwright.sync_api import Page
 from app.lessons.bookmark import Phase
 from app.lessons.session.lesson_actions import Enter
 from app.lessons.session.lesson_session import LessonSession
+from app.page import STATIC
 from app.page.panels.controls import TABS
 from app.session.session import Session
 from tests.app.conftest import OpenHouse, ask, visitor_of
 from tests.app.page.by_hand import visit
 from tests.app.page.helpers import STAGES, USUAL_STAGE
 from tests.browser import PageAt, lasting, until, wait_frames
+from tests.fonts import FONTS, Font
 from tests.tools.lesson_walker import shown_step
 from tests.tools.page_flaws import flaws
 
@@ -63,11 +65,21 @@ def wide_formulas(page: Page, session: Session, run: LessonSession) -> list[str]
     return found
 
 
+BROKEN_ROWS = """() => [...document.querySelectorAll('[role=tablist]')].filter(row => row.clientWidth).flatMap(row => {
+  const box = row.getBoundingClientRect(), tabs = [...row.querySelectorAll('[role=tab]')];
+  const places = tabs.map(tab => tab.getBoundingClientRect());
+  const whole = tabs.every((tab, i) => places[i].top === places[0].top && places[i].right <= box.right + 0.5 && tab.title
+    && [...tab.querySelectorAll('svg, span')].some(part => part.clientWidth > 1 || part.getBoundingClientRect().width > 1));
+  return whole ? [] : [tabs.map((tab, i) => [tab.textContent.trim(), tab.title, places[i].top, places[i].right - box.right])];
+})"""
+"""Rows of tabs that take more than one line, stick out of their panel, or have a tab without a picture, a name or a tip."""
+
+
 def see_labels(page: Page, session: Session) -> None:
     """Look at the labels of every tab, in experiments and under laws that have long ones; the tabs themselves stand in one row."""
     tabs = page.get_by_role("tab")
-    tops = page.locator("[role=tablist]").first.evaluate("row => [...row.children].map(tab => tab.getBoundingClientRect().top)")
-    assert len(tops) > len(TABS) and len(set(tops)) == 1
+    assert page.locator("[role=tablist]").first.get_by_role("tab").count() > len(TABS)
+    assert lasting(page, lambda: page.evaluate(BROKEN_ROWS)) == []
     seen: set[str] = set()
     for key in ("d0", "gamma", "kr", "coupled", "kx"):
 
@@ -85,6 +97,54 @@ def see_labels(page: Page, session: Session) -> None:
     assert len(seen) > 30
 
 
+ROW = """<div role="tablist" style="display:flex;flex-wrap:wrap;overflow:hidden;font:13px sans-serif"></div>"""
+FILL = """names => { const row = document.querySelector('[role=tablist]');
+  row.innerHTML = names.map(name => `<div role="tab" data-dock-tab style="display:flex;overflow:hidden">
+    <div><svg width="13" height="13"></svg></div><span>${name}</span></div>`).join(''); }"""
+
+
+@pytest.mark.parametrize("font", FONTS)
+def test_a_row_of_tabs_leaves_out_icons_and_then_names_until_it_fits(font: Font, page_at: PageAt) -> None:
+    page, names = page_at(600, 200, font=font), ["Law", "Arms", "Robot", "Compare", "View", "Keys"]
+    style, script = ((STATIC / name).read_text(encoding="utf-8") for name in ("style.css", "tab_row.js"))
+    page.set_content(f"<!doctype html><style>{style}</style><script>{script}</script><body>{ROW}")
+    row = page.get_by_role("tablist")
+
+    def becomes(level: str) -> None:
+        until(page, lambda: row.get_attribute("data-duet-tabs") == level, f"a row of {level}")
+        assert page.evaluate(BROKEN_ROWS) == []
+        # What is not seen is heard, and is the tip.
+        assert [tab.get_attribute("title") for tab in row.get_by_role("tab").all()] == names
+        assert all(row.get_by_role("tab", name=name, exact=True).count() == 1 for name in names)
+        seen = {"both": (True, True), "names": (False, True), "icons": (True, False)}[level]
+        sizes = row.evaluate("row => ['svg', 'span'].map(part => row.querySelector(part).getBoundingClientRect().width > 1)")
+        assert tuple(sizes) == seen
+
+    page.evaluate(FILL, names)
+    becomes("both")
+    page.set_viewport_size({"width": 300, "height": 200})
+    becomes("names")
+    page.set_viewport_size({"width": 210, "height": 200})
+    becomes("icons")
+    page.set_viewport_size({"width": 600, "height": 200})
+    becomes("both")
+    # Larger text, a longer name, one more tab: each is measured once more, and so is its end.
+    for size, level in (("60px", "icons"), ("13px", "both")):
+        row.evaluate("(row, size) => { row.style.fontSize = size; }", size)
+        becomes(level)
+    for name, level in (("A name that leaves no room beside it for any other, " * 2, "icons"), ("Law", "both")):
+        names[0] = name.strip()
+        row.locator("span").first.evaluate("(span, name) => { span.firstChild.data = name; }", name)
+        becomes(level)
+    names.append("One more tab, whose name leaves no room beside it for any other name")
+    page.evaluate(FILL, names)
+    becomes("icons")
+    names.pop()
+    row.evaluate("row => { row.lastElementChild.remove(); }")
+    becomes("both")
+
+
+@pytest.mark.parametrize("font", FONTS)
 @pytest.mark.parametrize(
     ("size", "language", "look", "words"),
     [
@@ -94,9 +154,9 @@ def see_labels(page: Page, session: Session) -> None:
     ],
 )
 def test_the_page_as_it_opens_every_control_and_the_steps_of_every_lesson(
-    size: tuple[int, int], language: str, look: dict[str, str], words: str, house: OpenHouse, page_at: PageAt
+    size: tuple[int, int], language: str, look: dict[str, str], words: str, font: Font, house: OpenHouse, page_at: PageAt
 ) -> None:
-    page, opened = page_at(*size), house()
+    page, opened = page_at(*size, font=font), house()
     session = visit(page, opened, f"autopilot=0&lang={language}")
     assert lasting(page, lambda: flaws(page)) == []
     before = session.settings.page

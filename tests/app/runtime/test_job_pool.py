@@ -21,6 +21,7 @@ from app.runtime.shared_jobs import JobClient, JobServer
 from tests.app.conftest import Join, OpenHouse, ask, live_sessions
 from tests.app.runtime.jobs import die, double, note, refuse, stumble, wait_for, who
 from tests.app.runtime.processes import gone, until
+from tests.test_imports import ROOT
 
 pytestmark = pytest.mark.slow
 
@@ -208,7 +209,6 @@ PARENT = """
 import sys, threading
 from app.runtime.job_pool import JobPool
 from tests.app.runtime.jobs import who
-from tests.test_imports import ROOT
 if __name__ == "__main__":
     background = JobPool(1)
     news = threading.Event()
