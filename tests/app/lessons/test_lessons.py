@@ -271,7 +271,7 @@ def test_the_elbow_is_asked_to_swing_for_the_wrist_moves_and_the_angle_in_the_pl
 def test_runs_that_differ_in_more_than_a_number_are_named() -> None:
     step = our_book().lessons[4].steps[1]
     text = fill(step, "{table:step}", None, "en")
-    assert "| this run |" in text and "| dt = 10 ms |" in text and "| law = Strict priority, switched at dₘ |" in text
+    assert "| this run |" in text and "| dt = 10 ms |" in text and "| law set to “Strict priority, switched at dₘ” |" in text
     # Beside the lever by the names that stand in the plots.
     text = fill(our_book().lessons[3].steps[0], "{table:lost,error,step}", None, "en")
     assert "| you |" in text and "| Smooth priority (paper) |" in text
