@@ -6,7 +6,7 @@ from markupsafe import Markup
 
 from app.i18n.speaking import N_
 from app.settings import PageSettings
-from app.text.templates import element, tr_html
+from app.text.templates import element, lowered, tr_html
 from scenes.settings import RunSettings, specs
 
 CHARTS: Final[dict[str, str]] = {
@@ -22,14 +22,14 @@ CHARTS: Final[dict[str, str]] = {
 }
 """Charts that are not over time → title."""
 
-_OVER_D: Final = '<b class="d">d</b>'
-_OVER_LAW_DISTANCE: Final = '<b class="d">d<sub>law</sub></b>'
+_OVER_D: Final = element("b", "d", class_="d")
+_OVER_LAW_DISTANCE: Final = element("b", lowered("d_law"), class_="d")
 
 
 def chart_title(name: str, run: RunSettings) -> Markup:
     """Return the title of one of `CHARTS` for a run, as HTML: a chart over what the law acts on says so where that is not d."""
     title = tr_html(CHARTS[name])
-    return Markup(title.replace(_OVER_D, _OVER_LAW_DISTANCE)) if run.has_law_distance else title
+    return Markup(str(title).replace(_OVER_D, _OVER_LAW_DISTANCE)) if run.has_law_distance else title
 
 
 PLACES: Final = {"distance": 0.0, "hand": 0.5, "error": 1.0, "elbow": 1.0}
