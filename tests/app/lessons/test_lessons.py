@@ -14,10 +14,10 @@ from app.lessons.evidence import Evidence
 from app.lessons.labels import contrast_of
 from app.lessons.lesson import Lesson, Step
 from app.lessons.measures.quantity import Value, measure, moment
-from app.lessons.outcomes import AT_END, decisive_moment, reference
+from app.lessons.outcomes import AT_END, StepOutcome, decisive_moment, reference
 from app.lessons.reference_runs import measured, simulated
 from app.lessons.runs import Setup
-from app.lessons.texts import fill, placeholder_problems
+from app.lessons.texts import fill, placeholder_problems, told_in
 from app.plots.time_series import DRIVEN
 from app.settings import LANGUAGES, Language
 from app.text.lesson_text import lesson_html
@@ -277,3 +277,22 @@ def test_runs_that_differ_in_more_than_a_number_are_named() -> None:
     assert "| you |" in text and "| Smooth priority (paper) |" in text
     tilted = our_book().lessons[9].steps[1]
     assert "| 1° |" in fill(tilted, "{table:textbook}", None, "en")
+
+
+def test_a_verdict_does_not_measure_again_what_its_reply_tells() -> None:
+    """A line is left out where the reply has each of its numbers, unless it is the only one."""
+    left_out = 0
+    for lesson in our_book().lessons:
+        for step in lesson.steps:
+            if step.question is None or step.concept:
+                continue
+            values = tuple((1.0, *(2.0 for _ in m.compare)) for m in step.measurements)
+            outcome = StepOutcome(values, True)
+            shown = len(outcome.lines(step, "en"))
+            for choice in step.question.choices:
+                told = told_in(step, choice.reply)
+                lines = outcome.lines(step, "en", (), told)
+                expected = sum(not m.text_only and m.id not in told for m in step.measurements) or shown
+                assert len(lines) == expected >= min(shown, 1)
+                left_out += shown - expected
+    assert left_out > 10
