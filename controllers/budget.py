@@ -19,18 +19,20 @@ def distance_rate(lam: float, nominal_velocity: float, pull: float, approach: fl
 
 
 def resting_distance(
-    critical_distance: float, order: float, nominal_velocity: float, pull: float, approach: float = 0.0
+    critical_distance: float, order: float, nominal_velocity: float, pull: float, approach: float = 0.0, lever: float = 1.0
 ) -> float:
-    """Return d* = d_m [(u + v) / (u + w)]^(1/n), where line (R) comes to rest, with λ(d*) = (u + w) / (u + v).
+    """Return d* = d_m [s (u + v) / (u + w)]^(1/n), where line (R) comes to rest, with λ(d*) = (u + w) / [s (u + v)].
 
+    The lever s is 1 while J_d is regular; a law without a full lever gets s of each change that it asks for.
     Returns inf when nothing pulls the bodies together (u + w ≤ 0): the law then pushes at any distance, ever more slowly.
-    Returns nan when there is no stable rest: the obstacle is faster than v (w > v), and d falls at w − v for ever.
+    Returns nan when there is no stable rest: the obstacle is faster than v (w > v), and d falls at w − v for ever, or s is too small.
     """
     if pull + approach <= 0.0:
         return math.inf
     if approach > nominal_velocity or pull + nominal_velocity <= 0.0:
         return math.nan
-    return critical_distance * ((pull + nominal_velocity) / (pull + approach)) ** (1.0 / order)
+    ratio = lever * ((pull + nominal_velocity) / (pull + approach))
+    return critical_distance * ratio ** (1.0 / order) if ratio >= 1.0 else math.nan
 
 
 def distance_loss_rate(nominal_velocity: float, approach: float) -> float:

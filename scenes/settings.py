@@ -247,6 +247,11 @@ class RunSettings:
         return not self.draws_circle and not ("ball" in self.experiment.reads and self.ball == "still")
 
     @property
+    def has_law_distance(self) -> bool:
+        """Whether the law distance d_law can be another one than the true distance d of the closest pair."""
+        return self.law.pairs != "single" or self.hardware.sees_wrong
+
+    @property
     def both_avoid(self) -> bool:
         """Whether both arms keep clear of each other."""
         if self.experiment.obstacle != "arm":

@@ -162,7 +162,8 @@ def _strips(axes: Axes, times: Array, stroke: Stroke) -> None:
 def _chart(axes: Axes, name: str, replay: Replay, curves: Curves) -> None:
     law = replay.simulation.settings.law
     xs = distances(law)
-    axes.set(xlim=(0.0, FAR), xlabel=tr("distance d [m]"))
+    named = tr("law distance d_law [m]") if replay.simulation.settings.has_law_distance else tr("distance d [m]")
+    axes.set(xlim=(0.0, FAR), xlabel=named.replace("d_law", r"$d_\mathrm{law}$"))
     if name == "curve":
         _activation(axes, replay, curves, xs, law)
     else:

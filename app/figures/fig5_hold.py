@@ -3,8 +3,8 @@
 import numpy as np
 
 from app.figures.drawn_figure import COLOURS, DASHES, Drawn, Plan, csv_head, stack, tag
+from app.plots import time_series
 from app.plots.time_plots import CEILING
-from app.plots.time_series import resting
 from controllers.kinematics import Array
 from scenes.headless import Run
 from scenes.history import COLUMN
@@ -23,8 +23,7 @@ def seconds(plan: Plan) -> float:
 
 def resting_distances(run: Run) -> Array:
     """Return d* (rows,) for the pull and the approach of every step; nan where nothing is at rest below 0.5 m."""
-    table = run.table[:, [COLUMN["u"], COLUMN["w_law"]]].tolist()
-    rest = np.array([resting(run.simulation.settings, u, w, None) for u, w in table])
+    rest = np.array(time_series.resting_rows(run.simulation.settings, run.table))
     return np.where(rest < LONGEST, rest, np.nan)
 
 

@@ -73,15 +73,18 @@ class StepOutcome:
         """Return the values by the identity of their measurement: its own, then those of its comparisons."""
         return {m.id: v for m, v in zip(step.measurements, self.values, strict=True)}
 
-    def lines(self, step: Step, language: Language, tabled: Collection[str] = ()) -> tuple[str, ...]:
+    def lines(self, step: Step, language: Language, tabled: Collection[str] = (), told: Collection[str] = ()) -> tuple[str, ...]:
         """Return every number with its name as a person reads it, and what has to be said about the run.
 
         Args:
             tabled: identities of measurements that have a table of their comparisons elsewhere.
+            told: identities of those that a text beside the lines tells; their lines are left out if others remain.
         """
         lines, words = list[str](), words_of(language)
+        shown = [m for m in step.measurements if not m.text_only]
+        left = [m for m in shown if m.id not in told] or shown
         for m, found in zip(step.measurements, self.values, strict=True):
-            if m.text_only:
+            if m not in left:
                 continue
             parts = [f"{label_of(m, language)}: {words(m.text(found[0]))}"]
             for compared, value in zip(m.compare, found[1:], strict=True):

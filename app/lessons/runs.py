@@ -1,12 +1,13 @@
 """One run as data: who stands where, who moves, for how long; and settings as a person reads them."""
 
+import re
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Final, Literal
 
 from app.i18n.catalogue import words_of
-from app.i18n.speaking import spoken
+from app.i18n.speaking import N_, spoken
 from app.lessons.room_places import Start
 from app.settings import Language, Settings
 from controllers.errors import LazyText, NumberText, joined
@@ -101,13 +102,23 @@ def page_value(key: str, value: object, language: Language | None = None) -> str
     return words(text) if isinstance(text, LazyText | NumberText) else text
 
 
+_SYMBOL: Final = re.compile(r"(?:^|\s)(?:[^\W_]{1,2}|\w_\w+)$")
+"""The end of a label that a number can be equal to: "n", "dt", "d_m", "dead time T"."""
+
+
 def changes_text(changes: Pairs) -> LazyText:
-    """Return settings as a person reads them on the page: "n = 2, dt = 5 ms"."""
-    known = specs(Settings)
-    parts = [
-        LazyText("{label} = {value}", label=LazyText(known[key].label), value=value_text(key, value)) for key, value in changes
-    ]
-    return joined(parts, ", ")
+    """Return settings as they are named on the page, for a sentence: "n = 2, dt = 5 ms, law set to “Unprotected (task only)”"."""
+    return joined([_change_text(key, value) for key, value in changes], ", ")
+
+
+def _change_text(key: str, value: object) -> LazyText:
+    spec: Spec = specs(Settings)[key]
+    label, shown = LazyText(spec.label), value_text(key, value)
+    if isinstance(value, bool):
+        return LazyText(N_("“{label}” switched {value}"), label=label, value=shown)
+    if spec.choices or spec.read is not None:
+        return LazyText(N_("{label} set to “{value}”"), label=label, value=shown)
+    return LazyText("{label} = {value}" if _SYMBOL.search(spec.label) else "{label} {value}", label=label, value=shown)
 
 
 def settings_text(changes: Pairs, language: Language | None = None) -> str:

@@ -12,7 +12,7 @@ from app.lessons.lesson import Lesson, Step
 from app.lessons.outcomes import AnswerVerdict
 from app.lessons.progress import StepProgress, Try
 from app.lessons.runs import Setup, settings_text
-from app.lessons.texts import fill, tabled
+from app.lessons.texts import fill, tabled, told_in
 
 PLOTTED_TRIES: Final = 3
 """So many tries at a search are plotted."""
@@ -176,7 +176,8 @@ def answer_verdict(at: StepPosition) -> AnswerVerdict | None:
     if question is None or done.choice is None or done.outcome is None or not knows_outcome(at.phase):
         return None
     right = done.choice == question.right
-    reply = fill(at.step, question.choices[done.choice].reply, done.outcome, language)
+    choice = question.choices[done.choice]
+    reply, told = fill(at.step, choice.reply, done.outcome, language), told_in(at.step, choice.reply)
     good = N_("That is right.") if at.step.concept else N_("You predicted it.")
     headline = words_of(language)(good if right else N_("Not quite."))
-    return AnswerVerdict(right, headline, reply, done.outcome.lines(at.step, language, tabled(at.step.observe)))
+    return AnswerVerdict(right, headline, reply, done.outcome.lines(at.step, language, tabled(at.step.observe), told))

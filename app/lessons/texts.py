@@ -76,6 +76,13 @@ def tabled(text: str) -> frozenset[str]:
     return frozenset(id for kind, name in _HOLE.findall(text) if kind == "table" for id in name.split(","))
 
 
+def told_in(step: Step, text: str) -> frozenset[str]:
+    """Return the identities of a step's measurements of which a text tells every value that a line would have."""
+    told = {(id, number) for kind, name in _HOLE.findall(text) if kind == "measured" for id, number, _ in [_parts(name)]}
+    wanted = ((m.id, ("", *(str(i + 1) for i in range(len(m.compare))))) for m in step.measurements)
+    return frozenset(id for id, numbers in wanted if all((id, number) in told for number in numbers))
+
+
 def placeholder_problems(line: str, step: Step, before: bool = False) -> Iterator[str]:
     """Yield what is wrong with the placeholders of a line of a step's text.
 

@@ -38,8 +38,8 @@ from scenes.roles import TargetSource
 from scenes.settings import values
 from scenes.simulation import Simulation
 
-LIVE_ROWS: Final = 2
-"""Newest rows that a live number looks at."""
+LIVE_ROWS: Final = 250
+"""Newest rows that a live number looks at: the resting distance is a mean over a quarter of a second where two pairs tie."""
 
 
 class Walkthrough:

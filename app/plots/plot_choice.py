@@ -2,14 +2,16 @@
 
 from typing import Final
 
+from markupsafe import Markup
+
 from app.i18n.speaking import N_
 from app.settings import PageSettings
-from app.text.templates import element
+from app.text.templates import element, lowered, tr_html
 from scenes.settings import RunSettings, specs
 
 CHARTS: Final[dict[str, str]] = {
     "curve": N_('Fig. 2: <b class="lam">λ</b> over <b class="d">d</b> [m]'),
-    "laws": "what each law makes of it: J<sub>d</sub>q̇ [m/s] over d [m]",
+    "laws": N_('what each law makes of it: J<sub>d</sub>q̇ [m/s] over <b class="d">d</b> [m]'),
     "map": "trade-off of n and v",
     "safety": "laws at equal safety",
     "pairs": "the closest pair",
@@ -19,6 +21,16 @@ CHARTS: Final[dict[str, str]] = {
     "joint_laps": "laps of two joints",
 }
 """Charts that are not over time → title."""
+
+_OVER_D: Final = element("b", "d", class_="d")
+_OVER_LAW_DISTANCE: Final = element("b", lowered("d_law"), class_="d")
+
+
+def chart_title(name: str, run: RunSettings) -> Markup:
+    """Return the title of one of `CHARTS` for a run, as HTML: a chart over what the law acts on says so where that is not d."""
+    title = tr_html(CHARTS[name])
+    return Markup(str(title).replace(_OVER_D, _OVER_LAW_DISTANCE)) if run.has_law_distance else title
+
 
 PLACES: Final = {"distance": 0.0, "hand": 0.5, "error": 1.0, "elbow": 1.0}
 """Columns of the first two plots; a lesson also shows the hand's error beside the distance."""

@@ -8,9 +8,10 @@ from markupsafe import Markup
 
 from app.i18n.speaking import decimal, tr
 from app.session.frame import Contact
+from app.text.lever_texts import lever_text
 from app.text.templates import macros, tr_html
 from controllers.kinematics import Array
-from controllers.laws.situation import FIRM_LEVER, lever
+from controllers.laws.situation import lever
 from controllers.stability import Analysis, analyse, barrier
 from controllers.tasks import TASK_DIMENSION, pose_error, position_error
 from scenes.history import COLUMN, Sample
@@ -60,9 +61,7 @@ def condition_text(analysis: Analysis) -> str:
     if analysis.condition_holds:
         why = tr("avoidance and task are orthogonal") if analysis.orthogonal else tr("every error makes V fall")
         return tr_html("<b>The paper’s condition holds:</b> {why}.", why=why)
-    # Whether the law gets nearly all of what it asks for; as in the simulation's LEVERAGE.
-    firm = lever(analysis.lever * analysis.lever) >= FIRM_LEVER
-    why = tr("not every error makes V fall") if firm else tr("no joint can move this point away")
+    why = lever_text(lever(analysis.lever * analysis.lever)) or tr("not every error makes V fall")
     return tr_html("<b>The paper’s condition does not hold:</b> {why}.", why=why)
 
 
@@ -103,7 +102,7 @@ def ranks_text(analysis: Analysis) -> str:
 
 def _barrier_text(W: float) -> str:
     if math.isnan(W):
-        return tr("not defined: no lever")
+        return tr_html("not defined: |J<sub>d</sub>| is too small")
     if math.isinf(W):
         return Markup("∞: d ≤ d<sub>m</sub>")
     return tr_html("{W}, ∞ at d<sub>m</sub>", W=_fixed(W, 4))

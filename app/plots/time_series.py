@@ -9,7 +9,7 @@ import pinocchio as pin
 from app.plots.bins import LAST, Bins, bin_numbers
 from controllers.budget import resting_distance
 from controllers.kinematics import Arm, Array
-from scenes.history import COLUMN, History
+from scenes.history import COLUMN, History, Sample
 from scenes.law_answers import LawOfFile
 from scenes.room import Room
 from scenes.settings import RunSettings
@@ -86,24 +86,66 @@ FARTHEST: Final = 0.8
 """A resting distance beyond this is none: nothing pulls, and its line leaves the axis at the top [m]."""
 
 
-def resting(settings: RunSettings, pull: float, approach: float, second_pull: float | None) -> float:
-    """Return d* [m] of the present law, inf if nothing pulls, nan if it has none in closed form or d falls for ever.
+TURNS: Final = 0.25
+"""Pairs that take turns as the closest one do so within this time [s]."""
 
-    Args:
-        pull: u of the arm that keeps clear, or of both as one if they are coupled [m/s].
-        approach: w [m/s].
-        second_pull: u of the second arm if it keeps clear by a row of its own, else None [m/s].
+
+def rows_of_turns(settings: RunSettings) -> int:
+    """Return the number of steps within `TURNS`."""
+    return max(1, round(TURNS / settings.dt))
+
+
+_REST: Final = [COLUMN[name] for name in ("d", "law_d", "u", "w_law", "lever", "u_b", "lever_b")]
+
+
+def resting_rows(settings: RunSettings, table: Array) -> list[float]:
+    """Return the true distance d [m] at which the arm would rest in every row of a history (rows, columns).
+
+    The law rests at d* of its own distance d_law. While d − d_law stays as it is, the true distance then is d* + (d − d_law); so the
+    number is that of the other distances that a person sees, and the same as theirs once the arm rests. It is inf if nothing pulls,
+    nan if the present law has no rest in closed form or d falls for ever.
     """
+    return [_resting(settings, *row) for row in table[:, _REST].tolist()]
+
+
+def resting_at_end(settings: RunSettings, table: Array) -> float:
+    """Return the true distance d [m] at which the arm rests if all goes on as in the last row of a history (rows, columns).
+
+    Where two pairs take turns as the closest one, each has a d* of its own; the arm then rests at their mean over time.
+    """
+    # In a replay rows may be further apart.
+    turns = table[table[:, COLUMN["t"]] > table[-1, COLUMN["t"]] - TURNS]
+    tied = settings.law.pairs == "single" and np.ptp(turns[:, COLUMN["pair"]]) > 0.0
+    return float(np.mean(resting_rows(settings, turns if tied else table[-1:])))
+
+
+def resting_now(simulation: Simulation, sample: Sample) -> float:
+    """Return `resting_at_end` of a simulation [m]. `sample`: its newest step, or what it measures before the first."""
+    settings, history = simulation.settings, simulation.history
+    if history.count:
+        return resting_at_end(settings, history.table(rows_of_turns(settings)))
+    second = sample.second
+    others = (math.nan, math.nan) if second is None else (second.pull, second.lever)
+    now = sample.distance, sample.law_distance, sample.pull, sample.law_approach, sample.lever
+    return _resting(settings, *now, *others)
+
+
+def _resting(
+    settings: RunSettings, d: float, d_law: float, u: float, w: float, s: float, second_u: float, second_s: float
+) -> float:
     law = settings.law
     d_m, n, v = law.critical_distance, law.order, law.nominal_velocity
     if not law.entry.rests:
         return math.nan
-    if second_pull is not None:
-        # 2 λ v = (1 − λ)(u_1 + u_2) is the rest of one arm that is pulled by their mean.
-        return resting_distance(d_m, n, v, (pull + second_pull) / 2.0)
+    if second_u == second_u:
+        # λ [s_1 (v + u_1) + s_2 (v + u_2)] = u_1 + u_2 is the rest of one arm that has their mean pull.
+        mean = (u + second_u) / 2.0
+        asked = 2.0 * (v + mean)
+        share = (s * (v + u) + second_s * (v + second_u)) / asked if asked > 0.0 else 1.0
+        return resting_distance(d_m, n, v, mean, lever=share) + (d - d_law)
     if law.knows_w:
-        v += approach
-    return resting_distance(d_m, n, v, pull, approach)
+        v += w
+    return resting_distance(d_m, n, v, u, w, s) + (d - d_law)
 
 
 def signals(simulation: Simulation, run: RunSettings, table: Array) -> Array:
@@ -117,8 +159,7 @@ def signals(simulation: Simulation, run: RunSettings, table: Array) -> Array:
     found[:, c["d_m"]], found[:, c["v"]] = run.law.critical_distance, run.law.nominal_velocity
     found[:, c["e"]] = np.sqrt(table[:, s["e2"]])
     if run.law.entry.rests and not isinstance(simulation.law, LawOfFile):
-        columns = table[:, [s["u"], s["w_law"], s["u_b"]]].tolist()
-        found[:, c["d*"]] = [min(resting(run, u, w, None if u_b != u_b else u_b), FARTHEST) for u, w, u_b in columns]
+        found[:, c["d*"]] = [min(rest, FARTHEST) for rest in resting_rows(run, table)]
     q, dq, desired = history.positions(table), history.velocities(table), history.desired(table)
     own, other = simulation.avoiding.joints, simulation.guided.joints
     count = min(own.stop - own.start, JOINTS)

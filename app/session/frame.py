@@ -32,6 +32,7 @@ class Contact(NamedTuple):
         second_square: that of the second arm, if it keeps clear by a row of its own; else 0.
         rate: J_d q̇, what the arm really does along the row [m/s].
         change: ḋ of the distance that the law acts on, of everything that moves [m/s].
+        true_change: ḋ of the true distance of the closest pair [m/s].
     """
 
     row: Array
@@ -42,6 +43,7 @@ class Contact(NamedTuple):
     second_square: float
     rate: float
     change: float
+    true_change: float
 
 
 def contact(simulation: Simulation, sample: Sample) -> Contact:
@@ -65,6 +67,7 @@ def contact(simulation: Simulation, sample: Sample) -> Contact:
         second_square,
         float(row.dot(sample.velocities[own])),
         float(near.row.dot(sample.velocities)),
+        float(near.pair_row.dot(sample.velocities)),
     )
 
 

@@ -322,6 +322,7 @@ class Session:
             self.ghost.reset()
         self.studies.forget()
         self._input.let_go()
+        self.guest_holds = None
         self._clock.forget()
         self._hurries_to, self._wish = 0.0, None
 

@@ -33,6 +33,7 @@ class LawTexts(NamedTuple):
         anchor: returns the distance [m] at which its line gets its number in the chart of all laws: where few other lines are near.
         consequence: what becomes of the gap, as HTML; "" where its resting distance says it.
         acting: the same while avoidance acts, where that is something else.
+        trends: the same while the gap closes, holds and opens, where that is something else; () where it is not.
         promise: returns which distance the law promises and while what holds, as HTML; None where the paper's promise or none is made.
         missed: why ḋ is another one than the law wants, where the law itself is the reason.
     """
@@ -44,6 +45,7 @@ class LawTexts(NamedTuple):
     consequence: str = ""
     acting: str = ""
     missed: str = ""
+    trends: tuple[str, str, str] | tuple[()] = ()
     promise: Callable[[LawSettings], Markup] | None = None
 
 
@@ -62,7 +64,11 @@ LAW_TEXTS: Final[dict[str, LawTexts]] = {
     "strict_priority": LawTexts(
         (r"\dot q = J_d^{{\#}}\,{v} + \left(I - J_d^{{\#}} J_d\right)\dot q_n",), "(11)", "priority",
         lambda law, line: 0.92 * line.xs[-1],
-        "a retreat for ever, whatever the task wants",
+        trends=(
+            "the task has no say, and the gap closes",
+            "the task has no say, and the gap holds",
+            "a retreat for ever, whatever the task wants",
+        ),
     ),
     "strict_switched": LawTexts(
         (r"\dot q = J_d^{{\#}}\,{v} + \left(I - J_d^{{\#}} J_d\right)\dot q_n \quad ({d} \leq {dm})",
@@ -89,7 +95,7 @@ LAW_TEXTS: Final[dict[str, LawTexts]] = {
          r"J_{{d,i}}\,\dot q \geq -\gamma\left({d}_i - {dm}\right)\quad \text{{for all }} i"),
         "Faverjon & Tournassoud 1987", "1 − allowed",
         lambda law, line: max(law.critical_distance - 0.25 * line.span / law.barrier_gain, 0.03),
-        "may come nearer at γ(d − d<sub>m</sub>) at most", missed="other pairs count, too",
+        missed="other pairs count, too",
     ),
     "intermediate_value": LawTexts(
         (r"\dot q = J_d^{{\#}}\dot x_a + \left(J N_a\right)^{{\#}}\left(\dot x_b - J J_d^{{\#}}\dot x_a\right)",
@@ -119,7 +125,7 @@ LAW_TEXTS: Final[dict[str, LawTexts]] = {
         (r"\text{{first}}\quad J_{{d,i}}\,\dot q \geq -\gamma\left({d}_i - {dm}\right)\quad \text{{for all }} i",
          r"\text{{then}}\quad \min\ \left|J\left(\dot q - \dot q_n\right)\right|^2"), "Kanoun, Lamiraux & Wieber 2011", "1 − allowed",
         lambda law, line: max(law.critical_distance - 0.45 * line.span / law.barrier_gain, 0.03),
-        "may come nearer at γ(d − d<sub>m</sub>) at most", missed="other pairs count, too",
+        missed="other pairs count, too",
     ),
     "set_based_task": LawTexts(
         (r"\dot q = \left(I - J_d^{{\#}} J_d\right)\dot q_n + J_d^{{\#}} k_r\left({dm} - {d}\right)",
@@ -129,7 +135,7 @@ LAW_TEXTS: Final[dict[str, LawTexts]] = {
         "inside the set the task alone; it jumps at d<sub>m</sub>", acting="frozen or returning",
     ),
     DRAWN_LAW: LawTexts(
-        (r"\dot q = J_d^{{\#}}\,{lam}\,{v} + \left(I - {lam}\,J_d^{{\#}} J_d\right)\dot q_n \quad {lam} = {lam}({d})",),
+        (r"\dot q = J_d^{{\#}}\,{lam}\,{v} + \left(I - {lam}\,J_d^{{\#}} J_d\right)\dot q_n", r"{lam} = {lam}({d})"),
         "(32), your λ", "λ",
         lambda law, line: float(line.xs[len(line.xs) // 2]),
         promise=_promise_of_curve,
@@ -153,6 +159,7 @@ ALONE: Final = ((r"\dot q = J^{{\#}}\left(\dot x_d + K\,{e}\right) + N\,\dot q_0
 
 _SYMBOLS: Final = {"lam": r"\lambda", "v": "v", "u": "u", "d": "d", "dm": "d_m", "e": "e"}
 _COLOURED: Final = {name: coloured(name, symbol) for name, symbol in _SYMBOLS.items()}
+_LAW_DISTANCE: Final = f"{coloured('d', 'd')}_{{{coloured('d', 'law')}}}"
 _WORDS: Final = re.compile(r"\\text\{\{(.+?)\}\}")
 
 
@@ -165,6 +172,12 @@ def equation_of(run: RunSettings) -> tuple[tuple[str, ...], str]:
 def equation_html(run: RunSettings) -> Markup:
     """Return the equation of a run with its source, in the visitor's language and its symbols in their colours."""
     equation, source = equation_of(run)
-    lines = (_WORDS.sub(lambda found: rf"\text{{{{{tr(found[1])}}}}}", line).format(**_COLOURED) for line in equation)
+    # A law of all pairs takes each pair's own d.
+    named = run.has_law_distance and run.law.entry.sees == "one row"
+    symbols = {**_COLOURED, "d": _LAW_DISTANCE} if named else _COLOURED
+    lines = (_WORDS.sub(lambda found: rf"\text{{{{{tr(found[1])}}}}}", line).format(**symbols) for line in equation)
     drawings = [Markup(formula(line, False, 17.0)) for line in lines]
+    if named:
+        # The page writes this moment's law distance at it.
+        drawings = [Markup(str(drawing).replace('class="d"', 'class="d law"')) for drawing in drawings]
     return macros("text/equation.html").equation(drawings, tr(source))

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from markdown_it import MarkdownIt
+from markdown_it.common.utils import escapeHtml
 from markdown_it.ruler import RuleOptionsType
 from markdown_it.rules_block import StateBlock
 from markdown_it.rules_core import StateCore
@@ -20,6 +21,7 @@ from markupsafe import Markup
 
 from app.text.formula import display_formula, formula, plain_formula
 from app.text.picture import PICTURE, NoPicture, picture_html
+from app.text.units import unbroken
 
 log = logging.getLogger("duet.lessons")
 
@@ -124,6 +126,8 @@ _RENDERED: Final = {
     "formula_block": lambda _, tokens, at, *__: f'<div class="duet-formula">{display_formula(tokens[at].content)}</div>',
     "picture": lambda _, tokens, at, __, env: _picture_html(tokens[at].content, tokens[at].info, env.get("folder")),
     "link_open": _link_open,
+    # Code and formulas stay as they are.
+    "text": lambda _, tokens, at, *__: escapeHtml(unbroken(tokens[at].content)),
 }
 """Token of `markdown_reader` → function that makes HTML of it, as `MarkdownIt.add_render_rule` takes it."""
 

@@ -15,6 +15,7 @@ from markupsafe import Markup, escape
 
 from app.i18n.speaking import decimal, tr
 from app.text.lesson_text import inline_html, lesson_html
+from app.text.units import unbroken
 
 _BREAK: Final = re.compile(r"(?:\A|(?<=>))\s*\n\s*|\s*\n\s*(?=<|\Z)")
 """A line break beside a tag of HTML or of the template, with the indentation."""
@@ -33,7 +34,8 @@ class _JoinedLines(Extension):
 
 def tr_html(text: str, /, **parts: object) -> Markup:
     """Return an English text that holds tags in the current language; what is filled in is escaped."""
-    return Markup(tr(text, **{name: part if isinstance(part, int) else escape(part) for name, part in parts.items()}))
+    filled = tr(text, **{name: part if isinstance(part, int) else escape(part) for name, part in parts.items()})
+    return Markup(unbroken(filled))
 
 
 def lowered(text: str) -> Markup:
@@ -45,6 +47,11 @@ def _lowered_html(found: re.Match[str]) -> str:
     return f"<code>{found['code']}</code>" if found["code"] else f"{found['symbol']}<sub>{found['index']}</sub>"
 
 
+def _finalized(value: object) -> object:
+    """Return what a template shows: a plain text gets no-break spaces; what is HTML already has them where it needs them."""
+    return unbroken(value) if isinstance(value, str) and not isinstance(value, Markup) else value
+
+
 @cache
 def _environment() -> Environment:
     made = Environment(
@@ -52,6 +59,7 @@ def _environment() -> Environment:
         autoescape=True,
         undefined=StrictUndefined,
         extensions=(_JoinedLines,),
+        finalize=_finalized,
         auto_reload=False,
     )
     made.globals |= {"tr": tr, "tr_html": tr_html, "decimal": decimal}
@@ -84,4 +92,4 @@ def element(tag: str, text: str = "", *children: str, **attributes: str) -> Mark
         attributes: by name, escaped; an underscore at the end is dropped (`class_`), any other becomes a hyphen.
     """
     given = "".join(f' {name.rstrip("_").replace("_", "-")}="{escape(value)}"' for name, value in attributes.items())
-    return Markup(f"<{tag}{given}>{escape(text)}{''.join(children)}</{tag}>")
+    return Markup(f"<{tag}{given}>{unbroken(escape(text))}{''.join(children)}</{tag}>")

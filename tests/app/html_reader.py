@@ -31,4 +31,5 @@ class HtmlReader(HTMLParser):
         assert tag in VOID or self._open.pop() == tag
 
     def handle_data(self, data: str) -> None:
-        self.text += data
+        # A number and its unit have a no-break space between them.
+        self.text += data.replace("\u00a0", " ")

@@ -6,6 +6,7 @@ import numpy as np
 
 from app.lessons.evidence import Evidence
 from app.lessons.measures.quantity import At, Reading, Row, Value, at, quantity
+from app.plots.time_series import resting_at_end
 from controllers import budget
 from controllers.activation import activation
 from scenes.settings import RunSettings, specs, values
@@ -57,12 +58,10 @@ def pull_now(evidence: Evidence) -> Value:
 
 @quantity("d*", "mm", 0, live=True, obstacle=True)
 def rest_now(evidence: Evidence) -> Value:
-    """Return d* = d_m [(u + v)/(u + w)]^(1/n) for u and w of the newest step [m]; None under a law without this rest."""
-    law = evidence.settings.law
-    if not law.entry.rests:
+    """Return d* = d_m [(u + v)/(u + w)]^(1/n) for the newest u and w [m], as the plot has it; None under a law without this rest."""
+    if not evidence.settings.law.entry.rests:
         return None
-    u, w = float(evidence.column("u")[-1]), float(evidence.column("w_law")[-1])
-    return budget.resting_distance(law.critical_distance, law.order, law.nominal_velocity, u, w)
+    return resting_at_end(evidence.settings, evidence.table)
 
 
 def balance(run: RunSettings, inside: float) -> float:

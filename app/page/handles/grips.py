@@ -45,9 +45,12 @@ class Grip:
         return self._taken is not None
 
     def drag(self, action: Drag) -> None:
-        """Follow a pull at one of the nodes; nothing happens at a pull at anything else."""
+        """Follow a pull at one of the nodes; nothing happens at a pull at anything else, or after a reset until the pointer is
+        released."""
         if action.handle not in self._nodes:
             return
+        if action.phase != "start" and self._ended_elsewhere():
+            self._taken = None
         if action.phase == "start" and action.taken is not None:
             self._taken = action.handle
             self._take(action.handle, action.taken)
@@ -68,6 +71,10 @@ class Grip:
     def _let_go(self) -> None:
         """Leave what was taken where it is."""
         self._holder.hold(None)
+
+    def _ended_elsewhere(self) -> bool:
+        """True if a reset, or a step of a lesson, has ended the pull."""
+        return self._holder.held is None
 
     def show(self) -> None:
         """Bring it up to date with the session."""
@@ -147,6 +154,10 @@ class FigureGrip(Grip):
 
     def _let_go(self) -> None:
         self._grasp = None
+
+    def _ended_elsewhere(self) -> bool:
+        # The figure is a source: the session holds nothing while it is pulled.
+        return self._grasp is None
 
     def _begin(self) -> None:
         """Become the source, standing as the person stands who is drawn."""

@@ -43,13 +43,18 @@ class TransformHandle:
             holder.post(Drag(name, event.phase, in_room(event.target.position), rotation_of(event.target.wxyz)))
 
     def drag(self, action: Drag) -> None:
-        """Follow a pull at it; nothing happens at a pull at another handle."""
+        """Follow a pull at it; nothing happens at a pull at another handle, or after a reset until the pointer is released."""
         if action.handle != self._name or action.turn is None:
             return
-        if action.phase != "end":
+        if action.phase == "start":
             target = self._target(action.place, action.turn)
             self.dragged = True
             self._holder.hold(target)
+        elif self._holder.held is None:
+            # A reset, or a step of a lesson, has ended the pull.
+            self.dragged = False
+        elif self.dragged and action.phase == "update":
+            self._holder.hold(self._target(action.place, action.turn))
         elif self.dragged:
             self.dragged = False
             self._holder.hold(None)

@@ -23,7 +23,7 @@ from app.page.panels.distance_rate import (
     promise_words,
     trend,
 )
-from app.plots.time_series import resting
+from app.plots.time_series import resting_now
 from app.session.frame import Contact, Frame
 from app.text.law_texts import LAW_TEXTS
 from app.text.templates import element
@@ -84,7 +84,8 @@ class ContactCard:
         else:
             now = frame.contact
             terms = budget_terms(frame.simulation, frame.sample, now)
-            self._trend = trend(sum(term.value for term in terms), self._trend)
+            # Of the d that is shown, which need not change as the law distance does.
+            self._trend = trend(now.true_change, self._trend)
             words = {**contact_words(frame, terms), **more}
             note = contact_note(frame.simulation, frame.sample, now, terms)
             numbers = contact_numbers(frame, now, terms, self._trend)
@@ -138,13 +139,10 @@ def contact_words(frame: Frame, terms: list[Term]) -> CardWords:
 
 
 def contact_numbers(frame: Frame, now: Contact, terms: list[Term], trend: int) -> CardNumbers:
-    """Return d, the law's d, d* and the ghost's d [mm], λ [‰], u, w and the allowed approach [mm/s], the trend, and every part of ḋ
-    [mm/s]; None for what there is not."""
+    """Return d, the law distance, the d at which the arm would rest, and the ghost's d [mm], λ [‰], u, w and the allowed approach
+    [mm/s], the trend, and every part of ḋ [mm/s]; None for what there is not."""
     sample, run, ghost = frame.sample, frame.settings.run, frame.ghost
-    second = sample.second
-    rest = resting(run, now.pull, now.approach, None if second is None else second.pull)
-    if isinstance(frame.simulation.law, LawOfFile):
-        rest = math.nan
+    rest = math.nan if isinstance(frame.simulation.law, LawOfFile) else resting_now(frame.simulation, sample)
     return [
         _thousandths(sample.distance),
         _thousandths(now.distance),
@@ -153,7 +151,7 @@ def contact_numbers(frame: Frame, now: Contact, terms: list[Term], trend: int) -
         _thousandths(sample.activation),
         _thousandths(now.pull),
         _thousandths(now.approach),
-        _thousandths(allowed_rate(run, now.distance)),
+        _thousandths(allowed_rate(run, sample)),
         trend,
         *(_thousandths(term.value) for term in terms),
     ]
@@ -218,9 +216,9 @@ def _common_words() -> CardWords:
 def contact_note(simulation: Simulation, sample: Sample, now: Contact, terms: list[Term]) -> Note:
     """Return class and words of the line below the drawing."""
     run, custom = simulation.settings, isinstance(simulation.law, LawOfFile)
-    words = "" if custom else consequence(run, sample, now)
+    words = "" if custom else consequence(simulation, sample, now)
     if any(term.kind == "lost" and term.value for term in terms):
-        words = missed(simulation, now)
+        words = missed(simulation, sample)
     if not custom and (promised := LAW_TEXTS[run.law.law].promise) is not None:
         return "", words or promised(run.law)
     if custom or not run.law.entry.promises:

@@ -6,13 +6,14 @@ from typing import Final, NamedTuple
 
 from markupsafe import Markup
 
-from app.i18n.speaking import decimal, tr
-from app.plots.time_series import resting
+from app.i18n.speaking import N_, decimal, tr
+from app.plots.time_series import resting_now
 from app.session.frame import Contact
 from app.text.law_texts import LAW_TEXTS
+from app.text.lever_texts import lever_text
 from app.text.templates import macros, tr_html
 from controllers.budget import largest_dead_time, largest_dead_time_without_overshoot, settling_time
-from controllers.laws.situation import AUTHORITY, FIRM_LEVER
+from controllers.laws.situation import FIRM_LEVER
 from controllers.limits import Authority
 from scenes.history import Sample
 from scenes.law_answers import LawOfFile
@@ -102,21 +103,34 @@ def _lost(simulation: Simulation, now: Contact, wanted: float) -> Term:
     return Term("lost", tr("a part of a sum\x04lost"), tr("not achieved"), lost if seen else 0.0)
 
 
-def allowed_rate(run: RunSettings, distance: float) -> float:
-    """Return the fastest approach γ (d − d_m) that a barrier allows at a distance [m/s], nan under another law."""
+def allowed_rate(run: RunSettings, sample: Sample) -> float:
+    """Return the fastest approach γ (d − d_m) that a barrier allows to the closest pair [m/s], nan under another law."""
     law = run.law
-    return law.barrier_gain * (distance - law.critical_distance) if law.entry.has_barrier else math.nan
+    return law.barrier_gain * (sample.distance - law.critical_distance) if law.entry.has_barrier else math.nan
 
 
-def consequence(run: RunSettings, sample: Sample, now: Contact) -> str:
+def consequence(simulation: Simulation, sample: Sample, now: Contact) -> str:
     """Return what becomes of it, in a few words, as HTML; "" if the resting distance says it."""
+    run = simulation.settings
     law, texts = run.law.entry, LAW_TEXTS[run.law.law]
     if law.rests:
-        rest = resting(run, now.pull, now.approach, None if sample.second is None else sample.second.pull)
-        return (tr("no rest, w &gt; v") if rest != rest else "") + _late_text(run, now, sample)
-    said = tr(texts.acting if texts.acting and sample.activation > 0.0 else texts.consequence)
-    # The page fills the number in.
-    return said + '<span data-allowed=""></span>' if law.has_barrier else said
+        rest = resting_now(simulation, sample)
+        return (_no_rest(run, sample) if rest != rest else "") + _late_text(run, now, sample)
+    if texts.trends:
+        return tr(texts.trends[trend(now.true_change, 0) + 1])
+    if law.has_barrier:
+        said = N_("may come nearer at γ(d − d<sub>m</sub>) at most: {rate} m/s")
+        if sample.distance < run.law.critical_distance:
+            said = N_("has to open at γ(d<sub>m</sub> − d) at least: {rate} m/s")
+        # The page fills the number in.
+        return tr_html(said, rate=Markup('<span data-allowed=""></span>'))
+    return tr(texts.acting if texts.acting and sample.activation > 0.0 else texts.consequence)
+
+
+def _no_rest(run: RunSettings, sample: Sample) -> str:
+    if sample.second is None and sample.law_approach > run.law.nominal_velocity and not run.law.knows_w:
+        return tr("no rest, w &gt; v")
+    return tr("no rest: {why}", why=lever_text(least_lever(sample)) or tr("between two pairs"))
 
 
 def _late_text(run: RunSettings, now: Contact, sample: Sample) -> str:
@@ -135,7 +149,7 @@ def _late_text(run: RunSettings, now: Contact, sample: Sample) -> str:
     return f"a T = {decimal(f'{T / settling:.2f}')}: {words}"
 
 
-def missed(simulation: Simulation, now: Contact) -> str:
+def missed(simulation: Simulation, sample: Sample) -> str:
     """Return why ḋ is another one than the law wants."""
     if simulation.bound_bites:
         return tr("a joint is at its bound")
@@ -143,9 +157,7 @@ def missed(simulation: Simulation, now: Contact) -> str:
         return tr(reason)
     if simulation.settings.hardware != HardwareSettings():
         return tr("the robot is not ideal")
-    if now.square < AUTHORITY**2:
-        return tr("hardly a joint moves this point")
-    return tr("a moment behind")
+    return lever_text(least_lever(sample)) or tr("a moment behind")
 
 
 def error_step(run: RunSettings) -> str:
@@ -190,7 +202,7 @@ def promise_html(simulation: Simulation, sample: Sample, custom: bool = False) -
     else:
         pill = promise_words(simulation, sample)
     levers = [sample.lever] if sample.second is None else [sample.lever, sample.second.lever]
-    weak = min(levers) < FIRM_LEVER
+    weak = least_lever(sample) < FIRM_LEVER
     lever = ("halt" if weak else "", tr("lever s = {s}", s="; ".join(decimal(f"{s:.2f}") for s in levers)))
     # Beside a person's lever, s would be taken for it.
     return pills_html([pill] if law.law == LEVER_LAW and not custom else [lever, pill])
@@ -198,13 +210,23 @@ def promise_html(simulation: Simulation, sample: Sample, custom: bool = False) -
 
 def promise_words(simulation: Simulation, sample: Sample) -> tuple[str, str]:
     """Return class and words of the promise of the paper's law at this moment."""
-    lost = missing_now(simulation.settings, simulation.history)
+    lost, law = missing_now(simulation.settings, simulation.history), simulation.settings.law
+    lowest = law.critical_distance - BELOW
+    failed = sample.distance < lowest
     if lost:
         why = ", ".join(_condition_text(condition, simulation, sample) for condition in lost)
-        return "alarm", tr_html("{bound} may fail: {why}", bound=BOUND, why=why)
-    if sample.law_distance < simulation.settings.law.critical_distance - BELOW:
+        said = N_("{bound} has failed: {why}") if failed else N_("{bound} may fail: {why}")
+        return "alarm", tr_html(said, bound=BOUND, why=why)
+    if failed:
         return "halt", tr_html("below d<sub>m</sub>, but falling no further")
+    if sample.law_distance < lowest:
+        return "halt", tr_html("the law distance is below d<sub>m</sub>, but falling no further")
     return "go", tr_html("{bound} stands", bound=BOUND)
+
+
+def least_lever(sample: Sample) -> float:
+    """Return the lever s of the arm that has the shorter one."""
+    return sample.lever if sample.second is None else min(sample.lever, sample.second.lever)
 
 
 def _condition_text(condition: Condition, simulation: Simulation, sample: Sample) -> str:
@@ -212,8 +234,9 @@ def _condition_text(condition: Condition, simulation: Simulation, sample: Sample
         case Condition.SPEED:
             return "w > v"
         case Condition.LEVER:
-            s = sample.lever if sample.second is None else min(sample.lever, sample.second.lever)
-            return tr("no lever (s = {s})", s=decimal(f"{s:.2f}"))
+            s = least_lever(sample)
+            words = lever_text(s) or tr("the lever is too short")
+            return f"{words} (s = {decimal(f'{s:.2f}')})"
         case Condition.BOUND:
             second = sample.second
             if second is None or sample.authority in (Authority.STOP, Authority.SPEED):

@@ -14,7 +14,7 @@ from app.plots.lap_charts import laps_html
 from app.plots.law_charts import curve_html, laws_html
 from app.plots.microscope_chart import microscope_html
 from app.plots.pair_strips import pairs_html
-from app.plots.plot_choice import CHARTS, cells, layout_html, makes_room, place_of
+from app.plots.plot_choice import CHARTS, cells, chart_title, layout_html, makes_room, place_of
 from app.plots.stability_text import section_html
 from app.plots.time_plots import PlotLine, TimePlot, colour_of, time_plot_of
 from app.plots.time_series import COLUMNS, RollingSeries, drawable
@@ -25,6 +25,7 @@ from app.text.templates import element, macros, tr_html
 from app.theme import PALETTES, scale
 from controllers.kinematics import Array
 from scenes.rerun import WhatIf
+from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
 WHAT_IF: Final = ("d", "e2")
@@ -157,7 +158,7 @@ class Plots:
                 self._time_plots[name] = new, plot
                 self._drawn.pop(name, None)
         for name in wanted:
-            self._captions[name].content = self._caption(name, ghost is not None)
+            self._captions[name].content = self._caption(name, simulation.settings, ghost is not None)
 
     def _handle(self, name: str) -> viser.GuiHtmlHandle | viser.GuiUplotHandle:
         return self._charts[name] if name in CHARTS else self._time_plots[name][1]
@@ -285,13 +286,13 @@ class Plots:
             uplot.Axis(**axis, size=round(46 * k), space=round(28 * k), incrs=_TICKS),
         )
 
-    def _caption(self, name: str, with_ghost: bool) -> Markup:
-        """Return title and legend of one plot."""
+    def _caption(self, name: str, run: RunSettings, with_ghost: bool) -> Markup:
+        """Return title and legend of one plot of a run."""
         # On a narrow screen the squared error makes room for what was chosen.
         caption, spare = macros("plots/charts.html").caption, name == "error" and makes_room(self.shown)
         first = name == self.shown[0]
         if name in CHARTS:
-            return caption(tr_html(CHARTS[name]), "", (), spare, first)
+            return caption(chart_title(name, run), "", (), spare, first)
         plot, _ = self._time_plots[name]
         others = ["ghost"] if with_ghost else []
         if self._what_if is not None:

@@ -16,11 +16,12 @@ from app.session.frame import Frame, Shown
 from app.session.student_law import LawStatus
 from app.text.experiment_texts import EXPERIMENT_TEXTS
 from app.text.law_texts import equation_html
+from app.text.lever_texts import lever_text
 from app.text.templates import element, macros
 from controllers.kinematics import DAMPING, null_space_projector
 from controllers.limits import Authority
 from controllers.tasks import TASK_DIMENSION
-from scenes.history import Sample
+from scenes.history import ArmSample, Sample
 from scenes.simulation import Simulation
 
 PERIOD: Final = 0.15
@@ -174,7 +175,8 @@ def status_html(pace: Pace, simulation: Simulation, sample: Sample, asking: bool
     ball = simulation.room.ball is not None
     if law.entry.sees == "nothing":
         pills.append(("halt", tr("avoidance is off")))
-    if law.entry.retreats and not run.both_avoid and sample.approach > law.nominal_velocity and not law.knows_w:
+    # As on the card and in the promise: along the row of the law.
+    if law.entry.retreats and not run.both_avoid and sample.law_approach > law.nominal_velocity and not law.knows_w:
         pills.append(("alarm", tr("the ball is faster than v") if ball else tr("the hand is faster than v")))
     if sample.distance < 0.0:
         pills.append(("alarm", tr("the arm overlaps the ball") if ball else tr("the arms overlap")))
@@ -183,20 +185,20 @@ def status_html(pace: Pace, simulation: Simulation, sample: Sample, asking: bool
 
 def _reasons(simulation: Simulation, sample: Sample) -> list[str]:
     """Return why arms cannot do what the law asks of them."""
-    reasons = [authority_text(Authority(sample.authority), sample.joint, simulation)]
+    reasons = [authority_text(sample, simulation)]
     if sample.second is not None:
-        reasons.append(authority_text(Authority(sample.second.authority), sample.second.joint, simulation, second=True))
+        reasons.append(authority_text(sample.second, simulation, second=True))
     return [reason for reason in dict.fromkeys(reasons) if reason]
 
 
-def authority_text(authority: Authority, joint: int, simulation: Simulation, second: bool = False) -> str:
-    """Return why an arm cannot do what the law asks of it, "" if it can."""
-    match authority:
+def authority_text(arm: ArmSample, simulation: Simulation, second: bool = False) -> str:
+    """Return why an arm cannot do what the law asks of it, "" if it can. `second`: True for the second arm that keeps clear."""
+    match Authority(arm.authority):
         case Authority.STOP:
-            return tr("{joint} near its limit", joint=tr(simulation.joint_label(joint, second)))
+            return tr("{joint} near its limit", joint=tr(simulation.joint_label(arm.joint, second)))
         case Authority.SPEED:
-            return tr("{joint} at its top speed", joint=tr(simulation.joint_label(joint, second)))
+            return tr("{joint} at its top speed", joint=tr(simulation.joint_label(arm.joint, second)))
         case Authority.LEVERAGE:
-            return tr("no joint moves this point")
+            return lever_text(arm.lever)
         case _:
             return ""

@@ -116,7 +116,7 @@ addEventListener("DOMContentLoaded", () => {
     note.className = `note ${kind}`;
     if (note.dataset.text !== text) note.innerHTML = note.dataset.text = text;
     const place = note.querySelector("[data-allowed]");
-    if (place) say(`: ${fixed(Math.max(allowed, 0))} m/s`, place);
+    if (place) say(fixed(Math.abs(allowed)), place);
   };
 
   const showNumbers = () => {
@@ -154,7 +154,8 @@ addEventListener("DOMContentLoaded", () => {
       if (words.terms[i][0] === "lost") value.parentElement.hidden = s.terms[i] === 0;
     });
     const lam = fixed(1000 * s.lam);
-    const both = { d: `${s.d} mm`.replace("-", "−"), dm: `${words.dm} mm`, lam, v: fixed(words.v) };
+    const length = (mm) => `${mm} mm`.replace("-", "−");
+    const both = { d: length(s.d), "d law": length(s.law), dm: `${words.dm} mm`, lam, v: fixed(words.v) };
     // Of two arms that give way, each has a u of its own.
     duet.symbols = words.two ? both : { ...both, u: fixed(s.u), w: fixed(s.w) };
     duet.bodies = words.bodies;

@@ -1,4 +1,5 @@
-// The chart of the card: the obstacle, the gap as an axis in mm, λ(d) on it, and the arm's closest point as a bead below its λ.
+// The chart of the card: the obstacle, the gap as an axis in mm, λ on it, and the arm's closest point as a bead below its λ. The axis
+// is the true distance d everywhere. A law that sees another one has its λ(d_law) where the two are as far apart as they are now.
 (() => {
   const WIDE = { width: 330, height: 92, left: 58, right: 316, top: 10, axis: 66, bead: 8 };
   const NARROW = { width: 214, height: 84, left: 42, right: 204, top: 8, axis: 58, bead: 7 };
@@ -29,17 +30,25 @@
     const x = (mm) => g.left + ((g.right - g.left) * Math.min(Math.max(mm, -0.12 * words.span), words.span)) / words.span;
     const y = (share) => g.axis - (g.axis - g.top) * Math.min(Math.max(share, 0), 1);
 
-    const curve = [];
-    for (let i = 0; i < words.curve.length; i += 2) curve.push([x(words.curve[i]), y(words.curve[i + 1] / 1000)]);
-    if (curve.length > 0) {
+    const known = words.curve.length > 0;
+    const area = known ? svg("polygon", { class: "lam area", "data-symbol": "lam" }) : null;
+    const outline = known ? svg("polyline", { class: "lam curve", "data-symbol": "lam" }) : null;
+    let curve = [];
+    let ahead = null;
+    // Draws λ with the true distance ahead of the law's by some mm; at either end the curve goes on as it ends.
+    const drawCurve = (mm) => {
+      if (!known || mm === ahead) return;
+      ahead = mm;
+      curve = [];
+      for (let i = 0; i < words.curve.length; i += 2) {
+        const at = Math.min(Math.max(words.curve[i] + mm, 0), words.span);
+        curve.push([x(at), y(words.curve[i + 1] / 1000)]);
+      }
+      curve = [[g.left, curve[0][1]], ...curve, [g.right, curve.at(-1)[1]]];
       const line = curve.map((point) => point.map((n) => n.toFixed(1)).join()).join(" ");
-      svg("polygon", {
-        class: "lam area",
-        "data-symbol": "lam",
-        points: `${g.left},${g.axis} ${line} ${g.right},${g.axis}`,
-      });
-      svg("polyline", { class: "lam curve", "data-symbol": "lam", points: line });
-    }
+      set(area, { points: `${g.left},${g.axis} ${line} ${g.right},${g.axis}` });
+      set(outline, { points: line });
+    };
     const dm = x(words.dm);
     svg("line", { class: "axis", x1: g.left, x2: g.right, y1: g.axis, y2: g.axis });
     svg("line", { class: "dm limit", "data-symbol": "dm", x1: dm, x2: dm, y1: g.top - 6, y2: g.axis + 6 });
@@ -65,8 +74,6 @@
     const tip = svg("circle", { class: "lam tip", "data-symbol": "lam", r: 5 });
     const bead = svg("circle", { class: `body ${words.arm[0]}`, "data-symbol": "d", cy: g.axis, r: g.bead });
     const off = svg("path", { class: "off" });
-    // The bead is at the distance that the law sees; a point at the true one, where they differ.
-    const point = svg("circle", { class: "d point", "data-symbol": "d", cy: g.axis, r: 3.5 });
     const guess = words.guess;
     const mark = svg("path", { class: `guess${guess?.mm === null ? " waits" : ""}` });
     const long = words.share.length > 2;
@@ -75,7 +82,6 @@
       rest: svg("text", { class: "rest", "data-symbol": "rest" }),
       guess: svg("text", { class: "guess" }),
       ghost: svg("text", { class: "tick" }),
-      d: svg("text", { class: "d", "data-symbol": "d" }),
       body: svg("text", { class: "tick" }),
       lam: svg("text", { class: `lam ${long ? "long" : "large"}`, "data-symbol": "lam" }),
     };
@@ -83,7 +89,6 @@
     duet.svg(labels.dm, "tspan", { dy: 3, "font-size": 11.5 }).textContent = "m";
     duet.svg(labels.dm, "tspan", { dy: -3, dx: 3 }).textContent = words.dm;
     labels.ghost.textContent = words.ghost;
-    labels.d.textContent = "d";
     labels.body.textContent = words.obstacle[1];
 
     const put = (label, box) => {
@@ -97,17 +102,16 @@
       });
 
     return (s) => {
-      const at = x(s.law);
+      drawCurve(s.d === null || s.law === null ? 0 : Math.round(s.d - s.law));
+      const at = x(s.d);
       const height = y(s.lam);
-      const far = s.law > words.span;
+      const far = s.d > words.span;
       set(bead, { cx: at.toFixed(1) });
       set(stem, { x1: at.toFixed(1), x2: at.toFixed(1), y2: height.toFixed(1) });
       set(tip, { cx: at.toFixed(1), cy: height.toFixed(1) });
       set(twinStem, { y2: height.toFixed(1) });
       set(twinTip, { cy: height.toFixed(1) });
       set(off, { d: far ? `M${g.right - 2},${g.axis - 4}l4,4l-4,4` : "" });
-      const apart = Math.abs(x(s.d) - at) > g.bead + 3;
-      set(point, { cx: x(s.d).toFixed(1), visibility: apart ? "visible" : "hidden" });
       set(ghost, { cx: x(s.ghost ?? 0).toFixed(1), visibility: s.ghost === null ? "hidden" : "visible" });
       const guessed = guess ? x(guess.mm ?? duet.firstGuess(words)) : 0;
       set(mark, { d: guess ? `M${guessed.toFixed(1)},${g.axis - 1}l-7,-12h14z` : "" });
@@ -135,7 +139,6 @@
         guess ? [top, g.axis - 16 - ROW].flatMap((height) => along(guessed, guessWidth, height, [0, 0.8, -0.8, 1.1, -1.1])) : [],
         [{ left: 8, right: 8 + bodyWidth, top: top + 1, bottom: top + 1 + ROW }],
         s.ghost === null ? [] : along(x(s.ghost), measure(words.ghost), top, [0, 1, -1]),
-        apart ? along(x(s.d), measure("d"), top, [0]) : [],
         ...ticks.map(({ mm }, i) => {
           const text = i === ticks.length - 1 ? `${mm} mm` : `${mm}`;
           say(text, ticks[i].text);
@@ -148,8 +151,7 @@
       put(labels.guess, boxes[2]);
       put(labels.body, boxes[3]);
       put(labels.ghost, boxes[4]);
-      put(labels.d, boxes[5]);
-      for (const [i, tick] of ticks.entries()) put(tick.text, boxes[6 + i]);
+      for (const [i, tick] of ticks.entries()) put(tick.text, boxes[5 + i]);
 
       // λ beside its point: off the curve, off the line of d_m, above the axis; the number alone where its name finds no room.
       const body = { left: 0, right: g.left, top: g.axis - 28, bottom: g.axis + 9 };

@@ -11,7 +11,8 @@ addEventListener("DOMContentLoaded", () => {
     const found = [];
     let before = "";
     for (const path of svg.querySelectorAll("path")) {
-      const kind = SYMBOLS.find((symbol) => path.classList.contains(symbol)) ?? "";
+      const symbol = SYMBOLS.find((symbol) => path.classList.contains(symbol)) ?? "";
+      const kind = path.classList.contains("law") ? `${symbol} law` : symbol;
       if (kind) {
         const { x, y, width, height } = path.getBBox();
         const box = { left: x, top: y, right: x + width, bottom: y + height };
@@ -85,8 +86,8 @@ addEventListener("DOMContentLoaded", () => {
     for (const { kind, box } of found)
       svg.insertBefore(
         duet.svg(svg, "rect", {
-          ...{ class: "hit", "data-symbol": kind, tabindex: 0, fill: "transparent", rx: 3 },
-          ...{ role: "img", "aria-label": { lam: "λ", dm: "dₘ" }[kind] ?? kind },
+          ...{ class: "hit", "data-symbol": kind.split(" ")[0], tabindex: 0, fill: "transparent", rx: 3 },
+          ...{ role: "img", "aria-label": { lam: "λ", dm: "dₘ", "d law": "d_law" }[kind] ?? kind },
           ...{ x: box.left - 2, y: box.top - 3, width: box.right - box.left + 4, height: box.bottom - box.top + 6 },
         }),
         first,

@@ -122,7 +122,7 @@ def _of_tables() -> Iterator[str]:
     yield ALONE[1]
     yield from (law.short for law in LAWS.values())
     for texts in LAW_TEXTS.values():
-        yield from (texts.source, texts.share, texts.consequence, texts.acting, texts.missed)
+        yield from (texts.source, texts.share, texts.consequence, texts.acting, texts.missed, *texts.trends)
         yield from re.findall(r"\\text\{\{(.+?)\}\}", "".join(texts.equation))
     yield from (quantity.label for quantity in QUANTITIES.values())
     for table in (CHARTS, NEXT, PHASES, TITLES, WORDS, WHY):

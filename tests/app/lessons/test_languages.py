@@ -163,7 +163,7 @@ def test_the_class_reads_the_poll_in_its_own_language() -> None:
         texts = (*polls[language].choices, *polls[language].outcome, *(v.reply for v in polls[language].verdicts if v))
         for text in texts:
             assert not [phrase for phrase in phrases(text) if ENGLISH.search(phrase)]
-    assert any("law = Smooth priority (paper)" in line for line in polls["en"].outcome)
+    assert any("law set to “Smooth priority (paper)”" in line for line in polls["en"].outcome)
     assert any("Gesetz = Glatter Vorrang (Artikel)" in line for line in polls["de"].outcome)
 
 

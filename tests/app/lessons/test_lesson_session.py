@@ -344,9 +344,9 @@ def test_of_five_pushes_the_nearest_is_kept_and_is_in_its_link_to_the_last_bit()
     assert_array_equal(rerun(again).table, table)
     margin = float(table[:, COLUMN["d"]].min()) - 0.15
     assert tries[1].measured == margin
-    said = attempt_html(run.walk.view())
+    said = attempt_html(run.walk.view()).replace("\u00a0", " ")
     assert f"You came to {1000 * margin:.1f} mm above dₘ." in said and said.count("mm above dₘ") == 6
-    assert "broke through by 3.2 mm" in duel_html(replace(run.walk.view(), tries=(Try(0.4, -0.0032, True),)))
+    assert "broke through by 3.2\u00a0mm" in duel_html(replace(run.walk.view(), tries=(Try(0.4, -0.0032, True),)))
     # It outlives the process.
     saved = run.saved()
     assert saved is not None

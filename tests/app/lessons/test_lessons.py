@@ -14,10 +14,10 @@ from app.lessons.evidence import Evidence
 from app.lessons.labels import contrast_of
 from app.lessons.lesson import Lesson, Step
 from app.lessons.measures.quantity import Value, measure, moment
-from app.lessons.outcomes import AT_END, decisive_moment, reference
+from app.lessons.outcomes import AT_END, StepOutcome, decisive_moment, reference
 from app.lessons.reference_runs import measured, simulated
 from app.lessons.runs import Setup
-from app.lessons.texts import fill, placeholder_problems
+from app.lessons.texts import fill, placeholder_problems, told_in
 from app.plots.time_series import DRIVEN
 from app.settings import LANGUAGES, Language
 from app.text.lesson_text import lesson_html
@@ -271,9 +271,28 @@ def test_the_elbow_is_asked_to_swing_for_the_wrist_moves_and_the_angle_in_the_pl
 def test_runs_that_differ_in_more_than_a_number_are_named() -> None:
     step = our_book().lessons[4].steps[1]
     text = fill(step, "{table:step}", None, "en")
-    assert "| this run |" in text and "| dt = 10 ms |" in text and "| law = Strict priority, switched at dₘ |" in text
+    assert "| this run |" in text and "| dt = 10 ms |" in text and "| law set to “Strict priority, switched at dₘ” |" in text
     # Beside the lever by the names that stand in the plots.
     text = fill(our_book().lessons[3].steps[0], "{table:lost,error,step}", None, "en")
     assert "| you |" in text and "| Smooth priority (paper) |" in text
     tilted = our_book().lessons[9].steps[1]
     assert "| 1° |" in fill(tilted, "{table:textbook}", None, "en")
+
+
+def test_a_verdict_does_not_measure_again_what_its_reply_tells() -> None:
+    """A line is left out where the reply has each of its numbers, unless it is the only one."""
+    left_out = 0
+    for lesson in our_book().lessons:
+        for step in lesson.steps:
+            if step.question is None or step.concept:
+                continue
+            values = tuple((1.0, *(2.0 for _ in m.compare)) for m in step.measurements)
+            outcome = StepOutcome(values, True)
+            shown = len(outcome.lines(step, "en"))
+            for choice in step.question.choices:
+                told = told_in(step, choice.reply)
+                lines = outcome.lines(step, "en", (), told)
+                expected = sum(not m.text_only and m.id not in told for m in step.measurements) or shown
+                assert len(lines) == expected >= min(shown, 1)
+                left_out += shown - expected
+    assert left_out > 10

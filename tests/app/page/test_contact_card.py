@@ -107,7 +107,10 @@ def drawing(query: str, language: Language, seconds: float = 1.0, changed: dict[
     names = ("d", "law", "rest", "ghost", "lam", "u", "w", "allowed", "way", *(term.kind for term in terms))
     for name, number in (changed or {}).items():
         if name == "note":
-            note = "alarm", "d ≥ d<sub>m</sub> may fail: w &gt; v, no lever (s = 0.42), between two pairs"
+            note = (
+                "alarm",
+                "d ≥ d<sub>m</sub> may fail: w &gt; v, the joints hardly move this point (s = 0.42), between two pairs",
+            )
         else:
             numbers[names.index(name)] = None if number is None else round(number)
     return part_text(contact_words(frame, terms)), part_text(note), part_text(numbers)
@@ -196,7 +199,8 @@ def test_what_it_shows_is_the_runs_and_a_symbol_lights_up_everywhere(house: Open
 
     until(page, of_the_last_step, "λ and the budget of the last step")
     span = 360.0
-    place = seen["left"] + (seen["right"] - seen["left"]) * 1e3 * sample.law_distance / span
+    place = seen["left"] + (seen["right"] - seen["left"]) * 1e3 * sample.distance / span
+    assert sample.distance - sample.law_distance > 1e-3, "the law sees another distance than the card shows"
     assert abs(seen["bead"] - place) < 0.6
     assert abs(seen["axis"] - seen["tip"] - (seen["axis"] - seen["top"]) * sample.activation) < 0.3
     xs, ys = np.array([point.split(",") for point in seen["curve"].split()], float).T

@@ -254,3 +254,40 @@ def test_a_finger_pulls_the_arm_and_beside_it_turns_the_view(house: OpenHouse, p
     touch("touchEnd", 0.0, 0.0)
     until(page, lambda: np.abs(np.array(page.evaluate(CAMERA)) - view).max() > 0.05, "another view")
     assert session.held is None
+
+
+def test_a_reset_in_the_middle_of_a_drag_at_an_arrow_ends_the_pull_until_the_button_is_released(
+    house: OpenHouse, page_at: PageAt
+) -> None:
+    page = page_at(900, 800)
+    session = visit(page, house(), "gizmo=1&autopilot=0&speed=2")
+    start, other = ask(session, hands_of)
+    arrow, sign = best_arrow(session, (other - start) / np.linalg.norm(other - start))
+    grip = start + arrow * GRIP * GIZMO
+    places = [grip + arrow * sign * way for way in np.linspace(0.0, 0.3, 9)]
+
+    def moved() -> float:
+        return float(np.linalg.norm(hand(session) - start))
+
+    for reset in (lambda: page.keyboard.press("r"), lambda: ask(session, lambda s: s.reset())):
+        drag_through(page, session, places[:5])
+        until(page, lambda: moved() > 0.05, "the hand on its way")
+        reset()
+        until(page, lambda: session.held is None and moved() < 1e-6, "the run from its beginning")
+        # The button is still down: what the mouse does now moves nothing.
+        for place in places[5:]:
+            point_at(page, place)
+        page.keyboard.press("Space")
+        until(page, lambda: session.paused, "a key that was pressed after the moves")
+        assert session.held is None and moved() < 1e-6
+        page.keyboard.press("Space")
+        page.mouse.up()
+        until(page, lambda: not session.paused, "the run going on")
+        run_on(page, session, 0.1)
+        until(page, lambda: np.linalg.norm(world_position(page, HAND) - start) < 2e-3, "the handle on the hand")
+        assert session.held is None and moved() < 1e-6
+    # A press takes it again.
+    drag_through(page, session, places[:3])
+    until(page, lambda: moved() > 0.03, "the hand on its way again")
+    page.mouse.up()
+    until(page, lambda: session.held is None, "letting go")

@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.lessons.room_places import RoomPlace, Start, start_positions
+from app.page.panels.contact_card import contact_note
 from app.page.panels.distance_rate import MISSED, Term, budget_terms, error_step, missed, promise_html, wanted_rate
 from app.page.panels.readout import error_html, status_html, tiles_html, tip_text
 from app.plots.stability_text import section_html, task_error
@@ -22,6 +23,7 @@ from app.session.frame import Contact, contact
 from app.session.session import Session
 from app.settings import Settings, from_query
 from app.text.law_texts import LAW_TEXTS, equation_html, equation_of
+from app.text.lever_texts import lever_text
 from controllers.laws.situation import AUTHORITY, FIRM_LEVER
 from controllers.limits import Authority
 from controllers.stability import analyse
@@ -59,7 +61,7 @@ def seen(query: str, seconds: float = 1.0) -> tuple[Simulation, Sample, Contact]
 
 
 def text(html: str) -> str:
-    return unescape(re.sub(r"<[^>]+>", "", str(html)))
+    return unescape(re.sub(r"<[^>]+>", "", str(html))).replace("\u00a0", " ")
 
 
 def shares(terms: list[Term]) -> str:
@@ -105,7 +107,7 @@ def test_a_law_that_gets_less_than_it_asks_for_says_so() -> None:
     simulation, sample, now = seen("scene=hold&law=null_space_avoidance&dm=0.3&d0=0.6")
     (lost,) = [term for term in budget_terms(simulation, sample, now) if term.kind == "lost"]
     assert lost.value == pytest.approx(now.change - wanted_rate(simulation, sample, now)) and abs(lost.value) > MISSED
-    assert missed(simulation, now) == "the hand comes first"
+    assert missed(simulation, sample) == "the hand comes first"
     assert not [term for term in budget_terms(*seen("scene=hold&dm=0.05")) if term.kind == "lost" and term.value]
     assert shares(budget_terms(*seen("scene=hold&ff=1"))) == "−w −(1−λ)u +λ(v+w)"
     assert shares(budget_terms(*seen("scene=hold&law=barrier_qp"))) == "−w −u +c"
@@ -191,20 +193,21 @@ def test_every_reason_for_missing_authority_of_either_arm_is_named() -> None:
     words = text(status_html(RUNNING, simulation, both))
     assert "near its limit" in words and "at its top speed" in words
     assert simulation.joint_label(3) in words and simulation.joint_label(2, second=True) in words
-    lever = replace(sample, authority=int(Authority.LEVERAGE), joint=-1)
-    assert "no joint moves this point" in status_html(RUNNING, simulation, lever)
+    for s, said in ((0.05, "no joint moves this point"), (0.6, "the joints hardly move this point")):
+        short = replace(sample, authority=int(Authority.LEVERAGE), joint=-1, lever=s)
+        assert said in status_html(RUNNING, simulation, short)
 
 
 def test_who_is_faster_than_v() -> None:
     for query, words in (("scene=hold", "the hand is faster than v"), ("scene=ball", "the ball is faster than v")):
         simulation, sample, _ = seen(query)
-        fast = replace(sample, approach=0.31)
+        fast = replace(sample, law_approach=0.31)
         assert words in status_html(RUNNING, simulation, fast)
         for other in (f"{query}&ff=1", f"{query}&law=barrier_qp", f"{query}&law=unprotected"):
             assert "faster" not in status_html(RUNNING, played(other), fast)
     # Where both keep clear the bound holds for any v > 0.
     simulation, sample, _ = seen("scene=master_slave")
-    assert "faster" not in status_html(RUNNING, simulation, replace(sample, approach=0.31))
+    assert "faster" not in status_html(RUNNING, simulation, replace(sample, law_approach=0.31))
 
 
 def test_slowed_is_not_said_while_the_run_is_paused() -> None:
@@ -354,8 +357,21 @@ def test_a_short_row_lights_the_lever_with_its_value() -> None:
     assert sample.lever < FIRM_LEVER
     html = promise_html(simulation, sample)
     assert text(html).startswith(f"lever s = {sample.lever:.2f}")
-    assert text(html).endswith(f"dm may fail: no lever (s = {sample.lever:.2f})")
+    assert text(html).endswith(f"dm has failed: {lever_text(sample.lever)} (s = {sample.lever:.2f})")
     assert 'class="halt"' in html and 'class="alarm"' in html
+
+
+def test_what_has_failed_is_not_said_to_be_possible() -> None:
+    simulation = moved(
+        settings("scene=hold&wmax=0.8&v=0.05").run,
+        lambda s: s.sample().distance < 0.145 and missing_now(s.settings, s.history) == (Condition.SPEED,),
+    )
+    assert simulation.settings.law.critical_distance == 0.15
+    assert shown(simulation).endswith("dm has failed: w > v")
+    sample = simulation.sample()
+    now = contact(simulation, sample)
+    kind, note = contact_note(simulation, sample, now, budget_terms(simulation, sample, now))
+    assert kind == "alarm" and text(note) == "d ≥ dm has failed: w > v"
 
 
 def test_a_joint_at_its_limit_is_named() -> None:

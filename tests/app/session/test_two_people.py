@@ -115,3 +115,12 @@ def test_a_file_with_an_impossible_second_hand_is_refused(second: HandTarget | L
     )
     with pytest.raises(BadInputFile):
         recorded_from(recorded_bytes(replace(recorded, stretches=(Stretch(recorded.settings, targets),))), "two")
+
+
+def test_a_reset_ends_what_either_of_two_people_holds() -> None:
+    session, guest = two()
+    place = place_of(session.simulation)
+    guest.hold(HandTarget(place + np.array([0.0, 0.0, 0.2])))
+    session.hold(HandTarget(place))
+    session.reset()
+    assert session.held is None and guest.held is None

@@ -322,4 +322,4 @@ def test_measuring_leaves_the_simulation_alone() -> None:
 
 def test_the_critical_distance_has_an_index_in_what_a_person_reads() -> None:
     assert not [quantity.label for quantity in QUANTITIES.values() if "d_m" in quantity.label]
-    assert settings_text((("dm", 0.1), ("law", "strict_switched"))) == "dₘ = 100 mm, law = Strict priority, switched at dₘ"
+    assert settings_text((("dm", 0.1), ("law", "strict_switched"))) == "dₘ = 100 mm, law set to “Strict priority, switched at dₘ”"
