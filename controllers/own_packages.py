@@ -33,10 +33,16 @@ class OwnPackages:
 
 
 def find_own_packages() -> None:
-    """Let this process find our packages before all others of their names. Can be called again.
+    """Let this process find our packages before all others of their names, unless those are loaded. Can be called again."""
+    if not any(getattr(finder, "__qualname__", "") == OwnPackages.__qualname__ for finder in sys.meta_path):
+        sys.meta_path.insert(0, OwnPackages)
+
+
+def refuse_other_packages() -> None:
+    """Check that no other program's package or module has one of our names.
 
     Raises:
-        ImportError: another package or module of such a name is loaded already.
+        ImportError: one is loaded already.
     """
     for name in PACKAGES:
         loaded = sys.modules.get(name)
@@ -47,8 +53,6 @@ def find_own_packages() -> None:
                 f"Duet needs the name {name!r}, which this Python has given to {other}. Restart the kernel, or the program, and import "
                 "lwr_duet first; or rename that file."
             )
-    if not any(getattr(finder, "__qualname__", "") == OwnPackages.__qualname__ for finder in sys.meta_path):
-        sys.meta_path.insert(0, OwnPackages)
 
 
 def own_command(module: str, *arguments: str) -> list[str]:
@@ -56,7 +60,7 @@ def own_command(module: str, *arguments: str) -> list[str]:
     return [sys.executable, "-P", os.path.join(FOLDER, "controllers", "own_packages.py"), module, *arguments]
 
 
-# As a script, in a worker of `multiprocessing` (see `scenes.children`) and for `lwr_duet`; a program that imports it has found them.
+# As a script, and in a worker of `multiprocessing` (see `scenes.children`); a program that imports it has found them.
 if __name__ != "controllers.own_packages":
     find_own_packages()
 

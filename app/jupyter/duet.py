@@ -1,4 +1,5 @@
-"""Duet in a notebook, as `from lwr_duet import duet`: `duet.show()` opens the page in a cell and returns the run that is seen there, as numbers.
+"""Duet in a notebook, as `from lwr_duet import duet`: `duet.show()` opens the page in a cell and returns the run that is seen there, as
+numbers.
 
 One run a kernel: every cell that shows it shows the same one. It ends with the kernel, or by `duet.close()`.
 """

@@ -15,14 +15,17 @@ from typing import Any, Final
 
 
 def _find_packages() -> None:
-    """Run the file that finds our packages: it cannot be imported by its name before they are found."""
+    """Run the file that finds our packages: by its name it can be imported only when they are found."""
     here = os.path.dirname(os.path.abspath(__file__))
     inside = os.path.join("controllers", "own_packages.py")
     # Beside this package in a wheel; in a checkout this one is in `app`.
     beside, above = (os.path.join(folder, inside) for folder in (os.path.dirname(here), os.path.dirname(os.path.dirname(here))))
-    spec = spec_from_file_location("lwr_duet._own_packages", beside if os.path.isfile(beside) else above)
+    spec = spec_from_file_location("controllers.own_packages", beside if os.path.isfile(beside) else above)
     assert spec is not None and spec.loader is not None
-    spec.loader.exec_module(module_from_spec(spec))
+    own_packages = module_from_spec(spec)
+    spec.loader.exec_module(own_packages)
+    own_packages.refuse_other_packages()
+    own_packages.find_own_packages()
 
 
 _find_packages()

@@ -147,6 +147,24 @@ def test_a_process_finds_the_same_packages_as_this_one(strange: Path) -> None:
     assert not set(imported(strange).split()) & set(OURS), shown.stderr
 
 
+STUDY = """
+import app
+from scenes.children import computed
+
+if __name__ == "__main__":
+    print(sorted(computed(app.double, [(1,), (2,)], 2)))
+"""
+
+
+def test_a_program_with_an_app_of_its_own_computes_on_several_cores(tmp_path: Path) -> None:
+    (tmp_path / "app.py").write_text("def double(x):\n    return 2 * x\n", encoding="utf-8")
+    (tmp_path / "study.py").write_text(STUDY, encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "study.py"], cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, timeout=PATIENCE, check=False
+    )
+    assert done.stdout == "[(0, 2), (1, 4)]\n", done.stderr[-3000:]
+
+
 STARTERS = ("controllers/own_packages.py", "app/jupyter/tile.py")
 """Files that may say which program a process runs: the one way for all, and the tile, which imports nothing of ours."""
 

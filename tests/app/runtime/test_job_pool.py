@@ -21,6 +21,7 @@ from app.runtime.shared_jobs import JobClient, JobServer
 from tests.app.conftest import Join, OpenHouse, ask, live_sessions
 from tests.app.runtime.jobs import die, double, note, refuse, stumble, wait_for, who
 from tests.app.runtime.processes import gone, until
+from tests.test_imports import ROOT
 
 pytestmark = pytest.mark.slow
 
@@ -329,7 +330,11 @@ def test_a_client_that_goes_takes_its_jobs_along(clients: tuple[JobClient, JobCl
     until(lambda: load(server.pool) == (0, 0))
 
 
-def test_a_server_that_is_killed_is_started_again_with_the_next_job(address: JobAddress, tmp_path: Path) -> None:
+def test_a_server_that_is_killed_is_started_again_with_the_next_job(
+    address: JobAddress, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # It has no current folder on its path, and what it computes here is a test's.
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
     processes: list[subprocess.Popen[bytes]] = []
 
     def start() -> None:
