@@ -108,7 +108,9 @@ def launch(playwright: Playwright, font: Font = "wide") -> Browser:
         tried += install()
         path = None if install is own else installed_browser()
         try:
-            return playwright.chromium.launch(executable_path=path, headless=True, args=list(FLAGS), env=font_environment(font))
+            return playwright.chromium.launch(
+                executable_path=path, headless=True, args=list(FLAGS), env={**font_environment(font)}
+            )
         except Error as error:
             tried.append(f"{path or 'Playwright’s own Chromium'}: {error.message.splitlines()[0]}")
     raise RuntimeError(

@@ -48,7 +48,7 @@ _SANS: Final = ("sans-serif", "sans", "serif", "system-ui", "Arial", "Helvetica"
 _MONO: Final = ("monospace", "ui-monospace")
 
 
-def font_environment(font: Font) -> dict[str, str | float | bool]:
+def font_environment(font: Font) -> dict[str, str]:
     """Environment of a browser on Linux that has no sans-serif except this one. On other systems it has the system's."""
     return {**os.environ, "FONTCONFIG_FILE": str(_configuration(font))}
 
