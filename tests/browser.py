@@ -111,7 +111,9 @@ def launch(playwright: Playwright, font: Font = "wide") -> Browser:
         tried += install()
         path = None if install is own else installed_browser()
         try:
-            return playwright.chromium.launch(executable_path=path, headless=True, args=list(FLAGS), env=font_environment(font))
+            return playwright.chromium.launch(
+                executable_path=path, headless=True, args=list(FLAGS), env={**font_environment(font)}
+            )
         except Error as error:
             name = path or "Playwright’s own Chromium"
             library = missing_library(error.message)

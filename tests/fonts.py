@@ -1,7 +1,7 @@
-"""Fonts that pages are laid out in, whatever fonts the machine has: wide letters, and narrow ones.
+"""Two fonts for browser tests, one wide and one narrow, whatever fonts the machine has.
 
-Both come with matplotlib: DejaVu Sans, the only font of a fresh Debian or Ubuntu, is about the widest sans-serif that a computer
-has; its letters, squeezed to the widths of Helvetica, are as wide as those of Arial and Liberation Sans, which are about the narrowest.
+Both are made from matplotlib's data. Wide: DejaVu Sans, the only font of a fresh Debian or Ubuntu. Narrow: the same letters with the
+widths of Helvetica, as in Arial and Liberation Sans; Noto Sans lies between them.
 """
 
 import atexit
@@ -23,16 +23,16 @@ from fontTools.ttLib import TTFont
 
 Font = Literal["wide", "narrow"]
 FONTS: Final[tuple[Font, Font]] = ("wide", "narrow")
-"""In either of them a page has to be laid out well."""
+"""A page must be laid out well in each of them."""
 
 _DATA: Final = Path(matplotlib.get_data_path()) / "fonts"
 _FACES: Final = {"": "phvr8a", "-Bold": "phvb8a"}
-"""Ends of the names of DejaVu Sans' files, and Helvetica's widths of the same face (Adobe Font Metrics). A browser slants by itself."""
+"""Suffixes of DejaVu Sans' file names, and the Adobe Font Metrics file of Helvetica in the same weight. A browser makes the italics."""
 _FAMILY: Final[dict[Font, str]] = {"wide": "DejaVu Sans", "narrow": "Duet Narrow"}
 _OF_DESIGN: Final = ("GPOS", "GSUB", "GDEF", "kern", "fpgm", "prep", "cvt ", "hdmx", "LTSH", "VDMX")
-"""Tables that are right for the letters as they were drawn only: kerning, ligatures, hints."""
+"""Tables that are wrong for letters of another width: kerning, ligatures, hints."""
 _LETTERS: Final = (*range(0x20, 0x250), *range(0x370, 0x400))
-"""Latin and Greek. Signs are as wide as they were: a machine takes them from another font."""
+"""Code points that become narrower: Latin and Greek. Other signs keep their width, as a machine takes them from another font."""
 
 _CONFIG: Final = """<?xml version="1.0"?>
 <!DOCTYPE fontconfig SYSTEM "urn:fontconfig:fonts.dtd">
@@ -48,14 +48,14 @@ _SANS: Final = ("sans-serif", "sans", "serif", "system-ui", "Arial", "Helvetica"
 _MONO: Final = ("monospace", "ui-monospace")
 
 
-def font_environment(font: Font) -> dict[str, str | float | bool]:
-    """Environment of a browser on Linux that has no sans-serif except this one. On other systems it has the system's."""
+def font_environment(font: Font) -> dict[str, str]:
+    """Environment of a browser with this font as its only sans-serif. Has no effect outside Linux."""
     return {**os.environ, "FONTCONFIG_FILE": str(_configuration(font))}
 
 
 @cache
 def _configuration(font: Font) -> Path:
-    """File of fontconfig, which is there, together with the fonts, as long as this process."""
+    """Path of a fontconfig file; it and the fonts are removed when this process ends."""
     temporary = TemporaryDirectory(prefix="duet-fonts-", ignore_cleanup_errors=True)
     atexit.register(temporary.cleanup)
     folder = Path(temporary.name)
@@ -75,13 +75,13 @@ def _configuration(font: Font) -> Path:
 
 
 def _narrow(path: Path, widths: AFM) -> TTFont:
-    """DejaVu's face with the advance widths of Arial."""
+    """Font at `path` with the advance widths and the line height of Arial."""
     # Glyphs that stay as they are need not be read.
     font = TTFont(path, recalcBBoxes=False)
     names, glyphs, advances = font.getBestCmap(), font.getGlyphSet(), font["hmtx"]
     em = font["head"].unitsPerEm
     wanted = {toUnicode(name): widths[name][1] / 1000.0 * em for name in widths.chars()}
-    # Greek, and what else Helvetica's widths leave out, becomes as much narrower as the small letters.
+    # Letters without a width in Helvetica, such as Greek, become narrower by the same factor as the small letters.
     usual = sum(wanted[c] for c in "etaoinsr") / sum(advances[names[ord(c)]][0] for c in "etaoinsr")
     squeezed = {}
     for code in filter(names.__contains__, _LETTERS):

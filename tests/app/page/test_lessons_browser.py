@@ -156,7 +156,9 @@ WITHOUT_WEBGL = ("--disable-gpu", "--disable-software-rasterizer", "--disable-3d
 
 def test_lessons_plots_numbers_and_keys_work_without_webgl(house: OpenHouse, browser: Browser) -> None:
     flags = [flag for flag in FLAGS if "gl" not in flag] + list(WITHOUT_WEBGL)
-    with browser.browser_type.launch(executable_path=installed_browser(), args=flags, env=font_environment("wide")) as without:
+    with browser.browser_type.launch(
+        executable_path=installed_browser(), args=flags, env={**font_environment("wide")}
+    ) as without:
         page = without.new_page(locale="de-AT", viewport={"width": 1200, "height": 720})
         errors: list[str] = []
         page.on("pageerror", lambda error: errors.append(str(error)))

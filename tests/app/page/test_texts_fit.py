@@ -1,6 +1,8 @@
 """No text of the page is cut off, covered or written over another one: at first sight, on every tab of the controls, and in the steps of
 every lesson, in windows of three sizes, in three languages, with wide and with narrow letters."""
 
+import sys
+
 import pytest
 from playwright.sync_api import Page
 
@@ -63,6 +65,25 @@ def wide_formulas(page: Page, session: Session, run: LessonSession) -> list[str]
         page.wait_for_function(f"document.querySelector('.duet-l-explain .duet-formula svg') && {numbered}")
         found += lasting(page, lambda: page.evaluate(WIDE_FORMULAS))
     return found
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems have no fontconfig")
+@pytest.mark.parametrize(("font", "regular", "bold"), [("wide", 0.613, 0.675), ("narrow", 0.556, 0.556)])
+def test_every_list_of_fonts_leads_to_ours(font: Font, regular: float, bold: float, page_at: PageAt) -> None:
+    """Advance widths of the letter a, in units of the font's size: of DejaVu Sans, and of Helvetica."""
+    page = page_at(300, 200, font=font)
+    page.set_content("<span>aaaaaaaaaa</span>")
+    measure = "(span, font) => { span.style.font = font; return span.getBoundingClientRect().width / 1000; }"
+    for family in (
+        "sans-serif",
+        "system-ui",
+        "Arial",
+        "Roboto, sans-serif",
+        '-apple-system, "Segoe UI", "Liberation Sans", sans-serif',
+    ):
+        for weight, width in ((400, regular), (600, bold)):
+            found = page.locator("span").evaluate(measure, f"{weight} 100px {family}")
+            assert found == pytest.approx(width, rel=0.03), (family, weight)
 
 
 BROKEN_ROWS = """() => [...document.querySelectorAll('[role=tablist]')].filter(row => row.clientWidth).flatMap(row => {
