@@ -168,21 +168,20 @@ def robot_link_meshes(name: str, coarse: bool) -> tuple[shells.Parts, ...]:
 
 def _painted(name: str, smallest: float, weld: float) -> tuple[dict[str, list[trimesh.Trimesh]], ...]:
     """Every joint's loose pieces by the name of their material, welded, without tiny ones."""
+    import trimesh
+
     found: list[dict[str, list[trimesh.Trimesh]]] = [{} for _ in range(robot(name).model.njoints)]
+    tiny: list[dict[str, list[trimesh.Trimesh]]] = [{} for _ in found]
     for joint, paint, vertices, faces in _file_shapes(name) if name in FILES else _example_shapes(name):
         loose = _welded(vertices, faces, weld).split(only_watertight=False)
-        parts = [part for part in loose if np.linalg.norm(part.extents) > smallest]
-        if not parts and name in FILES:
-            # What is small, or thinner than the pitch, is all that the file has here.
-            parts = [_welded(vertices, faces, FINEST)]
-        if parts:
+        if parts := [part for part in loose if np.linalg.norm(part.extents) > smallest]:
             found[joint].setdefault(paint, []).extend(parts)
-    for parts in found:
-        if not parts and name in FILES:
-            import trimesh
-
-            # Every link is a node of the scene.
-            parts["body"] = [trimesh.creation.icosphere(subdivisions=2, radius=HUB)]
+        elif name in FILES:
+            tiny[joint].setdefault(paint, []).append(_welded(vertices, faces, FINEST))
+    if name in FILES:
+        # Every link is a node of the scene: without large pieces it has its small ones, without any a ball.
+        hub = {"body": [trimesh.creation.icosphere(subdivisions=2, radius=HUB)]}
+        found = [large or small or hub for large, small in zip(found, tiny, strict=True)]
     return tuple(dict(sorted(parts.items())) for parts in found)
 
 

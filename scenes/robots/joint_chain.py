@@ -106,7 +106,7 @@ def _joints_from_root(tree: UrdfTree, name: str) -> list[Joint]:
                 "{name}: forks into {joints} after {count} joints; give a file with one arm of 5 to 7 revolute joints in a chain, "
                 "or name the hand with --hand-left or --hand-right.",
                 name=name,
-                joints=", ".join(short(joint.name) for joint in arm),
+                joints=", ".join(short(joint.name) for joint in arm[:3]),
                 count=len(chain),
             )
         (joint,) = arm

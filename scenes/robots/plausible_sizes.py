@@ -22,8 +22,8 @@ ShapeKind = Literal["visuals", "collisions"]
 LARGEST: Final = 2.0
 """Size of a link beside the length of its arm from which it cannot be one."""
 
-WIDEST: Final = 1.0
-"""Second largest side of the base beside the length of the arm from which it cannot be a foot."""
+LARGEST_FOOT: Final = 4.0
+"""The same for what the arm stands on; a plate may be as wide as its arm is long."""
 
 SMALLEST: Final = 0.005
 """Size of a link beside the length of its arm up to which it cannot be one."""
@@ -89,9 +89,10 @@ def check_sizes(solids: Iterable[Solid], model: pin.Model, kind: ShapeKind, name
         high = np.max([solid.mesh.bounds[1] for solid in found], axis=0)
         size = float((high - low).max())
         one = max(found, key=lambda solid: float(np.ptp(solid.mesh.bounds, axis=0).max()))
-        # A pillar under an arm may be tall; what is wide and deep is a plate.
-        width = float(np.sort(high - low)[1])
-        if size > LARGEST * length or (one.joint == 0 and width > WIDEST * length):
+        thick, width, _ = np.sort(high - low).tolist()
+        # A foot may be a frame or a pillar, larger than its arm.
+        most = LARGEST if one.joint else LARGEST_FOOT
+        if size > most * length or (one.joint == 0 and thick <= FLAT * size and width > length):
             raise _fault(name, link, word, size, length, _cause(one, length))
         away = float(np.linalg.norm(np.maximum(np.maximum(low, -high), 0.0)))
         if away > FAR * length:
@@ -121,7 +122,7 @@ def _cause(solid: Solid, length: float) -> str:
     sides = np.sort(np.ptp(solid.mesh.bounds, axis=0))
     size, form = float(sides[-1]), solid.form
     if not isinstance(form, MeshFile):
-        if size > length and (sides[0] <= FLAT * size or solid.joint == 0):
+        if size > length and sides[0] <= FLAT * size:
             return "it is probably a plate of the world, which is no part of an arm: remove it"
         return f"lengths in a URDF are in metres, and these are probably in {_unit(size, length) or 'another unit'}"
     called, unit = short(form.filename), _unit(size, length)

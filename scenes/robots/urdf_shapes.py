@@ -77,7 +77,8 @@ def _file_meshes(path: Path, scale: Array) -> Iterator[tuple[trimesh.Trimesh, Ar
 
 def _outward(mesh: trimesh.Trimesh) -> trimesh.Trimesh:
     """The mesh with its faces to the outside: a file may have it inside out."""
-    if len(mesh.faces) <= MENDED and not mesh.is_winding_consistent:
+    # Of an open shell only its writer knows which side is the outer one.
+    if len(mesh.faces) <= MENDED and mesh.is_watertight and not mesh.is_winding_consistent:
         mesh.fix_normals(multibody=True)
     corners = np.asarray(mesh.triangles) - np.asarray(mesh.vertices).mean(axis=0)
     volume = float(np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum()) / 6.0
