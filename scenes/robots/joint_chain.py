@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from controllers.errors import BadInputFile
-from scenes.robots.urdf_tree import Joint, UrdfTree, short
+from scenes.robots.urdf_tree import UrdfJoint, UrdfTree, short
 
 FEWEST, MOST = 5, 7
 """Joints of an arm."""
@@ -61,14 +61,14 @@ def find_chain(tree: UrdfTree, name: str, hand: str = "") -> Chain:
     return Chain(chain, hand, tuple(still))
 
 
-def _joints_to(tree: UrdfTree, hand: str, name: str) -> list[Joint]:
+def _joints_to(tree: UrdfTree, hand: str, name: str) -> list[UrdfJoint]:
     """The joints that lead from the root to a link."""
     links = [link.name for link in tree.links]
     if hand not in links:
         known = ", ".join(map(short, links[:MOST_NAMES])) + ("" if len(links) <= MOST_NAMES else ", …")
         raise BadInputFile(f"{name}: has no link {short(hand)} that could be the hand; its links are {known}.")
     above = {joint.child: joint for joint in tree.joints}
-    way: list[Joint] = []
+    way: list[UrdfJoint] = []
     link = hand
     while link in above:
         way.insert(0, above[link])
@@ -88,12 +88,12 @@ def _joints_to(tree: UrdfTree, hand: str, name: str) -> list[Joint]:
     return moving
 
 
-def _joints_from_root(tree: UrdfTree, name: str) -> list[Joint]:
+def _joints_from_root(tree: UrdfTree, name: str) -> list[UrdfJoint]:
     """The joints up to a fork, a gripper or the end."""
-    children: dict[str, list[Joint]] = {}
+    children: dict[str, list[UrdfJoint]] = {}
     for joint in tree.joints:
         children.setdefault(joint.parent, []).append(joint)
-    chain: list[Joint] = []
+    chain: list[UrdfJoint] = []
     link = tree.root
     while True:
         following = _movable(children, link)
@@ -135,7 +135,7 @@ def _joints_from_root(tree: UrdfTree, name: str) -> list[Joint]:
     return chain
 
 
-def _check_joints(joints: list[Joint], name: str) -> None:
+def _check_joints(joints: list[UrdfJoint], name: str) -> None:
     for joint in joints:
         low, high, speed, called = joint.lower, joint.upper, joint.velocity, short(joint.name)
         if joint.kind == "revolute":
@@ -162,9 +162,9 @@ def _check_joints(joints: list[Joint], name: str) -> None:
             raise BadInputFile("{name}: the axis of its joint {joint} is no direction.", name=name, joint=called)
 
 
-def _movable(children: dict[str, list[Joint]], link: str) -> list[Joint]:
+def _movable(children: dict[str, list[UrdfJoint]], link: str) -> list[UrdfJoint]:
     """Return the next joints that are not fixed."""
-    found: list[Joint] = []
+    found: list[UrdfJoint] = []
     waiting = [link]
     while waiting:
         for joint in children.get(waiting.pop(), ()):

@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from controllers.errors import BadInputFile
 from controllers.kinematics import Array
-from scenes.robots.urdf_tree import Form, MeshFile, short
+from scenes.robots.urdf_tree import MeshFile, ShapeForm, short
 
 if TYPE_CHECKING:
     import trimesh
@@ -56,7 +56,7 @@ class Solid:
 
     link: str
     joint: int
-    form: Form
+    form: ShapeForm
     mesh: trimesh.Trimesh
     colour: Array
     pose: Array

@@ -12,7 +12,7 @@ import pinocchio as pin
 from controllers.errors import BadInputFile, first_line
 from controllers.kinematics import Array
 from scenes.robots.joint_chain import MOST
-from scenes.robots.urdf_tree import Joint, UrdfTree, short
+from scenes.robots.urdf_tree import UrdfJoint, UrdfTree, short
 
 HANDS: Final = ("hand_tcp", "tcp", "tool0", "tool", "grasp", "ee_link", "end_effector", "eef")
 """Parts of the name of a hand frame; the first counts most."""
@@ -89,14 +89,14 @@ def chain_model(tree: UrdfTree, chain: tuple[str, ...], name: str) -> tuple[pin.
     return pin.appendModel(pin.Model(), model, 0, pin.SE3(np.eye(3), np.array([0.0, 0.0, column]))), column
 
 
-def _stops(joint: Joint) -> tuple[float, float]:
+def _stops(joint: UrdfJoint) -> tuple[float, float]:
     """The bounds of a joint of the chain [rad]."""
     if joint.kind == "continuous" or joint.lower is None or joint.upper is None:
         return -TURN, TURN
     return joint.lower, joint.upper
 
 
-def top_speed(joint: Joint) -> float:
+def top_speed(joint: UrdfJoint) -> float:
     """The top speed of a joint, a usual one where the file has none or one that no arm has [rad/s]."""
     speed = joint.velocity or 0.0
     return speed if 0.0 < speed <= FASTEST else USUAL_SPEED

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from controllers.errors import BadInputFile, first_line
 from controllers.kinematics import Array
-from scenes.robots.urdf_tree import Box, Cylinder, Form, MeshFile, Pill, Sphere
+from scenes.robots.urdf_tree import Box, Cylinder, MeshFile, Pill, ShapeForm, Sphere
 
 if TYPE_CHECKING:
     import trimesh
@@ -30,7 +30,7 @@ GREY: Final = np.full(3, 200.0)
 """Colour of what has none, 0 … 255."""
 
 
-def form_meshes(form: Form, files: Mapping[str, Path]) -> Iterator[tuple[trimesh.Trimesh, Array]]:
+def form_meshes(form: ShapeForm, files: Mapping[str, Path]) -> Iterator[tuple[trimesh.Trimesh, Array]]:
     """Yield the meshes of a shape in its own frame [m] with their colours (3,) in 0 … 255.
 
     Args:

@@ -76,14 +76,14 @@ class MeshFile:
     scale: tuple[float, ...]
 
 
-Form = Box | Cylinder | Sphere | Pill | MeshFile
+ShapeForm = Box | Cylinder | Sphere | Pill | MeshFile
 
 
 @dataclass(frozen=True)
 class Shape:
     """One shape of a link. `pose`: (4, 4) in the frame of the link [m]. `colour`: red, green, blue in 0 … 1; None if not given."""
 
-    form: Form
+    form: ShapeForm
     pose: Array
     colour: tuple[float, ...] | None
 
@@ -98,7 +98,7 @@ class Link:
 
 
 @dataclass(frozen=True)
-class Joint:
+class UrdfJoint:
     """A joint.
 
     Attributes:
@@ -138,7 +138,7 @@ class UrdfTree:
 
     version: str
     links: tuple[Link, ...]
-    joints: tuple[Joint, ...]
+    joints: tuple[UrdfJoint, ...]
     root: str
 
 
@@ -153,7 +153,7 @@ def read_urdf(text: bytes, name: str) -> UrdfTree:
     Raises:
         BadInputFile: damaged, not a URDF, or with something in it that could be understood in two ways.
     """
-    return _Reader(name).robot(_root(text, name))
+    return _UrdfReader(name).robot(_root(text, name))
 
 
 def _root(text: bytes, name: str) -> Element:
@@ -180,7 +180,7 @@ def _root(text: bytes, name: str) -> Element:
     return robot
 
 
-class _Reader:
+class _UrdfReader:
     """Reads the parts of one file. `name`: of the file, for messages."""
 
     def __init__(self, name: str) -> None:
@@ -205,7 +205,7 @@ class _Reader:
                 raise self._fault(f"{names.count(twice)} {kind} have the name {short(twice)}; give each its own")
         return UrdfTree(self._version, links, joints, self._tree_root(links, joints))
 
-    def _tree_root(self, links: Sequence[Link], joints: Sequence[Joint]) -> str:
+    def _tree_root(self, links: Sequence[Link], joints: Sequence[UrdfJoint]) -> str:
         """The link on which all others hang."""
         names = {link.name for link in links}
         for joint in joints:
@@ -252,7 +252,7 @@ class _Reader:
             colour = self._colour(material, place) or self._colours.get(material.get("name", ""))
         return Shape(self._form(forms[0], place), self._pose(self._only(part, "origin", place), place), colour)
 
-    def _form(self, form: Element, place: str) -> Form:
+    def _form(self, form: Element, place: str) -> ShapeForm:
         if form.tag not in SHAPES:
             raise self._fault(f"{place}: its shape is <{short(form.tag)}>; Duet reads {', '.join(SHAPES)}")
         self._check_attributes(form, SHAPES[form.tag], place)
@@ -275,7 +275,7 @@ class _Reader:
             raise self._fault(f"{place}: its {form.tag} measures {_shown((radius, *rest))} m; give positive lengths")
         return Sphere(radius) if not rest else (Pill if form.tag == "capsule" else Cylinder)(radius, rest[0])
 
-    def _joint(self, joint: Element) -> Joint:
+    def _joint(self, joint: Element) -> UrdfJoint:
         name, kind = self._called(joint, "joint"), joint.get("type", "")
         place = f"joint {short(name)}"
         if kind not in KINDS:
@@ -293,7 +293,7 @@ class _Reader:
             direction = axis.get("xyz", "")
             self._numbers(axis, "xyz", (3,), place)
         bounds = {key: self._bound(limit, key, place) for key in ("lower", "upper", "velocity")}
-        return Joint(
+        return UrdfJoint(
             name=name,
             kind=kind,
             parent=ends[0],
