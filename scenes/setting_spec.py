@@ -236,7 +236,7 @@ def start_remedy(value: str) -> LazyText | None:
         if (found := FILE_NAME.fullmatch(make)) and make not in _ADDED.get("robot", {}):
             return LazyText(
                 "The robot {name} is from a URDF file that was not given here: start Duet with --robot and the same file, "
-                "{stem}.urdf, unchanged.",
+                "{stem}.urdf, unchanged, and with the same --hand-left or --hand-right if its hand was named.",
                 name=make,
                 stem=found[1],
             )

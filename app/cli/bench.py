@@ -36,6 +36,10 @@ class Bench:
     """The left arm where the two differ."""
     robot_right: str = ""
     """The right arm where the two differ."""
+    hand_left: str = ""
+    """The link that is the hand of the left arm, if that is from a URDF file."""
+    hand_right: str = ""
+    """The link that is the hand of the right arm."""
     peers: bool = False
     """Instead, the hold experiment beside pink, mink, embodik and roboplan: the same arms and inputs, interleaved (needs the
     extra `peers`)."""
@@ -62,7 +66,7 @@ def bench(command: Bench) -> int:
         from app.bench.measurements import measure_capacity, measured_figures, printed, ratio_table, read_figures
         from app.bench.peers import measure_peers, peers_table
 
-    arms = {"robot": command.robot, "robot_left": command.robot_left, "robot_right": command.robot_right}
+    arms = {key: getattr(command, key) for key in ("robot", "robot_left", "robot_right", "hand_left", "hand_right")}
     robot = settings_of_options(RunOptions(**arms), RunSettings()).robot
     before = read_figures(command.compare) if command.compare else None
     if command.peers:

@@ -1,5 +1,6 @@
 """Every setting of a tree as an option of a command."""
 
+import sys
 from collections.abc import Mapping
 from dataclasses import asdict, field, make_dataclass
 from pathlib import Path
@@ -9,12 +10,18 @@ from typing import Annotated, Any, Final, cast, get_args
 import tyro
 
 from app.settings import Settings
+from controllers.errors import BadSetting
 from scenes.setting_spec import PAIR, Spec, makes
 from scenes.settings import RobotName, RunSettings, changed, specs, values
 
 PLACES: Final[dict[str, tuple[str, str]]] = {
     "robot_left": ("NAME|FILE", "The left arm where the two differ: a name, or a URDF file."),
     "robot_right": ("NAME|FILE", "The right arm where the two differ: a name, or a URDF file."),
+    "hand_left": (
+        "LINK",
+        "The link that is the hand of the left arm, if that is from a URDF file; without it the likely one, which is said.",
+    ),
+    "hand_right": ("LINK", "The link that is the hand of the right arm."),
     "base_left": ("X,Y,Z,YAW", "Where the left arm stands instead of on a rig [m, degrees]: --base-left=-0.5,0,0.75,0."),
     "base_right": ("X,Y,Z,YAW", "Where the right arm stands instead of on a rig [m, degrees]."),
 }
@@ -84,8 +91,8 @@ def settings_of_options(options: object, start: Any) -> Any:
         BadSetting, BadInputFile: an option's value is not possible, or a robot's file cannot be used.
     """
     given = asdict(cast(Any, options))
-    left, right, base_left, base_right = (given.pop(key) for key in PLACES)
-    given["robot"] = _robot(given["robot"], left, right)
+    left, right, hand_left, hand_right, base_left, base_right = (given.pop(key) for key in PLACES)
+    given["robot"] = _robot(given["robot"], (left, right), (hand_left, hand_right))
     if base_left or base_right:
         from scenes.rigs import place_bases
 
@@ -97,21 +104,44 @@ def settings_of_options(options: object, start: Any) -> Any:
 
         # What cannot be built is said now, not to the first visitor.
         room_of(start.run if isinstance(start, Settings) else start)
+        _say_guesses(given["robot"])
     return start
 
 
-def _robot(both: str, left: str, right: str) -> str:
-    """Return the value of the setting `robot`; files are read and become possible values."""
-    if any(map(_is_file, (both, left, right))):
-        # Robots take a while to load.
-        from scenes.robots.robot_files import register
+def _robot(both: str, sides: tuple[str, str], hands: tuple[str, str]) -> str:
+    """Return the value of the setting `robot`; files are read and become possible values.
 
-        both, left, right = (register(Path(text)) if _is_file(text) else text for text in (both, left, right))
-    if not left and not right:
-        return both
-    usual = makes(both)
-    pair = left or usual[0], right or usual[1]
-    return pair[0] if pair[0] == pair[1] else PAIR.join(pair)
+    Args:
+        sides: what the options of the left and of the right arm say, or "".
+        hands: names of their hands' links, or "".
+
+    Raises:
+        BadSetting: a hand is named for an arm that is not from a file.
+        BadInputFile: a file cannot be used.
+    """
+    usual = (both, both) if _is_file(both) else makes(both)
+    made: list[str] = []
+    for side, text, hand in zip(("left", "right"), (sides[0] or usual[0], sides[1] or usual[1]), hands, strict=True):
+        if _is_file(text):
+            # Robots take a while to load.
+            from scenes.robots.robot_files import register
+
+            text = register(Path(text), hand)
+        elif hand:
+            raise BadSetting(
+                f"hand-{side} = {hand!r}: the hand of the arm {text} is known; "
+                f"name a link of a URDF file that you give with --robot-{side}."
+            )
+        made.append(text)
+    return made[0] if made[0] == made[1] else PAIR.join(made)
+
+
+def _say_guesses(robot: str) -> None:
+    """Say in a line each what was taken by guess in the files of the arms."""
+    from scenes.robots.robot_files import FILES
+
+    for line in dict.fromkeys(FILES[name].guesses for name in makes(robot) if name in FILES):
+        print(line, file=sys.stderr)
 
 
 def _is_file(text: str) -> bool:

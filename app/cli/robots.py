@@ -35,7 +35,7 @@ def robots(command: Robots) -> int:
     refused: list[str] = []
     for path in files:
         try:
-            print(f"--robot {path}   {len(robot_file(path).chain)} joints")
+            print(f"--robot {path}   {len(robot_file(path).chain.joints)} joints")
         except DuetError as error:
             refused.append(f"no: {error}")
     print(*refused, sep="\n")

@@ -131,6 +131,7 @@ def serve(command: Serve) -> int:
     if command.playlist is not None and not os.path.isfile(command.playlist):
         raise BadSetting(f"playlist = {command.playlist}: there is no such file; see app/lessons/README.md.")
     settings = settings_of_options(command.settings, Settings())
+    _draw_given_robots()
     given = command.key or os.environ.get(KEY_VARIABLE)
     key = chosen_key(None if given is None else readable(given))
     workers = _workers(command)
@@ -193,6 +194,20 @@ def _with_store(command: Serve, options: ServeOptions, held: ExitStack) -> Serve
             held.callback(lock.release)
             options = replace(options, store=path)
     return options
+
+
+def _draw_given_robots() -> None:
+    """Build what is drawn of robots from files, so that a fault in a file is said now and not on a visitor's page.
+
+    Raises:
+        BadInputFile: one of them cannot be drawn.
+    """
+    if added_choices().get("robot"):
+        with ending_at_once():
+            from scenes.robots.drawing import draw_file
+
+            for name in added_choices()["robot"]:
+                draw_file(name)
 
 
 def _edited_law(command: Serve) -> Path | None:

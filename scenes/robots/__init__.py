@@ -41,7 +41,7 @@ def robot(name: str) -> Robot:
         return Robot("lwr", "KUKA LWR 4+", pin.buildModelFromUrdf(str(URDF_FILE)), FLANGE, 2, 4, 6, capsules, facts.JOINT_LABELS)
     if name in FILES:
         arm = load_arm(name)
-        return arm.robot(_stored(name, "yourdfpy", lambda: fit_capsules(arm)))
+        return arm.robot(_stored(name, "trimesh", lambda: fit_capsules(arm)))
     if name not in get_args(RobotName):
         if remedy := start_remedy(name):
             raise BadSetting(remedy)

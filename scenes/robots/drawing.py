@@ -12,6 +12,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from controllers.errors import BadInputFile, DuetError, first_line
 from controllers.kinematics import Array
 from scenes import glb, surfaces
 from scenes.lwr import facts, shells
@@ -19,7 +20,8 @@ from scenes.robots import SOURCES, robot
 from scenes.robots.description import joint_axis
 from scenes.robots.example_data import COLUMN_RADIUS, EXAMPLES, PACKAGE, load_example
 from scenes.robots.robot_files import FILES
-from scenes.robots.urdf_file import load_arm, mesh_pieces, solids
+from scenes.robots.urdf_file import load_arm, solids
+from scenes.robots.urdf_shapes import mesh_pieces
 from scenes.surfaces import join, revolve, rounded, swollen
 
 if TYPE_CHECKING:
@@ -48,6 +50,12 @@ WELD: Final = 0.0003
 """Vertices in one cell of a grid of this pitch become one [m]: slivers thinner than this stop the thinning."""
 
 COARSE_WELD: Final = 0.001
+
+FINEST: Final = 1e-6
+"""Pitch of that grid for shapes of which nothing would be left [m]."""
+
+HUB: Final = 0.005
+"""Radius of the ball that is drawn where a link from a file has no shape [m]."""
 
 PROUD: Final = 0.003
 """How far coarse pieces stand off the coarse body [m]."""
@@ -108,6 +116,27 @@ def robot_glbs(name: str, palette: str, coarse: bool = False) -> tuple[bytes, ..
     return glb.cached(f"{name}-{palette}-{coarse:d}", key, build)
 
 
+def draw_file(name: str) -> None:
+    """Build everything that is drawn of a robot from a file, in all palettes, for the user's cache.
+
+    Raises:
+        BadInputFile: it cannot be drawn.
+    """
+    try:
+        for coarse in (False, True):
+            for palette in shells.PALETTES:
+                robot_glbs(name, palette, coarse)
+    except DuetError:
+        raise
+    except Exception as error:
+        # Readers, thinning and shading of meshes raise nearly every kind there is on damaged ones.
+        raise BadInputFile(
+            "{name}: its shapes cannot be drawn ({reason}); give a robot with simpler meshes.",
+            name=FILES[name].path,
+            reason=first_line(error),
+        ) from None
+
+
 @functools.cache
 def robot_link_meshes(name: str, coarse: bool) -> tuple[shells.Parts, ...]:
     """Base and links of a robot: material name → mesh in the joint's frame [m]. Shared: do not change them.
@@ -119,7 +148,8 @@ def robot_link_meshes(name: str, coarse: bool) -> tuple[shells.Parts, ...]:
         return shells.link_meshes(coarse)
     count, crease = (COARSE_TRIANGLES, COARSE_CREASE) if coarse else (TRIANGLES, CREASE)
     painted = _painted(name, *((COARSE_SMALLEST, COARSE_WELD) if coarse else (SMALLEST, WELD)))
-    share = count / sum(_weight(piece) for parts in painted for pieces in parts.values() for piece in pieces)
+    # Pieces without an area have no weight.
+    share = count / max(sum(_weight(piece) for parts in painted for pieces in parts.values() for piece in pieces), 1e-12)
     links = [
         {
             paint: join(_creased(_thinned(piece, round(share * _weight(piece))), crease) for piece in pieces)
@@ -138,11 +168,20 @@ def robot_link_meshes(name: str, coarse: bool) -> tuple[shells.Parts, ...]:
 
 def _painted(name: str, smallest: float, weld: float) -> tuple[dict[str, list[trimesh.Trimesh]], ...]:
     """Every joint's loose pieces by the name of their material, welded, without tiny ones."""
+    import trimesh
+
     found: list[dict[str, list[trimesh.Trimesh]]] = [{} for _ in range(robot(name).model.njoints)]
+    tiny: list[dict[str, list[trimesh.Trimesh]]] = [{} for _ in found]
     for joint, paint, vertices, faces in _file_shapes(name) if name in FILES else _example_shapes(name):
         loose = _welded(vertices, faces, weld).split(only_watertight=False)
         if parts := [part for part in loose if np.linalg.norm(part.extents) > smallest]:
             found[joint].setdefault(paint, []).extend(parts)
+        elif name in FILES:
+            tiny[joint].setdefault(paint, []).append(_welded(vertices, faces, FINEST))
+    if name in FILES:
+        # Every link is a node of the scene: without large pieces it has its small ones, without any a ball.
+        hub = {"body": [trimesh.creation.icosphere(subdivisions=2, radius=HUB)]}
+        found = [large or small or hub for large, small in zip(found, tiny, strict=True)]
     return tuple(dict(sorted(parts.items())) for parts in found)
 
 
@@ -162,12 +201,12 @@ def _file_shapes(name: str) -> Iterator[tuple[int, str, Array, NDArray[np.int64]
     """Yield the same of a robot from a file: of its colours only light and dark count."""
     arm = load_arm(name)
     shapes = list(solids(arm, "visuals")) or list(solids(arm, "collisions"))
-    lights = np.array([float(np.mean(colour)) for _, _, colour in shapes])
-    areas = np.array([float(mesh.area) for _, mesh, _ in shapes])
+    lights = np.array([float(np.mean(one.colour)) for one in shapes])
+    areas = np.array([float(one.mesh.area) for one in shapes])
     # An arm that is dark all over has the colour of its side all the same.
     darkest = DARK if areas[lights >= DARK].sum() > 0.3 * areas.sum() else -1.0
-    for (joint, mesh, _), light in zip(shapes, lights.tolist(), strict=True):
-        yield joint, "dark" if light < darkest else "body", np.asarray(mesh.vertices), np.asarray(mesh.faces)
+    for one, light in zip(shapes, lights.tolist(), strict=True):
+        yield one.joint, "dark" if light < darkest else "body", np.asarray(one.mesh.vertices), np.asarray(one.mesh.faces)
 
 
 def _weight(piece: trimesh.Trimesh) -> float:
@@ -199,7 +238,10 @@ def _thinned(piece: trimesh.Trimesh, count: int) -> trimesh.Trimesh:
         return piece
     vertices, faces = fast_simplification.simplify(originals, np.asarray(piece.faces), target_count=count)
     corners = KDTree(originals).query(vertices)[1][faces]
-    used, faces = np.unique(corners[(corners != np.roll(corners, 1, axis=1)).all(axis=1)], return_inverse=True)
+    kept = corners[(corners != np.roll(corners, 1, axis=1)).all(axis=1)]
+    if not len(kept):
+        return piece
+    used, faces = np.unique(kept, return_inverse=True)
     return trimesh.Trimesh(originals[used], faces.reshape(-1, 3), process=False)
 
 

@@ -1,12 +1,13 @@
 """Collision meshes of an arm → a few capsules around them; links that only roll against each other share one."""
 
+import contextlib
 from typing import Final
 
 import coal
 import numpy as np
 import pinocchio as pin
 from scipy.optimize import minimize
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, QhullError
 
 from controllers.kinematics import Array
 from scenes.robots.description import Capsule, joint_axis
@@ -17,6 +18,9 @@ TURNS: Final = 32
 
 BALL_POINTS: Final = 400
 """On a sphere that a capsule must contain."""
+
+FLAT: Final = 1e-9
+"""Spread of points in a direction, beside the greatest one, from which it is only rounding."""
 
 FINE: Final = 0.008
 """Longest edge of the triangles when a link is covered by two capsules [m]."""
@@ -96,9 +100,27 @@ def column_rim(height: float) -> Array:
     return np.column_stack([r * np.cos(angle), r * np.sin(angle), np.zeros(TURNS)])
 
 
+def hull_corners(points: Array) -> Array:
+    """Return the corners (k, 3) of the convex hull of points (n, 3), which may all be in a plane, on a line or at one place [m]."""
+    try:
+        return points[ConvexHull(points).vertices]
+    except (QhullError, ValueError):
+        pass
+    # Qhull does not take what is flat: drop the directions in which the points do not spread.
+    away = points - points.mean(axis=0)
+    _, spread, directions = np.linalg.svd(away, full_matrices=False)
+    for kept in range(min(2, int((spread > FLAT * max(float(spread[0]), 1e-9)).sum())), 0, -1):
+        flat = away @ directions[:kept].T
+        if kept == 1:
+            return points[[int(flat[:, 0].argmin()), int(flat[:, 0].argmax())]]
+        with contextlib.suppress(QhullError, ValueError):
+            return points[ConvexHull(flat).vertices]
+    return points[:1]
+
+
 def swept(model: pin.Model, points: Array, joint: int, carrier: int) -> Array:
     """Return points, in the frame of a neighbouring carrier, with a hull around all that a joint's link sweeps against it."""
-    points = points[ConvexHull(points).vertices]
+    points = hull_corners(points)
     turning = max(joint, carrier)
     placement = model.jointPlacements[turning]
     axis = joint_axis(model, turning)
@@ -128,7 +150,7 @@ def enclosing_capsule(points: Array) -> tuple[Array, Array, float]:
     For a given axis line, the radius that reaches the farthest point and the ends that then suffice follow directly, so only
     the four numbers of the line are searched for (Nelder & Mead 1965), from each principal axis of the points.
     """
-    hull = points[ConvexHull(points).vertices]
+    hull = hull_corners(points)
     centre = (hull.min(axis=0) + hull.max(axis=0)) / 2.0
     principal = np.linalg.svd(hull - hull.mean(axis=0), full_matrices=False)[2]
     candidates = [_searched(hull, centre, axis) for axis in principal]

@@ -1,20 +1,19 @@
 """Robots from URDF files that were given when this process started: the setting `robot` names them by file name and content."""
 
 import hashlib
-import io
+import os
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
-from xml.etree import ElementTree
+from typing import Final
 
-from controllers.errors import BadInputFile, first_line
+from controllers.errors import BadInputFile
 from scenes.files import input_content
-from scenes.robots.urdf_chain import chain_model, find_chain
+from scenes.robots.joint_chain import Chain, find_chain
+from scenes.robots.urdf_chain import USUAL_SPEED, chain_model, frame_names, hand_frame, top_speed
+from scenes.robots.urdf_tree import MeshFile, UrdfTree, read_urdf, short
 from scenes.setting_spec import add_choice, added_choices
-
-if TYPE_CHECKING:
-    import yourdfpy
 
 LARGEST_URDF: Final = 10_000_000
 """[B]"""
@@ -23,53 +22,60 @@ LARGEST_MESHES: Final = 64_000_000
 """All mesh files of a robot together [B]."""
 
 
+MOST_NAMES: Final = 8
+"""Joints that a line names at most."""
+
+
 @dataclass(frozen=True)
 class RobotFile:
     """A URDF file and what it refers to.
 
     Attributes:
-        key: name of the robot in the setting `robot`: the file's name and a hash of the content of the file and its meshes.
+        key: name of the robot in the setting `robot`: the file's name and a hash of the content of the file and its meshes, and of the
+            hand if it was named.
         path: of the file.
         text: its content.
-        chain: names of the joints of its arm, base first.
+        chain: its arm.
         meshes: name of a mesh, as in the URDF → its file.
+        guesses: a line that says what was taken by guess.
     """
 
     key: str
     path: Path
     text: bytes
-    chain: tuple[str, ...]
+    chain: Chain
     meshes: dict[str, Path]
+    guesses: str
 
 
 FILES: Final[dict[str, RobotFile]] = {}
 """Key → file, of all that were given."""
 
 
-def register(path: Path) -> str:
+def register(path: Path, hand: str = "") -> str:
     """Make a URDF file a choice of the setting `robot` in this process and return its name there; raises as `robot_file`."""
-    file = robot_file(path)
+    file = robot_file(path, hand)
     FILES[file.key] = file
     add_choice("robot", file.key, file.key.rpartition("-")[0])
     return file.key
 
 
-def robot_file(path: Path) -> RobotFile:
+def robot_file(path: Path, hand: str = "") -> RobotFile:
     """Return a URDF file with the places of its meshes.
 
+    Args:
+        hand: name of the link that is the hand; "" for the one that is likely.
+
     Raises:
-        BadInputFile: it cannot be read, is no URDF, is too large, has no suitable chain of joints, or one of its meshes is missing.
+        BadInputFile: it cannot be read, is no URDF, is too large, has no suitable chain of joints, one of its meshes is missing, or it has
+            no link of that name.
     """
     text = input_content(path, LARGEST_URDF, larger=_too_large(path, LARGEST_URDF))
-    urdf = parsed(text, str(path))
-    chain = find_chain(urdf, str(path))
-    chain_model(text, chain, str(path))
-    names = dict.fromkeys(
-        part.geometry.mesh.filename
-        for link in urdf.robot.links
-        for part in (*link.visuals, *link.collisions)
-        if part.geometry is not None and part.geometry.mesh is not None
-    )
+    tree = read_urdf(text, str(path))
+    chain = find_chain(tree, str(path), hand)
+    model, _ = chain_model(tree, chain.joints, str(path))
+    forms = (shape.form for link in tree.links for shape in (*link.visuals, *link.collisions))
+    names = dict.fromkeys(form.filename for form in forms if isinstance(form, MeshFile))
     digest, meshes, left = hashlib.sha256(text), {}, LARGEST_MESHES
     for name in names:
         file = _mesh_file(path, name)
@@ -77,8 +83,34 @@ def robot_file(path: Path) -> RobotFile:
         left -= len(content)
         digest.update(content)
         meshes[name] = file
+    if hand:
+        digest.update(b"hand " + hand.encode())
     stem = re.sub(r"[^a-z0-9]+", "-", path.stem.lower()).strip("-")[:24] or "robot"
-    return RobotFile(f"{stem}-{digest.hexdigest()[:12]}", path.absolute(), text, chain, meshes)
+    guesses = _guesses(tree, chain, *hand_frame(model))
+    return RobotFile(f"{stem}-{digest.hexdigest()[:12]}", path.absolute(), text, chain, meshes, f"{path.name}: {guesses}")
+
+
+def _guesses(tree: UrdfTree, chain: Chain, hand: str, part: str) -> str:
+    """What a person may want to know of an arm that was found in a file. `hand`, `part`: as `hand_frame` has them."""
+    link = chain.hand or next(name for name, frame in frame_names(tree).items() if frame == hand)
+    if chain.hand:
+        how = ""
+    elif part:
+        how = f' (by "{part}" in its name; --hand-left or --hand-right LINK names another one)'
+    else:
+        how = " (the farthest link on the last joint; --hand-left or --hand-right LINK names another one)"
+    said = f"the arm has the {len(chain.joints)} joints {_listed(chain.joints)}, its hand is {short(link)}{how}."
+    if chain.still:
+        said += f" Held still: {_listed(chain.still)}."
+    slow = [j.name for j in tree.joints if j.name in chain.joints and top_speed(j) != j.velocity]
+    if slow:
+        said += f" Taken with {USUAL_SPEED:g} rad/s, as their own top speed is missing or not one of an arm: {_listed(slow)}."
+    return said
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = len(names) - MOST_NAMES
+    return ", ".join(map(short, names[:MOST_NAMES])) + (f" and {more} more" if more > 0 else "")
 
 
 GivenAtStart = tuple[dict[str, RobotFile], dict[str, dict[str, str]]]
@@ -96,47 +128,6 @@ def take_over(given: GivenAtStart) -> None:
     for key, labels in choices.items():
         for value, label in labels.items():
             add_choice(key, value, label)
-
-
-def parsed(text: bytes, name: str) -> "yourdfpy.URDF":
-    """Return a URDF as yourdfpy reads it, without meshes.
-
-    Raises:
-        BadInputFile: it is no URDF.
-    """
-    import yourdfpy
-
-    bare = dict.fromkeys(("load_meshes", "load_collision_meshes", "build_scene_graph", "build_collision_scene_graph"), False)
-    try:
-        _check_xml(text, name)
-        return yourdfpy.URDF.load(io.BytesIO(text), **bare)
-    except BadInputFile:
-        raise
-    except Exception as error:
-        # On a damaged file lxml and yourdfpy raise nearly every kind there is.
-        raise BadInputFile("{name}: is no URDF file ({reason}).", name=name, reason=first_line(error)) from None
-
-
-def _check_xml(text: bytes, name: str) -> None:
-    """Refuse what a lenient reader takes for a robot.
-
-    Raises:
-        BadInputFile: it is damaged, other XML, still to be expanded by xacro, or has no link.
-    """
-    try:
-        robot = ElementTree.fromstring(text)
-    except ElementTree.ParseError as error:
-        raise BadInputFile("{name}: is no URDF file: its XML is damaged ({reason}).", name=name, reason=str(error)) from None
-    if robot.tag != "robot":
-        raise BadInputFile(
-            "{name}: is no URDF file: it begins with <{tag}>, a URDF with <robot>.", name=name, tag=str(robot.tag)[:40]
-        )
-    if any("xacro" in str(part.tag) for part in robot.iter()):
-        raise BadInputFile(
-            "{name}: is xacro, from which a URDF is made: run `xacro {name} > robot.urdf` and give that file.", name=name
-        )
-    if robot.find("link") is None:
-        raise BadInputFile("{name}: is no URDF file with a robot: it has no links.", name=name)
 
 
 def _too_large(name: Path | str, limit: int) -> BadInputFile:
@@ -159,7 +150,8 @@ def _mesh_file(urdf: Path, name: str) -> Path:
         rest = name.removeprefix("package://")
         folders = list(urdf.absolute().parents)
     for folder in folders:
-        if (file := folder / rest).is_file():
+        # Unlike `Path.is_file` it takes a text that is too long for a name.
+        if os.path.isfile(file := folder / rest):
             return file
     raise BadInputFile(
         "{name}: the mesh {mesh} is missing; put it in its place beside the URDF file, or in a folder of the package's name above it.",

@@ -1,9 +1,9 @@
-"""The arm in a URDF file: its chain of joints as a Pinocchio model, and the landmarks on it."""
+"""The arm in a URDF file as a Pinocchio model, and the landmarks on it."""
 
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final
+from typing import Final
 from xml.etree import ElementTree
 
 import numpy as np
@@ -11,18 +11,17 @@ import pinocchio as pin
 
 from controllers.errors import BadInputFile, first_line
 from controllers.kinematics import Array
-
-if TYPE_CHECKING:
-    import yourdfpy
-
-FEWEST, MOST = 5, 7
-"""Joints of an arm."""
-
-GRIPPER: Final = ("gripper", "finger", "jaw")
-"""Parts of the name of a joint that is no longer of the arm; it is held still."""
+from scenes.robots.joint_chain import MOST
+from scenes.robots.urdf_tree import UrdfJoint, UrdfTree, short
 
 HANDS: Final = ("hand_tcp", "tcp", "tool0", "tool", "grasp", "ee_link", "end_effector", "eef")
 """Parts of the name of a hand frame; the first counts most."""
+
+COMPARED: Final = 3
+"""Random postures in which two readers must agree."""
+
+FASTEST: Final = 10.0
+"""Greatest top speed that is taken as it is [rad/s]."""
 
 USUAL_SPEED: Final = 2.0
 """Of a joint without a speed limit [rad/s]."""
@@ -33,9 +32,6 @@ TURN: Final = 2.0 * np.pi
 SHOULDER_HEIGHT: Final = 0.31
 """Of the shoulder above the foot [m], as of the LWR; a lower one gets a column under its foot."""
 
-SLOWEST: Final = 0.01
-"""Least top speed of a joint [rad/s]."""
-
 SHORTEST: Final = 0.1
 LONGEST: Final = 10.0
 """Least and greatest length of an arm, from joint to joint [m]: beyond these its file is in other units."""
@@ -44,138 +40,46 @@ ROLL: Final = 0.8
 """Cosine of the angle between axis and link from which a joint only turns the link about itself."""
 
 
-def find_chain(urdf: yourdfpy.URDF, name: str) -> tuple[str, ...]:
-    """Return the names of the arm's joints, base first: the revolute ones from the root up to a fork, a gripper or the end.
-
-    Args:
-        name: of the file, for messages.
-
-    Raises:
-        BadInputFile: there is no chain of 5 to 7 revolute joints.
-    """
-    children: dict[str, list[yourdfpy.Joint]] = {}
-    parents = [joint.child for joint in urdf.robot.joints]
-    if len(set(parents)) != len(parents):
-        raise BadInputFile("{name}: a link hangs on two joints; an arm is one chain.", name=name)
-    for joint in urdf.robot.joints:
-        children.setdefault(joint.parent, []).append(joint)
-    roots = [link.name for link in urdf.robot.links if link.name not in set(parents)]
-    if len(roots) != 1:
-        raise BadInputFile("{name}: has {count} links without a parent; an arm has one, its base.", name=name, count=len(roots))
-    chain: list[str] = []
-    link = roots[0]
-    while True:
-        following = _movable(children, link)
-        arm = [j for j in following if j.mimic is None and not any(part in j.name.lower() for part in GRIPPER)]
-        complete = len(chain) >= FEWEST
-        if not arm or (complete and (len(following) > 1 or arm[0].type not in ("revolute", "continuous"))):
-            break
-        if len(arm) > 1:
-            raise BadInputFile(
-                "{name}: forks into {joints} after {count} joints; give a file with one arm of 5 to 7 revolute joints in a chain.",
-                name=name,
-                joints=", ".join(_safe(j.name) for j in arm[:3]),
-                count=len(chain),
-            )
-        (joint,) = arm
-        if joint.type not in ("revolute", "continuous"):
-            raise BadInputFile(
-                "{name}: its joint {joint} is {kind}; Duet takes arms of 5 to 7 revolute joints.",
-                name=name,
-                joint=_safe(joint.name),
-                kind=joint.type,
-            )
-        chain.append(joint.name)
-        link = joint.child
-    if not FEWEST <= len(chain) <= MOST:
-        mimics = [j.name for j in _movable(children, link) if j.mimic is not None]
-        if mimics:
-            raise BadInputFile(
-                "{name}: has {count} revolute joints in a chain, then {joint}, which only follows another (mimic); "
-                "Duet takes arms of 5 to 7.",
-                name=name,
-                count=len(chain),
-                joint=_safe(mimics[0]),
-            )
-        raise BadInputFile(
-            "{name}: has {count} revolute joints in a chain; Duet takes arms of 5 to 7.", name=name, count=len(chain)
-        )
-    _check_joints([joint for joint in urdf.robot.joints if joint.name in chain], name)
-    return tuple(chain)
+def frame_names(tree: UrdfTree) -> dict[str, str]:
+    """Return link → name of its frame in the model: its own, unless the model needs that for itself."""
+    taken = {"universe", *(f"arm_joint_{i}" for i in range(1, MOST + 1)), *(f"fixed joint {joint.name}" for joint in tree.joints)}
+    names: dict[str, str] = {}
+    for link in tree.links:
+        called = link.name
+        while called in taken or (called != link.name and any(called == other.name for other in tree.links)):
+            called += " link"
+        names[link.name] = called
+        taken.add(called)
+    return names
 
 
-def _check_joints(joints: list[yourdfpy.Joint], name: str) -> None:
-    for joint in joints:
-        limit, called = joint.limit, _safe(joint.name)
-        if joint.type == "revolute":
-            low, high = (np.nan, np.nan) if limit is None else (limit.lower, limit.upper)
-            if low is None or high is None or not -np.inf < low < high < np.inf:
-                raise BadInputFile("{name}: its joint {joint} has no limits between which it can move.", name=name, joint=called)
-        speed = None if limit is None else limit.velocity
-        if speed is not None and speed != 0.0 and not speed >= SLOWEST:
-            raise BadInputFile(
-                "{name}: its joint {joint} has a top speed of {speed} rad/s; give one from {least}, or none.",
-                name=name,
-                joint=called,
-                speed=speed,
-                least=SLOWEST,
-            )
-        if joint.axis is not None and not float(np.linalg.norm(joint.axis)) > 1e-6:
-            raise BadInputFile("{name}: the axis of its joint {joint} is no direction.", name=name, joint=called)
-
-
-def _movable(children: dict[str, list[yourdfpy.Joint]], link: str) -> list[yourdfpy.Joint]:
-    """Return the next joints that are not fixed."""
-    found: list[yourdfpy.Joint] = []
-    waiting, seen = [link], {link}
-    while waiting:
-        for joint in children.get(waiting.pop(), ()):
-            if joint.type != "fixed":
-                found.append(joint)
-            elif joint.child not in seen:
-                seen.add(joint.child)
-                waiting.append(joint.child)
-    return found
-
-
-def _safe(name: str) -> str:
-    return "".join(c if c.isprintable() else "?" for c in name)[:40]
-
-
-def chain_model(text: bytes, chain: tuple[str, ...], name: str) -> tuple[pin.Model, float]:
+def chain_model(tree: UrdfTree, chain: tuple[str, ...], name: str) -> tuple[pin.Model, float]:
     """Return the model of the chain, all other joints held still, and the height of the column under its foot [m].
 
     Raises:
-        BadInputFile: Pinocchio cannot read it.
+        BadInputFile: Pinocchio cannot read it, or reads another arm in it.
     """
-    robot = ElementTree.fromstring(text)
-    for link in robot.iter("link"):
-        for part in ("visual", "collision", "inertial"):
-            for found in link.findall(part):
-                link.remove(found)
-    for joint in robot.findall("joint"):
-        for found in joint.findall("mimic"):
-            joint.remove(found)
-        # Pinocchio cannot join models in which a joint and a link have the same name.
-        if joint.get("name") not in chain:
-            joint.set("type", "fixed")
-            joint.set("name", f"fixed joint {joint.get('name')}")
-            continue
-        joint.set("name", f"arm_joint_{chain.index(str(joint.get('name'))) + 1}")
-        limit = joint.find("limit")
-        if limit is None:
-            limit = ElementTree.SubElement(joint, "limit")
-        if joint.get("type") == "continuous":
-            joint.set("type", "revolute")
-            limit.set("lower", str(-TURN))
-            limit.set("upper", str(TURN))
-        speed = float(limit.get("velocity", "0"))
-        limit.set("velocity", str(speed if 0.0 < speed <= 10.0 else USUAL_SPEED))
-        limit.set("effort", "1")
+    # Pinocchio gets nothing that it could complain about: no shapes, no masses, names of our own.
+    robot = ElementTree.Element("robot", name="arm", version=tree.version)
+    frames = frame_names(tree)
+    for link in tree.links:
+        ElementTree.SubElement(robot, "link", name=frames[link.name])
+    for joint in tree.joints:
+        turns = joint.name in chain
+        called = f"arm_joint_{chain.index(joint.name) + 1}" if turns else f"fixed joint {joint.name}"
+        part = ElementTree.SubElement(robot, "joint", name=called, type="revolute" if turns else "fixed")
+        ElementTree.SubElement(part, "parent", link=frames[joint.parent])
+        ElementTree.SubElement(part, "child", link=frames[joint.child])
+        ElementTree.SubElement(part, "origin", joint.origin)
+        if turns:
+            ElementTree.SubElement(part, "axis", xyz=joint.direction)
+            low, high = _stops(joint)
+            ElementTree.SubElement(part, "limit", lower=repr(low), upper=repr(high), velocity=repr(top_speed(joint)), effort="1")
     try:
         model = pin.buildModelFromXML(ElementTree.tostring(robot, encoding="unicode"))
     except (ValueError, RuntimeError) as error:
         raise BadInputFile("{name}: is no URDF file ({reason}).", name=name, reason=first_line(error)) from None
+    _check_placements(model, tree, chain, name)
     data = model.createData()
     axes = pin.computeJointJacobians(model, data, np.zeros(model.nq))[3:]
     _check_arm(data, axes, name)
@@ -183,6 +87,64 @@ def chain_model(text: bytes, chain: tuple[str, ...], name: str) -> tuple[pin.Mod
     if not column:
         return model, 0.0
     return pin.appendModel(pin.Model(), model, 0, pin.SE3(np.eye(3), np.array([0.0, 0.0, column]))), column
+
+
+def _stops(joint: UrdfJoint) -> tuple[float, float]:
+    """The bounds of a joint of the chain [rad]."""
+    if joint.kind == "continuous" or joint.lower is None or joint.upper is None:
+        return -TURN, TURN
+    return joint.lower, joint.upper
+
+
+def top_speed(joint: UrdfJoint) -> float:
+    """The top speed of a joint, a usual one where the file has none or one that no arm has [rad/s]."""
+    speed = joint.velocity or 0.0
+    return speed if 0.0 < speed <= FASTEST else USUAL_SPEED
+
+
+def link_poses(tree: UrdfTree, chain: tuple[str, ...], positions: Array) -> dict[str, Array]:
+    """Return link → pose (4, 4) in the frame of the root, straight from the tree; all joints but those of the chain are at 0.
+
+    Args:
+        positions: q (n,) of the chain [rad].
+    """
+    from trimesh import transformations
+
+    poses = {tree.root: np.eye(4)}
+    waiting = list(tree.joints)
+    while waiting:
+        later = []
+        for joint in waiting:
+            if joint.parent not in poses:
+                later.append(joint)
+                continue
+            pose = poses[joint.parent] @ joint.pose
+            if joint.name in chain:
+                pose = pose @ transformations.rotation_matrix(positions[chain.index(joint.name)], joint.axis)
+            poses[joint.child] = pose
+        waiting = later
+    return poses
+
+
+def _check_placements(model: pin.Model, tree: UrdfTree, chain: tuple[str, ...], name: str) -> None:
+    """Refuse a file in which Pinocchio finds another arm than the tree that the shapes come from."""
+    data, random, frames = model.createData(), np.random.default_rng(3), frame_names(tree)
+    for q in random.uniform(-np.pi, np.pi, (COMPARED, len(chain))):
+        if model.nq != len(chain):
+            break
+        pin.framesForwardKinematics(model, data, q)
+        for link, pose in link_poses(tree, chain, q).items():
+            found = data.oMf[model.getFrameId(frames[link], pin.FrameType.BODY)].homogeneous
+            # Relative to the place, for arms that are refused only afterwards as far too large.
+            if not np.allclose(found, pose, rtol=1e-6, atol=1e-6):
+                raise BadInputFile(
+                    f"{name}: two readers of URDF place its link {short(link)} differently; give its joints another way."
+                )
+    stops = np.array(
+        [_stops(joint) for joint in sorted((j for j in tree.joints if j.name in chain), key=lambda j: chain.index(j.name))]
+    )
+    if model.nq != len(chain) or not np.array_equal(stops.T, (model.lowerPositionLimit, model.upperPositionLimit)):
+        raise BadInputFile(f"{name}: two readers of URDF find different joints in it; give its joints another way.")
 
 
 def _check_arm(data: pin.Data, axes: Array, name: str) -> None:
@@ -232,12 +194,13 @@ def landmarks(model: pin.Model) -> tuple[int, int, int]:
     return shoulder, elbow, wrist
 
 
-def hand_frame(model: pin.Model) -> str:
-    """Return the name of the hand's frame: one that is called so, else the farthest from the last joint."""
+def hand_frame(model: pin.Model) -> tuple[str, str]:
+    """Return the name of the hand's frame, and the part of the name by which it was found: one that is called so, else ("") the farthest
+    from the last joint."""
     last = model.njoints - 1
     frames = [frame for frame in model.frames if frame.parentJoint == last and frame.type == pin.FrameType.BODY]
     for part in HANDS:
         for frame in frames:
             if part in frame.name.lower():
-                return frame.name
-    return max(frames, key=lambda frame: float(np.linalg.norm(frame.placement.translation))).name
+                return frame.name, part
+    return max(frames, key=lambda frame: float(np.linalg.norm(frame.placement.translation))).name, ""

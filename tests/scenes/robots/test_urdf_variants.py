@@ -1,0 +1,294 @@
+"""Files from the field: each is an arm with capsules and something to draw, or refused in one sentence of ours, before any work."""
+
+import re
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from trimesh.exchange.dae import export_collada
+from trimesh.exchange.stl import export_stl_ascii
+
+from controllers.errors import BadInputFile
+from scenes import glb
+from scenes.lwr.shells import PALETTES
+from scenes.robots import FILES, robot
+from scenes.robots.drawing import draw_file, robot_glbs, robot_link_meshes
+from scenes.robots.robot_files import register
+from tests.scenes.helpers import beyond, own_cache
+from tests.scenes.robots.test_files import arm_urdf
+
+COLLADA = '<unit name="centimeter" meter="0.01"/>'
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with meshes, good and bad ones."""
+    made = tmp_path_factory.mktemp("meshes")
+    block = trimesh.creation.box((0.1, 0.1, 0.2))
+    for name in ("box.stl", "box.obj", "box.glb", "box.ply"):
+        block.export(made / name)
+    (made / "arm_meshes").mkdir()
+    block.export(made / "arm_meshes" / "box.stl")
+    (made / "ascii.stl").write_text(export_stl_ascii(block), encoding="ascii")
+    inside_out = block.copy()
+    inside_out.invert()
+    inside_out.export(made / "inside_out.stl")
+    mixed = np.array(block.faces)
+    mixed[::2] = mixed[::2, ::-1]
+    trimesh.Trimesh(block.vertices, mixed, process=False).export(made / "mixed.stl")
+    fin = trimesh.Trimesh([[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0.1]], [[0, 1, 2]], process=False)
+    fin.export(made / "triangle.stl")
+    trimesh.util.concatenate([block, fin]).export(made / "open.stl")
+    trimesh.Trimesh([[0, 0, 0], [0.1, 0, 0], [0.2, 0, 0]], [[0, 1, 2]], process=False).export(made / "line.stl")
+    content = bytearray((made / "box.stl").read_bytes())
+    content[96:100] = struct.pack("<f", float("nan"))
+    (made / "nan.stl").write_bytes(content)
+    (made / "cut.stl").write_bytes(content[:200])
+    (made / "empty.stl").write_bytes(b"")
+    (made / "index.obj").write_text("v 0 0 0\nv 1 0 0\nf 1 2 9\n", encoding="ascii")
+    large = trimesh.creation.box((10.0, 10.0, 20.0))
+    text = export_collada(large).decode()
+    asset = re.search(r"<asset>.*?</asset>", text, re.DOTALL)
+    for name, unit in (("cm", COLLADA), ("zero", COLLADA.replace("0.01", "0")), ("metres", "")):
+        head = f"<asset>{unit}<up_axis>Z_UP</up_axis></asset>"
+        one = text.replace(asset[0], head) if asset else re.sub(r"(<COLLADA[^>]*>)", rf"\1{head}", text, count=1)
+        (made / f"{name}.dae").write_text(one, encoding="utf-8")
+    return made
+
+
+def given(folder: Path, text: str | bytes) -> str:
+    path = folder / "arm.urdf"
+    path.write_bytes(text.encode() if isinstance(text, str) else text)
+    return register(path)
+
+
+def mesh(name: str, more: str = "") -> str:
+    return arm_urdf(shape=f'<mesh filename="{name}"{more}/>')
+
+
+def shape(text: str) -> str:
+    return arm_urdf(shape=text)
+
+
+def joint(old: str, new: str, every: bool = False) -> str:
+    text = arm_urdf()
+    assert old in text
+    return text.replace(old, new) if every else text.replace(old, new, 1)
+
+
+def versioned(text: str, version: str = "1.1") -> str:
+    return text.replace("<robot ", f'<robot version="{version}" ', 1)
+
+
+PLACE = '<origin xyz="0 0 0.14"/>'
+LIMIT = '<limit lower="-2.7" upper="2.7" velocity="2" effort="1"/>'
+PLATE = (
+    '<link name="ground"><collision><geometry><box size="{size}"/></geometry></collision></link>'
+    '<joint name="to ground" type="fixed"><parent link="base"/><child link="ground"/></joint>'
+)
+
+ARMS: dict[str, str | bytes] = {
+    "flat box": shape('<box size="0.1 0.1 0"/>'),
+    "disc": shape('<cylinder radius="0.05" length="0"/>'),
+    "balls": shape('<sphere radius="0.06"/>'),
+    "capsules": shape('<capsule radius="0.05" length="{length}"/>'),
+    "capsules that are balls": shape('<capsule radius="0.05" length="0"/>'),
+    "a triangle": mesh("triangle.stl"),
+    "an open mesh": mesh("open.stl"),
+    "inside out": mesh("inside_out.stl"),
+    "faces to both sides": mesh("mixed.stl"),
+    "mirrored": mesh("box.stl", ' scale="-1 1 1"'),
+    "mirrored thrice": mesh("box.stl", ' scale="-1 -1 -1"'),
+    "flattened": mesh("box.stl", ' scale="1 1 0"'),
+    "one scale": mesh("box.stl", ' scale="1"'),
+    "ASCII": mesh("ascii.stl"),
+    "OBJ": mesh("box.obj"),
+    "GLB": mesh("box.glb"),
+    "PLY": mesh("box.ply"),
+    "COLLADA in centimetres": mesh("cm.dae"),
+    "a package": mesh("package://arm_meshes/box.stl"),
+    "few shapes": re.sub(r'(<link name="l[12356]">)<visual>.*?</collision>(</link>)', r"\1\2", arm_urdf()),
+    "a mimic gripper": arm_urdf(
+        more='<link name="f"/><joint name="f" type="prismatic"><parent link="l6"/><child link="f"/><mimic joint="l1"/></joint>'
+    ),
+    "no stops": arm_urdf(kind="continuous"),
+    "letters": arm_urdf().replace('"l', '"ž λ '),
+    "names of ours": arm_urdf().replace('"l', '"arm_joint_'),
+    "universe": arm_urdf().replace('"base"', '"universe"'),
+    "long axes": joint('xyz="0 1 0"', 'xyz="0 5 0"', every=True),
+    "no effort": joint(' effort="1"', "", every=True),
+    "no speed": joint(' velocity="2"', "", every=True),
+    "byte order mark": b"\xef\xbb\xbf" + arm_urdf().encode(),
+    "UTF-16": arm_urdf().encode("utf-16"),
+    "an entity": '<!DOCTYPE robot [<!ENTITY h "0.14">]>' + joint("0 0 0.14", "0 0 &h;", every=True),
+    "a namespace": joint("<robot ", '<robot xmlns="http://www.ros.org" '),
+    "of other programs": arm_urdf(more='<gazebo reference="l1"><x/></gazebo><transmission name="t"/><ros2_control/>'),
+    "quaternions": versioned(joint(PLACE, '<origin xyz="0 0 0.14" quat_xyzw="0 0 2 2"/>', every=True)),
+    "paint": joint("</visual>", '<material name="p"><color rgba="1 0.5 0 1"/></material></visual>', every=True),
+}
+
+REFUSED: dict[str, tuple[str | bytes, str]] = {
+    "a line for a box": (shape('<box size="0.1 0 0"/>'), "link l1, visual: its box has the size 0.1 0 0 m"),
+    "a negative box": (shape('<box size="0.1 0.1 -1"/>'), "its box has the size 0.1 0.1 -1 m"),
+    "a box of nan": (shape('<box size="nan 1 1"/>'), "<box> has size = 'nan 1 1'; give 3 numbers"),
+    "a box of two": (shape('<box size="0.1 0.1"/>'), "give 3 numbers with spaces"),
+    "commas": (shape('<box size="0,1 0,1 0,1"/>'), "give 3 numbers with spaces"),
+    "no ball": (shape('<sphere radius="0"/>'), "its sphere measures 0 m; give positive"),
+    "tiny balls": (shape('<sphere radius="0.0005"/>'), r"link l1 are 0\.001 m large, and its arm is 1\.08 m long; lengths in"),
+    "a capsule without length": (shape('<capsule radius="0.05"/>'), "its <capsule> has no length"),
+    "a needle": (shape('<cylinder radius="0" length="0.1"/>'), "its cylinder measures 0 0.1 m"),
+    "a cone": (shape('<cone radius="1" length="1"/>'), "its shape is <cone>; Duet reads box, cylinder, sphere, capsule, mesh"),
+    "a line for a mesh": (mesh("line.stl"), r"line\.stl: cannot be read \(no triangles"),
+    "a corner of nan": (mesh("nan.stl"), r"nan\.stl: cannot be read \(a corner is not at a number"),
+    "cut off": (mesh("cut.stl"), r"cut\.stl: cannot be read"),
+    "empty": (mesh("empty.stl"), r"empty\.stl: cannot be read"),
+    "index": (mesh("index.obj"), r"index\.obj: cannot be read"),
+    "no name": (mesh(""), "its mesh has no filename"),
+    "a long name": (mesh("x" * 5000), "is missing"),
+    "scaled to a point": (mesh("box.stl", ' scale="0 0 0"'), "has the scale 0 0 0"),
+    "two scales": (mesh("box.stl", ' scale="1 1"'), "scale = '1 1'; give 3 numbers"),
+    "another attribute": (mesh("box.stl", ' unit="mm"'), "its <mesh> has unit, which Duet does not read"),
+    "millimetres": (mesh("box.stl", ' scale="1000 1000 1000"'), r'link l1 are 200 m large.*in millimetres: give it scale="1 1 1"'),
+    "scaled twice": (mesh("box.stl", ' scale="0.001 0.001 0.001"'), r"link l1 are 0\.0002 m large.*in metres already: leave out scale"),
+    "COLLADA without unit": (mesh("metres.dae"), r"link l1 are 20 m large.*probably in centimetres: give it scale=\"0\.01 0\.01 0\.01\""),
+    "COLLADA of no size": (mesh("zero.dae"), r"zero\.dae: cannot be read \(its unit is 0"),
+    "ground": (arm_urdf(more=PLATE.format(size="20 20 0.01")), r"link ground are 20 m large.*probably a plate of the world"),
+    "a stage": (arm_urdf(more=PLATE.format(size="1.9 1.9 0.05")), r"link ground are 1\.9 m large.*probably a plate of the world"),
+    "a shape far away": (
+        arm_urdf().replace('<origin xyz="0 0 0.07"/>', '<origin xyz="0 0 70"/>'),
+        r"link l2 are .* m away from its joint.*<origin> is probably in other units",
+    ),
+    "planar": (arm_urdf(kind="planar"), "joint l3 is planar"),
+    "a hinge": (arm_urdf(kind="hinge"), "joint l3: its type is 'hinge'; URDF knows revolute"),
+    "degrees": (joint('lower="-2.7" upper="2.7"', 'lower="-170" upper="170"'), "turns from -170 to 170 rad.*in radians"),
+    "huge stops": (joint('upper="2.7"', 'upper="1e300"'), "turns from -2.7 to 1e.300 rad"),
+    "a stop of nan": (joint('lower="-2.7"', 'lower="nan"'), "joint l1 has no limits"),
+    "a word for a stop": (joint('lower="-2.7"', 'lower="left"'), "joint l1: its limit has lower = 'left', which is not a number"),
+    "lower left out": (joint('lower="-2.7" ', ""), "limit of its joint l1 has no lower; give lower and upper"),
+    "no limit": (joint(LIMIT, ""), "joint l1 has no limits"),
+    "no direction": (joint('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>'), "axis of its joint l2 is no direction"),
+    "half an axis": (joint('<axis xyz="0 1 0"/>', '<axis xyz="0 1"/>'), "joint l2: its <axis> has xyz = '0 1'"),
+    "an axis without xyz": (joint('<axis xyz="0 1 0"/>', "<axis/>"), "joint l2: its <axis> has no xyz"),
+    "half an origin": (joint(PLACE, '<origin xyz="0 0.14"/>'), "joint l3: its <origin> has xyz = '0 0.14'; give 3 numbers"),
+    "an origin with commas": (joint(PLACE, '<origin xyz="0, 0, 0.14"/>'), "give 3 numbers with spaces between them"),
+    "an empty origin": (joint(PLACE, '<origin xyz=""/>'), "<origin> has xyz = ''"),
+    "infinity": (joint(PLACE, '<origin xyz="0 0 inf"/>'), "<origin> has xyz = '0 0 inf'"),
+    "as Python writes numbers": (joint(PLACE, '<origin xyz="0 0 1_0"/>'), "<origin> has xyz = '0 0 1_0'"),
+    "hexadecimal": (joint(PLACE, '<origin xyz="0 0 0x1"/>'), "<origin> has xyz = '0 0 0x1'"),
+    "an overflow": (joint(PLACE, '<origin xyz="0 0 1e308"/>'), "which is too large"),
+    "two origins": (joint(PLACE, 2 * PLACE), "joint l3: it has 2 <origin>; give one"),
+    "quaternions too early": (joint(PLACE, '<origin quat_xyzw="0 0 0 1"/>'), "joint l3: its <origin> has quat_xyzw, which URDF has from"),
+    "two turns": (versioned(joint(PLACE, '<origin rpy="0 0 1" quat_xyzw="0 0 0 1"/>')), "a turn as rpy and another one as quat_xyzw"),
+    "no turn": (versioned(joint(PLACE, '<origin quat_xyzw="0 0 0 0"/>')), "its quat_xyzw is 0 0 0 0, which is not a turn"),
+    "other quaternions": (joint(PLACE, '<origin quat_wxyz="1 0 0 0"/>'), "has quat_wxyz, which Duet does not read"),
+    "the next version": (versioned(arm_urdf(), "2.0"), "is URDF of version '2.0'; Duet reads the versions 1.0, 1.1, 1.2"),
+    "not a version": (versioned(arm_urdf(), "abc"), "is URDF of version 'abc'"),
+    "one name for joints": (re.sub(r'<joint name="l."', '<joint name="j"', arm_urdf()), "6 joints have the name j; give each its own"),
+    "one name for links": (arm_urdf(more='<link name="l6"/>'), "2 links have the name l6"),
+    "one name for colours": (arm_urdf(more=2 * '<material name="a"><color rgba="1 1 1 1"/></material>'), "two materials have the name a"),
+    "no name for a link": (arm_urdf(more="<link/>"), "one of its links has no name"),
+    "no child": (joint('<child link="l2"/>', ""), "joint l2: it names no child link"),
+    "no such link": (joint('<parent link="l1"/>', '<parent link="x"/>'), "its joint l2 is at the link x, which is not in the file"),
+    "a circle": (
+        arm_urdf(
+            more='<link name="a"/><link name="b"/><joint name="x" type="fixed"><parent link="a"/><child link="b"/></joint>'
+            '<joint name="y" type="fixed"><parent link="b"/><child link="a"/></joint>'
+        ),
+        "its link a hangs in a circle of joints",
+    ),
+    "two shapes in one": (joint("<geometry>", '<geometry><sphere radius="0.1"/>'), "link base, collision: it has 2 shapes"),
+    "an empty geometry": (shape(" "), "link l1, visual: it has no shape in its <geometry>"),
+    "a word for a colour": (joint("</visual>", '<material><color rgba="1 x 0 1"/></material></visual>'), "<color> has rgba = '1 x 0 1'"),
+    "rest": (arm_urdf() + "garbage", "its XML is damaged"),
+    "left from xacro": (joint("0.14", "${h}"), r"run `xacro .*arm\.urdf > robot\.urdf`"),
+    "an external entity": ('<!DOCTYPE r [<!ENTITY h SYSTEM "file:///etc/passwd">]>' + joint("0.14", "&h;"), "its XML is damaged"),
+    "an encoding": (b'<?xml version="1.0" encoding="foo"?>' + arm_urdf().encode(), "its XML is damaged"),
+    "multibyte": (b'<?xml version="1.0" encoding="shift_jis"?>' + arm_urdf().encode(), "its XML is damaged"),
+    "bytes": (bytes(range(256)), "its XML is damaged"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", ARMS)
+def test_an_arm_has_capsules_and_is_drawn_solid(
+    case: str, folder: Path, registry: None, capfd: pytest.CaptureFixture[str]
+) -> None:
+    made = robot(given(folder, ARMS[case]))
+    assert made.model.nv == 6 and all(np.isfinite([*c.start, *c.end, c.radius]).all() and c.radius > 0.01 for c in made.capsules)
+    links = robot_link_meshes(made.key, False)
+    assert len(links) == 7 and all(links)
+    for parts in links:
+        for part in parts.values():
+            normals = np.asarray(part.vertex_normals)[part.faces].mean(axis=1)
+            outward = np.asarray(part.triangles_center) - np.asarray(part.vertices).mean(axis=0)
+            shares = np.einsum("ij,ij->i", normals, outward)
+            assert shares.sum() > -1e-9, "normals inwards"
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_is_refused_is_one_sentence(case: str, folder: Path, registry: None, capfd: pytest.CaptureFixture[str]) -> None:
+    text, reason = REFUSED[case]
+    with pytest.raises(BadInputFile, match=reason) as error:
+        robot(given(folder, text))
+    said = str(error.value)
+    assert "\n" not in said and said.endswith(".")
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_capsule_is_taken_as_it_is(folder: Path, registry: None) -> None:
+    capsules = robot(given(folder, shape('<capsule radius="0.0437" length="{length}"/>'))).capsules
+    upper = next(capsule for capsule in capsules if capsule.name == "link 2")
+    ends = sorted((upper.start.tolist(), upper.end.tolist()))
+    assert upper.radius == 0.0437
+    np.testing.assert_allclose(ends, ([0, 0, 0], [0, 0, 0.14]), atol=1e-12)
+
+
+def test_turns_as_quaternions_and_as_angles_make_one_arm(folder: Path, registry: None) -> None:
+    place = '<origin xyz="0 0 0.14" {turn}/>'
+    crooked = arm_urdf(shape='<box size="0.3 0.05 0.05"/>').replace('<origin xyz="0 0 0.07"/>', '<origin xyz="0 0 0.07" {turn}/>')
+    angles, quaternions = (
+        versioned(crooked.replace(PLACE, place)).replace("{turn}", turn)
+        for turn in ('rpy="0 1.5707963267948966 0"', 'quat_xyzw="0 0.7071067811865476 0 0.7071067811865476"')
+    )
+    one, other = (robot(given(folder, text)) for text in (angles, quaternions))
+    assert one.key != other.key
+    for a, b in zip(one.capsules, other.capsules, strict=True):
+        np.testing.assert_allclose([*a.start, *a.end, a.radius], [*b.start, *b.end, b.radius], atol=1e-9)
+    for a, b in zip(one.model.jointPlacements, other.model.jointPlacements, strict=True):
+        np.testing.assert_allclose(a.homogeneous, b.homogeneous, atol=1e-12)
+    box = np.array([(x, 0.0, z) for x in (-0.025, 0.025) for z in (-0.08, 0.22)])
+    upper = next(capsule for capsule in other.capsules if capsule.name == "link 2")
+    assert beyond(box, upper.start, upper.end, upper.radius).max() <= 1e-9
+
+
+def test_mirrored_and_centimetre_meshes_are_as_large_as_the_others(folder: Path, registry: None) -> None:
+    usual = robot(given(folder, mesh("box.stl"))).capsules
+    for text in (mesh("box.stl", ' scale="-1 1 1"'), mesh("cm.dae"), mesh("inside_out.stl")):
+        for a, b in zip(usual, robot(given(folder, text)).capsules, strict=True):
+            assert a.radius == b.radius
+
+
+def test_what_is_drawn_of_a_file_is_there_before_a_visitor(folder: Path, registry: None, tmp_path: Path) -> None:
+    with own_cache(tmp_path, robot_glbs):
+        key = given(folder, ARMS["few shapes"])
+        draw_file(key)
+        robot_glbs.cache_clear()
+        with glb.stored_only():
+            for palette in PALETTES:
+                assert all(len(robot_glbs(key, palette, coarse)) == 7 for coarse in (False, True))
+
+
+def test_what_cannot_be_drawn_is_one_sentence(folder: Path, registry: None, tmp_path: Path) -> None:
+    with own_cache(tmp_path, robot_glbs):
+        key = given(folder, mesh("ascii.stl"))
+        robot(key)
+        robot_link_meshes.cache_clear()
+        stl, kept = FILES[key].meshes["ascii.stl"], FILES[key].meshes["ascii.stl"].read_bytes()
+        try:
+            stl.write_bytes(b"gone")
+            with pytest.raises(BadInputFile, match=r"ascii\.stl: cannot be read"):
+                draw_file(key)
+        finally:
+            stl.write_bytes(kept)
