@@ -115,7 +115,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
-@settings(max_examples=25, suppress_health_check=list(HealthCheck))
+@settings(
+    max_examples=25,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow, HealthCheck.filter_too_much],
+)
 @given(arms(), st.integers(0, 99))
 def test_shapes_are_where_the_joints_are_solid_and_inside_their_capsules(
     folder: Path, registry: None, texts: tuple[str, str], seed: int
@@ -187,7 +190,10 @@ BAD_VALUES = (
 )
 
 
-@settings(max_examples=150, suppress_health_check=list(HealthCheck))
+@settings(
+    max_examples=150,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow, HealthCheck.filter_too_much],
+)
 @given(data=st.data())
 def test_whatever_an_attribute_says_it_is_an_arm_or_one_sentence(data: st.DataObject, folder: Path, registry: None) -> None:
     shape = data.draw(
