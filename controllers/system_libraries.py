@@ -73,7 +73,7 @@ def naming_missing_library() -> Iterator[None]:
 
 
 def _package(error: ImportError | OSError) -> str:
-    """Name of the package whose import has failed."""
+    """Name of the package that cannot be imported."""
     if not isinstance(error, ImportError):
         return "Python"
     found = _INSTALLED.match(error.path or "")

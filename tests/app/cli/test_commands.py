@@ -205,7 +205,7 @@ def test_no_command_means_serve(monkeypatch: pytest.MonkeyPatch, arguments: list
     (command,) = seen
     assert (command.host, command.sessions, command.lecture, command.key) == ("127.0.0.1", "auto", False, None)
     assert command.watchers == 200
-    assert command.port == (9000 if "9000" in arguments else 8080)
+    assert command.port == (9000 if "9000" in arguments else "auto")
     assert command.open is ("--no-open" not in arguments)
     assert values(settings_of_options(command.settings, Settings()))["rig"] == ("table" if "table" in arguments else "torso")
 
@@ -252,7 +252,7 @@ def test_alone_or_behind_the_door_the_app_gets_all_that_the_command_was_given(
 ) -> None:
     served: list[ServeOptions] = []
 
-    def alone(options: ServeOptions) -> App:
+    def alone(options: ServeOptions, listener: socket.socket | None = None) -> App:
         served.append(options)
         raise KeyboardInterrupt
 

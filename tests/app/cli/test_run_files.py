@@ -210,6 +210,7 @@ def test_a_named_hand_is_in_the_run_file_and_in_workers(tmp_path: Path, registry
 
 
 @pytest.mark.parametrize("command", ["run", "serve"])
+@pytest.mark.usefixtures("registry")
 def test_a_file_in_other_units_is_one_line_before_any_work(
     command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -77,7 +77,7 @@ def test_what_is_empty_or_has_no_effect_is_left_out() -> None:
     assert "<dt>" not in page and "<table" not in page and "<figure" not in page
     text = report_html("r", [], Settings(run=given_settings(law="potential_field")))
     assert "<td>η</td>" in text and "<td>d<sub>m</sub></td>" not in text
-    assert "<td>d<sub>m</sub></td><td>150 mm</td>" in report_html("r", [], Settings())
+    assert "<td>d<sub>m</sub></td><td>150\N{NO-BREAK SPACE}mm</td>" in report_html("r", [], Settings())
 
 
 def test_formulas_of_the_lesson_are_drawn_but_never_those_of_a_student() -> None:

@@ -128,8 +128,8 @@ def test_what_was_said_to_an_attempt_changes_its_language_after_a_reload(languag
 
 def test_the_name_of_a_setting_and_a_place_of_the_ball_stand_in_the_nominative() -> None:
     said: dict[Language, tuple[str, str]] = {
-        "de": ("im Lauf „Gesetz = ", "im Lauf „der Ball "),
-        "sl": ("kjer je zakon = ", "kjer je žoga "),
+        "de": ("im Lauf „Gesetz auf ‚", "im Lauf „der Ball "),
+        "sl": ("kjer je zakon nastavljeno na »", "kjer je žoga "),
     }
     for language, (law, ball) in said.items():
         lines = list[str]()
@@ -164,7 +164,7 @@ def test_the_class_reads_the_poll_in_its_own_language() -> None:
         for text in texts:
             assert not [phrase for phrase in phrases(text) if ENGLISH.search(phrase)]
     assert any("law set to “Smooth priority (paper)”" in line for line in polls["en"].outcome)
-    assert any("Gesetz = Glatter Vorrang (Artikel)" in line for line in polls["de"].outcome)
+    assert any("Gesetz auf ‚Glatter Vorrang (Artikel)‘ gestellt" in line for line in polls["de"].outcome)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

@@ -135,7 +135,7 @@ def test_the_outcome_is_measured_in_this_run_and_a_wrong_choice_gets_its_own() -
     run.act(do.Press("why"))
     assert run.walk.view().showing and one.session.simulation.steps == 0
     contrast = run.walk.view().contrast
-    assert contrast is not None and contrast.headline == "Here you would be right: task = Hold pose"
+    assert contrast is not None and contrast.headline == "Here you would be right: task set to “Hold pose”"
     assert (
         contrast.keys == ("task",)
         and contrast.asked == "task = Hold position"

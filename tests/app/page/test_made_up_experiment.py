@@ -118,7 +118,7 @@ def test_card_readout_and_tip_are_those_of_a_ball() -> None:
     assert words["obstacle"] == ("orange", "ball") and words["two"] is False
     assert words["bodies"]["w"] == ["/ball"] and words["bodies"]["v"] == ["/arms/arm"]  # type: ignore[index]
     assert tip_text(frame.shown) == TIP and tip_text(frame.shown, operated=False) == WATCHED
-    fast = replace(simulation.sample(), approach=1.0, distance=-0.01)
+    fast = replace(simulation.sample(), law_approach=1.0, distance=-0.01)
     said = status_html(frame.pace, simulation, fast)
     assert "the ball is faster than v" in said and "the arm overlaps the ball" in said
     assert f"<kbd>6</kbd></td><td>{SHORT}</td>" in help_html() and "<kbd>1</kbd> … <kbd>6</kbd>" in help_html()
