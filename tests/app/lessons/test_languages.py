@@ -129,7 +129,7 @@ def test_what_was_said_to_an_attempt_changes_its_language_after_a_reload(languag
 def test_the_name_of_a_setting_and_a_place_of_the_ball_stand_in_the_nominative() -> None:
     said: dict[Language, tuple[str, str]] = {
         "de": ("im Lauf „Gesetz auf ‚", "im Lauf „der Ball "),
-        "sl": ("kjer je zakon nastavljeno na »", "kjer je žoga "),
+        "sl": ("kjer je zakon »", "kjer je žoga "),
     }
     for language, (law, ball) in said.items():
         lines = list[str]()
