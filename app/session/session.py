@@ -24,8 +24,7 @@ from app.settings import Settings
 from controllers.kinematics import Arm, Array
 from controllers.laws.situation import Law, Unanswered
 from scenes.inputs import InputsLog, Recorded
-from scenes.roles import TargetSource
-from scenes.room import room_of
+from scenes.roles import TargetSource, room_of
 from scenes.run_text import on_grid
 from scenes.settings import RunSettings, changed, values
 from scenes.simulation import Simulation
