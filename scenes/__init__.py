@@ -14,7 +14,7 @@ _PUBLIC: Final = {
     "Summary": "headless",
     "Simulation": "simulation",
     "COLUMN": "history",
-    "room_of": "room",
+    "room_of": "roles",
     "read_grid": "sweep",
     "run_points": "sweep",
 }

@@ -24,7 +24,8 @@ from scenes.history import COLUMN, History
 from scenes.inputs import InputsLog, Recorded
 from scenes.person.clips import REST
 from scenes.promise import Condition, fallen, missing
-from scenes.room import Room, World, random_bounds, room_of
+from scenes.roles import room_of, scenario_of
+from scenes.room import Room, World, random_bounds
 from scenes.settings import HardwareSettings, RunSettings, specs
 from scenes.simulation import Simulation
 from scenes.targets import SIZES, Waypoints
@@ -223,7 +224,7 @@ class _Search:
         self._settings, self._dice, self._until = settings, dice, until
         self._world = World(room_of(settings), settings.limit_gain)
         room, experiment = self._world.room, settings.experiment
-        self._roles = experiment.scenario.roles(self._world, settings)
+        self._roles = scenario_of(settings).roles(self._world, settings)
         columns = [task.joints for task in self._roles.avoiders(settings.avoid)]
         self._avoiding = np.r_[tuple(columns)]
         self._low, self._high = _box(room)

@@ -1,14 +1,10 @@
 """The experiments, each declared once: everything else that knows the experiments by name is made from these entries.
 
-An experiment is a class in `scenes`, its entry here, and its words in `app.text.experiment_texts`. Nothing here loads a library.
+An experiment is a `Scenario` of `scenes.roles`, its entry here, and its words in `app.text.experiment_texts`. Nothing here loads a library.
 """
 
 from dataclasses import dataclass
-from pkgutil import resolve_name
-from typing import TYPE_CHECKING, Final, Literal
-
-if TYPE_CHECKING:
-    from scenes.roles import Scenario
+from typing import Final, Literal
 
 Obstacle = Literal["nothing", "ball", "arm"]
 """What there is to keep clear of."""
@@ -52,12 +48,6 @@ class Experiment:
     def error_unit(self) -> str:
         """Of the squared error that is recorded."""
         return "m²" if self.follows == "nothing" else "rad²"
-
-    @property
-    def scenario(self) -> "Scenario":
-        """An object of its class."""
-        scenario: Scenario = resolve_name(f"scenes.{self.made_by}")()
-        return scenario
 
 
 SOLO: Final = "solo"

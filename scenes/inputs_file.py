@@ -20,8 +20,7 @@ from scenes.inputs import Recorded, RecordedPerson, Stretch
 from scenes.law_answers import LawAnswers
 from scenes.packing import ANGLES, JOINTS, KINDS, LINK, ROTATION, TURNED, WIDTHS, PackedTargets
 from scenes.recording import REACH, inputs_from
-from scenes.roles import TargetSource
-from scenes.room import room_of
+from scenes.roles import TargetSource, room_of
 from scenes.settings import RunSettings, changed, values
 from scenes.simulation import Simulation, Snapshot
 from scenes.targets import AnglesTarget

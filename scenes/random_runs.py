@@ -11,7 +11,8 @@ from controllers.kinematics import Array
 from scenes.headless import run
 from scenes.history import COLUMN
 from scenes.promise import broken_by
-from scenes.room import Room, World, random_bounds, room_of
+from scenes.roles import room_of
+from scenes.room import Room, World, random_bounds
 from scenes.setting_spec import Spec
 from scenes.settings import HardwareSettings, RunSettings, changed, specs, values
 

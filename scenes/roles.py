@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pkgutil import resolve_name
 from typing import Final, Protocol
 
 import numpy as np
@@ -86,3 +87,18 @@ class Scenario:
     def way(self, settings: RunSettings, home: Array) -> Array:
         """Return points (k, 3) of the way that the task prescribes to the hand [m]; (0, 3) if it does not. `home`: where it begins."""
         return np.zeros((0, 3))
+
+
+def scenario_of(settings: RunSettings) -> Scenario:
+    """Scenario of the experiment that the settings name."""
+    scenario: Scenario = resolve_name(f"scenes.{settings.experiment.made_by}")()
+    return scenario
+
+
+def room_of(settings: RunSettings) -> Room:
+    """Room of the experiment that the settings name.
+
+    Raises:
+        MissingPackage: a robot comes from a package that is not installed.
+    """
+    return scenario_of(settings).room(settings)

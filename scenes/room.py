@@ -110,11 +110,6 @@ def random_bounds(room: Room) -> tuple[Array, Array]:
     return low, high
 
 
-def room_of(settings: RunSettings) -> Room:
-    """Return the room that the settings ask for."""
-    return settings.experiment.scenario.room(settings)
-
-
 @cache
 def build_room(rig_name: str, robot_name: str = "lwr") -> Room:
     """Return the room of a rig with two arms, of one make or of two, built once."""

@@ -13,7 +13,8 @@ from controllers.kinematics import Array
 from scenes.experiments import EXPERIMENTS
 from scenes.recording import Recording
 from scenes.robots.start_search import arm_reach
-from scenes.room import SIDES, room_of
+from scenes.roles import room_of
+from scenes.room import SIDES
 from scenes.settings import RunSettings
 
 CLOCK: Final = (3e8, 3e10)

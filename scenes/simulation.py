@@ -16,8 +16,8 @@ from scenes.arm_tasks.hold_task import HoldTask
 from scenes.avoidance_group import AvoidanceGroup
 from scenes.hardware import Actuation, Sensing, before_stops, measured_positions
 from scenes.history import ArmSample, History, Sample
-from scenes.roles import TargetSource
-from scenes.room import Room, World, room_of
+from scenes.roles import TargetSource, room_of, scenario_of
+from scenes.room import Room, World
 from scenes.settings import HardwareSettings, RunSettings
 from scenes.starts import start_of
 from scenes.targets import Target
@@ -85,7 +85,7 @@ class Simulation:
 
     def _assign(self) -> None:
         """Assign the roles; the arms stay where they are."""
-        self.roles = self.settings.experiment.scenario.roles(self.world, self.settings)
+        self.roles = scenario_of(self.settings).roles(self.world, self.settings)
         self.guided: Arm = self.roles.guided
         """The arm that the person moves."""
         self.avoiding: Arm = self.roles.avoiding
@@ -157,12 +157,12 @@ class Simulation:
     @property
     def way(self) -> Array:
         """Points (k, 3) of the way that the task prescribes to the avoiding hand, world [m]; (0, 3) if it prescribes none."""
-        return np.zeros((0, 3)) if self.keeper is None else self.settings.experiment.scenario.way(self.settings, self.keeper.home)
+        return np.zeros((0, 3)) if self.keeper is None else scenario_of(self.settings).way(self.settings, self.keeper.home)
 
     def source(self) -> TargetSource:
         """Return the experiment's default source of targets, starting from the present state."""
         self.kinematics.update(self.positions)
-        return self.settings.experiment.scenario.source(self.world, self.settings)
+        return scenario_of(self.settings).source(self.world, self.settings)
 
     @property
     def avoiding_joints(self) -> int:

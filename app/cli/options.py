@@ -100,7 +100,7 @@ def settings_of_options(options: object, start: Any) -> Any:
     for key, value in given.items():
         start = changed(start, key, value)
     if base_left or base_right or any(name not in get_args(RobotName) for name in makes(given["robot"])):
-        from scenes.room import room_of
+        from scenes.roles import room_of
 
         # What cannot be built is said now, not to the first visitor.
         room_of(start.run if isinstance(start, Settings) else start)

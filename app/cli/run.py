@@ -57,7 +57,7 @@ def simulate(command: RunCommand) -> int:
         from scenes.headless import check_length
         from scenes.headless import run as simulate
         from scenes.recording import write_table
-        from scenes.room import room_of
+        from scenes.roles import room_of
         from scenes.starts import read_start
 
     start_file = _start_file(command)

@@ -19,7 +19,7 @@ from app.session.session_state import RunState, SessionState
 from app.settings import MOTION, OPENED, PANEL, Settings
 from controllers.errors import BadSetting
 from scenes.inputs import Recorded, RecordedPerson
-from scenes.room import room_of
+from scenes.roles import room_of
 
 _TAB_ID: Final = re.compile(r"^[a-z0-9]{16,64}$")
 

@@ -13,7 +13,7 @@ from app.lessons.room_places import start_positions
 from app.lessons.runs import Setup
 from app.lessons.setups import read_changes, read_setup, start_of_table
 from scenes.laws import LAWS
-from scenes.room import room_of
+from scenes.roles import room_of
 from scenes.setting_spec import unknown_setting
 from scenes.settings import specs
 from scenes.solo import has_null_motions

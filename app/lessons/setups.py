@@ -14,7 +14,7 @@ from app.settings import Settings
 from controllers.errors import BadInputFile, BadSetting
 from scenes.files import path_inside
 from scenes.recording import read_inputs
-from scenes.room import room_of
+from scenes.roles import room_of
 from scenes.sample_check import check_samples
 from scenes.settings import changed
 

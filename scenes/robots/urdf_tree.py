@@ -325,7 +325,7 @@ class _UrdfReader:
         if "quat_xyzw" in origin.attrib:
             if self._version == VERSIONS[0]:
                 raise self._fault(
-                    f'{place}: its <origin> has quat_xyzw, which URDF has from version 1.1 on; give the robot the version 1.1, or write rpy'
+                    f"{place}: its <origin> has quat_xyzw, which URDF has from version 1.1 on; give the robot the version 1.1, or write rpy"
                 )
             if "rpy" in origin.attrib:
                 raise self._fault(f"{place}: its <origin> has a turn as rpy and another one as quat_xyzw; leave one out")

@@ -16,7 +16,8 @@ from scenes.counterexample import BROKEN, FINER, SECONDS, Attack, attack_of, che
 from scenes.history import COLUMN
 from scenes.promise import Condition, broken_by, fallen, missing
 from scenes.rerun import rerun
-from scenes.room import World, room_of
+from scenes.roles import room_of
+from scenes.room import World
 from scenes.settings import RunSettings
 from scenes.targets import SHORTEST, AnglesTarget, BallTarget, HandTarget, Waypoints
 from scenes.wanted import Stopped, until

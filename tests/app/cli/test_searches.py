@@ -17,7 +17,8 @@ from scenes import children, random_runs
 from scenes.counterexample import SECONDS
 from scenes.promise import Condition, missing
 from scenes.random_runs import RandomRun, RunVerdict, explained, random_run, run_verdict
-from scenes.room import World, room_of
+from scenes.roles import room_of
+from scenes.room import World
 from scenes.settings import RunSettings
 from tests.scenes.test_promise import BETWEEN
 

@@ -160,7 +160,9 @@ def test_the_page_names_the_law_and_not_the_computer(file: Path) -> None:
         needs, allowed = status.slow
         assert needs >= 0.01 and allowed == pytest.approx(SHARE * 0.005)
         said = custom_law_html(status)
-        assert f"slowed: your law needs {1e3 * needs:.2g}\N{NO-BREAK SPACE}ms a call; real time allows 2\N{NO-BREAK SPACE}ms" in said
+        assert (
+            f"slowed: your law needs {1e3 * needs:.2g}\N{NO-BREAK SPACE}ms a call; real time allows 2\N{NO-BREAK SPACE}ms" in said
+        )
         assert "machine" not in status_html(session.pace, session.simulation, session.simulation.sample())
         session.toggle_pause()
         advanced(session, lambda: "runs my_law.py" in custom_law_html(session.student_law))

@@ -22,7 +22,8 @@ from scenes.robots.fitting import fit_example
 from scenes.robots.robot_files import LARGEST_MESHES, register, robot_file
 from scenes.robots.start_search import start_posture
 from scenes.robots.urdf_chain import landmarks
-from scenes.room import build_room, room_of
+from scenes.roles import room_of
+from scenes.room import build_room
 from scenes.settings import RigName, RunSettings, changed, specs, validate
 from scenes.simulation import Simulation
 from tests.scenes.helpers import RIG_NAMES, beyond, column
