@@ -101,7 +101,7 @@ def resting(settings: RunSettings, pull: float, approach: float, second_pull: fl
     if second_pull is not None:
         # 2 λ v = (1 − λ)(u_1 + u_2) is the rest of one arm that is pulled by their mean.
         return resting_distance(d_m, n, v, (pull + second_pull) / 2.0)
-    if law.knows_w:
+    if settings.adds_w:
         v += approach
     return resting_distance(d_m, n, v, pull, approach)
 
