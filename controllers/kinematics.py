@@ -15,6 +15,9 @@ Array = NDArray[np.float64]
 DAMPING: Final = 1e-2
 """Damping μ of the task's pseudo-inverse [m/rad]: three orders below the LWR's reach, so that it only acts near singularities."""
 
+LONGEST_STEP: Final = 0.02
+"""Longest time step at which `quiet_solution` is stable [s]; it counts at every dt, so that q̇ is the same."""
+
 
 @dataclass(frozen=True)
 class Arm:
@@ -132,6 +135,73 @@ def damped_solution(J: Array, task_velocity: Array, damping: float = DAMPING) ->
     velocities = np.empty(J.shape[1])
     fill_damped_solution(J, task_velocity, damping, velocities)
     return velocities
+
+
+@loop("void(float64[:, :], float64[:], float64, float64, float64[:])", fills=("velocities",))
+def fill_quiet_solution(J: Matrix, task_velocity: Vector, bend: float, damping: float, velocities: Vector) -> None:
+    """Fill `quiet_solution` (n,)."""
+    m, n = J.shape
+    least, square, lost = damping * damping, 0.0, 0.0
+    for i in range(m):
+        square += task_velocity[i] * task_velocity[i]
+    speed = math.sqrt(square)
+    most = LONGEST_STEP * bend * speed
+    fill_damped_solution(J, task_velocity, math.sqrt(least + 4.0 * most), velocities)
+    for i in range(m):
+        missing = task_velocity[i]
+        for j in range(n):
+            missing -= J[i, j] * velocities[j]
+        lost += missing * missing
+    if square > 0.0:
+        share = lost / square
+        fill_damped_solution(J, task_velocity, math.sqrt(least + most * share * share), velocities)
+
+
+def quiet_solution(J: Array, task_velocity: Array, bend: float, damping: float = DAMPING) -> Array:
+    """q̇ = J^# ẋ (n,) [rad/s] with a damping that grows where ẋ is lost: an arm that cannot follow comes to rest.
+
+    An arm rests under a constant pull ẋ where Jᵀ ẋ = 0, as when it is stretched out towards a place beyond its
+    reach. Linearised there, with P = J^# J, H the second derivative of the hand's place along ẋ/|ẋ|, and K the
+    gain of the pull,
+
+        ∂q̇/∂q = (I − P) H |ẋ|/μ² − K P.
+
+    Its eigenvalues are real, as I − P is symmetric, positive and commutes with P, and none is below
+    −max(a |ẋ|/μ², K), a being the largest eigenvalue of −H. In directions that move the hand I − P is next to
+    nothing, so that a in the null space of J counts. Euler's method is stable while dt times the eigenvalue is
+    above −2, and does not overshoot above −1.
+
+    So μ² = μ₀² + a dt |ẋ| is enough there, for `LONGEST_STEP` as dt. Elsewhere the second term is multiplied by
+    s⁴, s being the share of ẋ that is lost with μ² = μ₀² + 4 a dt |ẋ|: hardly any at a regular posture. A joint
+    that stretches the arm by itself does not overshoot from any posture, as a dt |ẋ| (1 − s⁴) ≤ σ² for every
+    singular value σ.
+
+    Args:
+        J: (m, n).
+        task_velocity: ẋ (m,).
+        bend: a, see `largest_bend` [m/rad²]; 0 for the damping μ₀ everywhere.
+        damping: μ₀ [m/rad].
+    """
+    velocities = np.empty(J.shape[1])
+    fill_quiet_solution(J, task_velocity, bend, damping, velocities)
+    return velocities
+
+
+def largest_bend(reach: float, joints: int) -> float:
+    """a for `quiet_solution` [m/rad²]: stable for any outstretched arm of revolute joints.
+
+    Where the hand rests under a pull, the line of the pull meets every joint's axis or is parallel to it. Let
+    Λ_k be the ways between the points where it meets them, with the sum L, and w_k the sum of q̇_i u_i up to joint
+    k, u_i being the part of axis i across the line, |u_i| ≤ 1. Then −q̇ᵀ H q̇ = Σ Λ_k |w_k|², and Σ Λ_k w_k = 0 in
+    the null space of J. That is L times the variance of w, at most L/4 times the square of the largest difference
+    of two w, so at most L (joints − 1)/4 times |q̇|². Two links have L₁ L₂/(L₁ + L₂) ≤ L/4. Half of the bound is
+    stable, and without overshoot for every arm whose axes lie across the line in every second joint or less.
+
+    Args:
+        reach: L, along the joints to the hand [m].
+        joints: their number.
+    """
+    return reach * (joints - 1) / 8.0
 
 
 def pseudo_inverse(J: Array, damping: float = 0.0) -> Array:

@@ -7,7 +7,14 @@ the law asked for:
     min |q̇ − q̇_n|²   subject to   J_d q̇ = r,   lower ≤ q̇ ≤ upper.
 
 Its solution is q̇ = clip(q̇_n + c J_dᵀ) with one scalar c: water filling along the row. While no bound bites this is the law's own q̇.
-When even the whole box cannot reach r, the arm is out of authority, and that is said aloud.
+When the arm cannot reach r, it is out of authority, and that is said aloud.
+
+With every joint that meets its bound c has to grow faster: dr/dc is |J_d|² of the joints that are left. As that
+goes to 0, c would go to infinity, and joints that hardly move the closest point would be thrown to their bounds,
+to and fro as the signs of their levers change. So what is left of the row is damped as every row is, see
+`row_damping`: c is counted as if dr/dc were |J_d|² + μ². This is exact while |J_d| ≥ 0.12 m/rad is left. Below it
+c stays finite, and q̇ is a Lipschitz function of q̇_n, J_d, r and the bounds, also where r stops being possible.
+What is then missing of r is out of authority.
 
 Two other treatments are there for comparison: the whole velocity shortened until it fits, and saturation in the null space, which
 keeps the task's velocity too as long as any joints can.
@@ -21,6 +28,7 @@ import numpy as np
 from controllers.choices import BoundsTreatment
 from controllers.compiled import Vector, loop
 from controllers.kinematics import Array
+from controllers.laws.situation import row_damping
 from controllers.null_space_saturation import saturated
 
 TOLERANCE: Final = 1e-6
@@ -137,7 +145,7 @@ class VelocityBox:
 
 
 def bounded_row(nominal: Array, row: Array, rate: float, box: VelocityBox) -> Bounded:
-    """Return the velocity in the box nearest to `nominal` with a distance rate of `rate`, or as near to it as possible.
+    """The velocity in the box nearest to `nominal` with the distance rate `rate`, or as near as levers permit.
 
     Args:
         nominal: q̇_n (n,) inside the box [rad/s].
@@ -145,29 +153,29 @@ def bounded_row(nominal: Array, row: Array, rate: float, box: VelocityBox) -> Bo
         rate: r = J_d q̇ that the law asks for [m/s].
     """
     qn, j, lower, upper = nominal.tolist(), row.tolist(), box.lower.tolist(), box.upper.tolist()
-    missing = rate - sum(a * b for a, b in zip(j, qn, strict=True))
-    sign = 1.0 if missing >= 0.0 else -1.0
+    wanted = rate - sum(a * b for a, b in zip(j, qn, strict=True))
+    sign = 1.0 if wanted >= 0.0 else -1.0
     # Way along the row, in units of c, until each joint meets its bound.
     ends: list[tuple[float, int]] = []
-    slope = 0.0
+    square = 0.0
     for i, (ji, qi) in enumerate(zip(j, qn, strict=True)):
-        if abs(ji) > FELT:
+        if ji != 0.0:
             room = (upper[i] - qi) if sign * ji > 0.0 else (qi - lower[i])
             ends.append((max(room, 0.0) / abs(ji), i))
-            slope += ji * ji
+            square += ji * ji
     ends.sort()
-    missing, c = abs(missing), 0.0
+    left, c = abs(wanted), 0.0
     for end, i in ends:
-        gained = slope * (end - c)
-        if gained >= missing:
-            c += missing / slope
-            missing = 0.0
+        slope = square + row_damping(square)
+        counted = slope * (end - c)
+        if counted >= left:
+            c += left / slope
             break
-        missing -= gained
+        left -= counted
         c = end
-        slope = max(slope - j[i] * j[i], 0.0)
+        square = max(square - j[i] * j[i], 0.0)
     velocities = box.clip(nominal + row * (sign * c))
-    if missing <= TOLERANCE:
+    if abs(rate - float(row.dot(velocities))) <= TOLERANCE:
         return Bounded(velocities)
     lost = np.abs(row) * box.lost_speed(sign * row)
     joint = int(np.argmax(lost))

@@ -7,7 +7,7 @@ import pinocchio as pin
 
 from controllers.choices import HandTask
 from controllers.compiled import Matrix, Vector, loop
-from controllers.kinematics import DAMPING, Array, damped_solution, fill_damped_solution, fill_point_jacobian
+from controllers.kinematics import DAMPING, Array, fill_point_jacobian, fill_quiet_solution, quiet_solution
 
 TASK_DIMENSION: Final[dict[HandTask, int]] = {"position": 3, "pose": 6}
 
@@ -29,10 +29,19 @@ def pose_error(pose: pin.SE3, target_position: Array, target_rotation: Array) ->
 
 
 @loop(
-    "float64(float64[:, :], float64[:], float64[:], float64[:], float64, float64[:, :], float64[:])",
+    "float64(float64[:, :], float64[:], float64[:], float64[:], float64, float64, float64[:, :], float64[:])",
     fills=("J", "dq"),
 )
-def fill_place_task(spatial: Matrix, hand: Vector, place: Vector, velocity: Vector, gain: float, J: Matrix, dq: Vector) -> float:
+def fill_place_task(
+    spatial: Matrix,
+    hand: Vector,
+    place: Vector,
+    velocity: Vector,
+    gain: float,
+    bend: float,
+    J: Matrix,
+    dq: Vector,
+) -> float:
     """Fill J (3, n) of the hand's place and q̇_n = J^#(ẋ_d + K e) (n,), eqs (2), (7), (8); return |e|² [m²].
 
     Args:
@@ -40,6 +49,7 @@ def fill_place_task(spatial: Matrix, hand: Vector, place: Vector, velocity: Vect
         hand, place: where it is, and where it should be (3,), world [m].
         velocity: ẋ_d (3,) [m/s].
         gain: K [1/s].
+        bend: see `quiet_solution` [m/rad²].
     """
     task, squared = np.empty(3), 0.0
     for i in range(3):
@@ -47,11 +57,13 @@ def fill_place_task(spatial: Matrix, hand: Vector, place: Vector, velocity: Vect
         squared += e * e
         task[i] = gain * e + velocity[i]
     fill_point_jacobian(spatial, spatial.shape[1], hand, J)
-    fill_damped_solution(J, task, DAMPING, dq)
+    fill_quiet_solution(J, task, bend, DAMPING, dq)
     return squared
 
 
-def hold(J: Array, error: Array, gain: float, velocity: Array | None = None, free: Array | None = None) -> Array:
+def hold(
+    J: Array, error: Array, gain: float, velocity: Array | None = None, free: Array | None = None, bend: float = 0.0
+) -> Array:
     """Return q̇_n = J^#(ẋ_d + K e) + N q̇₀ (n,) [rad/s], eqs (4), (7).
 
     Args:
@@ -60,11 +72,12 @@ def hold(J: Array, error: Array, gain: float, velocity: Array | None = None, fre
         gain: K [1/s].
         velocity: ẋ_d of the place, its first entries; None while it stands still.
         free: q̇₀ (n,), what the joints do where that does not move the hand; None for nothing.
+        bend: see `quiet_solution` [m/rad²]; 0 for the same damping everywhere.
     """
     task = gain * error
     if velocity is not None:
         task[: len(velocity)] += velocity
     if free is None:
-        return damped_solution(J, task)
+        return quiet_solution(J, task, bend)
     # J^# (ẋ − J q̇₀) + q̇₀ is J^# ẋ + N q̇₀ without building N.
-    return damped_solution(J, task - J.dot(free)) + free
+    return quiet_solution(J, task - J.dot(free), bend) + free

@@ -33,7 +33,8 @@ class AvoidanceGroup:
         self.velocities = world.velocities[self.joints]
         self.box = world.bounds.part(self.joints)
         self._positions = world.positions[self.joints]
-        self._others = [(other.joints, world.velocities[other.joints]) for other in all_tasks if other not in tasks]
+        others = [other for other in all_tasks if other not in tasks]
+        self._others = [(other, other.joints, world.velocities[other.joints]) for other in others]
         self.nominal = np.zeros(self.joints.stop - self.joints.start)
         self._detector = world.detector
 
@@ -45,29 +46,44 @@ class AvoidanceGroup:
     def approach(self, row: Array) -> float:
         """Return w along a row (nv,): the speed at which the others come closer [m/s]."""
         w = 0.0
-        for columns, velocities in self._others:
+        for _, columns, velocities in self._others:
             w -= float(row[columns].dot(velocities))
         return w
 
-    def situation(self, law: Law, near: Proximity, error: float = 0.0) -> Situation:
+    def _approaches(self, rows: Array, adds_w: bool) -> Array:
+        """w (…,) along rows (…, nv) that a law is told [m/s].
+
+        A slave copies this group's velocity of the step before. A law that adds w to its own speed would have that
+        back as −w, and alternate from step to step with the root −λ. It is told what the slave does by itself,
+        where that comes closer: then w ≤ v is still enough for the promise.
+        """
+        w, copied = np.zeros(rows.shape[:-1]), False
+        for task, columns, velocities in self._others:
+            own = task.own_velocity(self.joints) if adds_w else None
+            copied |= own is not None
+            w -= rows[..., columns].dot(velocities if own is None else own)
+        return np.maximum(w, 0.0) if copied else w
+
+    def situation(self, law: Law, near: Proximity, error: float = 0.0, adds_w: bool = False) -> Situation:
         """Return the present situation for a law.
 
         Args:
             law: what it wants to see.
             near: at the present positions.
             error: of the measured distances of all pairs [m]; `near` has it already.
+            adds_w: whether the law adds w to its own speed.
         """
-        plain = (self._positions, self.nominal, near.row[self.joints], near.law_distance, self.approach(near.row))
+        w = float(self._approaches(near.row, True)) if adds_w else self.approach(near.row)
+        plain = (self._positions, self.nominal, near.row[self.joints], near.law_distance, w)
         if not (law.wants_task or law.wants_all_pairs):
             return Situation(*plain)
         rows = distances = approaches = None
         if law.wants_all_pairs and self._detector.count:
             all_rows = self._detector.rows()
-            rows, distances, approaches = all_rows[:, self.joints], self._detector.distances(), np.zeros(len(all_rows))
+            rows, distances = all_rows[:, self.joints], self._detector.distances()
+            approaches = self._approaches(all_rows, adds_w)
             if error:
                 distances += error
-            for columns, velocities in self._others:
-                approaches -= all_rows[:, columns].dot(velocities)
         J = self._task_jacobian() if law.wants_task else None
         return Situation(*plain, J, self.box.lower, self.box.upper, rows, distances, approaches)
 

@@ -43,7 +43,7 @@ def missing(settings: RunSettings, table: Array) -> dict[Condition, NDArray[np.b
     two = bool(second.any())
     if two:
         w = np.where(second, 0.0, w)
-    v = law.nominal_velocity + (w if law.knows_w else 0.0)
+    v = law.nominal_velocity + (w if settings.adds_w else 0.0)
     near = table[:, COLUMN["lambda"]] > 0.5
     u, least, bound = table[:, COLUMN["u"]], table[:, COLUMN["lever"]], _at_bound(table[:, COLUMN["authority"]])
     rate = least * (v + u) - u - w

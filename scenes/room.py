@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from controllers.choices import HandTask
 from controllers.errors import BadSetting
-from controllers.kinematics import Arm, Array, Kinematics
+from controllers.kinematics import Arm, Array, Kinematics, largest_bend
 from controllers.laws.situation import AUTHORITY
 from controllers.limits import VelocityBox
 from controllers.proximity import ProximityDetector
@@ -68,6 +68,11 @@ class Room:
     def other(self, side: ArmName) -> Arm:
         """Return the arm opposite a side; the only one where one stands alone."""
         return self.arms[min(1 - SIDES.index(side), len(self.arms) - 1)]
+
+    def bend(self, arm: Arm) -> float:
+        """a of an arm for `quiet_solution` [m/rad²]."""
+        made = self.robots[self.arms.index(arm)]
+        return largest_bend(arm_reach(made), made.model.nv)
 
     def task(self, settings: RunSettings) -> HandTask:
         """Return what a hand keeps: without six joints its place alone, whatever the settings ask for."""

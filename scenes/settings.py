@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar, cast
 
 from controllers.choices import BoundsTreatment, HandTask, Treatment
 from controllers.curve import read_curve
-from scenes.experiments import EXPERIMENTS, HOLD, Experiment
+from scenes.experiments import EXPERIMENTS, HOLD, MASTER_SLAVE, Experiment
 from scenes.laws import DEFAULT_LAW, LAWS, LawEntry
 from scenes.setting_spec import SPEC, Spec, Tab, checked, start_remedy, unknown_setting, with_added
 
@@ -265,6 +265,11 @@ class RunSettings:
         With a row an arm, each would add the other's velocity of the step before, and the sum of both would alternate from step to step.
         """
         return self.both_avoid and (self.law.coupled or self.law.knows_w)
+
+    @property
+    def adds_w(self) -> bool:
+        """True if the law adds all of w to v. A master that keeps clear alone leaves out what its slave copies."""
+        return self.law.knows_w and (self.both_avoid or self.avoid != "guided" or self.scene != MASTER_SLAVE)
 
     @property
     def fits_between(self) -> bool:

@@ -248,8 +248,8 @@ class Simulation:
         self, group: AvoidanceGroup, near: Proximity, lam: float, error: float
     ) -> tuple[Array, float, float, float, int, int, float]:
         """Return q̇ (n,) of arms that keep clear together [rad/s]; then u, w, w along the law's row, authority, joint and lever."""
-        situation = group.situation(self.law, near, error)
-        row, w_law = situation.row, situation.approach
+        situation = group.situation(self.law, near, error, self.settings.law.knows_w)
+        row, w_law = situation.row, group.approach(near.row)
         w = w_law if near.row is near.pair_row else group.approach(near.pair_row)
         wanted = self.law(situation)
         self.answers = *self.answers, wanted

@@ -148,7 +148,7 @@ def section_html(simulation: Simulation, sample: Sample, now: Contact) -> Markup
     error, J = task_error(simulation, sample)
     gain = run.gain
     analysis = analyse(now.row, J, sample.activation, gain, gain, damped=True)
-    speed = law.nominal_velocity + (now.approach if law.knows_w else 0.0)
+    speed = law.nominal_velocity + (now.approach if run.adds_w else 0.0)
     e = analysis.error(speed, error)
     W = None
     if J is None and law.entry.promises:

@@ -143,7 +143,7 @@ def _resting(
         asked = 2.0 * (v + mean)
         share = (s * (v + u) + second_s * (v + second_u)) / asked if asked > 0.0 else 1.0
         return resting_distance(d_m, n, v, mean, lever=share) + (d - d_law)
-    if law.knows_w:
+    if settings.adds_w:
         v += w
     return resting_distance(d_m, n, v, u, w, s) + (d - d_law)
 

@@ -27,6 +27,15 @@ class ArmTask:
         """J (m, n) of its task in the last `nominal`; None if the task uses every joint."""
         return self._jacobian
 
+    def own_velocity(self, others: slice) -> Array | None:
+        """q̇_n (n,) of the last `nominal` if other joints had stood still; None if it does not copy their velocity.
+
+        Args:
+            others: their columns in q.
+        """
+        del others
+        return None
+
     def begin(self) -> None:
         """Come to rest, and take the present state as where everything begins."""
 

@@ -23,6 +23,8 @@ class JointFollower(ArmTask):
         self.desired = world.positions[arm.joints].copy()
         self._positions = world.positions[arm.joints]
         self._box = world.bounds.part(arm.joints)
+        self._correction = np.zeros(len(self._positions))
+        """K (q_d − q) (n,) [rad/s]."""
 
     def begin(self) -> None:
         """Follow from here."""
@@ -39,8 +41,8 @@ class JointFollower(ArmTask):
         error = desired - self._positions
         self.squared_error = float(error.dot(error))
         error *= settings.gain
-        error += speed
-        return bounded_task(error, None, self._box, settings.bounds)
+        self._correction = error
+        return bounded_task(error + speed, None, self._box, settings.bounds)
 
 
 class Slave(JointFollower):
@@ -57,6 +59,7 @@ class Slave(JointFollower):
 
     def __init__(self, world: World, master: Arm, slave: Arm, signs: Array) -> None:
         super().__init__(world, slave)
+        self._copied = master.joints
         self._master, self._speed = world.positions[master.joints], world.velocities[master.joints]
         own = len(self._positions)
         count = min(len(self._master), own)
@@ -69,3 +72,7 @@ class Slave(JointFollower):
         del target, time
         signs = self._signs if settings.following == "mirrored" else self._same
         return self._to + signs * (self._master - self._from)[self._partner], signs * self._speed[self._partner]
+
+    def own_velocity(self, others: slice) -> Array | None:
+        """K (q_d − q) (n,), clipped, if `others` are the master's joints."""
+        return self._box.clip(self._correction) if others == self._copied else None

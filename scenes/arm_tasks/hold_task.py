@@ -53,6 +53,7 @@ class HoldTask(ArmTask):
         self._joints, self._hand = world.positions[arm.joints], self._pose.translation
         self._spatial = world.kinematics.jacobian[:, arm.joints]
         self._box = world.bounds.part(arm.joints)
+        self._bend = world.room.bend(arm)
 
     def begin(self) -> None:
         """The place is where the hand is now."""
@@ -87,13 +88,14 @@ class HoldTask(ArmTask):
             count = len(self._joints)
             J, dq = np.empty((3, count)), np.empty(count)
             velocity = _STILL if speed is None else speed
-            self.squared_error = fill_place_task(self._spatial, self._hand, self.place, velocity, gain, J, dq)
+            where = self._spatial, self._hand, self.place
+            self.squared_error = fill_place_task(*where, velocity, gain, self._bend, J, dq)
         else:
             error = position_error(pose, self.place) if task == "position" else pose_error(pose, self.place, self.place_rotation)
             x, y, z = error[:3].tolist()
             self.squared_error = x * x + y * y + z * z
             J = kinematics.hand_jacobian(arm, TASK_DIMENSION[task])
-            dq = hold(J, error, gain, speed, swing)
+            dq = hold(J, error, gain, speed, swing, self._bend)
         self._jacobian = J
         return bounded_task(dq, J, self._box, settings.bounds)
 

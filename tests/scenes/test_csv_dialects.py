@@ -11,7 +11,7 @@ from numpy.testing import assert_array_equal
 
 from controllers.errors import BadInputFile
 from scenes.recording import POSE_HEADER, POSITION_HEADER, inputs_from
-from scenes.room import room_of
+from scenes.roles import room_of
 from scenes.settings import RunSettings
 from scenes.starts import read_start
 

@@ -84,7 +84,7 @@ def dead_time_number(evidence: Evidence, time: float, dead: float) -> Reading:
     if row is None:
         return None
     law, u, w = evidence.settings.law, float(evidence.column("u")[row]), float(evidence.column("w_law")[row])
-    v = law.nominal_velocity + (w if law.knows_w else 0.0)
+    v = law.nominal_velocity + (w if evidence.settings.adds_w else 0.0)
     return At(dead / budget.settling_time(law.critical_distance, law.order, v, u, w), row)
 
 

@@ -138,7 +138,7 @@ def _late_text(run: RunSettings, now: Contact, sample: Sample) -> str:
     law, T = run.law, run.hardware.dead_time
     if T == 0.0 or sample.second is not None:
         return ""
-    v = law.nominal_velocity + (now.approach if law.knows_w else 0.0)
+    v = law.nominal_velocity + (now.approach if run.adds_w else 0.0)
     settling = settling_time(law.critical_distance, law.order, v, now.pull, now.approach)
     if not 0.0 < settling < math.inf:
         return ""

@@ -177,7 +177,7 @@ def status_html(pace: Pace, simulation: Simulation, sample: Sample, asking: bool
     if law.entry.sees == "nothing":
         pills.append(("halt", tr("avoidance is off")))
     # As on the card and in the promise: along the row of the law.
-    if law.entry.retreats and not run.both_avoid and sample.law_approach > law.nominal_velocity and not law.knows_w:
+    if law.entry.retreats and not run.both_avoid and sample.law_approach > law.nominal_velocity and not run.adds_w:
         pills.append(("alarm", tr("the ball is faster than v") if ball else tr("the hand is faster than v")))
     if sample.distance < 0.0:
         pills.append(("alarm", tr("the arm overlaps the ball") if ball else tr("the arms overlap")))
