@@ -195,7 +195,7 @@ def largest_bend(reach: float, joints: int) -> float:
     k, u_i being the part of axis i across the line, |u_i| ≤ 1. Then −q̇ᵀ H q̇ = Σ Λ_k |w_k|², and Σ Λ_k w_k = 0 in
     the null space of J. That is L times the variance of w, at most L/4 times the square of the largest difference
     of two w, so at most L (joints − 1)/4 times |q̇|². Two links have L₁ L₂/(L₁ + L₂) ≤ L/4. Half of the bound is
-    stable, and without overshoot for every arm whose axes lie across the line in every second joint or less.
+    stable, and without overshoot for every arm in which every second axis lies along the line.
 
     Args:
         reach: L, along the joints to the hand [m].

@@ -1,4 +1,4 @@
-"""A hand whose place is beyond its reach comes to rest: every make of arm, gain and time step, held by one person or two."""
+"""A hand comes to rest where its place is beyond its reach: every make of arm, gain and time step, held by one person or two."""
 
 import numpy as np
 import pytest
