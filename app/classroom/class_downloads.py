@@ -13,6 +13,7 @@ from app.i18n.speaking import N_, set_language, tr
 from app.lessons.lesson import LessonBook
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.runtime.job_pool import Jobs, JobWatch
+from app.session.action_handlers import ActionHandlers
 from app.session.actions import Action
 from app.session.session import Session
 from app.settings import Language
@@ -37,6 +38,7 @@ class ClassDownloads:
 
     Args:
         session: the plenary's.
+        handlers: of the page; they end with it.
         jobs: makes the files.
         book: the lessons in the teacher's language.
     """
@@ -45,6 +47,7 @@ class ClassDownloads:
         self,
         client: viser.ClientHandle,
         session: Session,
+        handlers: ActionHandlers,
         jobs: Jobs,
         summaries: Summaries,
         book: LessonBook,
@@ -54,7 +57,7 @@ class ClassDownloads:
         self._lessons = book.lessons
         self._language: Language = language
         self._jobs = JobWatch(jobs, session.wake, lambda job: self._notify(tr("The export failed"), tr(job.message)))
-        session.takers["downloads", client.client_id] = self._take
+        handlers.add(MakeReport, self._make)
 
     def build(self) -> None:
         """Add the buttons. The caller has opened the container."""
@@ -82,9 +85,10 @@ class ClassDownloads:
             self._session.post,
         )
 
-    def _take(self, action: Action) -> bool:
-        if not (isinstance(action, MakeReport) and action.client == self._client.client_id):
-            return False
+    def _make(self, action: MakeReport) -> None:
+        if action.client != self._client.client_id:
+            # Asked for by a teacher who has given the controls away meanwhile.
+            return
         set_language(self._language)
         summary = self._summaries()[action.which]
         if summary is None or summary.empty:
@@ -93,7 +97,6 @@ class ClassDownloads:
             self._notify(tr("There is nothing to report yet"), tr("reports handed in: {count}", count=0))
         else:
             self._submit(action.kind, summary)
-        return True
 
     def _submit(self, kind: str, summary: ClassSummary) -> None:
         name = time.strftime(f"duet-class-%Y-%m-%d.{kind.lower()}", time.localtime(summary.saved))
@@ -113,5 +116,4 @@ class ClassDownloads:
 
     def close(self) -> None:
         """Drop what is being made."""
-        self._session.takers.pop(("downloads", self._client.client_id), None)
         self._jobs.close()

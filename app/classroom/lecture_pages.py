@@ -112,15 +112,19 @@ class PlenaryControls:
             if teacher.page is not None:
                 client.gui.reset()
             teacher.page = PlenaryPage(client, self._control, context.book, language, look, lambda: [client])
+            operation = None
             if leads:
-                self.operation = Operation(client, self._session, teacher.page.view, presenting=ALONE not in teacher.query)
+                operation = Operation(client, self._session, teacher.page.view, presenting=ALONE not in teacher.query)
+                self.operation = operation
             if isinstance(teacher.panel, TeacherPanel):
                 teacher.panel.close()
             notes = context.library.notes if context.options.key is not None else None
-            if not leads:
+            if operation is None:
                 teacher.panel = AssistantPanel(client.gui, self._control, notes, teacher.ask_to_operate)
             elif ALONE not in teacher.query:
-                downloads = ClassDownloads(client, self._session, context.jobs, self._summaries, teacher.page.book, language)
+                downloads = ClassDownloads(
+                    client, self._session, operation.handlers, context.jobs, self._summaries, teacher.page.book, language
+                )
                 teacher.panel = TeacherPanel(client, self._control, self.address, notes, downloads)
             teacher.invitation = Invitation(client.gui, teacher.page.view)
             teacher.page.view.welcome(client)

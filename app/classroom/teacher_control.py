@@ -18,10 +18,10 @@ from app.lessons.tally import QuestionId
 from app.lessons.walkthrough import Walkthrough
 from app.page.lessons.drawing_board import TakeDrawing
 from app.plots.curve_chart import Curve
+from app.session.action_handlers import ActionHandlers
 from app.session.actions import Action, ActionQueue
 from app.session.session import Session
 from controllers.errors import BadSetting
-from scenes.inputs import Recorded
 
 TeacherAction = (
     Literal["follow", "free", "pause", "reveal", "again", "pages", "quote", "expect", "invite", "invite all", "hide"]
@@ -75,10 +75,17 @@ class TeacherControl:
 
     def __init__(self, classroom: Classroom, session: Session, lessons: LessonSession) -> None:
         self.classroom, self.session, self.lessons = classroom, session, lessons
-        self.answers = ActionQueue(self._take_answer)
+        handlers = self._of_students = ActionHandlers()
+        handlers.add(Answer, self._take_answer)
+        handlers.add(Because, self._take_reason)
+        handlers.add(TakeDrawing, lambda action: action.board.take(action.text))
+        handlers.add(Progressed, lambda action: classroom.note(action.student, action.progress, monotonic()))
+        handlers.add(Ran, self._show_run)
+        handlers.add(Reported, self._hand_in)
+        self.answers = ActionQueue(handlers.do)
         self.presenter = Presenter()
         self._replayed = self.refused = ""
-        session.takers["class"] = self._take
+        session.handlers.add(Teach, self._act)
 
     @property
     def _walk(self) -> Walkthrough | None:
@@ -98,34 +105,22 @@ class TeacherControl:
         """Queue an action of the teacher's for the next frame; from any thread. `value`: see `Teach`."""
         self.session.post(Teach(action, value))
 
-    def _take_answer(self, action: Action) -> None:
-        classroom = self.classroom
-        match action:
-            case Answer(student, choice):
-                classroom.answer(self._walk, student, choice)
-            case Because(student, question, reason):
-                classroom.give_reason(self._walk, student, question, reason)
-            case TakeDrawing(board, text):
-                board.take(text)
-            case Progressed(student, progress):
-                classroom.note(student, progress, monotonic())
-            case Ran(student, recorded):
-                self._show_run(student, recorded)
-            case Reported(student, None):
-                classroom.work.hand_in(student, None)
-            case Reported(student, str(name), progress):
-                classroom.hand_in(self.lessons.walk if self.lessons.begun else None, student, name, progress)
-            case _:
-                raise TypeError(f"nothing here does {action!r}")
+    def _take_answer(self, action: Answer) -> None:
+        self.classroom.answer(self._walk, action.student, action.choice)
 
-    def _take(self, action: Action) -> bool:
-        if isinstance(action, Teach):
-            self._act(action.what, action.value)
-        return isinstance(action, Teach)
+    def _take_reason(self, action: Because) -> None:
+        self.classroom.give_reason(self._walk, action.student, action.question, action.reason)
 
-    def _act(self, action: TeacherAction, value: str) -> None:
-        classroom, presenter = self.classroom, self.presenter
-        match action:
+    def _hand_in(self, action: Reported) -> None:
+        if action.name is None:
+            self.classroom.work.hand_in(action.student, None)
+        else:
+            walk = self.lessons.walk if self.lessons.begun else None
+            self.classroom.hand_in(walk, action.student, action.name, action.progress)
+
+    def _act(self, action: Teach) -> None:
+        classroom, presenter, what, value = self.classroom, self.presenter, action.what, action.value
+        match what:
             case "follow":
                 classroom.follow()
             case "free":
@@ -176,9 +171,9 @@ class TeacherControl:
             case "blank":
                 presenter.blank = not presenter.blank
             case "stage" | "panels":
-                presenter.panels = action == "panels"
+                presenter.panels = what == "panels"
             case _:
-                self._start_timer(TIMERS[action])
+                self._start_timer(TIMERS[what])
 
     # ---- the projector -----------------------------------------------------------------------------------------------------
 
@@ -204,10 +199,10 @@ class TeacherControl:
             step = progress.lesson, progress.step
             self.presenter.work = ShownWork(step, progress.at(*step), run)
 
-    def _show_run(self, student: str, recorded: Recorded | None) -> None:
+    def _show_run(self, action: Ran) -> None:
         """Replay a student's run on the stage, if the teacher still wants it."""
-        player, wanted = self.session.player, self.classroom.wanted
-        if student != wanted:
+        player, student, recorded = self.session.player, action.student, action.recorded
+        if student != self.classroom.wanted:
             return
         self.classroom.wanted = ""
         if recorded is None:

@@ -17,7 +17,8 @@ from app.page.page_assets import configure_theme
 from app.page.panels.hotkeys import hotkeys
 from app.page.panels.scene_words import SceneWords
 from app.page.view import View
-from app.session.actions import Action, Describe, FirstView, Nudge, SwingElbow
+from app.session.action_handlers import ActionHandlers
+from app.session.actions import Describe, FirstView, Nudge, SwingElbow
 from app.session.frame import Frame, Shown, freeze
 from app.session.second_hand import SecondHand
 from app.session.session import Session
@@ -40,6 +41,7 @@ class Guest:
         self.client, self.word, self._tab = client, query.get(GUEST, ""), tab_id(query)
         self._context = context
         self._look = look_of(query, browser_language(client), context.options.settings)
+        self._handlers = ActionHandlers()
         self._hand: SecondHand | None = None
         self._host: Visitor | None = None
         self._said, self._sent = "", False
@@ -59,10 +61,13 @@ class Guest:
             yield
             self._view.show(freeze(session, perf_counter()))
             yield
-            hand = self._hand = SecondHand(session, self._take)
+            handlers = self._handlers
+            hand = self._hand = SecondHand(session, handlers.do)
             hands_off = lambda: self._host is None or self._host.lessons.hands_off  # noqa: E731
-            self._gizmos = Gizmos(client, hand, lambda: self._view.stage.guests, hands_off)
-            self._words = SceneWords(client, session, self._view)
+            self._gizmos = Gizmos(client, hand, lambda: self._view.stage.guests, hands_off, handlers)
+            self._words = SceneWords(client, session, self._view, handlers)
+            handlers.add(Nudge, self._gizmos.nudge)
+            handlers.add(FirstView, lambda _: self._view.look(client))
             for hotkey in hotkeys():
                 if isinstance(hotkey.action, (Nudge, SwingElbow, FirstView, Describe)):
                     hotkey.add_to(client.gui, hand.post)
@@ -73,13 +78,6 @@ class Guest:
         """Return whether the place is free; the same tab's earlier connection may not have been noticed to be gone."""
         before = session.guest
         return before is None or (isinstance(before, Guest) and before._tab == self._tab is not None)
-
-    def _take(self, action: Action) -> None:
-        """Do what concerns the guest's own arm and view; anything else is left out."""
-        if isinstance(action, FirstView):
-            self._view.look(self.client)
-        elif not self._words.take(action):
-            self._gizmos.take(action)
 
     def follow(self, host: Visitor | None) -> None:
         """Stay beside a host, wait, or have the page built again.

@@ -124,7 +124,7 @@ class NotebookRun:
         self.port, self.server_run, self.closed = self._app.server.get_port(), self._app.server.run, False
         assert isinstance(self._app.host, LectureHost)
         self._session, self._lessons = self._app.host.session, self._app.host.lessons
-        self._session.takers["notebook"] = self._take
+        self._session.handlers.add(Ask, self._answer)
         self._given = GivenVelocities(np.zeros(0))
         self._folder = tempfile.TemporaryDirectory(prefix="duet-notebook-", ignore_cleanup_errors=True)
 
@@ -303,13 +303,12 @@ class NotebookRun:
             self._app.close()
             self._folder.cleanup()
 
-    def _take(self, action: Action) -> bool:
-        if isinstance(action, Ask) and not action.answer.done():
+    def _answer(self, action: Ask) -> None:
+        if not action.answer.done():
             try:
                 action.answer.set_result(action.question(self._session))
             except Exception as error:
                 action.answer.set_exception(error)
-        return isinstance(action, Ask)
 
     def _ask(self, question: Callable[[Session], T]) -> T:
         """Return the answer to a question that is put between two frames, on the session's own thread.

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final
 
 import viser
 
@@ -11,7 +11,7 @@ from app.i18n.speaking import tr
 from app.lessons.lesson import LessonBook
 from app.page.handles.gizmos import Gizmos
 from app.page.lessons.duel_box import DuelBox
-from app.page.lessons.lab_report_box import AskReport, LabReportBox
+from app.page.lessons.lab_report_box import LabReportBox
 from app.page.lessons.lesson_controls import LessonControls
 from app.page.panels import PagePanel
 from app.page.panels.controls import Controls
@@ -22,10 +22,10 @@ from app.page.panels.link_box import InviteBox, LinkBox
 from app.page.panels.plot_controls import DetailsChooser, MicroscopeButtons, MomentChooser
 from app.page.panels.replay_bar import ReplayBar
 from app.page.panels.scene_words import SceneWords
-from app.page.panels.source_chooser import TakePerson
 from app.page.picture_size import PHONE, canvas_size
 from app.page.view import View
 from app.session import actions
+from app.session.action_handlers import ActionHandlers
 from app.session.frame import Frame
 from app.session.session import Session
 from controllers.errors import BadSetting
@@ -35,14 +35,14 @@ from scenes.settings import values
 CALM: Final = 0.1
 """Wall time between two looks at the controls while nothing is done with them [s]."""
 
-PANELS: Final[list[Callable[[viser.ClientHandle, Session, View], PagePanel]]] = [
+PANELS: Final[list[Callable[[viser.ClientHandle, Session, View, ActionHandlers], PagePanel]]] = [
     Lever,
     DetailsChooser,
     MicroscopeButtons,
     MomentChooser,
     SceneWords,
 ]
-"""The panels that need nothing but the session and the view; a further one is one more entry."""
+"""The panels that need nothing but the session, the view and the page's handlers; a further one is one more entry."""
 
 
 class Operation:
@@ -59,6 +59,7 @@ class Operation:
 
     Attributes:
         whole: the same, as the visitor has asked for since.
+        handlers: of the page's actions; they cover the session's until the page closes.
     """
 
     def __init__(
@@ -73,57 +74,33 @@ class Operation:
     ) -> None:
         self.whole, self._presenting = whole, presenting
         self._client, self._session, self._view = client, session, view
-        self._controls = Controls(client.gui, session, presenting, canvas_size(client)[0] <= PHONE)
+        self.handlers = handlers = ActionHandlers()
+        self._controls = Controls(client.gui, session, handlers, presenting, canvas_size(client)[0] <= PHONE)
         self._keep = client.gui.add_folder(tr("Keep and replay"), order=self._controls.below_clock, expand_by_default=False)
         with self._keep:
             send = partial(client.send_file_download, save_immediately=True)
-            self._replay_bar = ReplayBar(client.gui, session, send)
+            self._replay_bar = ReplayBar(client.gui, session, handlers, send)
             self._link = LinkBox(client, session, view.lessons)
-            self._lab = LabReportBox(client.gui, session, view, self._replay_bar.exports)
-        self._panels = [make(client, session, view) for make in PANELS]
-        self._panels.append(DuelBox(client, session, view, self._replay_bar.exports))
-        self._invite = InviteBox(client, session, self._controls.below_clock) if invites else None
+            self._lab = LabReportBox(client.gui, session, view, handlers, self._replay_bar.exports)
+        self._panels = [make(client, session, view, handlers) for make in PANELS]
+        self._panels.append(DuelBox(client, session, view, handlers, self._replay_bar.exports))
+        self._invite = InviteBox(client, session, handlers, self._controls.below_clock) if invites else None
         if self._invite is not None:
             self._panels.append(self._invite)
         if edited is not None:
-            self._panels.append(LawEditor(client.gui, session, view, self._controls, edited))
-        self._gizmos = Gizmos(client, session, lambda: view.stage.yours, lambda: view.lessons.hands_off)
-        self._lesson_controls = LessonControls(client, session, view, self._controls, presenting)
+            self._panels.append(LawEditor(client.gui, session, view, handlers, self._controls, edited))
+        hands_off = lambda: view.lessons.hands_off  # noqa: E731
+        self._gizmos = Gizmos(client, session, lambda: view.stage.yours, hands_off, handlers)
+        self._lesson_controls = LessonControls(client, session, view, handlers, self._controls, self._gizmos, presenting)
         for hotkey in keys_of(hotkeys(), presenting):
             hotkey.add_to(client.gui, session.post)
-        session.takers["page"] = self.take
+        handlers.add(actions.SetSetting, lambda action: self._set(action.key, action.value))
+        handlers.add(actions.Digit, lambda action: self._set("scene", action.scene))
+        handlers.add(actions.Toggle, self._toggle)
+        handlers.add(actions.ShowAll, self._show_all)
+        handlers.add(actions.FirstView, lambda _: view.look(client))
+        session.handlers.cover(handlers)
         self._next = 0.0
-
-    def take(self, action: actions.Action) -> bool:
-        """Do what a hotkey, a button or a handle asks for: the replay's and the lesson's meaning of it go first, on the session's thread.
-
-        Returns:
-            Whether it was done; otherwise it is the session's own.
-        """
-        if self._replay_bar.take(action):
-            return True
-        if isinstance(action, actions.Reset):
-            self._gizmos.forget_drag()
-        if any(panel.take(action) for panel in self._panels) or self._lesson_controls.take(action):
-            return True
-        match action:
-            case actions.SetSetting(key, value):
-                self._set(key, value)
-            case actions.Digit():
-                self._set("scene", action.scene)
-            case TakePerson():
-                self._controls.sources.take_person(action)
-            case AskReport(one):
-                self._lab.ask(one)
-            case actions.Toggle(what):
-                self._toggle(what)
-            case actions.ShowAll(whole):
-                self.whole = whole
-            case actions.FirstView():
-                self._view.look(self._client)
-            case _:
-                return self._gizmos.take(action)
-        return True
 
     def _set(self, key: str, value: object) -> None:
         try:
@@ -132,15 +109,18 @@ class Operation:
             self._session.notify("This value is not possible", str(error))
             self._controls.write_again()
 
-    def _toggle(self, what: Literal["autopilot", "avoidance", "ghost", "gizmo", "contact"]) -> None:
+    def _show_all(self, action: actions.ShowAll) -> None:
+        self.whole = action.whole
+
+    def _toggle(self, action: actions.Toggle) -> None:
         session = self._session
         present = values(session.settings)
-        match what:
+        match action.what:
             case "avoidance":
                 session.change("law", NO_AVOIDANCE if present["law"] == DEFAULT_LAW else DEFAULT_LAW)
             case "ghost":
                 session.change("ghost", "frozen" if present["ghost"] == "off" else "off")
-            case _:
+            case what:
                 session.change(what, not present[what])
 
     def notify_problems(self, problems: tuple[str, ...]) -> None:
@@ -178,5 +158,5 @@ class Operation:
 
     def close(self) -> None:
         """Operate the session no more: go back to live, and drop every export that is being made."""
-        self._session.takers.pop("page", None)
+        self._session.handlers.uncover(self.handlers)
         self._replay_bar.close()

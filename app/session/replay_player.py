@@ -7,7 +7,7 @@ from typing import Final, NamedTuple, Protocol
 
 from app.i18n.speaking import N_
 from app.runtime.job_pool import Job, Jobs, JobWatch
-from app.session.actions import Action, Pause, Reset, SingleStep
+from app.session.actions import Pause, Reset, SingleStep
 from app.session.clock import Halt, Pace
 from app.session.replay import RecordedFilm, Replay, make_films
 from app.session.student_law import LawStatus
@@ -223,31 +223,35 @@ class ReplayPlayer:
         if self.replay is not None:
             self.replay.toggle()
 
-    def take(self, action: Action) -> bool:
-        """Apply an action to the replay; return whether it was one of the replay's."""
-        replay = self.replay
-        if self.reviewing and isinstance(action, Pause | Reset):
-            # The run goes on from where it is, or from its beginning.
+    def pause(self, action: Pause) -> bool:
+        """Play the replay, or let it rest; False if this is the live run's."""
+        del action
+        if self.reviewing:
+            # The run goes on from where it is.
             self.leave()
-            return False
-        if self.coming and isinstance(action, Pause | SingleStep | Reset):
-            # The live run would go on in the place of what is being loaded.
-            if isinstance(action, Reset):
-                self.leave()
-            return True
-        if replay is None:
-            return False
-        match action:
-            case Pause():
-                replay.toggle()
-            case SingleStep():
-                replay.playing = False
-                replay.seek_step(replay.step + 1)
-            case Reset():
-                self.leave()
-            case _:
-                return False
-        return True
+        self.toggle()
+        return self._in_place_of_live
+
+    def single_step(self, action: SingleStep) -> bool:
+        """Go one step on in the replay; False if this is the live run's."""
+        del action
+        if self.replay is not None:
+            self.replay.playing = False
+            self.replay.seek_step(self.replay.step + 1)
+        return self._in_place_of_live
+
+    def reset(self, action: Reset) -> bool:
+        """Go back to live; False if the live run is to begin again."""
+        del action
+        done = self._in_place_of_live and not self.reviewing
+        if done or self.reviewing:
+            self.leave()
+        return done
+
+    @property
+    def _in_place_of_live(self) -> bool:
+        """True while a replay is shown, or loaded: the live run would go on in the place of what is being loaded."""
+        return self.replay is not None or bool(self.coming)
 
     def _fail(self, job: Job) -> None:
         if job.kind == "film":

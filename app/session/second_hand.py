@@ -16,14 +16,14 @@ class SecondHand:
 
     Args:
         session: of the host.
-        take: does what the guest's browser asks for.
+        do: does what the guest's browser asks for.
 
     Attributes:
         posts: what waits to be done. It never comes to the session's own queue, where it could mean more than a pull.
     """
 
-    def __init__(self, session: Session, take: Callable[[Action], object]) -> None:
-        self.session, self.posts = session, ActionQueue(take)
+    def __init__(self, session: Session, do: Callable[[Action], object]) -> None:
+        self.session, self.posts = session, ActionQueue(do)
 
     @property
     def settings(self) -> Settings:

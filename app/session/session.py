@@ -1,7 +1,7 @@
 """One visitor's experiment: its run and the ghost beside it, paused, stepped, reset, changed, and advanced with the wall clock."""
 
 from collections import deque
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
@@ -9,6 +9,7 @@ from typing import Final
 
 from app.runtime.job_pool import Jobs
 from app.session import actions
+from app.session.action_handlers import ActionHandlers
 from app.session.actions import ActionQueue
 from app.session.background_studies import BackgroundStudies
 from app.session.clock import BUDGET, Clock, Halt, Pace, Reason, next_speed
@@ -73,9 +74,10 @@ class Session:
         self.player = ReplayPlayer(self, background, self.wake)
         """Replays in the place of the live run."""
         self.studies = self._new_studies()
-        self.posts = ActionQueue(self.handle)
-        self.takers: dict[Hashable, Callable[[actions.Action], bool]] = {}
-        """Those who operate this session, such as a page, each by a name of its own: do an action, or return that it is not theirs."""
+        self.handlers = ActionHandlers()
+        """Handlers of what is posted: the session's own, and over them those of the page that operates it."""
+        self._add_handlers()
+        self.posts = ActionQueue(self.handlers.do)
         self._clock = Clock(settings.page.speed)
         self.stepping = 0.0
         """Wall time of the steps of the last frame [s]."""
@@ -205,46 +207,42 @@ class Session:
         self.posts.put(action)
         self.wake()
 
-    def handle(self, action: actions.Action) -> None:
-        """Do what was posted: one of `takers`, else the session itself.
+    def _add_handlers(self) -> None:
+        handlers, player = self.handlers, self.player
+        # In a replay they mean the replay.
+        handlers.add_first(actions.Pause, player.pause)
+        handlers.add_first(actions.SingleStep, player.single_step)
+        handlers.add_first(actions.Reset, player.reset)
+        handlers.add(actions.Pause, lambda _: self.toggle_pause())
+        handlers.add(actions.SingleStep, lambda _: self.single_step())
+        handlers.add(actions.Reset, lambda _: self.reset())
+        handlers.add(actions.ChangeSpeed, lambda action: self.change("speed", next_speed(self.settings.page.speed, action.by)))
+        handlers.add(actions.SetSetting, lambda action: self.change(action.key, action.value))
+        handlers.add(actions.Digit, lambda action: self.change("scene", action.scene))
+        handlers.add(actions.RestoreSettings, self._restore)
+        handlers.add(actions.MoveJoint, self._move_joint)
+        handlers.add(actions.Compute, self._compute)
 
-        Raises:
-            BadSetting: impossible value; nothing is changed.
-            TypeError: nothing here does such an action.
-        """
-        if any(take(action) for take in self.takers.values()):
-            return
-        match action:
-            case actions.Pause():
-                self.toggle_pause()
-            case actions.SingleStep():
-                self.single_step()
-            case actions.Reset():
-                self.reset()
-            case actions.ChangeSpeed(by):
-                self.change("speed", next_speed(self.settings.page.speed, by))
-            case actions.SetSetting(key, value):
+    def _restore(self, action: actions.RestoreSettings) -> None:
+        for key, value in values(action.settings).items():
+            if values(self.settings)[key] != value:
                 self.change(key, value)
-            case actions.Digit():
-                self.change("scene", action.scene)
-            case actions.RestoreSettings(settings):
-                for key, value in values(settings).items():
-                    if values(self.settings)[key] != value:
-                        self.change(key, value)
-            case actions.MoveJoint(joint, angle):
-                held = with_joint(self.simulation, self.held, joint, angle)
-                if held is not None:
-                    self.hold(held)
-            case actions.Compute("smoothness"):
+
+    def _move_joint(self, action: actions.MoveJoint) -> None:
+        held = with_joint(self.simulation, self.held, action.joint, action.angle)
+        if held is not None:
+            self.hold(held)
+
+    def _compute(self, action: actions.Compute) -> None:
+        match action.what:
+            case "smoothness":
                 self.measure_smoothness()
-            case actions.Compute("same distance"):
+            case "same distance":
                 self.match_distance()
-            case actions.Compute("counterexample"):
+            case "counterexample":
                 self.studies.counterexample.toggle()
-            case actions.Compute():
+            case "worst run":
                 self.studies.counterexample.replay_worst()
-            case _:
-                raise TypeError(f"nothing here does {action!r}")
 
     @property
     def held(self) -> Target | None:

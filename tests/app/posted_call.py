@@ -15,12 +15,12 @@ class NamedCall(Action, newest_by=("name",)):
     call: Callable[[], object]
 
 
-def do_call(action: Action) -> bool:
-    if isinstance(action, PostedCall | NamedCall):
-        action.call()
-    return isinstance(action, PostedCall | NamedCall)
+def do_call(action: Action) -> None:
+    assert isinstance(action, PostedCall | NamedCall)
+    action.call()
 
 
 def post_call(session: Session, call: Callable[[], object]) -> None:
-    session.takers["test"] = do_call
+    if not session.handlers.of(PostedCall):
+        session.handlers.add(PostedCall, do_call)
     session.post(PostedCall(call))

@@ -8,7 +8,8 @@ import viser
 
 from app.page.handles.grips import ArmGrip, BallGrip, FigureGrip, Grip
 from app.page.handles.transform_handles import BallHandle, ElbowHandle, HandHandle, TransformHandle, swing_elbow
-from app.session.actions import Action, Drag, Hover, Nudge, SwingElbow
+from app.session.action_handlers import ActionHandlers
+from app.session.actions import Drag, Hover, Nudge, SwingElbow
 from app.session.frame import Frame
 from app.session.second_hand import Holder
 from app.session.session import Session
@@ -36,10 +37,16 @@ class Gizmos:
         holder: the person: the visitor, who is the session itself, or a guest.
         yours: returns what is drawn of it on the same scene; None for nothing.
         hands_off: returns whether an open lesson moves what the visitor would.
+        handlers: of the page.
     """
 
     def __init__(
-        self, client: viser.ClientHandle, holder: Holder, yours: Callable[[], Yours | None], hands_off: Callable[[], bool]
+        self,
+        client: viser.ClientHandle,
+        holder: Holder,
+        yours: Callable[[], Yours | None],
+        hands_off: Callable[[], bool],
+        handlers: ActionHandlers,
     ) -> None:
         self._client, self._holder, self._yours, self._hands_off = client, holder, yours, hands_off
         self._grip: Grip | None = None
@@ -51,6 +58,9 @@ class Gizmos:
         box = client.gui.add_checkbox("", False, visible=False)
         self._hover_box = uuid_of(on_entry(box, lambda on: holder.post(Hover(on))))
         self._watched = client.gui.add_html("", order=-1.0)
+        handlers.add(Drag, self._drag)
+        handlers.add(Hover, self._hover)
+        handlers.add(SwingElbow, self._swing_elbow)
 
     def show(self, frame: Frame) -> None:
         """Put the handles that are not dragged where the arm or the ball is; replace them if the experiment has changed."""
@@ -112,23 +122,21 @@ class Gizmos:
             case _:
                 return HandHandle(*of), ElbowHandle(*of)
 
-    def take(self, action: Action) -> bool:
-        """Do an action if it is about what is yours; return whether it was. Nothing happens where nothing is."""
-        match action:
-            case Drag():
-                for each in self._pulled_at:
-                    each.drag(action)
-            case Hover(on):
-                self._hovered = on
-            case Nudge():
-                if self._grip is not None:
-                    self._holder.nudge(_in_view(self._client.camera, action))
-            case SwingElbow(sign):
-                if isinstance(self._grip, ArmGrip):
-                    swing_elbow(self._holder, sign * SWING)
-            case _:
-                return False
-        return True
+    def _drag(self, action: Drag) -> None:
+        for each in self._pulled_at:
+            each.drag(action)
+
+    def _hover(self, action: Hover) -> None:
+        self._hovered = action.on
+
+    def _swing_elbow(self, action: SwingElbow) -> None:
+        if isinstance(self._grip, ArmGrip):
+            swing_elbow(self._holder, action.sign * SWING)
+
+    def nudge(self, action: Nudge) -> None:
+        """Move the hand or the ball by one step. The page adds this handler, as the keys mean something else in a lesson."""
+        if self._grip is not None:
+            self._holder.nudge(_in_view(self._client.camera, action))
 
     def forget_drag(self) -> None:
         """Behave as if everything had been let go; for a reset in mid-drag."""

@@ -8,6 +8,7 @@ from app.page.lessons.lesson_panel import ORDER
 from app.page.panels import PagePanel
 from app.page.panels.link_box import link_to
 from app.page.view import View
+from app.session.action_handlers import ActionHandlers
 from app.session.actions import Action
 from app.session.frame import Frame
 from app.session.session import Session
@@ -29,23 +30,24 @@ class DuelBox(PagePanel):
 
     Args:
         view: with the panel where they stand.
+        handlers: of the page.
         exports: makes the film.
     """
 
-    def __init__(self, client: viser.ClientHandle, session: Session, view: View, exports: ExportQueue) -> None:
+    def __init__(
+        self, client: viser.ClientHandle, session: Session, view: View, handlers: ActionHandlers, exports: ExportQueue
+    ) -> None:
         self._gui, self._session, self._exports = client.gui, session, exports
         self._lessons, self._panel = view.lessons, view.lesson_panel
         self._address = request_address(client)
         self._shown: Recorded | None = None
         self._handles: tuple[viser.GuiHtmlHandle, viser.GuiButtonHandle] | None = None
+        handlers.add(AskPushFilm, self._ask_film)
 
-    def take(self, action: Action) -> bool:
-        """Have the film made; return whether this was asked for."""
-        if not isinstance(action, AskPushFilm):
-            return False
+    def _ask_film(self, action: AskPushFilm) -> None:
+        del action
         if self._shown is not None:
             self._exports.ask_push_film(self._shown)
-        return True
 
     def show(self, frame: Frame) -> None:
         """Offer them once a push counts."""

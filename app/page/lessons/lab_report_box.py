@@ -11,6 +11,7 @@ from app.lessons.progress import MOST_WORDS
 from app.lessons.session.lesson_actions import Write
 from app.page.lessons.lesson_panel import ORDER
 from app.page.view import View
+from app.session.action_handlers import ActionHandlers
 from app.session.actions import Action
 from app.session.frame import Frame
 from app.session.session import Session
@@ -31,26 +32,27 @@ class LabReportBox:
 
     Args:
         view: with the lessons, and their panel, where the box and the second button stand.
+        handlers: of the page.
         exports: makes the report.
     """
 
-    def __init__(self, gui: viser.GuiApi, session: Session, view: View, exports: ExportQueue) -> None:
+    def __init__(self, gui: viser.GuiApi, session: Session, view: View, handlers: ActionHandlers, exports: ExportQueue) -> None:
         self._gui, self._session, self._exports = gui, session, exports
         self._lessons, self._panel = view.lessons, view.lesson_panel
         self._boxes: dict[tuple[str, str], viser.GuiTextHandle] = {}
         self._of_lesson: viser.GuiButtonHandle | None = None
         self._of_all = self._button("Lab report on all lessons", False)
+        handlers.add(AskReport, self._ask)
 
     def _button(self, label: str, one: bool, order: float | None = None) -> viser.GuiButtonHandle:
         hint = tr("One HTML page to print: predictions, outcomes, plots, settings and your own words.")
         button = self._gui.add_button(tr(label), icon=viser.Icon.REPORT, hint=hint, color="gray", visible=False, order=order)
         return on_press(button, lambda: self._session.post(AskReport(one)))
 
-    def ask(self, one: bool) -> None:
-        """Ask for the report. `one`: on the present lesson alone."""
+    def _ask(self, action: AskReport) -> None:
         walk = self._lessons.walk
         self._exports.ask_report(
-            done_in(self._lessons.book.lessons, walk.done_in, self._lessons.seen, walk.lesson.id if one else None)
+            done_in(self._lessons.book.lessons, walk.done_in, self._lessons.seen, walk.lesson.id if action.one else None)
         )
 
     def _box(self, lesson: str, step: str, tab: viser.GuiTabHandle) -> viser.GuiTextHandle:

@@ -10,6 +10,7 @@ from app.lessons.bookmark import Phase
 from app.lessons.lesson import MOST_CHOICES, Lesson
 from app.lessons.session import lesson_actions
 from app.lessons.step_view import StepView
+from app.page.handles.gizmos import Gizmos
 from app.page.lessons.answer_boxes import Forecasts, ReasonBox, add_guess_box
 from app.page.lessons.drawing_board import IN_LESSONS, DrawingBoard, TakeDrawing
 from app.page.lessons.lesson_html import NEXT, choice_label, rules_html
@@ -17,8 +18,9 @@ from app.page.lessons.lesson_panel import ORDER
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.controls import Controls
 from app.page.panels.hotkeys import LESSON_KEYS, keys_of
-from app.page.panels.joint_sliders import MoveInNullSpace, NullMotionSliders
+from app.page.panels.joint_sliders import NullMotionSliders
 from app.page.view import View
+from app.session.action_handlers import ActionHandlers
 from app.session.actions import Action, Digit, Nudge, Pause, Reset, SingleStep, Toggle
 from app.session.frame import Frame
 from app.session.session import Session
@@ -39,9 +41,14 @@ class AskToLeave(Action):
 class LessonControls:
     """What is operated: answers, Run, next and back, on the panel of everybody.
 
+    Keys mean something else while a lesson is open. Space, ., R and the arrows have a third meaning, in a replay or at the lever, which
+    goes first; so the handlers of these keys also do what they mean while no lesson is open.
+
     Args:
         view: with the lessons, and their panel, where the buttons stand.
+        handlers: of the page.
         controls: of the settings; those that a contrast changes flash.
+        gizmos: what the keys move while no lesson is open.
         presenting: whether a class watches: some keys are the presenter's, and leaving the lessons asks first.
     """
 
@@ -50,10 +57,12 @@ class LessonControls:
         client: viser.ClientHandle,
         session: Session,
         view: View,
+        handlers: ActionHandlers,
         controls: Controls,
+        gizmos: Gizmos,
         presenting: bool = False,
     ) -> None:
-        self._presenting = presenting
+        self._presenting, self._handlers, self._gizmos = presenting, handlers, gizmos
         self._close_question: Callable[[], None] | None = None
         self._gui, self._session, self._controls = client.gui, session, controls
         self._run, self._panel = view.lessons, view.lesson_panel
@@ -67,46 +76,59 @@ class LessonControls:
             order=-4.0,
         )
         on_press(self._list_button, lambda: self._post(lesson_actions.Press("list")))
+        handlers.add(lesson_actions.LessonAction, self._act)
+        handlers.add(AskToLeave, lambda action: self._ask_to_leave(action.asks))
+        handlers.add(TakeDrawing, lambda action: action.board.take(action.text))
+        handlers.add_first(Digit, self._choose)
+        handlers.add_first(Toggle, self._keep_autopilot)
+        handlers.add(Pause, self._pause)
+        handlers.add(SingleStep, self._single_step)
+        handlers.add(Reset, self._reset)
+        handlers.add(Nudge, self._nudge)
 
     # ---- keys --------------------------------------------------------------------------------------------------------------
 
-    def take(self, action: Action) -> bool:
-        """Do an action that is about the lessons, or that has a meaning of its own while one is open; return whether it was done."""
-        match action:
-            case lesson_actions.Press("run") if self._session.coming:
-                # Else the lesson's own run begins in the place of what is being loaded.
-                pass
-            case lesson_actions.LessonAction():
-                self._run.act(action)
-            case AskToLeave(asks):
-                self._ask_to_leave(asks)
-            case MoveInNullSpace() if self._list is not None:
-                self._motions.move(action)
-            case TakeDrawing(board, text):
-                board.take(text)
-            case _:
-                return self._run.open and self._take_key(action)
-        return True
+    def _act(self, action: lesson_actions.LessonAction) -> None:
+        # Else the lesson's own run begins in the place of what is being loaded.
+        if not (action == lesson_actions.Press("run") and self._session.coming):
+            self._run.act(action)
 
-    def _take_key(self, action: Action) -> bool:
-        run = self._run
-        match action:
-            case Digit(number):
-                run.act(lesson_actions.Choose(number - 1))
-            case Pause():
-                run.act(lesson_actions.Press("run"))
-            case Reset():
-                run.act(lesson_actions.Press("again"))
-            case SingleStep() if run.walk.locked:
-                run.act(lesson_actions.Press("run"))
-            case Nudge(right) if run.hands_off:
-                if right:
-                    run.act(lesson_actions.Press("back") if right < 0 else lesson_actions.Press("next"))
-            case Toggle("autopilot") if run.hands_off:
-                pass
-            case _:
-                return False
-        return True
+    def _choose(self, action: Digit) -> bool:
+        if self._run.open:
+            self._run.act(lesson_actions.Choose(action.number - 1))
+        return self._run.open
+
+    def _keep_autopilot(self, action: Toggle) -> bool:
+        """True, and nothing is done, for the autopilot where the lesson moves what the visitor could move."""
+        return action.what == "autopilot" and self._run.hands_off
+
+    def _pause(self, action: Pause) -> None:
+        del action
+        if self._run.open:
+            self._run.act(lesson_actions.Press("run"))
+        else:
+            self._session.toggle_pause()
+
+    def _single_step(self, action: SingleStep) -> None:
+        del action
+        if self._run.locked:
+            self._run.act(lesson_actions.Press("run"))
+        else:
+            self._session.single_step()
+
+    def _reset(self, action: Reset) -> None:
+        del action
+        self._gizmos.forget_drag()
+        if self._run.open:
+            self._run.act(lesson_actions.Press("again"))
+        else:
+            self._session.reset()
+
+    def _nudge(self, action: Nudge) -> None:
+        if not self._run.hands_off:
+            self._gizmos.nudge(action)
+        elif action.right:
+            self._run.act(lesson_actions.Press("back") if action.right < 0 else lesson_actions.Press("next"))
 
     # ---- buttons -----------------------------------------------------------------------------------------------------------
 
@@ -136,7 +158,7 @@ class LessonControls:
             self._flash = gui.add_html("", order=0.0)
             self._reason = ReasonBox(gui, self._session.post, self._panel.tab)
             self._forecasts = Forecasts(gui, self._session, run, self._panel.tab)
-            self._motions = NullMotionSliders(gui, self._session, run)
+            self._motions = NullMotionSliders(gui, self._session, run, self._handlers)
             self._check = self._button(lesson_actions.Press("check"), ORDER["after"] + 8.0)
             self._hint = self._button(lesson_actions.Press("hint"), ORDER["hints"] + 1.0)
             self._next = self._button(lesson_actions.Press("next"), ORDER["hints"] + 5.0)

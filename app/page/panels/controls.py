@@ -12,6 +12,7 @@ from app.page.panels.compare import ComparePanel
 from app.page.panels.hotkeys import help_html
 from app.page.panels.joint_sliders import JointSliders
 from app.page.panels.source_chooser import Sources
+from app.session.action_handlers import ActionHandlers
 from app.session.actions import FirstView, Pause, Reset, SetSetting, ShowAll, SingleStep
 from app.session.clock import SPEEDS
 from app.session.frame import Frame, freeze
@@ -66,16 +67,23 @@ class Controls:
     """All controls of one session.
 
     Args:
+        handlers: of the page.
         presenting: whether a class watches, so that some keys are the presenter's.
         phone: whether a key of its own has to be a button.
 
     Attributes:
-        sources: who is imitated.
         twins: second controls of settings, by key.
         compare_tab: the tab on comparisons.
     """
 
-    def __init__(self, gui: viser.GuiApi, session: Session, presenting: bool = False, phone: bool = False) -> None:
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        session: Session,
+        handlers: ActionHandlers,
+        presenting: bool = False,
+        phone: bool = False,
+    ) -> None:
         self._small, self._phone = False, phone
         self._folded: tuple[bool, bool] | None = None
         self._gui, self._session = gui, session
@@ -94,7 +102,7 @@ class Controls:
                 for key in keys:
                     self._handles[key] = self._control(key, self._specs[key], present[key])
                 if name == "Arms":
-                    self.sources = Sources(gui, session)
+                    self._sources = Sources(gui, session, handlers)
                     self._joints = JointSliders(gui, session)
                 if name == "Robot":
                     gui.add_html(element("div", tr_html(ROBOT), class_="duet duet-tip"))
@@ -186,7 +194,7 @@ class Controls:
         """Write what was changed elsewhere (keys, the gizmo, a refused value) back into the controls; hide what does not matter."""
         self._clock.show(0 if frame.pace.paused else -1)
         settings = frame.live.settings
-        self.sources.show(frame)
+        self._sources.show(frame)
         self._joints.show(frame)
         self._compare.show(frame)
         self._curve.show(settings, matters("curve", settings))

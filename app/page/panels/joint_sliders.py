@@ -11,6 +11,7 @@ import viser
 from app.i18n.speaking import N_, tr
 from app.lessons.session.lesson_session import LessonSession
 from app.page.lessons.lesson_panel import ORDER
+from app.session.action_handlers import ActionHandlers
 from app.session.actions import Action, MoveJoint
 from app.session.frame import Frame
 from app.session.session import Session
@@ -90,13 +91,15 @@ class NullMotionSliders:
 
     Args:
         run: the lessons; a fresh run begins with all sliders at 0.
+        handlers: of the page.
     """
 
-    def __init__(self, gui: viser.GuiApi, session: Session, run: LessonSession) -> None:
+    def __init__(self, gui: viser.GuiApi, session: Session, run: LessonSession, handlers: ActionHandlers) -> None:
         self._session, self._run = session, run
         self._motions: NullMotions | None = None
         self._of: object = None
         self._sliders = [self._make(gui, i) for i in range(MOTIONS)]
+        handlers.add(MoveInNullSpace, self._move)
 
     def _make(self, gui: viser.GuiApi, motion: int) -> viser.GuiSliderHandle[float]:
         hint = tr("Motion {number} of 4 in the null space: the hand stays where it is.", number=motion + 1)
@@ -109,7 +112,7 @@ class NullMotionSliders:
 
         return on_entry(slider, take)
 
-    def move(self, action: MoveInNullSpace) -> None:
+    def _move(self, action: MoveInNullSpace) -> None:
         """Lead the arm along a motion, where the sliders are offered."""
         session = self._session
         if not self._offered:

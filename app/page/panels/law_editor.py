@@ -17,6 +17,7 @@ from app.page.lessons.lesson_panel import ORDER
 from app.page.panels import PagePanel
 from app.page.panels.controls import Controls
 from app.page.view import View
+from app.session.action_handlers import ActionHandlers
 from app.session.actions import Action
 from app.session.frame import Frame
 from app.session.relevant_settings import matters
@@ -53,11 +54,14 @@ class LawEditor(PagePanel):
     """The editor on the page of the person who has started the server.
 
     Args:
+        handlers: of the page.
         controls: with the tab on comparisons.
         path: of the file, which is written when it is run for the first time.
     """
 
-    def __init__(self, gui: viser.GuiApi, session: Session, view: View, controls: Controls, path: Path) -> None:
+    def __init__(
+        self, gui: viser.GuiApi, session: Session, view: View, handlers: ActionHandlers, controls: Controls, path: Path
+    ) -> None:
         self._gui, self._session, self._view, self._path = gui, session, view, path
         view.lesson_panel.edits = True
         box = gui.add_text("", "", visible=False)
@@ -70,6 +74,7 @@ class LawEditor(PagePanel):
             self._tests = gui.add_html("")
         self._lesson: tuple[viser.GuiHtmlHandle, viser.GuiHtmlHandle] | None = None
         self._shown: object = None
+        handlers.add(RunLaw, self._save_and_run)
 
     def _place(self, order: float | None = None) -> tuple[viser.GuiHtmlHandle, viser.GuiHtmlHandle]:
         """Add the place of the editor, which stays as it is, and what the script is to know."""
@@ -82,10 +87,8 @@ class LawEditor(PagePanel):
         except BadInputFile as error:
             self._refused = str(error)
 
-    def take(self, action: Action) -> bool:
+    def _save_and_run(self, action: RunLaw) -> None:
         """Save and run what was written."""
-        if not isinstance(action, RunLaw):
-            return False
         head, _, text = action.entry.partition("\n")
         self._number, _, base = head.partition(" ")
         self._said, self._refused = "saved", ""
@@ -96,7 +99,6 @@ class LawEditor(PagePanel):
             self._said, self._version = "conflict", changed.version
         except BadInputFile as error:
             self._said, self._refused = "refused", str(error)
-        return True
 
     def _run(self) -> None:
         """Run the file beside the paper's law from the beginning, and test it."""

@@ -6,7 +6,8 @@ import viser
 
 from app.page.panels import PagePanel
 from app.page.view import View
-from app.session.actions import Action, Nudge, SetSetting
+from app.session.action_handlers import ActionHandlers
+from app.session.actions import Nudge, SetSetting
 from app.session.frame import Frame
 from app.session.session import Session
 from app.web.control_events import on_entry
@@ -24,23 +25,22 @@ class Lever(PagePanel):
         view: with the card that shows it.
     """
 
-    def __init__(self, client: viser.ClientHandle, session: Session, view: View) -> None:
+    def __init__(self, client: viser.ClientHandle, session: Session, view: View, handlers: ActionHandlers) -> None:
         self._session, self._lessons = session, view.lessons
         box = client.gui.add_slider("", 0.0, 1.0, 0.01, 0.0, visible=False)
         self._box = on_entry(box, lambda share: session.post(SetSetting("lever", share)))
         view.lever_box = uuid_of(box)
+        handlers.add_first(Nudge, self._move)
 
-    def take(self, action: Action) -> bool:
+    def _move(self, nudge: Nudge) -> bool:
         """Move the lever by a notch; ← and → of a lesson wait while a hand is at it."""
         law = self._session.settings.run.law
-        match action:
-            case Nudge(0, up, 0) if up and law.law == LEVER_LAW:
-                self._session.change("lever", min(max(round(law.hand_lever + up * NOTCH, 6), 0.0), 1.0))
-            case Nudge() if law.law == LEVER_LAW and self._lessons.hands_off and not self._session.paused:
-                pass
-            case _:
-                return False
-        return True
+        if law.law != LEVER_LAW:
+            return False
+        if nudge.up and not (nudge.right or nudge.away):
+            self._session.change("lever", min(max(round(law.hand_lever + nudge.up * NOTCH, 6), 0.0), 1.0))
+            return True
+        return self._lessons.hands_off and not self._session.paused
 
     def show(self, frame: Frame) -> None:
         """Write into the box what was changed elsewhere; an entry of what stands there already would count for nothing."""

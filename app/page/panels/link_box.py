@@ -12,6 +12,7 @@ from markupsafe import Markup
 from app.i18n.speaking import tr
 from app.lessons.session.lesson_session import LessonSession
 from app.page.panels import PagePanel
+from app.session.action_handlers import ActionHandlers
 from app.session.actions import Action
 from app.session.counterexample_search import NAME
 from app.session.frame import Frame, freeze
@@ -89,11 +90,15 @@ class Invite(Action):
 class InviteBox(PagePanel):
     """A folder with the invitation; there where two people can hold an arm each, and as long as one is open. Its container is open.
 
+    Args:
+        handlers: of the page.
+        order: of the folder in its container.
+
     Attributes:
         offered: whether there is room for it; an open invitation is shown all the same.
     """
 
-    def __init__(self, client: viser.ClientHandle, session: Session, order: float) -> None:
+    def __init__(self, client: viser.ClientHandle, session: Session, handlers: ActionHandlers, order: float) -> None:
         gui, self._session = client.gui, session
         self._address = address_known_to(client)
         self._shown, self.offered = ("", False, True), True
@@ -104,14 +109,11 @@ class InviteBox(PagePanel):
             self._end = gui.add_button(tr("End the invitation"), color="gray", visible=False)
         on_press(self._invite, lambda: session.post(Invite(True)))
         on_press(self._end, lambda: session.post(Invite(False)))
+        handlers.add(Invite, self._open_or_end)
 
-    def take(self, action: Action) -> bool:
-        """Invite, or end the invitation."""
-        if not isinstance(action, Invite):
-            return False
+    def _open_or_end(self, action: Invite) -> None:
         session = self._session
         session.invitation = (session.invitation or secrets.token_hex(8)) if action.on else ""
-        return True
 
     def show(self, frame: Frame) -> None:
         """Show the link, and whether a guest has come by it."""

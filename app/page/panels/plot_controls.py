@@ -8,9 +8,10 @@ from markupsafe import Markup
 
 from app.page.panels import PagePanel
 from app.page.panels.choice_buttons import ChoiceButtons
-from app.page.panels.shown_moment import Scrubber
+from app.page.panels.shown_moment import Scrubber, Seek
 from app.page.view import View
 from app.plots.plot_choice import possible_details
+from app.session.action_handlers import ActionHandlers
 from app.session.actions import Action, SetSetting
 from app.session.frame import Frame
 from app.session.microscope import STRIDE, Signal
@@ -29,7 +30,8 @@ class DetailsChooser(PagePanel):
         view: with the panel of plots.
     """
 
-    def __init__(self, client: viser.ClientHandle, session: Session, view: View) -> None:
+    def __init__(self, client: viser.ClientHandle, session: Session, view: View, handlers: ActionHandlers) -> None:
+        del handlers
         spec = specs(PageSettings)["plot"]
         self._lessons, self._choices = view.lessons, spec.choices
         with view.plots_tab:
@@ -63,6 +65,10 @@ class Magnify(Action, newest_by=None):
     steps: int = 0
 
 
+class SeekInstant(Seek):
+    """Look at the steps about an instant."""
+
+
 class MicroscopeButtons(PagePanel):
     """Buttons and slider; they are there while the microscope is.
 
@@ -70,7 +76,7 @@ class MicroscopeButtons(PagePanel):
         view: with the panel of plots.
     """
 
-    def __init__(self, client: viser.ClientHandle, session: Session, view: View) -> None:
+    def __init__(self, client: viser.ClientHandle, session: Session, view: View, handlers: ActionHandlers) -> None:
         gui = client.gui
         self._session, self._view = session, view
         with view.plots_tab:
@@ -87,23 +93,18 @@ class MicroscopeButtons(PagePanel):
                 session.post,
                 order=0.6,
             )
-            self._scrubber = Scrubber(
-                gui, session, lambda time: session.studies.microscope.go_to(time), "instant", 0.005, WRITE, order=0.7
-            )
+            go_to = lambda time: session.studies.microscope.go_to(time)  # noqa: E731
+            self._scrubber = Scrubber(gui, session, handlers, SeekInstant, go_to, 0.005, WRITE, order=0.7)
+        handlers.add(Magnify, self._magnify)
 
-    def take(self, action: Action) -> bool:
-        """Do an action if it is about the microscope; return whether it was."""
+    def _magnify(self, action: Magnify) -> None:
         microscope = self._session.studies.microscope
-        match action:
-            case Magnify(quantity) if quantity is not None:
-                microscope.quantity = quantity
-            case Magnify(_, 0):
-                microscope.go_to(None)
-            case Magnify(_, steps):
-                microscope.move(steps, self._session.settings.run.dt)
-            case _:
-                return self._scrubber.take(action)
-        return True
+        if action.quantity is not None:
+            microscope.quantity = action.quantity
+        elif action.steps:
+            microscope.move(action.steps, self._session.settings.run.dt)
+        else:
+            microscope.go_to(None)
 
     def show(self, frame: Frame) -> None:
         """Mark the present signal, and put the slider where the instant is."""
@@ -131,22 +132,19 @@ class MomentChooser(PagePanel):
         view: with the panel of plots.
     """
 
-    def __init__(self, client: viser.ClientHandle, session: Session, view: View) -> None:
+    def __init__(self, client: viser.ClientHandle, session: Session, view: View, handlers: ActionHandlers) -> None:
         self._session = session
         with view.plots_tab:
             box = client.gui.add_text("", "", visible=False, order=-1.0)
             on_entry(box, lambda text: session.post(ShowMoment(text)))
             self._mark = element("i", hidden="", data_duet_seek=uuid_of(box))
             self._html = client.gui.add_html("", order=-1.0)
+        handlers.add(ShowMoment, self._show_moment)
 
-    def take(self, action: Action) -> bool:
-        """Do an action if it is about the moment; return whether it was."""
-        if not isinstance(action, ShowMoment):
-            return False
+    def _show_moment(self, action: ShowMoment) -> None:
         if re.fullmatch(r"\d{1,7}(\.\d{1,6})?", action.text):
             self._session.player.review(float(action.text))
             self._session.studies.microscope.go_to(float(action.text))
-        return True
 
     def show(self, frame: Frame) -> None:
         """Offer the plots to be dragged over while the run stands or is replayed."""

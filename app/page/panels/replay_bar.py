@@ -11,7 +11,8 @@ from app.export.export_queue import ExportQueue, FileKind
 from app.i18n.speaking import N_, tr
 from app.page import STATIC
 from app.page.panels.choice_buttons import ChoiceButtons
-from app.page.panels.shown_moment import Scrubber, css_text
+from app.page.panels.shown_moment import Scrubber, Seek, css_text
+from app.session.action_handlers import ActionHandlers
 from app.session.actions import Action
 from app.session.frame import Frame, Shown
 from app.session.session import Session
@@ -58,6 +59,10 @@ class OperateReplay(Action, newest_by=("what",)):
     what: Literal["watch", "play", "leave", "rest"]
 
 
+class SeekReplay(Seek):
+    """Go to a moment of the replay."""
+
+
 class ChooseLength(Action):
     """Mean another part of the run, by its place in `LENGTHS`."""
 
@@ -89,13 +94,14 @@ class ReplayBar:
     """The controls of replays and of files.
 
     Args:
+        handlers: of the page.
         send: gives the visitor a file: name and content.
 
     Attributes:
         exports: makes and loads the files.
     """
 
-    def __init__(self, gui: viser.GuiApi, session: Session, send: Callable[[str, bytes], None]) -> None:
+    def __init__(self, gui: viser.GuiApi, session: Session, handlers: ActionHandlers, send: Callable[[str, bytes], None]) -> None:
         self._gui, self._session, self._send = gui, session, send
         self._player, self.exports = session.player, ExportQueue(session, session.player)
         self._length = LENGTHS["30 s"]
@@ -108,7 +114,7 @@ class ReplayBar:
             session.post,
         )
         self._replay.show(offered=(0,))
-        self._scrubber = Scrubber(gui, session, session.player.seek, "moment", 0.01, WRITE)
+        self._scrubber = Scrubber(gui, session, handlers, SeekReplay, session.player.seek, 0.01, WRITE)
         # By this the script finds the box.
         self._mark = element("i", hidden="", data_duet_moment=self._scrubber.id)
         self._state = gui.add_html(self._mark)
@@ -129,28 +135,25 @@ class ReplayBar:
             hint=tr("A file saved with Run: it is made again, compared with what came out then, and replayed."),
         )
         on_file(upload, lambda name, content: session.post(LoadRun(name, content)))
+        handlers.add(OperateReplay, self._operate)
+        handlers.add(ChooseLength, self._choose_length)
+        handlers.add(Export, lambda action: self.exports.ask(action.kind, self._length))
+        handlers.add(LoadRun, lambda action: self.exports.load(action.content, action.name))
 
-    def take(self, action: Action) -> bool:
-        """Do an action if it is about the replay or a file; return whether it was."""
-        match action:
-            case OperateReplay("watch"):
+    def _operate(self, action: OperateReplay) -> None:
+        match action.what:
+            case "watch":
                 self._player.watch(self._length)
-            case OperateReplay("play"):
+            case "play":
                 self._player.toggle()
-            case OperateReplay("leave"):
+            case "leave":
                 self._player.leave()
-            case OperateReplay():
+            case "rest":
                 self._rest()
-            case ChooseLength(index):
-                self._length = tuple(LENGTHS.values())[index]
-                self._lengths.show(index)
-            case Export(kind):
-                self.exports.ask(kind, self._length)
-            case LoadRun(name, content):
-                self.exports.load(content, name)
-            case _:
-                return self._scrubber.take(action) or self._player.take(action)
-        return True
+
+    def _choose_length(self, action: ChooseLength) -> None:
+        self._length = tuple(LENGTHS.values())[action.index]
+        self._lengths.show(action.index)
 
     def close(self) -> None:
         """Back to live; drop everything that is being computed."""

@@ -7,7 +7,8 @@ import viser
 from app.i18n.speaking import decimal, tr
 from app.page.panels import PagePanel
 from app.page.view import View
-from app.session.actions import Action, Describe
+from app.session.action_handlers import ActionHandlers
+from app.session.actions import Describe
 from app.session.frame import Frame
 from app.session.session import Session
 from scenes.experiments import Experiment
@@ -23,16 +24,17 @@ NEITHER: Final = 0.005
 class SceneWords(PagePanel):
     """The sentence: seen over the picture, and read out by a screen reader."""
 
-    def __init__(self, client: viser.ClientHandle, session: Session, view: View) -> None:
+    def __init__(self, client: viser.ClientHandle, session: Session, view: View, handlers: ActionHandlers) -> None:
         del session
         self._client, self._lessons = client, view.lessons
         self._asked = False
         self._note: viser.NotificationHandle | None = None
         self._experiment: Experiment | None = None
+        handlers.add(Describe, self._describe)
 
-    def take(self, action: Action) -> bool:
-        self._asked |= isinstance(action, Describe)
-        return isinstance(action, Describe)
+    def _describe(self, action: Describe) -> None:
+        del action
+        self._asked = True
 
     def show(self, frame: Frame) -> None:
         experiment = frame.settings.run.experiment

@@ -10,6 +10,7 @@ from markupsafe import Markup
 
 from app.i18n.speaking import decimal, tr
 from app.plots.bins import BIN
+from app.session.action_handlers import ActionHandlers
 from app.session.actions import Action
 from app.session.frame import Frame
 from app.session.session import Session
@@ -21,10 +22,9 @@ HANDS_OFF: Final = 0.4
 """Time without a write after the visitor has moved it [s]."""
 
 
-class Seek(Action, newest_by=("slider",)):
-    """Go to a moment of the run [s]. `slider`: its name."""
+class Seek(Action):
+    """Go to a moment of the run [s]; each slider has a subclass of its own."""
 
-    slider: str
     time: float
 
 
@@ -32,8 +32,8 @@ class Scrubber:
     """The slider; hidden at first.
 
     Args:
+        kind: of the slider's actions.
         seek: takes the moment that the visitor has chosen [s], on the session's thread.
-        name: of the slider among the session's actions.
         step: of the slider [s].
         period: time between two writes while the moment goes on [s].
         order: its place in the open container, None for the end.
@@ -43,17 +43,19 @@ class Scrubber:
         self,
         gui: viser.GuiApi,
         session: Session,
+        handlers: ActionHandlers,
+        kind: type[Seek],
         seek: Callable[[float], None],
-        name: str,
         step: float,
         period: float,
         order: float | None = None,
     ) -> None:
-        self._seek, self._name, self._step, self._period = seek, name, step, period
+        self._seek, self._step, self._period = seek, step, period
         self._clock = self._next = 0.0
         hint = tr("Any moment of what is kept, on the clock of the run.")
         self._slider = gui.add_slider(tr("moment [s]"), 0.0, 1.0, step, 0.0, visible=False, hint=hint, order=order)
-        on_entry(self._slider, lambda time: session.post(Seek(name, time)))
+        on_entry(self._slider, lambda time: session.post(kind(time)))
+        handlers.add(kind, self._go_to)
 
     @property
     def id(self) -> str:
@@ -64,13 +66,9 @@ class Scrubber:
         """Write the moment at once."""
         self._next = self._clock
 
-    def take(self, action: Action) -> bool:
-        """Do an action if it is about this slider; return whether it was."""
-        if not (isinstance(action, Seek) and action.slider == self._name):
-            return False
+    def _go_to(self, action: Seek) -> None:
         self._next = self._clock + HANDS_OFF
         self._seek(action.time)
-        return True
 
     def show(self, now: float, span: tuple[float, float, float] | None) -> None:
         """Bring it up to date.

@@ -5,6 +5,7 @@ from dataclasses import field, replace
 import viser
 
 from app.i18n.speaking import tr
+from app.session.action_handlers import ActionHandlers
 from app.session.actions import Action
 from app.session.frame import Frame
 from app.session.input_source import MODEL_REMEDY, from_bvh
@@ -27,7 +28,7 @@ class TakePerson(Action):
 class Sources:
     """Keeps the session's guest in step with the chosen source."""
 
-    def __init__(self, gui: viser.GuiApi, session: Session) -> None:
+    def __init__(self, gui: viser.GuiApi, session: Session, handlers: ActionHandlers) -> None:
         self._session, self._sources = session, session.sources
         self._shown: Source | None = None
         # viser's page shows an upload button though it is not visible; a folder takes it along.
@@ -42,8 +43,9 @@ class Sources:
             )
         self._state = gui.add_html("", visible=False)
         on_file(upload, lambda name, content: session.post(TakePerson(name, content)))
+        handlers.add(TakePerson, self._take_person)
 
-    def take_person(self, action: TakePerson) -> None:
+    def _take_person(self, action: TakePerson) -> None:
         """Imitate the person of a file from now on, if it can be read; the session keeps it, as a page may be built again."""
         try:
             person = from_bvh(read_bvh(action.content, action.name))

@@ -19,7 +19,7 @@ from app.lessons.progress import StepProgress
 from app.page.panels.readout import replay_html
 from app.recording.run_file import SavedRun, saved_bytes, saved_from, verify
 from app.session import replay_player
-from app.session.actions import ChangeSpeed, Pause, Reset, SingleStep, Toggle
+from app.session.actions import ChangeSpeed, Pause, Reset, SingleStep
 from app.session.background_studies import trade_off_row
 from app.session.replay import Replay, make_film
 from app.session.replay_player import DRAFT
@@ -167,25 +167,32 @@ def test_watching_stops_the_live_run_and_goes_back_to_it(desk: Desk, paused: boo
 
 
 def test_slider_keys_and_speed_are_about_the_replay_while_there_is_one(desk: Desk) -> None:
-    assert not desk.queue.player.take(Pause())
+    do, player = desk.session.handlers.do, desk.queue.player
+    for paused in (True, False):
+        do(Pause())
+        assert desk.session.paused == paused
     replay = desk.watch(KEEP)
-    desk.session.change("speed", 0.5)
+    do(ChangeSpeed(-1))
+    assert desk.session.settings.page.speed == 0.5
     step = replay.step
     desk.frame(0.1)
     assert replay.step == step + 10
-    desk.queue.player.seek(0.7)
-    desk.queue.player.seek(1.3)
+    player.seek(0.7)
+    player.seek(1.3)
     desk.frame()
     sought = replay.step
     desk.frame()
     assert replay.step == sought
     assert replay.time == pytest.approx(1.3) and not replay.playing
     step = replay.step
-    assert desk.queue.player.take(SingleStep()) and replay.step == step + 1
-    assert not desk.queue.player.take(Toggle("avoidance")) and not desk.queue.player.take(ChangeSpeed(-1))
-    assert desk.queue.player.take(Pause()) and replay.playing
-    assert desk.queue.player.take(Pause()) and not replay.playing
-    assert desk.queue.player.take(Reset()) and desk.queue.player.replay is None and desk.session.simulation.steps == 400
+    do(SingleStep())
+    assert replay.step == step + 1
+    for playing in (True, False):
+        do(Pause())
+        assert replay.playing == playing and desk.session.paused
+    assert player.replay is replay
+    do(Reset())
+    assert player.replay is None and desk.session.simulation.steps == 400
 
 
 @pytest.mark.parametrize("change", [(), ("dm", 0.2), ("scene", "ball"), ("theme", "dark")], ids=str)
@@ -233,13 +240,18 @@ def test_a_run_that_is_being_loaded_is_waited_for(desk: Desk) -> None:
     player, recorded = desk.queue.player, piece("ball", 1.0)[0]
     player.watch_file(recorded, "a push from a link")
     assert "a push from a link is being loaded" in replay_html(desk.session)
+    steps, do = desk.session.simulation.steps, desk.session.handlers.do
     for action in (Pause(), SingleStep()):
-        assert player.take(action) and desk.session.paused
+        do(action)
+        desk.session.advance(0.05)
+        assert player.coming and desk.session.paused and desk.session.simulation.steps == steps
     desk.work()
     assert player.replay is not None and player.past is not None and "is being loaded" not in replay_html(player.past)
     # Back to live, as in a replay.
     player.watch_file(recorded, "theirs.duet.npz")
-    assert player.take(Reset()) and not desk.background.waiting() and not desk.session.paused and not player.coming
+    do(Reset())
+    assert not desk.background.waiting() and not desk.session.paused and not player.coming
+    assert desk.session.simulation.steps == steps
 
 
 def test_a_file_is_compared_and_replayed_and_a_bad_one_changes_nothing(desk: Desk) -> None:

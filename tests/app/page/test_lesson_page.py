@@ -25,6 +25,7 @@ from app.page.lessons.lesson_controls import LessonControls
 from app.page.lessons.lesson_html import attempt_html, blocks_html
 from app.page.lessons.lesson_panel import ORDER, LessonPanel
 from app.page.panels.hotkeys import LESSON_KEYS, hotkeys
+from app.session.action_handlers import ActionHandlers
 from app.session.frame import freeze
 from app.session.session import Session
 from app.settings import LANGUAGES, Language, Settings
@@ -184,7 +185,7 @@ def test_ones_own_words_make_room_for_the_list_of_lessons() -> None:
         assert run.walk.next()
     panel, frame = LessonPanel(MagicMock(), run, 340.0, True), freeze(session, 0.0)
     panel.show(frame)
-    report = LabReportBox(gui, session, MagicMock(lessons=run, lesson_panel=panel), MagicMock())
+    report = LabReportBox(gui, session, MagicMock(lessons=run, lesson_panel=panel), ActionHandlers(), MagicMock())
     report.show(frame)
     box = gui.add_text.return_value
     assert box.visible is True
@@ -339,4 +340,5 @@ def test_the_run_of_a_lesson_waits_for_a_run_that_is_being_loaded() -> None:
     controls = MagicMock()
     for coming, begins in (("a push from a link", False), ("", True)):
         controls._session.coming = coming
-        assert LessonControls.take(controls, Press("run")) and controls._run.act.called == begins
+        LessonControls._act(controls, Press("run"))
+        assert controls._run.act.called == begins

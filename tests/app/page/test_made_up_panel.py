@@ -6,6 +6,7 @@ import viser
 from app.page import operation
 from app.page.panels import PagePanel
 from app.page.view import View
+from app.session.action_handlers import ActionHandlers
 from app.session.actions import Action
 from app.session.frame import Frame
 from app.session.session import Session
@@ -19,16 +20,16 @@ class Halve(Action, newest_by=None):
 class MadeUp(PagePanel):
     """A button that halves d_m, and d_m in words."""
 
-    def __init__(self, client: viser.ClientHandle, session: Session, view: View) -> None:
+    def __init__(self, client: viser.ClientHandle, session: Session, view: View, handlers: ActionHandlers) -> None:
         del view
         self._session = session
         client.gui.add_button("halve").on_click(lambda _: session.post(Halve()))
         self._text = client.gui.add_text("made up", "")
+        handlers.add(Halve, self._halve)
 
-    def take(self, action: Action) -> bool:
-        if isinstance(action, Halve):
-            self._session.change("dm", 0.5 * self._session.settings.run.law.critical_distance)
-        return isinstance(action, Halve)
+    def _halve(self, action: Halve) -> None:
+        del action
+        self._session.change("dm", 0.5 * self._session.settings.run.law.critical_distance)
 
     def show(self, frame: Frame) -> None:
         self._text.value = f"{1000.0 * frame.settings.run.law.critical_distance:.0f} mm"

@@ -7,6 +7,7 @@ from urllib.parse import parse_qsl
 import pytest
 
 from app.page.panels.scene_words import SceneWords, scene_sentence
+from app.session.action_handlers import ActionHandlers
 from app.session.actions import Describe
 from app.session.frame import freeze
 from app.session.session import Session
@@ -36,9 +37,9 @@ def test_a_sentence(query: str, who: str) -> None:
 
 
 def test_the_note_goes_with_its_experiment() -> None:
-    session, client = Session(Settings()), MagicMock()
-    words = SceneWords(client, session, MagicMock())
-    words.take(Describe())
+    session, client, handlers = Session(Settings()), MagicMock(), ActionHandlers()
+    words = SceneWords(client, session, MagicMock(), handlers)
+    handlers.do(Describe())
     note = client.add_notification.return_value
     for change, gone in (("dm", 0.2), False), (("scene", "ball"), True):
         words.show(freeze(session, 0.0))

@@ -28,7 +28,7 @@ def desk() -> Inline:
 @pytest.fixture
 def session() -> Session:
     made = Session(Settings())
-    made.posts = ActionQueue(made.handle, lambda: 0.0)
+    made.posts = ActionQueue(made.handlers.do, lambda: 0.0)
     return made
 
 

@@ -25,7 +25,7 @@ pytestmark = pytest.mark.slow
 
 def searching(desk: Inline, **settings: object) -> tuple[Session, CounterexampleSearch]:
     session = Session(Settings(given_settings(pairs="single", v=0.05, dt=0.02, **settings)), background=desk)
-    session.handle(Compute("counterexample"))
+    session.handlers.do(Compute("counterexample"))
     return session, session.studies.counterexample
 
 
@@ -49,13 +49,13 @@ def test_the_button_ends_it_and_other_settings_drop_it(desk: Inline) -> None:
     session, search = searching(desk)
     desk.work("search")
     session.advance(0.0)
-    session.handle(Compute("counterexample"))
+    session.handlers.do(Compute("counterexample"))
     worst = search.worst
     assert not search.busy and worst is not None and not desk.waiting("search")
     session.change("n", 9.0)
     session.advance(0.0)
     assert search.worst is None and search.runs == 0
-    session.handle(Compute("worst run"))
+    session.handlers.do(Compute("worst run"))
     assert not desk.waiting("replay")
 
 
@@ -63,7 +63,7 @@ def test_the_worst_run_is_replayed_and_its_link_makes_it_again(desk: Inline) -> 
     session, search = searching(desk)
     desk.work("search")
     session.advance(0.0)
-    session.handle(Compute("worst run"))
+    session.handlers.do(Compute("worst run"))
     desk.work("replay")
     session.advance(0.0)
     desk.work("film")

@@ -43,7 +43,7 @@ def test_a_post_that_fails_stops_neither_the_others_nor_the_clock(session: Sessi
 @pytest.fixture
 def clock(session: Session) -> SimpleNamespace:
     clock = SimpleNamespace(now=100.0)
-    session.posts = ActionQueue(session.handle, lambda: clock.now)
+    session.posts = ActionQueue(session.handlers.do, lambda: clock.now)
     return clock
 
 
@@ -166,4 +166,4 @@ def test_what_nothing_does_is_said_and_left_out(session: Session, caplog: pytest
     session.post(Unknown())
     with caplog.at_level(logging.ERROR, "duet.session"):
         session.advance(0.05)
-    assert "nothing here does" in caplog.text and session.simulation.steps
+    assert len(caplog.records) == 1 and "no handler of Unknown is registered" in caplog.text and session.simulation.steps

@@ -56,11 +56,6 @@ class Watched:
             frames.append(self.frame())
         return frames
 
-    def press(self, action: Pause | Reset) -> None:
-        """What a key does, as the page takes it."""
-        if not self.player.take(action):
-            self.session.handle(action)
-
 
 def test_a_lesson_s_run_stands_at_its_moment_and_the_plots_have_all_of_it() -> None:
     watched = Watched()
@@ -109,15 +104,15 @@ def test_a_run_that_shows_why_stands_at_its_moment_with_both_runs() -> None:
 def test_a_visitor_looks_back_while_the_run_stands(ghost: str) -> None:
     watched = Watched(Settings(page=PageSettings(ghost=ghost)))
     session, player = watched.session, watched.player
-    session.handle(Pause())
+    session.handlers.do(Pause())
     player.review(1.0)
     frame = watched.frame()
     assert not frame.replayed and not player.reviewing and moment_html(frame, None) == "", "nothing before the first step"
-    session.handle(Pause())
+    session.handlers.do(Pause())
     watched.run(3.0)
     player.review(1.0)
     assert not watched.frame().replayed, "a run that goes on has no moment"
-    session.handle(Pause())
+    session.handlers.do(Pause())
     end = session.simulation.positions.copy()
     player.review(1.0)
     frame = watched.frame()
@@ -135,7 +130,7 @@ def test_a_visitor_looks_back_while_the_run_stands(ghost: str) -> None:
     # Space goes on from the end.
     player.review(0.5)
     watched.frame()
-    watched.press(Pause())
+    session.handlers.do(Pause())
     assert_array_equal(session.simulation.positions, end)
     assert not watched.frame().replayed and not session.paused and session.simulation.time > 3.0
 
@@ -144,20 +139,17 @@ def test_a_reset_or_another_setting_ends_it() -> None:
     for act in (Reset(), SetSetting("dm", 0.2)):
         watched = Watched()
         watched.run(1.0)
-        watched.session.handle(Pause())
+        watched.session.handlers.do(Pause())
         watched.player.review(0.5)
         assert watched.frame().replayed
-        if isinstance(act, Reset):
-            watched.press(act)
-        else:
-            watched.session.handle(act)
+        watched.session.handlers.do(act)
         assert not watched.frame().replayed and watched.session.paused
 
 
 def test_a_moment_outside_of_the_plots_has_its_words_and_no_line() -> None:
     watched = Watched()
     watched.run(1.0)
-    watched.session.handle(Pause())
+    watched.session.handlers.do(Pause())
     watched.player.review(0.5)
     frame = watched.frame()
     for span in ((0.7, 1.0), (0.0, 0.3)):

@@ -13,6 +13,7 @@ from numpy.testing import assert_array_equal
 from app.cli.main import main
 from app.page.panels.source_chooser import Sources, TakePerson
 from app.session import session as session_module
+from app.session.action_handlers import ActionHandlers
 from app.session.frame import freeze
 from app.session.input_source import InputSources, find_input_sources, from_bvh
 from app.session.session import Session
@@ -275,11 +276,11 @@ def test_a_visitor_chooses_a_file_then_a_camera_that_is_not_there_then_the_clips
 def test_a_visitors_own_file_outlives_a_page_that_is_built_again(wave: Path) -> None:
     session, content = Session(Settings(RunSettings(scene="imitation"), PageSettings(source="file"))), wave.read_bytes()
     for brings in (True, False):
-        gui = MagicMock()
-        page, said = Sources(gui, session), gui.add_html.return_value
+        gui, handlers = MagicMock(), ActionHandlers()
+        page, said = Sources(gui, session, handlers), gui.add_html.return_value
         page.show(freeze(session, 0.0))
         if brings:
             assert "Choose a BVH file" in said.content
-            page.take_person(TakePerson("wave.bvh", content))
+            handlers.do(TakePerson("wave.bvh", content))
         assert said.content == ""
         assert_array_equal(angles_of(session.target()), read_bvh(wave).angles(0.0))
