@@ -19,9 +19,10 @@ from app.page.panels.scene_words import SceneWords
 from app.page.view import View
 from app.session.action_handlers import ActionHandlers
 from app.session.actions import Describe, FirstView, Nudge, SwingElbow
-from app.session.frame import Frame, Shown, freeze
+from app.session.frame import Frame, freeze
 from app.session.second_hand import SecondHand
 from app.session.session import Session
+from app.session.shown import Shown
 from app.settings import GUEST
 from app.text.templates import macros
 from app.web.request import browser_language, request_query

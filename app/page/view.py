@@ -26,8 +26,9 @@ from app.page.panels.readout import Readout, tip_text
 from app.page.panels.replay_bar import replay_style
 from app.page.panels.shown_moment import moment_html
 from app.page.picture_size import LOW_CANVAS, PictureReport, canvas_size
-from app.session.frame import Frame, Shown
+from app.session.frame import Frame
 from app.session.session import Session
+from app.session.shown import Shown
 from app.settings import Look, PageSettings
 from app.stage.camera_view import AHEAD, view_of
 from app.stage.stage import Stage

@@ -8,17 +8,14 @@ from typing import Final, NamedTuple
 from app.session.background_studies import BackgroundStudies
 from app.session.clock import BUDGET, FRAME, Pace
 from app.session.microscope import Magnified
-from app.session.replay_player import Past
 from app.session.session import Session
+from app.session.shown import Shown
 from app.settings import Settings
 from controllers.kinematics import Array
 from scenes.history import Sample
 from scenes.rerun import WhatIf
 from scenes.simulation import Simulation
 from scenes.targets import Target
-
-Shown = Session | Past
-"""What a page shows: the live session, or a replay in its place."""
 
 
 class Contact(NamedTuple):

@@ -70,7 +70,7 @@ class Past:
         student_law: which file's law is replayed.
     """
 
-    # Of a session, see there.
+    # Of a live session, see `app.session.shown.Shown`.
     held, studies, ghost_hidden, invitation, guest, coming = None, None, False, "", None, ""
 
     def __init__(

@@ -47,7 +47,7 @@ class Session:
         sources: persons beside the built-in one, and a student's law: of the server at first, and then also the visitor's own.
     """
 
-    # Of a replay, see `app.session.replay_player.Past`.
+    # Of a replay, see `app.session.shown.Shown`.
     replay_time, replayed_file, reviewed, mark = None, "", False, None
 
     def __init__(

@@ -12,7 +12,8 @@ from app.page.panels.distance_rate import pills_html, promise_html
 from app.plots.time_series import Swivel
 from app.recording.run_file import SHOWN_DIGITS, made_with
 from app.session.clock import Pace
-from app.session.frame import Frame, Shown
+from app.session.frame import Frame
+from app.session.shown import Shown
 from app.session.student_law import LawStatus
 from app.text.experiment_texts import EXPERIMENT_TEXTS
 from app.text.law_texts import equation_html

@@ -14,8 +14,9 @@ from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.shown_moment import Scrubber, Seek, css_text
 from app.session.action_handlers import ActionHandlers
 from app.session.actions import Action
-from app.session.frame import Frame, Shown
+from app.session.frame import Frame
 from app.session.session import Session
+from app.session.shown import Shown
 from app.text.templates import element, macros
 from app.web.control_events import on_file, on_press
 from app.web.viser_internals import HotkeyKey

@@ -1,0 +1,99 @@
+"""What a page shows: the live session, or a replay in its place."""
+
+from typing import Protocol
+
+from app.session.background_studies import BackgroundStudies
+from app.session.clock import Pace
+from app.session.replay_player import Mark
+from app.session.student_law import LawStatus
+from app.settings import Settings
+from scenes.simulation import Simulation
+from scenes.targets import Target
+
+
+class Shown(Protocol):
+    """A run as a page reads it: `app.session.session.Session`, or `app.session.replay_player.Past` in its place."""
+
+    @property
+    def settings(self) -> Settings:
+        """Settings of the run, and of the page."""
+        ...
+
+    @property
+    def simulation(self) -> Simulation:
+        """The run."""
+        ...
+
+    @property
+    def ghost(self) -> Simulation | None:
+        """The second run, at the same moment; None if there is no second run."""
+        ...
+
+    @property
+    def traced(self) -> tuple[Simulation, Simulation | None]:
+        """Both runs as the plots over time draw them; the second one only if it may be seen."""
+        ...
+
+    @property
+    def ghost_hidden(self) -> bool:
+        """True while the ghost may not be seen yet."""
+        ...
+
+    @property
+    def pace(self) -> Pace:
+        """How the clock runs."""
+        ...
+
+    @property
+    def held(self) -> Target | None:
+        """What the visitor holds, and where; None while they hold nothing."""
+        ...
+
+    def target(self) -> Target | None:
+        """Target of the active source; None if it gives no target."""
+        ...
+
+    @property
+    def studies(self) -> BackgroundStudies | None:
+        """What is computed beside the live run; None in a replay."""
+        ...
+
+    @property
+    def student_law(self) -> LawStatus:
+        """State of the law of a student's file."""
+        ...
+
+    @property
+    def coming(self) -> str:
+        """Name of the run that is being loaded to be replayed; "" if no run is being loaded."""
+        ...
+
+    @property
+    def replay_time(self) -> float | None:
+        """The moment that is replayed, on the clock of the run [s]; None while live."""
+        ...
+
+    @property
+    def replayed_file(self) -> str:
+        """Name of the loaded file that is replayed; "" for the session's own run."""
+        ...
+
+    @property
+    def reviewed(self) -> bool:
+        """True for a moment of the live run, which is paused meanwhile."""
+        ...
+
+    @property
+    def mark(self) -> Mark | None:
+        """The moment of the replay that is worth a look; None if there is no such moment."""
+        ...
+
+    @property
+    def invitation(self) -> str:
+        """Word of the link to the place of a second person; "" without an invitation."""
+        ...
+
+    @property
+    def guest(self) -> object:
+        """The second person; None without one."""
+        ...
