@@ -1,7 +1,7 @@
 """The panels of controls, numbers and plots.
 
-A panel is made by the visitor's `gui` in a container that the caller has opened, and operates their `session`; what is done with it is
-an action, whose handler it adds to the page's; `show` draws a frame.
+A panel is made by the visitor's `gui` in a container that the caller has opened, and operates their `session` by actions; it adds the
+handlers of its own actions to those of the page. `show` draws a frame.
 """
 
 from app.session.frame import Frame

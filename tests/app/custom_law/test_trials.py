@@ -165,7 +165,7 @@ def test_a_new_law_is_the_papers_and_fails_what_the_paper_left_open(
 
 FAILED: dict[str, set[str]] = {
     "smooth_priority": set(),
-    "strict_priority": {ALONE, SMOOTH},
+    "strict_priority": {ALONE},
     "strict_switched": {SMOOTH},
     "barrier_qp": {KEEPS},
     "null_space_avoidance": {KEEPS, OUT},

