@@ -145,7 +145,7 @@ def test_prediction_outcome_plots_settings_and_own_words(run: LessonSession) -> 
         "<h3>1.1  What is left over</h3>",
         "✗ not so</span>In 7: every joint can still be moved.",
         *done.progress.outcome.lines(done.step, "en"),
-        "scene = One arm alone (eqs 1–8)",
+        "scene set to “One arm alone (eqs 1–8)”",
         "I did not expect that.\n&lt;script&gt;alert(1)&lt;/script&gt;",
     ):
         assert part in page.replace("&#39;", "'").replace("\N{NO-BREAK SPACE}", " ")

@@ -195,7 +195,7 @@ def test_two_short_arms_of_five_joints_hold_follow_and_keep_clear_on_the_table(n
         assert settings.law.critical_distance <= column(done.table, "law_d").min() < column(done.table, "d").min() < 0.25
         assert column(done.table, "lambda").max() > 0.1
         # Levers that are small do not give the whole rate, which is said; the distance holds all the same.
-        assert done.summary.out_of_authority_s < 4.0
+        assert done.summary.out_of_authority_s < 10.0
     assert room.rig.bases[1].translation[0] < 0.46 < room_of(replace(given, robot="lwr")).rig.bases[1].translation[0]
 
 
