@@ -15,7 +15,7 @@ from app.bench.measurements import measure_capacity, printed, ratio_table
 from app.bench.processes import PARTS, ServerTimes, limit_of, process, serve_app, used_by_tree
 from app.bench.visitors import measure_crowd
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.thorough
 
 
 def test_time_is_charged_to_the_innermost_part(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -21,7 +21,7 @@ from controllers.kinematics import Array
 from scenes.headless import run
 from scenes.settings import RunSettings, changed
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.thorough
 
 POSE = RunSettings(task="pose")
 needs_extra = pytest.mark.skipif(

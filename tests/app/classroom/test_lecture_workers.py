@@ -254,6 +254,7 @@ def test_a_process_in_place_of_another_one_knows_what_was_handed_in_meanwhile() 
     assert told(Replaced(1)) == []
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("elsewhere", [False, True])
 def test_what_a_student_did_last_is_kept_when_the_server_ends(
     by_hand: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, elsewhere: bool

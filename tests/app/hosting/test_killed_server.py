@@ -3,12 +3,15 @@
 import re
 
 import numpy as np
+import pytest
 
 from app.hosting.visitor_record import VisitorRecord
 from app.lessons.progress import Progress, from_json
 from tests.app.page.helpers import buttons, click, hotkey_uuid
 from tests.app.served import Serve, kept
 from tests.blocking_client import BlockingClient
+
+pytestmark = pytest.mark.thorough
 
 EXPLORER, STUDENT, LATE = "e" * 32, "5" * 32, "6" * 32
 JOINT = re.compile(r"^/arms/.*/j[1-7]$")

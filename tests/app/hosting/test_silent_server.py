@@ -33,6 +33,7 @@ addEventListener("DOMContentLoaded", () => new MutationObserver(() => {
 """What the page says of its connection, how often it was connected, and how many answers without news it got."""
 
 
+@pytest.mark.thorough
 def test_a_frame_that_hangs_is_noticed_also_on_the_page_and_one_that_rests_is_not(
     house: OpenHouse, page_at: PageAt, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -54,6 +54,7 @@ def open_page(page: Page, url: str) -> None:
     close_software_note(page)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("font", FONTS)
 @pytest.mark.parametrize(("width", "height"), [(1024, 768), (390, 844)])
 def test_nothing_is_cut_off(house: OpenHouse, page_at: PageAt, width: int, height: int, font: Font) -> None:

@@ -34,6 +34,8 @@ if shutil.which("configurable-http-proxy") is None:
     pytest.skip("configurable-http-proxy is not installed", allow_module_level=True)
 
 
+pytestmark = pytest.mark.thorough
+
 USERS = ("ann", "bob", "eve")
 PASSWORD = "a password for the tests"
 NAME = "hub.example.org"

@@ -22,7 +22,7 @@ from tests.blocking_client import BlockingClient
 from tests.browser import PageAt, screenshot, until
 from tests.test_imports import ROOT
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.thorough
 
 DOCUMENT = (ROOT / "app" / "documents" / "jupyter.md").read_text(encoding="utf-8")
 EXAMPLE, *CELLS = re.findall(r"^```ipython\n(.*?)^```", DOCUMENT, flags=re.MULTILINE | re.DOTALL)

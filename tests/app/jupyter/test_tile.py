@@ -56,6 +56,7 @@ def test_without_the_login_there_is_neither_page_nor_websocket(jupyter: JupyterS
         BlockingClient(jupyter.url + "duet", query=f"token={token}")
 
 
+@pytest.mark.thorough
 def test_a_browser_under_the_hubs_name_sees_the_arms_and_a_foreign_page_does_not(jupyter: JupyterServer, page_at: PageAt) -> None:
     page = page_at(700, 500)
     page.goto(f"{jupyter.origin}{jupyter.folder}duet/?n=8&panel=all&token={TOKEN}")

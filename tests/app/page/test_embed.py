@@ -114,6 +114,7 @@ LINK_PX = f"""(() => {{
 }})()"""
 
 
+@pytest.mark.thorough
 def test_a_visit_in_firefox_and_in_a_frame_without_storage(
     house: OpenHouse, around: tuple[str, Around], tmp_path_factory: pytest.TempPathFactory
 ) -> None:

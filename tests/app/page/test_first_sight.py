@@ -60,9 +60,9 @@ def see_ring(page: Page, session: Session) -> None:
 @pytest.mark.parametrize(
     ("width", "height", "font", "sights"),
     [
-        (1440, 900, "narrow", SIGHTS),
+        pytest.param(1440, 900, "narrow", SIGHTS, marks=pytest.mark.thorough),
         (1024, 768, "wide", SIGHTS[1::2]),
-        (390, 844, "wide", SIGHTS[::2]),
+        pytest.param(390, 844, "wide", SIGHTS[::2], marks=pytest.mark.thorough),
     ],
 )
 def test_first_sight_of_every_scene_and_rig_and_of_the_ring(

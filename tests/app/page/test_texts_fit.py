@@ -165,6 +165,7 @@ def test_a_row_of_tabs_leaves_out_icons_and_then_names_until_it_fits(font: Font,
     becomes("both")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("font", FONTS)
 @pytest.mark.parametrize(
     ("size", "language", "look", "words"),

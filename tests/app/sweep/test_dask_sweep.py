@@ -29,7 +29,7 @@ from scenes.sweep import read_grid, run_points
 from tests.app.runtime.processes import PATIENCE, until
 from tests.scenes.robots.test_files import arm_urdf
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.thorough
 
 HEARS: Final = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
 ENTRY: Final = ("-c", HEARS + "from app.__main__ import entry; entry()", "sweep", "--no-maps")
