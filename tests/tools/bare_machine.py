@@ -33,7 +33,7 @@ UNABLE = 3
 
 _HOSTS = "127.0.0.1 localhost\n::1 localhost\n"
 _PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
-_HANDED_ON = re.compile(r"PIP_(?!FIND_LINKS).*|(http|https|no)_proxy", re.IGNORECASE)
+_HANDED_ON = re.compile(r"PIP_(?!FIND_LINKS).*|(http|https|no)_proxy|(HTTP|HTTPS|NO)_PROXY")
 """Names of the variables that pip needs to reach its index from here."""
 _ENTER = """
 set -euo pipefail
@@ -114,6 +114,8 @@ def run_there(command: str, suite: str, packages: Sequence[str], checkout: Path)
             f"apt-get update -qq && apt-get install -y -qq --no-install-recommends {' '.join(packages)} >/dev/null && {command}"
         )
     root = Path(tempfile.mkdtemp(prefix="duet-bare-"))
+    # An ending from outside removes it, too.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     try:
         subprocess.run(["tar", "-C", root, "-xf", system_archive(suite)], check=True)
         shutil.copy("/etc/resolv.conf", root / "etc")
@@ -125,7 +127,8 @@ def run_there(command: str, suite: str, packages: Sequence[str], checkout: Path)
         subprocess.run(["git", "clone", "-q", "--no-hardlinks", checkout, root / "root" / "duet"], check=True)
         print(f"+ {command}", flush=True)
         inside = [*_unshare(), "bash", "-c", _ENTER, root, f"cd /root/duet; {command}"]
-        done = subprocess.run(inside, env=_environment(os.environ), stdin=subprocess.DEVNULL, check=False)
+        environment = {"HOME": "/root", "PATH": _PATH, "LANG": "C.UTF-8", **handed_on(os.environ)}
+        done = subprocess.run(inside, env=environment, stdin=subprocess.DEVNULL, check=False)
         pictures = root / "root" / "duet" / ".artifacts"
         if pictures.exists():
             shutil.copytree(pictures, checkout / ".artifacts", dirs_exist_ok=True)
@@ -138,9 +141,9 @@ def _unshare() -> list[str]:
     return ["unshare", "--mount", "--pid", "--ipc", "--fork", "--kill-child", "--propagation", "private"]
 
 
-def _environment(given: Mapping[str, str]) -> dict[str, str]:
-    handed_on = {name: value for name, value in given.items() if _HANDED_ON.fullmatch(name)}
-    return {"HOME": "/root", "PATH": _PATH, "LANG": "C.UTF-8", **handed_on}
+def handed_on(environment: Mapping[str, str]) -> dict[str, str]:
+    """The variables with which pip reaches its index from this computer."""
+    return {name: value for name, value in environment.items() if _HANDED_ON.fullmatch(name)}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -158,8 +161,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if chosen.then:
         # The last part of a list of commands is the one in which bash stops at the first failure.
         command += f" && {{\n{chosen.then}\n}}"
-    # An ending from outside cleans up, too.
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     reason = reason_against()
     if not reason:
         return run_there(command, chosen.suite, chosen.packages.split(), ROOT)

@@ -130,7 +130,7 @@ def share_a_duel(teacher: BlockingClient, students: list[BlockingClient], screen
             command(student, "Hand or ball 2 cm to the left")
         click(student, "Count this push")
         sees(student, "Push 1 of 5")
-        found = re.search(r"You came to ([\d.]+) mm above dₘ", shown(student))
+        found = re.search(r"You came to ([\d.]+)\smm above dₘ", shown(student))
         assert found is not None
         margins.append(float(found[1]))
     record = f"{min(margins):.1f} mm above dₘ"

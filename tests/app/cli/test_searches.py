@@ -2,6 +2,7 @@
 interrupted."""
 
 import json
+import re
 import shlex
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -132,7 +133,9 @@ def test_the_closest_pair_is_broken_and_its_run_can_be_made_again(capsys: pytest
     assert main([*CLOSEST, "--starts", "1", "--skip", "6", "--seconds", "600", "--out", str(out)]) == 1
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("1 start postures, ") and lines[1].endswith("Closest pair (paper), v = 0.05 m/s.")
-    assert lines[2].startswith("The promise breaks: d_law falls 1") and lines[2].endswith("mm below d_m, at dt and at dt/4.")
+    # Some 100 mm, as in lesson 10.
+    fall = re.fullmatch(r"The promise breaks: d_law falls ([\d.]+) mm below d_m, at dt and at dt/4\.", lines[2])
+    assert fall is not None and float(fall[1]) > 80.0
     assert lines[3] == "All of this held: w ≤ v, J_d regular, no joint at its limit, an ideal robot."
     assert lines[4].startswith("What was missing: one closest pair.") and lines[-1] == str(out)
     loaded = load_run(out.read_bytes(), out.name)

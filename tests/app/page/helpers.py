@@ -97,8 +97,10 @@ def bodies(visitor: Client, kind: str) -> list[dict[str, Any]]:
 
 
 def shown(visitor: Client) -> str:
+    """All texts in view; a space that does not break is a space."""
     elements = list(visitor.mirror.gui.values())
-    return html.unescape(" ".join(str(e.get("content") or "") for e in elements if e.get("visible", True)))
+    texts = " ".join(str(e.get("content") or "") for e in elements if e.get("visible", True))
+    return html.unescape(texts).replace("\N{NO-BREAK SPACE}", " ")
 
 
 def buttons(visitor: Client) -> list[str]:
