@@ -139,6 +139,7 @@ def share_a_duel(teacher: BlockingClient, students: list[BlockingClient], screen
     return record
 
 
+@pytest.mark.thorough
 def test_students_and_a_group_explore_in_other_processes_and_the_teacher_reaches_them(served: Served, come: Come) -> None:
     assert served.process.stdout is not None
     lines = [served.process.stdout.readline() for _ in range(2)]

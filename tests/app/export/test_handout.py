@@ -113,6 +113,7 @@ def test_both_copies_in_other_languages(language: Language) -> None:
     assert student.count('<li class="block') == 7 and teacher.count("✓") == 4
 
 
+@pytest.mark.thorough
 def test_every_copy_prints_on_both_papers_without_a_cut(page_at: PageAt, tmp_path: Path) -> None:
     assert main(["handout", "--out", str(tmp_path)]) == 0
     assert main(["handout", "--out", str(tmp_path), "--teacher"]) == 0

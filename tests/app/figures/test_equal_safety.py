@@ -16,7 +16,7 @@ from scenes.settings import RunSettings
 from tests.app.figures.conftest import KNOBS, Numbers
 from tests.scenes.helpers import with_values
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.thorough
 
 PLAN = Plan(quick=True)
 

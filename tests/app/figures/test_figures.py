@@ -61,6 +61,7 @@ def elsewhere(function: Callable[..., T], calls: Iterable[tuple[Any, ...]]) -> I
         yield pickle.loads(pickle.dumps(found))
 
 
+@pytest.mark.thorough
 def test_every_csv_has_the_same_bytes_from_a_plan_of_its_own_and_another_seed_is_another_person(folder: Path) -> None:
     plan = Plan(quick=True, compute=elsewhere)
     for figure in (figure for figure in CATALOGUE if figure.name not in OF_OTHER_TESTS):

@@ -189,6 +189,7 @@ def test_what_is_not_stored_is_built_by_a_worker(store: Path, monkeypatch: pytes
     assert len(workers.jobs) == 1 and table_glb.cache_info().currsize == 1
 
 
+@pytest.mark.thorough
 def test_everything_that_the_stage_asks_for_is_made_ready_under_the_very_name(house: OpenHouse, arrive: Arrive) -> None:
     for draw in mesh_makers():
         draw()

@@ -84,6 +84,7 @@ def start(tmp_path: Path) -> Iterator[Callable[..., Started]]:
         yield make
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("workers", ["1", "2"])
 def test_two_servers_have_their_own_ports_and_files_and_find_them_again(
     start: Callable[..., Started], tmp_path: Path, workers: str

@@ -176,6 +176,7 @@ def count_the_tabs_of_both(served: Served, opened: ExitStack, tabs: dict[int, Bl
     assert worker_of(served, tabs[0]) == place
 
 
+@pytest.mark.thorough
 def test_tabs_are_spread_over_the_workers_stay_at_theirs_and_outlive_them(serve: Serve) -> None:
     served = serve("--workers", "2", "--sessions", "3")
     assert len(served.workers) == 1, "one worker is enough for the first"

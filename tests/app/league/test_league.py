@@ -56,6 +56,7 @@ def play(out: Path, *more: str) -> int:
     return main(["league", "--quick", "--out", str(out), *more])
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("small")
 def test_it_goes_on_where_it_was_interrupted_and_one_core_two_or_a_cluster_write_the_same(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

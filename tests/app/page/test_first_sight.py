@@ -57,12 +57,13 @@ def see_ring(page: Page, session: Session) -> None:
 
 
 # Every sight in a large window and in one of the small ones, with letters of either width there.
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("width", "height", "font", "sights"),
     [
-        pytest.param(1440, 900, "narrow", SIGHTS, marks=pytest.mark.thorough),
+        (1440, 900, "narrow", SIGHTS),
         (1024, 768, "wide", SIGHTS[1::2]),
-        pytest.param(390, 844, "wide", SIGHTS[::2], marks=pytest.mark.thorough),
+        (390, 844, "wide", SIGHTS[::2]),
     ],
 )
 def test_first_sight_of_every_scene_and_rig_and_of_the_ring(

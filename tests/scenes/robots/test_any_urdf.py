@@ -26,6 +26,8 @@ from scenes.robots.urdf_file import fit_capsules, load_arm, solids
 from tests.scenes.helpers import beyond
 from tests.scenes.robots.test_files import arm_urdf
 
+pytestmark = pytest.mark.slow
+
 lengths = st.floats(0.02, 0.3).map(lambda x: round(x, 4))
 angles = st.floats(-3.1, 3.1).map(lambda x: round(x, 4))
 names = st.text(st.characters(blacklist_categories=("Cs", "Cc"), min_codepoint=33, max_codepoint=0x3FF), min_size=1, max_size=8)

@@ -19,6 +19,8 @@ from scenes.robots.robot_files import register
 from tests.scenes.helpers import beyond, own_cache
 from tests.scenes.robots.test_files import arm_urdf
 
+pytestmark = pytest.mark.slow
+
 COLLADA = '<unit name="centimeter" meter="0.01"/>'
 
 
