@@ -9,7 +9,7 @@ NO_TEXT = re.compile(
 )
 NAMED = re.compile(r"""\b(?:aria-label|title|alt|placeholder)=(?:"([^"]*)")""")
 """Attributes that a screen reader reads."""
-WORD = re.compile(r"(?<!d_)[^\W\d_]{3,}")
+WORD = re.compile(r"(?<!d_)(?<!d_l)[^\W\d_]{3,}")
 """Words of a text; d_law is a symbol."""
 NAMES = frozenset({"rad", "rad²", "mm²", "MediaPipe", "FILE", "dot", "min", "max", "sym", "Duet"})
 
