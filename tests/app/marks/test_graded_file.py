@@ -121,7 +121,10 @@ def test_an_interrupted_grading_writes_what_it_has_graded(tmp_path: Path, number
             assert grading.stdout.read() == ""
         finally:
             grading.kill()
-    assert said == f"lwr-duet: interrupted; {table} has 1 of 2 files, and nothing else was written.\n"
+    # Python may write the line again during which the signal came.
+    *before, last = said.splitlines()
+    assert last == f"lwr-duet: interrupted; {table} has 1 of 2 files, and nothing else was written."
+    assert before in ([], ["1/2 a.html: 0"])
     with table.open(encoding="utf-8-sig", newline="") as file:
         assert [row[0] for row in csv.reader(file)][1:] == ["a.html"]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["in", "marks.csv"]

@@ -122,6 +122,11 @@ def test_a_reset_in_mid_drag_lets_go(house: OpenHouse, arrive: Arrive) -> None:
     assert one.ask(lambda s: s.held is None)
     home = one.ask(lambda s: s.simulation.kinematics.hand_pose(s.simulation.guided).translation.copy())
     one.visitor.wait_for(lambda v: np.linalg.norm(np.array(v.mirror.nodes[HAND]["position"]) - home) < 1e-3)
+    # The button is still down, so that only the next press takes hold.
+    one.visitor.move_gizmo(HAND, (0.4, -0.1, 1.1))
+    one.run_on(0.3)
+    assert one.ask(lambda s: s.held is None)
+    one.visitor.move_gizmo(HAND, phase="start")
     one.visitor.move_gizmo(HAND, (0.4, -0.1, 1.1))
     one.wait(lambda s: s.held is not None)
 

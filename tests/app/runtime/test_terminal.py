@@ -170,6 +170,8 @@ def test_ctrl_c_ends_a_command_without_a_word_and_leaves_nothing(case: str, tmp_
     unsaid = re.compile(r"import time:|[\d-]+ [\d:,]+ INFO duet\.")
     words = [line for line in own_words(said.read_text(encoding="utf-8")).splitlines() if not unsaid.match(line)]
     assert process.returncode == INTERRUPTED, words
+    # The server answers before it says how much this machine carries, or after it.
+    out = re.sub(rb"This machine carries about \d+ sessions at once\.\n", b"", out)
     assert out == b"" and len(words) == (1 if case == "sweep" else 0), (out, words)
     if (tmp_path / "calls").exists():
         until(lambda: gone(int((tmp_path / "calls").read_text(encoding="utf-8"))))

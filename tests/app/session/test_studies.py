@@ -307,14 +307,14 @@ def test_the_present_settings_lie_on_the_map(n: float, v: float) -> None:
     assert place_on_map(whole[:-1], run(n, v)) is None
     text = map_html(whole, 1.0, run(n, v), 200)
     assert text.count("n = ") == len(TRADE_OFF_ORDERS) and "computed" not in text
-    assert "40 % computed" in map_html(whole[:10], 0.4, run(n, v), 200)
+    assert "40\N{NO-BREAK SPACE}% computed" in map_html(whole[:10], 0.4, run(n, v), 200)
 
 
 def test_the_chart_names_every_law_that_has_a_knob() -> None:
     curves = {knob: (SafetyPoint(0.1, 0.01), SafetyPoint(0.2, 0.05)) for knob in knobs()}
     text = safety_html(curves, 1.0, RUN, 200)
     assert text.count("<li") == len({knob.law for knob in knobs()}) and "computed" not in text
-    assert "40 % computed" in safety_html({}, 0.4, RUN, 200)
+    assert "40\N{NO-BREAK SPACE}% computed" in safety_html({}, 0.4, RUN, 200)
     assert "[rad²]" in safety_html({}, 1.0, replace(RUN, scene="master_slave"), 200)
 
 

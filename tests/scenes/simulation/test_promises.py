@@ -260,7 +260,8 @@ def test_bounds_are_the_reason() -> None:
     row = row_of(simulation, sample)
     assert sample.joint == int(np.abs(row).argmax())
     assert abs(dq[sample.joint]) == pytest.approx(top[sample.joint])
-    assert float(row @ dq) == pytest.approx(float(np.abs(row) @ top), abs=1e-6)
+    # All that they can, except joints that hardly move the point: what is left of the row is damped.
+    assert float(row @ dq) == pytest.approx(float(np.abs(row) @ top), rel=0.02)
     assert float(row @ dq) < 1.0
 
     # Joints at the stops that they would have to pass: STOP, a joint that is at its stop, and it does not move on.
