@@ -206,12 +206,15 @@ ATTACK: Final = "attack"
 OPENED: Final = "opened"
 """Key of a word of the page, new each time a browser loads it: another one in the same tab is a reload."""
 
+LANGUAGES_KEY: Final = "languages"
+"""Key of the languages that the page's visitor reads, the preferred one first, as in the header Accept-Language."""
+
 LINK_KEYS: Final = (*sorted(STEP_KEYS), PANEL, EMBED, PUSH, WHOLE)
 """Keys of a link that people write by hand, besides settings."""
 
 FOREIGN_KEYS = frozenset(
     {"window", "folder", "websocket", "playbackPath", "darkMode", "key", "logCamera", "fixedDpr", "forceOrbitOriginTool"}
-    | {"resume", WHOLE, ALONE, GUEST, ATTACK, PUSH, MOTION, OPENED, PANEL, EMBED}
+    | {"resume", WHOLE, ALONE, GUEST, ATTACK, PUSH, MOTION, OPENED, LANGUAGES_KEY, PANEL, EMBED}
     | STEP_KEYS
 )
 """Keys of a link that are not settings: viser's own, the key of a lecture, the size of the window, the folder that a proxy has

@@ -16,14 +16,14 @@ from app.lessons.bookmark import OpenSteps
 from app.lessons.progress import SavedLesson
 from app.lessons.tally import Ballot, QuestionId
 from app.session.session_state import RunState, SessionState
-from app.settings import MOTION, OPENED, PANEL, Settings
+from app.settings import LANGUAGES_KEY, MOTION, OPENED, PANEL, Settings
 from controllers.errors import BadSetting
 from scenes.inputs import Recorded, RecordedPerson
 from scenes.roles import room_of
 
 _TAB_ID: Final = re.compile(r"^[a-z0-9]{16,64}$")
 
-_OF_THE_TAB: Final = ("resume", "window", "key", MOTION, OPENED, PANEL)
+_OF_THE_TAB: Final = ("resume", "window", "key", MOTION, OPENED, LANGUAGES_KEY, PANEL)
 """Parts of a query that describe the tab and its visitor, and not what it shows."""
 
 

@@ -12,7 +12,7 @@ import viser
 from websockets.asyncio.server import ServerConnection
 
 from app.settings import Look
-from app.web.pages import page_query
+from app.web.pages import accepted_languages, page_query
 from app.web.server import DuetServer
 from app.web.viser_internals import Message, MessageBuffer, ServerView, shared_messages
 
@@ -84,7 +84,7 @@ class Audiences:
         if request is None:
             return None
         query = page_query(request.path)
-        look, screen = self._look(number, query, ",".join(request.headers.get_all("Accept-Language"))), SCREEN in query
+        look, screen = self._look(number, query, accepted_languages(request)), SCREEN in query
         if look is None:
             return None
         with self._lock:

@@ -14,9 +14,10 @@ from typing import Final
 from urllib.parse import parse_qsl, quote
 
 from markupsafe import Markup
+from websockets.http11 import Request
 
 from app.i18n.client_texts import CROWDED, KEPT_OUT, LOST, OPEN_TWICE, SILENT, SOFTWARE, translations
-from app.settings import PUSH, is_appended, mended_key
+from app.settings import LANGUAGES_KEY, PUSH, is_appended, mended_key
 from app.theme import css_variables
 
 STATIC: Final = Path(__file__).parent / "static"
@@ -123,6 +124,12 @@ def _connection() -> PageAssets:
     }
     scripts = STATIC / "same_html.js", STATIC / "entries.js", STATIC / "connection.js"
     return PageAssets(scripts, (STATIC / "connection.css",), {"connection": constants})
+
+
+def accepted_languages(request: Request) -> str:
+    """Languages that a visitor reads, as the page says them in its query, else the header `Accept-Language`."""
+    said = page_query(request.path).get(LANGUAGES_KEY)
+    return said or ",".join(request.headers.get_all("Accept-Language"))
 
 
 def page_query(request_path: str) -> dict[str, str]:

@@ -9,7 +9,7 @@ import viser
 
 from app.i18n.reader_language import preferred
 from app.settings import Language
-from app.web.pages import page_query
+from app.web.pages import accepted_languages, page_query
 from app.web.server import DuetServer
 from app.web.viser_internals import request_of, server_of
 
@@ -31,7 +31,7 @@ def frames_of(client: viser.ClientHandle) -> bool:
 def browser_language(client: viser.ClientHandle) -> Language:
     """Return the language of ours that a browser likes best; English if it is gone."""
     request = request_of(client)
-    return "en" if request is None else preferred(",".join(request.headers.get_all("Accept-Language")))
+    return "en" if request is None else preferred(accepted_languages(request))
 
 
 def request_address(client: viser.ClientHandle) -> str:

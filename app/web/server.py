@@ -41,6 +41,7 @@ from app.web.pages import (
     ROOM_IS_FULL,
     TAKEN_OVER,
     PageAssets,
+    accepted_languages,
     full_page,
     page_query,
     patched_index,
@@ -385,4 +386,4 @@ class DuetServer(viser.ViserServer):
 
 def _language_of(request: Request) -> Language:
     """Return the language of a request, by its link or its browser; a choice on the page is not known here."""
-    return language_asked(page_query(request.path), ",".join(request.headers.get_all("Accept-Language")))
+    return language_asked(page_query(request.path), accepted_languages(request))
