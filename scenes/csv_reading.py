@@ -97,7 +97,7 @@ def read_text_table(data: bytes, name: str, remedy: str) -> TextTable:
 
 
 def separator_of(line: str) -> str:
-    """Return what separates the values of a line."""
+    """Separator of the values in a line."""
     outside = re.sub(r'"[^"]*"', "", line)
     if _DECIMAL_COMMAS.fullmatch(outside.strip()) and "\t" not in outside:
         return BLANKS

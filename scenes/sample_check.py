@@ -106,7 +106,7 @@ def _in_other_unit(times: Array) -> str:
 
 
 def _unit_doubt(recording: Recording) -> str:
-    """Return what is unlikely in the pace of the hand; empty if nothing is."""
+    """Warning about an unlikely pace of the hand; empty if the pace is usual."""
     times = recording.times
     if len(times) < FEW:
         return ""
@@ -127,7 +127,7 @@ def _unit_doubt(recording: Recording) -> str:
 
 
 def _overlap_doubt(times: Array, seconds: float) -> str:
-    """Return how little file and run overlap; empty if they overlap well."""
+    """Warning that file and run hardly overlap; empty if they overlap well."""
     count, first, last = len(times), float(times[0]), float(times[-1])
     if count < 2:
         return ""
@@ -143,7 +143,7 @@ def _overlap_doubt(times: Array, seconds: float) -> str:
 
 
 def _reach_doubt(positions: Array, settings: RunSettings) -> str:
-    """Return how far all positions are out of the arm's reach; empty if it reaches one of them."""
+    """Warning that all positions are out of the arm's reach; empty if one is within it."""
     room = room_of(settings)
     arm = room.arm(settings.guided)
     made = room.robots[min(SIDES.index(settings.guided), len(room.robots) - 1)]

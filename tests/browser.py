@@ -97,7 +97,7 @@ def _try_driver() -> None:
 
 
 def launch(playwright: Playwright, font: Font = "wide") -> Browser:
-    """Start a browser that draws text in a font of ours; install a browser if there is none.
+    """Start a browser that draws text in a font of ours; install a browser if the machine has none.
 
     Raises:
         RuntimeError: none can be had; the message lists all that was tried.

@@ -48,7 +48,7 @@ def _lowered_html(found: re.Match[str]) -> str:
 
 
 def _finalized(value: object) -> object:
-    """Return what a template shows: a plain text gets no-break spaces; what is HTML already has them where it needs them."""
+    """Text as a template shows it: plain text gets no-break spaces, HTML stays as it is."""
     return unbroken(value) if isinstance(value, str) and not isinstance(value, Markup) else value
 
 

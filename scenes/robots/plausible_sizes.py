@@ -140,7 +140,7 @@ def _cause(solid: Solid, length: float) -> str:
 
 
 def _unit(size: float, length: float) -> str | None:
-    """The unit in which a size would be a usual one; None if there is none."""
+    """Unit in which a size would be usual; None if no unit fits."""
     share = size / length
     usual = [(abs(np.log(share * factor / USUAL)), unit) for unit, factor in UNITS if SMALLEST < share * factor < LARGEST / 2.0]
     return min(usual)[1] if share > 1.0 and usual else None
