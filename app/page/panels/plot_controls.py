@@ -93,7 +93,11 @@ class MicroscopeButtons(PagePanel):
                 session.post,
                 order=0.6,
             )
-            go_to = lambda time: session.studies.microscope.go_to(time)  # noqa: E731
+
+            def go_to(time: float) -> None:
+                # The session makes new studies when its law's file changes.
+                session.studies.microscope.go_to(time)
+
             self._scrubber = Scrubber(gui, session, handlers, SeekInstant, go_to, 0.005, WRITE, order=0.7)
         handlers.add(Magnify, self._magnify)
 
