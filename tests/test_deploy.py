@@ -79,6 +79,7 @@ def test_what_the_container_installs_is_the_lock_with_its_hashes() -> None:
     assert len(needed) > 15 and {re.split(r"[^\w.-]", one)[0].lower() for one in needed} <= names
 
 
+@pytest.mark.thorough
 def test_what_the_container_starts_is_healthy_until_it_is_stopped(tmp_path: Path) -> None:
     python, *check = started_by("CMD")
     assert python == "/opt/duet/bin/python"
@@ -185,6 +186,7 @@ def editable(clone: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return environment_with(tmp_path_factory.mktemp("editable") / "venv", "-e", clone).with_name("lwr-duet")
 
 
+@pytest.mark.thorough
 def test_the_wheel_has_every_file_of_the_packages(files: list[str], wheel: Path) -> None:
     packed = set(zipfile.ZipFile(wheel).namelist())
     wanted = {file for file in files if file.startswith(("app/", "controllers/", "scenes/")) and file not in UNPACKED}
@@ -193,6 +195,7 @@ def test_the_wheel_has_every_file_of_the_packages(files: list[str], wheel: Path)
     assert len(wanted) > 200 and wanted - packed == set()
 
 
+@pytest.mark.thorough
 def test_it_serves_from_an_empty_folder_with_all_lessons(command: Path, tmp_path: Path) -> None:
     serve, said = [command, "serve", "--no-open", "--store", "memory", "--port", "0"], tmp_path / "said"
     with (
@@ -256,6 +259,7 @@ def in_a_kernel(python: Path, folder: Path, *cells: str) -> tuple[str, str]:
     return "".join(printed), error
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("installed", ["command", "editable"])
 def test_a_notebook_beside_an_app_of_its_own_finds_duet(installed: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:
     python = request.getfixturevalue(installed).with_name("python")

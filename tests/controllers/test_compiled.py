@@ -217,6 +217,7 @@ def first_start(folder: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=280, check=True)
 
 
+@pytest.mark.thorough
 @pytest.mark.slow
 def test_the_first_start_on_a_machine_compiles_every_loop_and_says_nothing(another_machine: Path) -> None:
     done = first_start(another_machine)

@@ -189,6 +189,7 @@ for _ in points:
 """
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="needs Linux, to wait for a process that is not ours")
 def test_workers_do_not_outlive_a_parent_that_is_killed() -> None:
     command, home = [sys.executable, "-c", ORPHANS], Path(__file__).parents[2]

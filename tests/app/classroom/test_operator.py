@@ -193,6 +193,7 @@ def strokes(visitor: Client) -> set[tuple[str, float]]:
     return {(str(line["stroke"]), float(line["width"])) for plot in plots for line in plot["series"][1:]}
 
 
+@pytest.mark.thorough
 def test_every_tab_has_its_own_look_and_language_and_what_a_look_shows_is_packed_once(house: OpenHouse, join: Join) -> None:
     opened = house(lecture=True)
     host = lecture_of(opened)

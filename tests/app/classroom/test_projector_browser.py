@@ -1,5 +1,6 @@
 """A teacher, the projector and a student in a real browser: clicker, reveal, black and frozen."""
 
+import pytest
 from playwright.sync_api import Page
 
 from app.classroom.presenter import Station
@@ -37,6 +38,7 @@ def bar_width(screen: Page, place: int) -> float:
     return 0.0 if box is None else box["width"]
 
 
+@pytest.mark.thorough
 def test_a_projector_shows_what_the_clicker_asks_for(house: OpenHouse, page_at: PageAt, join: Join) -> None:
     opened = house(changed(Settings(), "picture", "fast"), lecture=True, key="chalk and talk")
     host = lecture_of(opened)

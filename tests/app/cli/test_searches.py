@@ -43,6 +43,7 @@ def interrupted_after_two(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(children, "computed", interrupted(children.computed, 2))
 
 
+@pytest.mark.thorough
 def test_forty_random_runs_break_nothing(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert main(["hunt", "--runs", "40", "--seed", "2", "--seconds", "1.5", "--out", str(tmp_path)]) == 0
     lines = capsys.readouterr().out.splitlines()
@@ -149,12 +150,14 @@ def test_a_smooth_distance_is_not_broken(capsys: pytest.CaptureFixture[str]) -> 
     assert lines[4].startswith("Lost where a condition was missing: w ≤ v ")
 
 
+@pytest.mark.thorough
 def test_a_law_without_a_promise_breaks_none(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["falsify", "--law", "unprotected", "--starts", "1", "--seconds", "600", "--workers", "1", "--dt", "0.01"]) == 1
     lines = capsys.readouterr().out.splitlines()
     assert lines[2] == "This law makes no promise." and lines[3].startswith("d_law falls ")
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("interrupted_after_two")
 def test_an_interrupted_search_says_what_it_has_and_how_to_go_on(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*CLOSEST, "--seed", "3", "--starts", "9", "--skip", "5"]) == INTERRUPTED

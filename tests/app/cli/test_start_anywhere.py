@@ -88,7 +88,7 @@ def served(command: list[str], folder: Path) -> Iterator[str]:
             server.kill()
 
 
-@pytest.mark.parametrize("workers", ["1", "2"])
+@pytest.mark.parametrize("workers", ["1", pytest.param("2", marks=pytest.mark.thorough)])
 def test_serve_shows_the_arms_and_computes_beside_them(strange: Path, program: list[str], workers: str) -> None:
     options = ["serve", "--no-open", "--port", "0", "--store", "memory", "--workers", workers]
     with served([*program, *options], strange) as url, BlockingClient(url, query="whatif=1&seed=3") as visitor:
@@ -117,7 +117,7 @@ COMMANDS = {
 }
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("name", ["run", *(pytest.param(name, marks=pytest.mark.thorough) for name in COMMANDS if name != "run")])
 def test_a_command_imports_none_of_them(strange: Path, program: list[str], name: str) -> None:
     new_law(NewLaw(strange / "my_law.py"))
     done = subprocess.run(
@@ -156,6 +156,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.thorough
 def test_a_program_with_an_app_of_its_own_computes_on_several_cores(tmp_path: Path) -> None:
     (tmp_path / "app.py").write_text("def double(x):\n    return 2 * x\n", encoding="utf-8")
     (tmp_path / "study.py").write_text(STUDY, encoding="utf-8")

@@ -90,6 +90,7 @@ def full() -> bool:
     return quick("1/0").isolation == "full"
 
 
+@pytest.mark.thorough
 def test_every_file_costs_one_row(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "in"
     (folder / "deep" / "__pycache__").mkdir(parents=True)
@@ -213,6 +214,7 @@ def busy(request: pytest.FixtureRequest) -> Iterator[None]:
         yield
 
 
+@pytest.mark.thorough
 def test_a_law_that_changes_the_clock_is_not_quick(busy: None) -> None:
     clock = """
     import time

@@ -118,6 +118,7 @@ def test_a_reason_has_names_and_numbers_of_its_language(language: Language, bodi
         assert not re.search(r"\d\.\d", said) and (verdict.name != KEEPS or bodies in said), said
 
 
+@pytest.mark.thorough
 def test_through_other_processes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # The tests are made on the text that was there, whatever the file says by then.
     monkeypatch.setattr(examination_module, "TRIALS", {OUT: TRIALS[OUT]})
@@ -178,6 +179,7 @@ FAILED: dict[str, set[str]] = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("name", "failures"), FAILED.items())
 def test_what_the_built_in_laws_fail(name: str, failures: set[str]) -> None:
     assert failed(list(verdicts_of(name).values())) == failures

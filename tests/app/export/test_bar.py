@@ -4,6 +4,7 @@ from pathlib import Path
 from urllib.parse import parse_qsl, urlsplit
 
 import numpy as np
+import pytest
 from playwright.sync_api import Download, Locator, Page
 
 from app.page.panels.replay_bar import ReplayBar
@@ -66,6 +67,7 @@ def bring(page: Page, name: str, content: bytes) -> None:
     chooser.value.set_files({"name": name, "mimeType": "application/octet-stream", "buffer": content})
 
 
+@pytest.mark.thorough
 def test_the_past_the_link_and_the_report(house: OpenHouse, page_at: PageAt) -> None:
     opened = house()
     page = page_at(1180, 640, permissions=["clipboard-read", "clipboard-write"])

@@ -216,6 +216,7 @@ def there_and_back(seconds: float, dt: float = 0.02) -> Recorded:
     )
 
 
+@pytest.mark.thorough
 @pytest.mark.slow
 @pytest.mark.parametrize("seconds", [2.0, 8.0])
 def test_a_film_has_five_seconds_around_the_nearest_moment(seconds: float) -> None:

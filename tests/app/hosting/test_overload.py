@@ -78,6 +78,7 @@ def test_a_machine_with_time_to_spare_keeps_the_beat(monkeypatch: pytest.MonkeyP
     assert (report.frames, report.sessions, report.places) == (32, 4, 4) and 0 < report.load < 50
 
 
+@pytest.mark.thorough
 def test_frames_fall_evenly_and_gently_and_time_slows_down(monkeypatch: pytest.MonkeyPatch) -> None:
     """Steps take 4 % of the time for each session: a loop that made up for every step would come to a standstill."""
     rates, times = [], []
@@ -98,6 +99,7 @@ def test_frames_fall_evenly_and_gently_and_time_slows_down(monkeypatch: pytest.M
     assert times == sorted(times, reverse=True) and times[0] > 0.98 and 0.15 < times[-1] < 0.6
 
 
+@pytest.mark.thorough
 def test_after_an_overload_all_is_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
     machine = Machine(monkeypatch, 5, drawing=2e-3, step=2.0 * STEP)
     machine.run(3.0)
@@ -128,6 +130,7 @@ def counted(opened: ByHand, seconds: float, rounds: int = 96) -> Counter[str]:
     return visitor.received.messages - before
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("fast_machine")
 def test_where_frames_are_rare_panels_are_drawn_in_fewer_of_them_and_the_picture_in_all(by_hand: Made) -> None:
     opened = by_hand(sessions=2)
@@ -177,6 +180,7 @@ def test_the_speed_of_a_step_is_measured(monkeypatch: pytest.MonkeyPatch) -> Non
         assert step_seconds() == pytest.approx(0.02 / workload.BATCH / factor)
 
 
+@pytest.mark.thorough
 def test_a_machine_carries_as_many_before_its_loops_are_machine_code_as_after() -> None:
     """In a process of its own, where they are Python at first; the estimate may be off by a factor of two."""
     code = (

@@ -1,5 +1,7 @@
 """A browser that comes back by itself, and one that says that it is out of sight."""
 
+import pytest
+
 from app.session.session import Session
 from tests.app.conftest import OpenHouse, ask, live_sessions
 from tests.app.runtime import processes
@@ -22,6 +24,7 @@ _HIDE = """hidden => {
 }"""
 
 
+@pytest.mark.thorough
 def test_a_browser_comes_back_by_itself_to_where_it_was_and_says_that_it_is_out_of_sight(
     house: OpenHouse, page_at: PageAt
 ) -> None:

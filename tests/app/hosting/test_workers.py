@@ -342,6 +342,7 @@ signal.signal(signal.SIGUSR2, hang)
 """
 
 
+@pytest.mark.thorough
 def test_a_newcomer_goes_to_a_worker_that_serves_and_one_whose_frames_alone_hang_is_replaced(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, real: threading.Event
 ) -> None:

@@ -75,6 +75,7 @@ def test_nothing_is_cut_off(house: OpenHouse, page_at: PageAt, width: int, heigh
     assert lasting(page, lambda: flaws(page)) == []
 
 
+@pytest.mark.thorough
 def test_a_browser_says_what_its_person_reads(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1024, 768, locale="sl-SI")
     opened = house()

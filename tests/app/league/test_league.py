@@ -98,6 +98,7 @@ def test_it_goes_on_where_it_was_interrupted_and_one_core_two_or_a_cluster_write
     assert "holds a league of other persons (--quick or --seed-word); give another --out" in capsys.readouterr().err
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("one_robot")
 def test_a_broken_file_costs_its_row_a_further_file_only_its_own_runs_and_isolation_is_said_once(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
@@ -129,6 +130,7 @@ def test_a_broken_file_costs_its_row_a_further_file_only_its_own_runs_and_isolat
     assert set(read.links) == {"#projector", "#"} and page.count("<svg") == 2 and 'content="default-src' in page
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("one_robot")
 def test_a_file_that_runs_out_of_time_costs_its_rows_and_has_another_try_with_more_time(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -214,6 +216,7 @@ def test_a_row_is_the_worst_of_its_runs_and_its_error_against_the_paper() -> Non
     )
 
 
+@pytest.mark.thorough
 def test_the_document_has_the_tables_of_the_built_in_laws() -> None:
     text = (FOLDER / "documents" / "league.md").read_text(encoding="utf-8")
     tables = re.findall(r"^### (.+)\n\n((?:\|.*\n)+)", text, re.MULTILINE)

@@ -103,6 +103,7 @@ def test_a_full_disk_costs_no_points(tmp_path: Path, monkeypatch: pytest.MonkeyP
 SLOW_LAW = "import time\n\n\ndef law(situation):\n    time.sleep(0.01)\n    return situation.nominal\n"
 
 
+@pytest.mark.thorough
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_grading_writes_what_it_has_graded(tmp_path: Path, number: signal.Signals) -> None:

@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+import pytest
 
 from app.hosting.visitor import Visitor
 from app.page.camera_follow import CameraFollow
@@ -23,6 +24,7 @@ def left_alone(visitor: Visitor) -> bool:
     return camera_of(visitor).left_alone
 
 
+@pytest.mark.thorough
 def test_our_projection_is_the_pages_a_view_that_is_turned_is_kept_and_folded_plots_leave_their_place(
     house: OpenHouse, page_at: PageAt
 ) -> None:

@@ -252,6 +252,7 @@ def test_what_it_shows_is_the_runs_and_a_symbol_lights_up_everywhere(house: Open
     assert not page.locator("#duet-contact .chart").is_visible()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("font", FONTS)
 def test_no_label_lies_over_another(font: Font, house: OpenHouse, page_at: PageAt) -> None:
     """In no state of a run, with wide and with narrow letters."""

@@ -70,6 +70,7 @@ def test_what_is_hidden_has_no_effect_to_the_last_bit(scene: str, law: str) -> N
         assert moves(changed(settings.run, key, another(key, values(settings)[key]))) == plain, key
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("law", LAWS)
 def test_every_number_that_a_law_shows_has_an_effect(law: str) -> None:
     settings = everything("hold", law, dm=0.28, d0=0.5, n=2.0, guided="right", pairs="soft", beta=50.0, wmax=1.0)

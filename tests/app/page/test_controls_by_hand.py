@@ -27,6 +27,7 @@ def operate_tab(page: Page, session: Session, name: str) -> None:
         see_controls(page, session, keys)
 
 
+@pytest.mark.thorough
 def test_every_control_by_hand(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(900, 640)
     session = visit(page, house(), "autopilot=0")

@@ -1,5 +1,7 @@
 """The numbers that viser's client writes have the decimal sign of the page's language, also where a visitor types them."""
 
+import pytest
+
 from app.settings import Language
 from tests.app.conftest import OpenHouse, ask
 from tests.app.page.by_hand import LATE_UPDATE, visit
@@ -21,6 +23,7 @@ _SEEN = """() => {
 }"""
 
 
+@pytest.mark.thorough
 def test_boxes_ends_of_sliders_and_axes(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1024, 768, fresh=True, expect=(LATE_UPDATE,))
     page.add_init_script(_LISTEN)

@@ -106,6 +106,7 @@ def test_by_mouse_finger_and_keys_the_truth_over_it_and_the_arm_that_obeys(house
     see_the_arm_obey(page, session)
 
 
+@pytest.mark.thorough
 def test_a_class_draws_a_cloud(house: OpenHouse, page_at: PageAt) -> None:
     opened = house(changed(Settings(), "picture", "fast"), lecture=True, key="chalk")
     host = lecture_of(opened)
@@ -210,6 +211,7 @@ def test_a_guess_is_kept_and_a_wild_one_is_not() -> None:
     assert from_json(to_json(progress).replace("0.16", '"0.16"')).at("smooth", "rest").guess is None
 
 
+@pytest.mark.thorough
 def test_a_guess_on_the_axis(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(390, 844)
     session, run = enter(page, house(), "lesson=5&step=1&theme=light&resume=" + "a" * 32)

@@ -75,6 +75,7 @@ def sees_changes(page: Page, shown: Callable[[], str], what: str) -> None:
     until(page, lambda: len(seen) > 2 or seen.add(shown()), what)
 
 
+@pytest.mark.thorough
 def test_on_a_slow_line_a_setting_a_joint_and_a_moment_of_a_replay(house: OpenHouse, page_at: PageAt, line: SlowLine) -> None:
     page = page_at(900, 640)
     opened = house()

@@ -50,6 +50,7 @@ def test_no_text_of_a_file_reaches_the_page_as_html_of_its_own() -> None:
     assert "<em>b" in made and "<svg" in made
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_every_picture_and_formula_of_every_step_that_a_student_walks_is_drawn(language: Language) -> None:
     book = load_lessons(language=language)

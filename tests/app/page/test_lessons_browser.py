@@ -4,6 +4,7 @@
 import re
 from typing import Literal
 
+import pytest
 from playwright.sync_api import Browser, Page
 
 from app.export.lab_report import done_in, lab_bytes
@@ -87,6 +88,7 @@ def see_picture(page: Page, session: Session, run: LessonSession, word: str) -> 
         screenshot(page, f"lesson-picture-{run.walk.lesson.number}-{theme}")
 
 
+@pytest.mark.thorough
 def test_pictures_are_seen_in_the_colours_of_the_page(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1440, 900)
     session, run = enter(page, house(), "lesson=1&step=2&lang=de&theme=light")
@@ -95,6 +97,7 @@ def test_pictures_are_seen_in_the_colours_of_the_page(house: OpenHouse, page_at:
     see_picture(page, session, run, "glatt")
 
 
+@pytest.mark.thorough
 def test_the_list_goes_on_where_one_was_and_keys_alone_swing_an_elbow_and_say_numbers(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1024, 768)
     session, run = enter(page, house(), "lesson=1&step=2&theme=dark")
@@ -156,6 +159,7 @@ def test_the_list_goes_on_where_one_was_and_keys_alone_swing_an_elbow_and_say_nu
 WITHOUT_WEBGL = ("--disable-gpu", "--disable-software-rasterizer", "--disable-3d-apis")
 
 
+@pytest.mark.thorough
 def test_lessons_plots_numbers_and_keys_work_without_webgl(house: OpenHouse, browser: Browser) -> None:
     flags = [flag for flag in FLAGS if "gl" not in flag] + list(WITHOUT_WEBGL)
     with browser.browser_type.launch(
@@ -217,6 +221,7 @@ def why_flashes(page: Page, motion: Literal["no-preference", "reduce"], animatio
     until(page, lambda: page.evaluate("flashed") == [[animation, "order", 2000]], "the control flashes")
 
 
+@pytest.mark.thorough
 def test_a_reason_stands_beside_the_outcome_and_a_click_runs_the_contrast(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1440, 900, fresh=True)
     session, run = enter(page, house(), "lesson=4&step=3&theme=light")

@@ -11,6 +11,7 @@ from app.settings import Settings
 from tests.tools.monkey.visitor import Trouble, assert_sound, let_loose, watching
 
 
+@pytest.mark.thorough
 def test_five_seconds_of_anything(browser: Browser) -> None:
     monkey = let_loose(browser, seed=1, seconds=5.0, least=5)
     # What an action led to stands below it, indented.

@@ -3,6 +3,7 @@ and the other arm gives way."""
 
 import numpy as np
 import pinocchio as pin
+import pytest
 from playwright.sync_api import Page
 
 from app.page.handles.transform_handles import AUTOPILOT_SIZE, swivel_frame
@@ -256,6 +257,7 @@ def test_a_finger_pulls_the_arm_and_beside_it_turns_the_view(house: OpenHouse, p
     assert session.held is None
 
 
+@pytest.mark.thorough
 def test_a_reset_in_the_middle_of_a_drag_at_an_arrow_ends_the_pull_until_the_button_is_released(
     house: OpenHouse, page_at: PageAt
 ) -> None:

@@ -112,6 +112,7 @@ def comes_not(page: Page) -> None:
     assert page.locator(CARD).count() == 0
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("width", "height", "language", "look", "out"),
     [

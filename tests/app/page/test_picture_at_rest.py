@@ -1,5 +1,7 @@
 """Tabs and plots in a real browser, and a picture that is drawn for a change alone."""
 
+import pytest
+
 from app.page.panels.choice_buttons import MARK
 from app.page.panels.hotkeys import hotkeys
 from tests.app.conftest import OpenHouse, ask
@@ -35,6 +37,7 @@ MOVED = """() => new Promise(done => {
 """The number of the beat of the screen at which a joint has moved, and how many pictures had been drawn at every beat."""
 
 
+@pytest.mark.thorough
 def test_tabs_plots_and_the_picture_at_rest(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(900, 640)
     session = visit(page, house())

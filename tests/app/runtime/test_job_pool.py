@@ -166,6 +166,7 @@ def test_a_failure_has_a_message_and_fails_alone(
     assert bool(caplog.records) == bool(logged) and logged in caplog.text
 
 
+@pytest.mark.thorough
 def test_a_worker_that_dies_is_replaced(caplog: pytest.LogCaptureFixture) -> None:
     others = set(multiprocessing.active_children())
     background = JobPool(1)
@@ -235,6 +236,7 @@ def test_a_worker_does_not_outlive_a_killed_parent(tmp_path: Path) -> None:
     until(lambda: gone(worker))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("lecture", [False, True])
 def test_a_house_computes_for_its_visitors_and_ends_it_all(house: OpenHouse, join: Join, lecture: bool) -> None:
     jobs = JobPool()
@@ -330,6 +332,7 @@ def test_a_client_that_goes_takes_its_jobs_along(clients: tuple[JobClient, JobCl
     until(lambda: load(server.pool) == (0, 0))
 
 
+@pytest.mark.thorough
 def test_a_server_that_is_killed_is_started_again_with_the_next_job(
     address: JobAddress, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

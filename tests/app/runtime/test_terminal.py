@@ -188,6 +188,7 @@ def ended(command: Sequence[str | bytes], **options: object) -> subprocess.Compl
 OUTPUTS = [["--help"], ["run", "--seconds", "0.05"], ["serve", "--no-open", "--store", "memory", "--port", "0"]]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("arguments", OUTPUTS, ids=" ".join)
 def test_a_reader_that_has_gone_and_a_closed_output_are_no_mistake_and_a_full_one_is_named(arguments: list[str]) -> None:
     command = [sys.executable, "-m", "app", *arguments]
@@ -213,6 +214,7 @@ def test_a_reader_that_has_gone_and_a_closed_output_are_no_mistake_and_a_full_on
     assert complaints(done.stderr.decode()) == [full_device], done.stderr
 
 
+@pytest.mark.thorough
 def test_without_utf_8_every_command_speaks_and_writes_it(tmp_path: Path) -> None:
     law, out, again = tmp_path / in_utf_8("größe.py"), tmp_path / in_utf_8("über.csv"), tmp_path / "nochmal.json"
     # A name that no locale reads is in the file, and was what could not be written.

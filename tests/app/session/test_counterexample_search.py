@@ -29,6 +29,7 @@ def searching(desk: Inline, **settings: object) -> tuple[Session, Counterexample
     return session, session.studies.counterexample
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("in_time", [3, 5])
 def test_it_goes_from_start_to_start_and_ends(desk: Inline, monkeypatch: pytest.MonkeyPatch, in_time: int) -> None:
     """After so many starts as are made in time, but not before a fourth one."""

@@ -73,8 +73,8 @@ def test_the_elbow_of_the_single_arm_moves_in_the_null_space(one: Guest) -> None
 def test_the_circle_is_drawn_and_nothing_can_be_held(one: Guest) -> None:
     change(one, scene="solo", path="circle", speed=2.0)
     nodes = one.visitor.mirror.nodes
-    one.visitor.wait_for(lambda v: "/path/line" in v.mirror.nodes and HAND not in v.mirror.nodes)
-    assert ELBOW not in nodes and "/path/A" not in nodes
+    # Each node of the page is a message of its own: the line may arrive before the last handle has left.
+    one.visitor.wait_for(lambda v: "/path/line" in v.mirror.nodes and not {HAND, ELBOW, "/path/A"} & v.mirror.nodes.keys())
     points = np.array(nodes["/path/line"]["points"], float).reshape(-1, 3)
     home = points[0]
     centre = home + np.array([0.0, 0.0, solo.RADIUS])

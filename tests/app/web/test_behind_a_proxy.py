@@ -73,6 +73,7 @@ def proxies() -> Iterator[tuple[Proxy, Proxy]]:
             proxy.shutdown()
 
 
+@pytest.mark.thorough
 def test_both_proxies_work_once_their_address_is_let_in_and_a_tab_stays_with_its_own_of_two_servers(
     proxies: tuple[Proxy, Proxy], house: OpenHouse, page_at: PageAt, caplog: pytest.LogCaptureFixture
 ) -> None:

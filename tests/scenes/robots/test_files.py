@@ -180,6 +180,7 @@ def test_a_slave_with_fewer_joints_follows_with_those_it_has() -> None:
     assert np.isfinite(column(table, "d")).all()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["so100", "so101"])
 def test_two_short_arms_of_five_joints_hold_follow_and_keep_clear_on_the_table(name: str, registry: None) -> None:
     files = importlib.metadata.files("example-robot-data")
@@ -295,6 +296,7 @@ def test_another_content_is_another_robot(box_arm: str, tmp_path: Path) -> None:
     assert robot_file(path).key != box_arm
 
 
+@pytest.mark.thorough
 def test_every_serial_arm_of_the_package_avoids_or_is_refused_for_a_reason(registry: None) -> None:
     fits: dict[str, str] = {}
     for path in urdf_files():

@@ -212,6 +212,7 @@ REFUSED: dict[str, tuple[str | bytes, str]] = {
 }  # fmt: skip
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("case", ARMS)
 def test_an_arm_has_capsules_and_is_drawn_solid(
     case: str, folder: Path, registry: None, capfd: pytest.CaptureFixture[str]
