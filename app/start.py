@@ -1,16 +1,17 @@
-"""Starts the app: the server, its host (private sessions, or a lecture), and the frame loop."""
+"""Starts the app: the server, its host, and the frame loop."""
 
 import logging
 import socket
 import threading
 import warnings
+from collections.abc import Sequence
 from contextlib import ExitStack
 from functools import partial
 
-from app.classroom.breakout_host import BreakoutHost
-from app.classroom.lecture import LectureHost
+from app.feature import Feature
 from app.hosting.app_context import AppContext
 from app.hosting.frame_loop import FrameLoop
+from app.hosting.host import Host
 from app.hosting.preparation import Preparation
 from app.hosting.private_host import PrivateHost
 from app.hosting.record_writer import RecordWriter
@@ -31,9 +32,6 @@ log = logging.getLogger("duet.hosts")
 
 # A tab may close in the middle of a frame; the next frame is drawn without it.
 warnings.filterwarnings("ignore", message="Queued a .* on a closed connection", category=UserWarning)
-
-
-Host = PrivateHost | LectureHost | BreakoutHost
 
 
 class App:
@@ -65,15 +63,12 @@ class App:
         """Stop the frames and all background jobs, close every connection and release the port.
 
         Args:
-            goes_on: whether a lecture goes on with the next server.
+            goes_on: whether the next server goes on with what this one shows.
         """
         if self._preparation is not None:
             self._preparation.close()
         self._loop.stop()
-        if isinstance(self.host, LectureHost):
-            self.host.close(goes_on)
-        else:
-            self.host.close()
+        self.host.close(goes_on)
         self.context.library.close()
         self.context.jobs.close()
         self.context.sources.close()
@@ -87,13 +82,15 @@ def start_app(
     run: str = "",
     jobs: Jobs | None = None,
     link: WorkerLink | None = None,
+    features: Sequence[Feature] = (),
 ) -> App:
     """Start to serve the page.
 
     Args:
         listener, run: see `DuetServer`; given in a worker, where the dispatcher holds the lock of the file.
         jobs: runs what takes longer than a frame; None for a pool of this process.
-        link: to the other processes of a lecture.
+        link: to the other processes of the server.
+        features: beside the core.
 
     Raises:
         PortInUse, BadSetting: see `app.web.server.DuetServer`.
@@ -132,19 +129,18 @@ def start_app(
         server.may_measure = partial(is_teacher, options.key)
         server.proof = options.proof
         errors = ThrottledLog(logging.getLogger("duet.lecture" if options.lecture else "duet.hosts"))
-        context = AppContext(server, options, jobs or JobPool(), sources, library, kept, workload, errors, link)
+        panels = tuple(made for one in reversed(features) if one.panels is not None for made in one.panels())
+        context = AppContext(server, options, jobs or JobPool(), sources, library, kept, workload, errors, panels, link)
         if not options.lecture:
             # A lecture goes on with the lessons that it began with.
             library.watch(context.wake)
         preparation = Preparation(library.book, context.jobs) if options.ahead else None
-        app = App(context, _host(context, options.lecture), preparation)
+        app = App(context, _host(context, features), preparation)
         opened.pop_all()
     return app
 
 
-def _host(context: AppContext, lecture: bool) -> Host:
-    if not lecture:
-        return PrivateHost(context)
-    if context.link is None or context.link.index == 0:
-        return LectureHost(context)
-    return BreakoutHost(context, context.link)
+def _host(context: AppContext, features: Sequence[Feature]) -> Host:
+    """Return the host of the first feature that has one for these options; else one of private sessions."""
+    hosts = (one.host(context) for one in features if one.host is not None)
+    return next((host for host in hosts if host is not None), None) or PrivateHost(context)

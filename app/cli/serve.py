@@ -4,6 +4,7 @@ import os
 import signal
 import socket
 import webbrowser
+from collections.abc import Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -13,13 +14,14 @@ from urllib.parse import quote
 import tyro
 
 from app.cli.options import AllOptions, Flat, settings_of_options
-from app.cli.sweep import cores
+from app.feature import Feature
 from app.hosting.dispatcher import Dispatcher
 from app.hosting.serve_options import MOST_STUDENTS, ServeOptions
 from app.hosting.store_choice import chosen_store
 from app.hosting.store_file import StoreLock, usual_path
 from app.hosting.teacher_key import AUTO, chosen_key
 from app.hosting.worker_messages import WorkerStart
+from app.runtime.progress import cores
 from app.runtime.temporary_folder import remove_abandoned
 from app.runtime.terminal import INTERRUPTED, ending_at_once, terminated
 from app.settings import Settings
@@ -111,8 +113,8 @@ class Serve:
     """What the page shows at first."""
 
 
-def serve(command: Serve) -> int:
-    """Serve the page until Ctrl+C or SIGTERM; return the exit code.
+def serve(command: Serve, features: Sequence[Feature] = ()) -> int:
+    """Serve the page until Ctrl+C or SIGTERM; return the exit code. `features`: beside the core, in a server without workers.
 
     Raises:
         BadSetting, BadInputFile, PortInUse, StoreRefused: before anything is served.
@@ -170,7 +172,7 @@ def serve(command: Serve) -> int:
             options = replace(options, port=listener.getsockname()[1])
             options = _with_store(command, options, held)
             if workers == 1:
-                _serve_alone(command, options, listener)
+                _serve_alone(command, options, listener, features)
             else:
                 _serve_with_workers(command, options, listener, workers)
     except KeyboardInterrupt:
@@ -253,7 +255,7 @@ def _workers(command: Serve) -> int:
     return command.workers
 
 
-def _serve_alone(command: Serve, options: ServeOptions, listener: socket.socket) -> None:
+def _serve_alone(command: Serve, options: ServeOptions, listener: socket.socket, features: Sequence[Feature]) -> None:
     """Serve the page in this process until Ctrl+C."""
     if hasattr(signal, "SIGUSR1"):
         # There are no workers to replace.
@@ -261,7 +263,7 @@ def _serve_alone(command: Serve, options: ServeOptions, listener: socket.socket)
     with ending_at_once():
         from app.start import start_app
 
-        app = start_app(options, listener)
+        app = start_app(options, listener, features=features)
     try:
         _announce(command, options, app.context.workload.places)
         app.wait()
@@ -297,7 +299,7 @@ def _announce(command: Serve, options: ServeOptions, places: int) -> None:
     if command.store is None and options.store is not None and options.store != usual_path():
         print(f"This Duet keeps its visitors in {options.store}: others have their own files there.", flush=True)
     if command.lecture:
-        from app.classroom.breakout_places import group_size
+        from app.features.lecture.breakout_places import group_size
         from app.web.address import find_address
 
         print(f"The class opens {find_address('', command.host, port).url}", flush=True)

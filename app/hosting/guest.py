@@ -66,7 +66,7 @@ class Guest:
             hand = self._hand = SecondHand(session, handlers.do)
             hands_off = lambda: self._host is None or self._host.lessons.hands_off  # noqa: E731
             self._gizmos = Gizmos(client, hand, lambda: self._view.stage.guests, hands_off, handlers)
-            self._words = SceneWords(client, session, self._view, handlers)
+            self._words = SceneWords(client, self._view, handlers)
             handlers.add(Nudge, self._gizmos.nudge)
             handlers.add(FirstView, lambda _: self._view.look(client))
             for hotkey in hotkeys():

@@ -28,8 +28,9 @@ class PrivateHost:
         self._announced: set[str] = set()
         self.admission = Admission(context, self._admit, lambda _: log.exception("a visitor's page could not be built"))
 
-    def close(self) -> None:
+    def close(self, goes_on: bool = False) -> None:
         """Keep what every visitor has done, and close every session, also of visitors who are away."""
+        del goes_on
         self.admission.close()
         for visitor in self.visitors.values():
             visitor.save()

@@ -10,7 +10,7 @@ from typing import Any, Final
 import msgspec
 import numpy as np
 
-from app.export.class_summary import ClassSummary, HandIn
+from app.features.lecture.class_summary import ClassSummary, HandIn
 from app.hosting.sqlite_pages import is_whole
 from app.lessons.bookmark import OpenSteps
 from app.lessons.progress import SavedLesson
@@ -62,10 +62,10 @@ class ClassRecord:
         earlier: question → the ballots of its rounds before the newest one, oldest first.
         passed: lesson and step → ids of the tabs that have passed the challenge.
         hand_ins: the reports that were handed in, by the id of a student's tab.
-        pages_only, pageless: see `app.classroom.ballots.Ballots`.
+        pages_only, pageless: see `app.features.lecture.ballots.Ballots`.
         names, pace: the invented names by the id of a student's tab, and the steps that are open to those who explore.
         nearest: lesson and step of a duel → the smallest d less d_m of the class [m].
-        groups: see `app.classroom.breakout_places.BreakoutPlaces`.
+        groups: see `app.features.lecture.breakout_places.BreakoutPlaces`.
     """
 
     saved: float

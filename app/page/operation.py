@@ -1,7 +1,6 @@
 """What is operated of one session: controls, handles, keys."""
 
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
@@ -10,10 +9,8 @@ import viser
 from app.i18n.speaking import tr
 from app.lessons.lesson import LessonBook
 from app.page.handles.gizmos import Gizmos
-from app.page.lessons.duel_box import DuelBox
-from app.page.lessons.lab_report_box import LabReportBox
 from app.page.lessons.lesson_controls import LessonControls
-from app.page.panels import PagePanel
+from app.page.panel_context import P, PanelContext, PanelMaker
 from app.page.panels.controls import Controls
 from app.page.panels.hotkeys import hotkeys, keys_of
 from app.page.panels.law_editor import LawEditor
@@ -35,14 +32,14 @@ from scenes.settings import values
 CALM: Final = 0.1
 """Wall time between two looks at the controls while nothing is done with them [s]."""
 
-PANELS: Final[list[Callable[[viser.ClientHandle, Session, View, ActionHandlers], PagePanel]]] = [
+PANELS: Final[list[PanelMaker]] = [
     Lever,
     DetailsChooser,
     MicroscopeButtons,
     MomentChooser,
-    SceneWords,
+    lambda page: SceneWords(page.client, page.view, page.handlers),
 ]
-"""The panels that need nothing but the session, the view and the page's handlers; a further one is one more entry."""
+"""The panels of the core that need nothing but their context; a further one is one more entry."""
 
 
 class Operation:
@@ -56,6 +53,7 @@ class Operation:
         whole: whether all settings are shown, also while no lesson is open.
         invites: whether a second person can be invited.
         edited: file of a law that the operator may edit; None for none.
+        panels: makes the panels of features.
 
     Attributes:
         whole: the same, as the visitor has asked for since.
@@ -71,6 +69,7 @@ class Operation:
         whole: bool = True,
         invites: bool = False,
         edited: Path | None = None,
+        panels: Sequence[PanelMaker] = (),
     ) -> None:
         self.whole, self._presenting = whole, presenting
         self._client, self._session, self._view = client, session, view
@@ -78,17 +77,15 @@ class Operation:
         self._controls = Controls(client.gui, session, handlers, presenting, canvas_size(client)[0] <= PHONE)
         self._keep = client.gui.add_folder(tr("Keep and replay"), order=self._controls.below_clock, expand_by_default=False)
         with self._keep:
-            send = partial(client.send_file_download, save_immediately=True)
-            self._replay_bar = ReplayBar(client.gui, session, handlers, send)
-            self._link = LinkBox(client, session, view.lessons)
-            self._lab = LabReportBox(client.gui, session, view, handlers, self._replay_bar.exports)
-        self._panels = [make(client, session, view, handlers) for make in PANELS]
-        self._panels.append(DuelBox(client, session, view, handlers, self._replay_bar.exports))
+            replay_bar, self._link = ReplayBar(client.gui, session, handlers), LinkBox(client, session, view.lessons)
+        self._page = page = PanelContext(client, session, view, handlers, self._keep, [replay_bar])
+        for make in (*PANELS, *panels):
+            page.made.append(make(page))
         self._invite = InviteBox(client, session, handlers, self._controls.below_clock) if invites else None
         if self._invite is not None:
-            self._panels.append(self._invite)
+            page.made.append(self._invite)
         if edited is not None:
-            self._panels.append(LawEditor(client.gui, session, view, handlers, self._controls, edited))
+            page.made.append(LawEditor(client.gui, session, view, handlers, self._controls, edited))
         hands_off = lambda: view.lessons.hands_off  # noqa: E731
         self._gizmos = Gizmos(client, session, lambda: view.stage.yours, hands_off, handlers)
         self._lesson_controls = LessonControls(client, session, view, handlers, self._controls, self._gizmos, presenting)
@@ -123,6 +120,14 @@ class Operation:
             case what:
                 session.change(what, not present[what])
 
+    def panel(self, kind: type[P]) -> P:
+        """Panel of a class on this page.
+
+        Raises:
+            LookupError: the page has none.
+        """
+        return self._page.panel(kind)
+
     def notify_problems(self, problems: tuple[str, ...]) -> None:
         """Name what was wrong with the link that the visitor came by."""
         for problem in problems[:5]:
@@ -153,10 +158,11 @@ class Operation:
         self._keep.visible = self.whole or not plays
         if self._invite is not None:
             self._invite.offered = self._keep.visible
-        for panel in (self._controls, *self._panels, self._replay_bar, self._link, self._lesson_controls, self._lab):
+        for panel in (self._controls, *self._page.made, self._link, self._lesson_controls):
             panel.show(frame)
 
     def close(self) -> None:
         """Operate the session no more: go back to live, and drop every export that is being made."""
         self._session.handlers.uncover(self.handlers)
-        self._replay_bar.close()
+        for panel in self._page.made:
+            panel.close()

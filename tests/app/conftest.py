@@ -9,7 +9,8 @@ from typing import Any, TypeVar
 
 import pytest
 
-from app.classroom.lecture import LectureHost
+from app.features import FEATURES
+from app.features.lecture.lecture import LectureHost
 from app.hosting.private_host import PrivateHost
 from app.hosting.serve_options import ServeOptions
 from app.hosting.visitor import Visitor
@@ -145,7 +146,8 @@ def house(request: pytest.FixtureRequest, jobs: JobPool) -> OpenHouse:
         jobs: JobPool = jobs,
         **options: Any,
     ) -> App:
-        opened = start_app(ServeOptions(settings=settings or Settings(), sessions=sessions, **options), jobs=jobs, link=link)
+        given = ServeOptions(settings=settings or Settings(), sessions=sessions, **options)
+        opened = start_app(given, jobs=jobs, link=link, features=FEATURES)
         request.addfinalizer(opened.close)
         return opened
 

@@ -10,10 +10,10 @@ from contextlib import closing, suppress
 from pathlib import Path
 from urllib.request import urlopen
 
-from app.bench.headless_client import HeadlessClient
 from app.hosting.store_file import StoreFile
 from app.hosting.visitor_record import VisitorRecord, record_from_bytes
 from app.runtime.terminal import TERMINATED
+from app.web.headless_client import HeadlessClient
 from app.web.server import MOVED_CODE
 from tests.app.runtime.processes import until
 from tests.app.web.conftest import ended

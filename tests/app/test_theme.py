@@ -14,7 +14,7 @@ HEX = re.compile(r"(?<![&\w])#(?:[0-9a-fA-F]{8}|[0-9a-fA-F]{6}|[0-9a-fA-F]{3,4})
 
 OWN = {
     "app/web/static/mark.svg": 2,
-    "app/figures/drawn_figure.py": 2,
+    "app/features/figures/drawn_figure.py": 2,
     "scenes/glb.py": 1,
     "scenes/lwr/shells.py": 10,
     "scenes/person/body.py": 1,

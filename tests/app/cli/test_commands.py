@@ -18,13 +18,15 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from app.cli.main import COMMANDS, main
+from app.__main__ import run_command as main
+from app.cli.main import commands_with
 from app.cli.options import PLACES, AllOptions, RunOptions, settings_of_options
 from app.cli.serve import Serve
-from app.cli.sweep import cores
+from app.features import FEATURES
 from app.hosting.serve_options import ServeOptions
 from app.hosting.teacher_key import SHORTEST
 from app.hosting.worker_messages import WorkerStart
+from app.runtime.progress import cores
 from app.runtime.terminal import INTERRUPTED
 from app.settings import Settings, from_query
 from app.start import App
@@ -200,7 +202,7 @@ def test_a_busy_port_names_the_port_and_the_remedy(capsys: pytest.CaptureFixture
 @pytest.mark.parametrize("arguments", [[], ["serve"], ["--no-open"], ["--port", "9000", "--rig", "table"]])
 def test_no_command_means_serve(monkeypatch: pytest.MonkeyPatch, arguments: list[str]) -> None:
     seen: list[Serve] = []
-    monkeypatch.setitem(COMMANDS, "serve", (Serve, lambda command: seen.append(command) or 0))
+    monkeypatch.setattr("app.cli.main.serve", lambda command, features: seen.append(command) or 0)
     assert main(arguments) == 0
     (command,) = seen
     assert (command.host, command.sessions, command.lecture, command.key) == ("127.0.0.1", "auto", False, None)
@@ -244,7 +246,12 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
 
 SERVE = ["--host", "--port", "--no-open", "--sessions", "--watchers", "--lecture", "--key", "--allow-origin", "--theme", "--dm"]
 RUN = ["--seconds", "--inputs", "--csv", "--seed", "--law", "--pairs", "--rig", "--dm", "--dt", "0.03 to 0.3 m"]
-HELP = {"": [*COMMANDS, "--help"], "serve": SERVE, "run": RUN, "bench": ["--out", "--compare", "--seconds", "--steps", "--fair"]}
+HELP = {
+    "": [*commands_with(FEATURES), "--help"],
+    "serve": SERVE,
+    "run": RUN,
+    "bench": ["--out", "--compare", "--seconds", "--steps", "--fair"],
+}
 
 
 def test_alone_or_behind_the_door_the_app_gets_all_that_the_command_was_given(

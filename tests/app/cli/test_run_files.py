@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.cli.main import main
+from app.__main__ import run_command as main
 from app.cli.options import RunOptions, settings_of_options
-from app.export.scene_film import film_scene
+from app.features.exports.scene_film import film_scene
 from app.recording.run_file import load_run, saved_bytes
 from app.settings import PageSettings, Settings, from_query, to_query
 from controllers.errors import BadInputFile

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from app.cli.grade import NewLaw, new_law
+from app.cli.custom_law import NewLaw, new_law
 from app.runtime.terminal import TERMINATED
 from controllers.own_packages import FOLDER, own_command
 from tests.app.runtime.processes import until
@@ -166,7 +166,7 @@ def test_a_program_with_an_app_of_its_own_computes_on_several_cores(tmp_path: Pa
     assert done.stdout == "[(0, 2), (1, 4)]\n", done.stderr[-3000:]
 
 
-STARTERS = ("controllers/own_packages.py", "app/jupyter/tile.py")
+STARTERS = ("controllers/own_packages.py", "app/features/jupyter/tile.py")
 """Files that may say which program a process runs: the one way for all, and the tile, which imports nothing of ours."""
 
 

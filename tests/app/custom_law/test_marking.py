@@ -19,19 +19,19 @@ from types import SimpleNamespace
 import pytest
 
 import app
-from app.cli.main import main
+from app.__main__ import run_command as main
 from app.custom_law.arena import PIECES
 from app.custom_law.examination import examine
 from app.custom_law.fence import FenceLimits
 from app.custom_law.law_limits import LawLimits
 from app.custom_law.marked import LawMarks, _take, marked
 from app.custom_law.trials import GATES, TRIALS, TRY
-from app.export.lab_report import Done, lab_bytes
-from app.export.report_html import StepRecord, read_records, records_html
+from app.features.lab_report.lab_report import Done, lab_bytes
+from app.features.lab_report.report_html import StepRecord, read_records, records_html
+from app.features.marks.graded_file import REPORT
 from app.i18n.catalogue import words_of
 from app.lessons.loading import load_lessons
 from app.lessons.progress import StepProgress
-from app.marks.graded_file import REPORT
 from app.plots.curve_chart import COLUMNS
 from controllers.errors import LazyText
 from scenes.files import csv_cell
@@ -318,7 +318,7 @@ def test_nothing_to_grade(tmp_path: Path, capsys: pytest.CaptureFixture[str], mo
 def test_a_place_that_cannot_be_written_is_named_before_the_first_file(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("app.cli.grade._graded", lambda *given: pytest.fail("a file was graded"))
+    monkeypatch.setattr("app.features.marks.command._graded", lambda *given: pytest.fail("a file was graded"))
     law = tmp_path / "a.py"
     law.touch()
     for option in ("csv", "moodle", "canvas", "gradescope"):

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.export.csv_table import csv_bytes
-from app.export.export_queue import ExportQueue, File
-from app.export.player import player_html
-from app.export.plot_pictures import picture_bytes
-from app.export.recorded_curves import Curves
+from app.features.exports.csv_table import csv_bytes
+from app.features.exports.export_queue import ExportQueue, File
+from app.features.exports.player import player_html
+from app.features.exports.plot_pictures import picture_bytes
+from app.features.exports.recorded_curves import Curves
 from app.hosting.visitor_record import record_from_bytes, record_to_bytes
 from app.recording.run_file import load_run, saved_bytes
 from app.session.frame import freeze

@@ -12,8 +12,8 @@ import viser
 from numpy.testing import assert_array_equal
 from viser import _gui_api, _gui_handles, _icons
 
-from app.classroom.lecture import LectureHost
-from app.classroom.teacher_control import Answer
+from app.features.lecture.lecture import LectureHost
+from app.features.lecture.teacher_control import Answer
 from app.hosting import admission, preparation
 from app.hosting.preparation import Preparation, mesh_makers
 from app.hosting.private_host import PrivateHost

@@ -5,13 +5,13 @@ from typing import Any
 
 import pytest
 
-from app.bench.headless_client import CAMERA
 from app.hosting.frame_loop import LIVELY, RESTING, UNSEEN, Attention
 from app.hosting.record_writer import BEAT
 from app.hosting.visitor import SAVING, SAVING_AT_REST
 from app.lessons.progress import from_json
 from app.session.actions import Pause, SetSetting
 from app.settings import Settings
+from app.web.headless_client import CAMERA
 from app.web.pages import HIDDEN, SHOWN
 from scenes.settings import specs
 from tests.app.conftest import FRAME, ByHand, Made, lecture_of, visitor_of

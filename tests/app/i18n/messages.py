@@ -16,7 +16,7 @@ from jinja2 import Environment, nodes
 
 import app
 from app.custom_law.trials import TRIALS, WHY
-from app.export.export_queue import TITLES, WORDS
+from app.features.exports.export_queue import TITLES, WORDS
 from app.i18n.catalogue import FOLDER, read_texts
 from app.i18n.client_texts import ALL
 from app.lessons.measures.quantity import QUANTITIES
@@ -50,7 +50,13 @@ ON_THE_PAGE: Final = (
         "scenes/robots/[!jpu]*.py",
     ),
     *("scenes/person/bvh*.py", "scenes/person/camera*.py"),
-    *("app/runtime/job_pool.py", "app/export/*.py", "app/recording/*.py", "app/custom_law/[!c]*.py", "app/page/**/*.py"),
+    *(
+        "app/runtime/job_pool.py",
+        "app/features/exports/*.py",
+        "app/recording/*.py",
+        "app/custom_law/[!c]*.py",
+        "app/page/**/*.py",
+    ),
     # The sources of the command line have errors of the command line.
     *("app/plots/*.py", "app/stage/*.py", "app/session/[!i]*.py"),
 )

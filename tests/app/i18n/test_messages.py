@@ -35,7 +35,7 @@ from scenes.person.bvh import read_bvh
 from scenes.person.clips import Clip
 from scenes.rerun import not_again
 from scenes.settings import RunSettings, changed
-from tests.app.export.runs import piece
+from tests.app.features.exports.runs import piece
 from tests.app.i18n.conftest import untranslated
 from tests.app.lessons.helpers import our_book
 from tests.scenes.person.bvh_text import MIXAMO, write_bvh

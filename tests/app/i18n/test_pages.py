@@ -9,13 +9,13 @@ import matplotlib
 import pytest
 from matplotlib.text import Text
 
-from app.export import plot_pictures as pictures
-from app.export.export_queue import make_picture
-from app.export.lab_report import Done, ReportEntry, _settings, report_html, step_entry
-from app.export.player import assembled, packed_film
-from app.export.recorded_curves import Curves
-from app.export.scene_film import Filmed
-from app.figures.drawn_figure import STYLE
+from app.features.exports import plot_pictures as pictures
+from app.features.exports.export_queue import make_picture
+from app.features.exports.player import assembled, packed_film
+from app.features.exports.recorded_curves import Curves
+from app.features.exports.scene_film import Filmed
+from app.features.figures.drawn_figure import STYLE
+from app.features.lab_report.lab_report import Done, ReportEntry, _settings, report_html, step_entry
 from app.i18n.catalogue import pseudo
 from app.i18n.speaking import set_language, tr
 from app.lessons.curve_drawing import DrawingVerdict, DrawnCurves
@@ -25,7 +25,7 @@ from app.settings import Details, Settings
 from app.text.lesson_text import plain
 from scenes.settings import RunSettings, changed
 from tests.app.conftest import Arrive, Guest, Join, OpenHouse, ask
-from tests.app.export.runs import piece, read_film
+from tests.app.features.exports.runs import piece, read_film
 from tests.app.i18n.conftest import untranslated
 from tests.app.lessons.helpers import much_done
 from tests.app.page.helpers import bodies, notes, open_lessons

@@ -18,14 +18,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.cli.main import main
+from app.__main__ import run_command as main
+from app.features import FEATURES
+from app.features.jupyter.duet import cell_html
+from app.features.jupyter.notebook_run import NotebookRun
 from app.hosting.serve_options import ServeOptions
 from app.i18n.catalogue import FIRST, FOLDER, GROWTH, LAST, Words, pseudo, read_texts, words_of
 from app.i18n.client_texts import translations
 from app.i18n.reader_language import language_asked, language_of, preferred
 from app.i18n.speaking import decimal, set_language, tr
-from app.jupyter.duet import cell_html
-from app.jupyter.notebook_run import NotebookRun
 from app.lessons.loading import load_lessons
 from app.page.panels.controls import TABS
 from app.page.panels.replay_bar import LENGTHS
@@ -190,7 +191,7 @@ CATALOGUE = r"""
 
 def answers(folder: Path) -> dict[str, object]:
     """What the app says wherever a language is chosen."""
-    opened = start_app(ServeOptions())
+    opened = start_app(ServeOptions(), features=FEATURES)
     visitor = BlockingClient(opened.url, headers={"Accept-Language": "eo-XX, de;q=0.9"})
     visitor.wait_for(lambda v: any(e.get("label") == "lingvo" for e in list(v.mirror.gui.values())), 60.0)
     choice = visitor.mirror.labelled("lingvo")["options"]

@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.export.class_summary import ClassSummary
-from app.export.gain import gains, own_pairs, whole
-from app.export.handout_html import handout_html
-from app.export.lab_report import done_in, lab_bytes
-from app.export.moodle_xml import moodle_xml
+from app.features.handout.handout_html import handout_html
+from app.features.handout.moodle_xml import moodle_xml
+from app.features.lab_report.gain import gains, own_pairs, whole
+from app.features.lab_report.lab_report import done_in, lab_bytes
+from app.features.lecture.class_summary import ClassSummary
 from app.lessons.bookmark import Phase
 from app.lessons.check import check_lesson
 from app.lessons.evidence import Evidence

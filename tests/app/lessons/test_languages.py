@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from app.classroom.classroom import Classroom
 from app.custom_law.trials import verdict_on
-from app.export.lab_report import Done, lab_bytes
+from app.features.lab_report.lab_report import Done, lab_bytes
+from app.features.lecture.classroom import Classroom
 from app.i18n.catalogue import FOLDER, read_texts
 from app.i18n.speaking import set_language, tr
 from app.lessons import outcomes, reference_runs

@@ -10,8 +10,8 @@ from unittest.mock import MagicMock
 
 import pytest
 
-from app.cli.main import main
-from app.export.handout_html import handout_html
+from app.__main__ import run_command as main
+from app.features.handout.handout_html import handout_html
 from app.lessons import FOLDER
 from app.lessons import library as library_module
 from app.lessons.lesson import LAST, LessonBook

@@ -16,8 +16,8 @@ from app.session.session import Session
 from app.settings import Settings
 from controllers.curve import curve_through
 from scenes.settings import changed
-from tests.app.classroom.test_browser import WAIT, come
 from tests.app.conftest import OpenHouse, ask, lecture_of, live_sessions
+from tests.app.features.lecture.test_browser import WAIT, come
 from tests.app.lessons.helpers import our_book
 from tests.app.page.by_hand import drag, drag_by_finger
 from tests.browser import PageAt, close_software_note, screenshot, settled_box, until

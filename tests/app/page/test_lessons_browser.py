@@ -7,7 +7,7 @@ from typing import Literal
 import pytest
 from playwright.sync_api import Browser, Page
 
-from app.export.lab_report import done_in, lab_bytes
+from app.features.lab_report.lab_report import done_in, lab_bytes
 from app.lessons.bookmark import Phase
 from app.lessons.session.lesson_actions import Choose, Press
 from app.lessons.session.lesson_session import LessonSession

@@ -12,11 +12,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.cli.main import main
-from app.export.csv_table import csv_bytes
-from app.export.player import player_html
-from app.export.plot_pictures import picture_bytes
-from app.export.python_snippet import as_python
+from app.__main__ import run_command as main
+from app.features.exports.csv_table import csv_bytes
+from app.features.exports.player import player_html
+from app.features.exports.plot_pictures import picture_bytes
+from app.features.exports.python_snippet import as_python
+from app.features.sweep.heatmaps import _Plan
 from app.lessons.scripts import SCRIPTS
 from app.page.panels import contact_card
 from app.page.panels.hotkeys import help_html, hotkeys
@@ -26,7 +27,6 @@ from app.session.frame import freeze
 from app.session.relevant_settings import matters
 from app.session.session import Session
 from app.settings import PageSettings, Settings, from_query, to_query
-from app.sweep.heatmaps import _Plan
 from app.text.experiment_texts import EXPERIMENT_TEXTS, ExperimentTexts
 from scenes.arm_tasks.hold_task import HoldTask
 from scenes.ball import BallInTheWay, BallTask
@@ -224,18 +224,24 @@ def test_no_other_file_of_the_product_names_an_experiment_or_compares_one() -> N
     quoted, ball = re.compile("|".join(f"[\"']{name}[\"']" for name in names)), re.compile("[\"']ball[\"']")
     compared = re.compile(r"\bif [^\n]*\bscene (?:==|!=|in|not in) |\bmatch [^:\n]*\.scene\b")
     # Figures have names of their own, some of them the same.
-    assert {file for file, text in sources() if quoted.search(text)} == {"scenes/experiments.py", "app/figures/figure_list.py"}
+    assert {file for file, text in sources() if quoted.search(text)} == {
+        "scenes/experiments.py",
+        "app/features/figures/figure_list.py",
+    }
     assert {file for file, text in sources() if ball.search(text)} - NOT_THE_SCENE == {"scenes/experiments.py"}
     # Two scenes with each other.
-    assert {file for file, text in sources() if compared.search(text)} == {"scenes/inputs_file.py", "app/bench/measurements.py"}
+    assert {file for file, text in sources() if compared.search(text)} == {
+        "scenes/inputs_file.py",
+        "app/features/bench/measurements.py",
+    }
     assert set(EXPERIMENT_TEXTS) == set(EXPERIMENTS)
 
 
 NOT_THE_SCENE = {
-    "app/figures/fig1_path.py",
+    "app/features/figures/fig1_path.py",
     "app/lessons/scripts.py",
     "app/lessons/setups.py",
-    "app/jupyter/duet.py",
+    "app/features/jupyter/duet.py",
     "app/page/handles/transform_handles.py",
     "app/page/panels/contact_card.py",
     "app/plots/pair_strips.py",

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.cli.main import main
+from app.__main__ import run_command as main
 from app.custom_law.trials import verdict_on
-from app.export.csv_table import csv_bytes
-from app.export.player import player_html
-from app.export.plot_pictures import picture_bytes
-from app.figures import equal_safety, laws_compared
+from app.features.exports.csv_table import csv_bytes
+from app.features.exports.player import player_html
+from app.features.exports.plot_pictures import picture_bytes
+from app.features.figures import equal_safety, laws_compared
 from app.lessons.attempts import StandIn
 from app.page.page_assets import style_sheet
 from app.page.panels import contact_card
@@ -123,7 +123,7 @@ def test_the_help_names_it_and_a_made_up_experiment() -> None:
         "from scenes.experiments import EXPERIMENTS; from scenes.laws import LAWS; from dataclasses import replace\n"
         f"LAWS['{NAME}'] = replace(LAWS['unprotected'], name='{NAME}')\n"
         f"EXPERIMENTS['{NAME}'] = replace(EXPERIMENTS['ball'], name='{NAME}')\n"
-        "from app.cli.main import main; main(['run', '--help'])"
+        "from app.__main__ import run_command; run_command(['run', '--help'])"
     )
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, cwd=ROOT, timeout=120)
     choices = re.sub(r"[\s│]", "", said.stdout)

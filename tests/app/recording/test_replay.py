@@ -7,15 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.bench.headless_client import HeadlessClient
 from app.lessons.session.lesson_actions import Choose, GoTo, Press
 from app.plots.time_series import COLUMNS, RollingSeries
 from app.session import replay as replay_module
 from app.session.replay import PERIOD, Replay, make_film
+from app.web.headless_client import HeadlessClient
 from scenes.history import COLUMN
 from scenes.inputs import encoded
 from tests.app.conftest import Arrive, Join, OpenHouse, ask, lecture_of, visitor_of
-from tests.app.export.runs import SCENES, piece
+from tests.app.features.exports.runs import SCENES, piece
 from tests.app.page.helpers import shown
 
 
@@ -145,10 +145,8 @@ def test_a_lecture_looks_back_together_and_goes_on_when_the_lecturer_leaves(hous
         visitor.wait_for(says_so)
     assert session.paused
     first.wait_for(lambda v: not v.mirror.grabbable)
-    operation = host.controls.operation
-    assert operation is not None
-    bar = operation._replay_bar
-    first.wait_for(lambda _: bar.exports.player.replay is not None and not bar.exports.player.replay.playing)
+    player = session.player
+    first.wait_for(lambda _: player.replay is not None and not player.replay.playing)
     steps = ask(session, lambda s: s.simulation.steps)
     first.set_value("moment [s]", 0.25)
     for visitor in (first, second):
@@ -165,8 +163,6 @@ def test_a_lesson_that_goes_on_ends_the_past_and_keeps_its_run_waiting(house: Op
     opened = house()
     guest = arrive(opened)
     stand = visitor_of(opened)
-    bar = stand.operation._replay_bar
-    assert bar is not None
     guest.ask(lambda _: stand.lessons.enter(1))
     guest.ask(lambda _: stand.lessons.act(Choose(2)))
     guest.ask(lambda _: stand.lessons.act(Press("run")))

@@ -14,7 +14,7 @@ from urllib.parse import quote
 
 import pytest
 
-from app.cli.grade import NewLaw, new_law
+from app.cli.custom_law import NewLaw, new_law
 from app.runtime.terminal import INTERRUPTED
 from tests.app.runtime.processes import PATIENCE, gone, until
 
@@ -27,7 +27,7 @@ HEARS: Final = "import signal; signal.signal(signal.SIGINT, signal.default_int_h
 ENTRY: Final = HEARS + "from app.__main__ import entry; entry()"
 CROWD: Final = f"""{HEARS}
 def crowd():
-    from app.bench.visitors import measure_crowd
+    from app.features.bench.visitors import measure_crowd
     measure_crowd(1, 60.0, lecture=False)
 from app.runtime.terminal import run_in_terminal
 raise SystemExit(run_in_terminal(crowd))
@@ -35,7 +35,7 @@ raise SystemExit(run_in_terminal(crowd))
 EVERY: Final = """
 import sys
 from itertools import groupby
-from app.cli.main import main
+from app.__main__ import run_command as main
 def run_all():
     for apart, arguments in groupby(sys.argv[1:], lambda one: one == ";"):
         if not apart:

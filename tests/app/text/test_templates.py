@@ -14,24 +14,26 @@ import numpy as np
 import pytest
 from jinja2 import UndefinedError
 
-from app.classroom.classroom import Poll
-from app.classroom.classroom_html import join_html, mine_html, overlay_html, poll_html, tied_html
-from app.classroom.overlays import screen_html
-from app.classroom.presenter import Station
-from app.classroom.student_work import BoardRow, Cell
 from app.custom_law.arena import TrialCurve
 from app.custom_law.examination import ExaminationProgress
-from app.export.class_report import class_report_bytes
-from app.export.class_summary import AskedQuestion, ClassSummary, HandIn
-from app.export.gain import gains, whole
-from app.export.handout_html import handout_html
-from app.export.lab_report import ReportEntry, report_html
-from app.export.player import assembled
-from app.export.scene_film import Filmed
+from app.features.exports.player import assembled
+from app.features.exports.scene_film import Filmed
+from app.features.handout.handout_html import handout_html
+from app.features.lab_report.gain import gains, whole
+from app.features.lab_report.lab_report import ReportEntry, report_html
+from app.features.league.entrants import Entrant
+from app.features.league.league_files import Played
+from app.features.league.league_page import league_page, league_tables
+from app.features.lecture.class_report import class_report_bytes
+from app.features.lecture.class_summary import AskedQuestion, ClassSummary, HandIn
+from app.features.lecture.classroom import Poll
+from app.features.lecture.classroom_html import join_html, mine_html, overlay_html, poll_html, tied_html
+from app.features.lecture.overlays import screen_html
+from app.features.lecture.presenter import Station
+from app.features.lecture.student_work import BoardRow, Cell
+from app.features.marks.graded_file import GradedFile, Remark, Student
+from app.features.marks.mark_files import StudentMarks, feedback_page
 from app.i18n.speaking import tr
-from app.league.entrants import Entrant
-from app.league.league_files import Played
-from app.league.league_page import league_page, league_tables
 from app.lessons.bookmark import Phase
 from app.lessons.curve_drawing import DrawingVerdict, DrawnCurves
 from app.lessons.labels import Contrast
@@ -41,8 +43,6 @@ from app.lessons.outcomes import AnswerVerdict, Attempt, Judgement
 from app.lessons.progress import Progress, StepProgress, Try, to_json
 from app.lessons.step_view import LessonEntry, StepPosition, StepView, make_view
 from app.lessons.tally import Ballot, Tally
-from app.marks.graded_file import GradedFile, Remark, Student
-from app.marks.mark_files import StudentMarks, feedback_page
 from app.page.lessons.drawing_board import board_html
 from app.page.lessons.lesson_html import blocks_html, law_html
 from app.page.page_assets import titlebar
@@ -211,11 +211,11 @@ def before_and_after() -> Iterator[str]:
     lesson = replace(nasty_lesson(), steps=tuple(asked))
     found = gains({(lesson.id, step.id): ((0, 1), (1, 1)) for step in asked}, [lesson])
     for alone in (False, True):
-        yield macros("export/gain.html").table(found, whole(found), alone)
+        yield macros("features/lab_report/gain.html").table(found, whole(found), alone)
 
 
 MACROS: dict[str, list[tuple[str, tuple[Any, ...]]]] = {
-    "classroom/board.html": [
+    "features/lecture/board.html": [
         ("board", ([BoardRow(NASTY, (Cell(True, 2), Cell(here=True, minutes=3)), 2)], 2)),
         ("run", (NASTY, NASTY)),
         ("work", (NASTY, NASTY, NASTY, [NASTY], 0, "", [NASTY])),
@@ -247,17 +247,21 @@ def filled(name: str) -> Iterator[str]:
 
 SURFACES: dict[str, Callable[[], str | Iterator[str]]] = {
     **{name: partial(filled, name) for name in MACROS},
-    "classroom/invitation.html": lambda: iter((join_html(Address(NASTY, False)), overlay_html(Address(NASTY, True)))),
-    "classroom/poll.html": lambda: iter((poll_html(poll()), tied_html(poll()), mine_html(poll(), Ballot(0), Ballot(1)))),
-    "classroom/screen.html": screens,
-    "export/class_report.html": class_report,
-    "export/gain.html": before_and_after,
-    "export/handout.html": lambda: iter((handout_html(nasty_lesson()), handout_html(nasty_lesson(), f"# {NASTY}\n\n{NASTY}"))),
-    **dict.fromkeys(("export/page.html", "export/report.html", "export/report_entry.html"), report),
-    "export/player.html": player,
-    "export/tally.html": lambda: poll_html(poll(), live=True),
-    "league/league.html": league,
-    "marks/feedback.html": feedback,
+    "features/lecture/invitation.html": lambda: iter((join_html(Address(NASTY, False)), overlay_html(Address(NASTY, True)))),
+    "features/lecture/poll.html": lambda: iter((poll_html(poll()), tied_html(poll()), mine_html(poll(), Ballot(0), Ballot(1)))),
+    "features/lecture/screen.html": screens,
+    "features/lecture/class_report.html": class_report,
+    "features/lab_report/gain.html": before_and_after,
+    "features/handout/handout.html": lambda: iter(
+        (handout_html(nasty_lesson()), handout_html(nasty_lesson(), f"# {NASTY}\n\n{NASTY}"))
+    ),
+    **dict.fromkeys(
+        ("features/lab_report/page.html", "features/lab_report/report.html", "features/lab_report/report_entry.html"), report
+    ),
+    "features/exports/player.html": player,
+    "features/lecture/tally.html": lambda: poll_html(poll(), live=True),
+    "features/league/league.html": league,
+    "features/marks/feedback.html": feedback,
     "page/lessons/custom_law.html": laws,
     "page/lessons/lesson.html": panel,
     "page/panels/pills.html": lambda: iter(

@@ -1,0 +1,18 @@
+"""The duel: a link that replays the nearest push, and a film of it."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final
+
+from app.feature import Feature
+
+if TYPE_CHECKING:
+    from app.page.panel_context import PanelMaker
+
+
+def _panels() -> "Sequence[PanelMaker]":
+    from app.features.duel.duel_box import DuelBox
+
+    return (DuelBox,)
+
+
+DUEL: Final = Feature("duel", panels=_panels)
