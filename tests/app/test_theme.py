@@ -45,7 +45,8 @@ def test_no_colour_stands_outside_the_theme_but_in_a_short_list() -> None:
         if (name := path.relative_to(ROOT).as_posix()) != "app/theme.py"
         and (colours := own_colours(path.read_text(encoding="utf-8")))
     }
-    assert found == OWN
+    # A feature may be left out.
+    assert found == {name: count for name, count in OWN.items() if (ROOT / name).exists()}
     assert sum(OWN.values()) < 60
 
 

@@ -35,9 +35,9 @@ from scenes.person.bvh import read_bvh
 from scenes.person.clips import Clip
 from scenes.rerun import not_again
 from scenes.settings import RunSettings, changed
-from tests.app.features.exports.runs import piece
 from tests.app.i18n.conftest import untranslated
 from tests.app.lessons.helpers import our_book
+from tests.app.recording.runs import piece
 from tests.scenes.person.bvh_text import MIXAMO, write_bvh
 
 

@@ -25,10 +25,10 @@ from app.settings import Details, Settings
 from app.text.lesson_text import plain
 from scenes.settings import RunSettings, changed
 from tests.app.conftest import Arrive, Guest, Join, OpenHouse, ask
-from tests.app.features.exports.runs import piece, read_film
 from tests.app.i18n.conftest import untranslated
 from tests.app.lessons.helpers import much_done
 from tests.app.page.helpers import bodies, notes, open_lessons
+from tests.app.recording.runs import piece, read_film
 from tests.blocking_client import BlockingClient
 
 TEXTS = ("label", "hint", "content", "options", "_tab_labels", "title", "body", "description")

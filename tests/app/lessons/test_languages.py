@@ -7,7 +7,6 @@ from dataclasses import replace
 import pytest
 
 from app.custom_law.trials import verdict_on
-from app.features.lab_report.lab_report import Done, lab_bytes
 from app.features.lecture.classroom import Classroom
 from app.i18n.catalogue import FOLDER, read_texts
 from app.i18n.speaking import set_language, tr
@@ -137,14 +136,6 @@ def test_the_name_of_a_setting_and_a_place_of_the_ball_stand_in_the_nominative()
             step = our_book(language).lessons[our_book(language).index(lesson)].steps[number]
             lines += reference(step, step.setup).lines(step, language)
         assert law in " ".join(lines) and ball in " ".join(lines)
-
-
-def test_the_report_says_what_the_tests_of_a_law_found_in_its_language() -> None:
-    lesson = our_book("de").lessons[our_book("de").index("limits")]
-    step = next(place for place, one in enumerate(lesson.steps) if one.id == "own_law")
-    (attempt,) = [made for made in attempts(lesson.steps[step]) if made.judgements]
-    page = lab_bytes([Done(lesson, step, StepProgress(attempts=1, last=attempt))], "de").decode()
-    assert "Lässt die Aufgabe in Ruhe" in page and "Kommt heraus" in page and "gets out" not in page.lower()
 
 
 def test_the_class_reads_the_poll_in_its_own_language() -> None:

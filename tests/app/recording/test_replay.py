@@ -15,8 +15,8 @@ from app.web.headless_client import HeadlessClient
 from scenes.history import COLUMN
 from scenes.inputs import encoded
 from tests.app.conftest import Arrive, Join, OpenHouse, ask, lecture_of, visitor_of
-from tests.app.features.exports.runs import SCENES, piece
 from tests.app.page.helpers import shown
+from tests.app.recording.runs import SCENES, piece
 
 
 @pytest.mark.parametrize("scene", SCENES)

@@ -16,8 +16,8 @@ from app.start import App
 from scenes.history import COLUMN
 from scenes.settings import changed
 from tests.app.conftest import HAND, OpenHouse, ask, visitor_of
-from tests.app.features.exports.runs import piece
 from tests.app.page.by_hand import visit
+from tests.app.recording.runs import piece
 from tests.browser import PageAt, screenshot, until, wait_frames, wait_ready, world_position
 
 WRIST = "/arms/right/base/j1/j2/j3/j4/j5/j6/j7"

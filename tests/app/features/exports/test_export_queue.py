@@ -28,8 +28,8 @@ from app.settings import PageSettings, Settings
 from scenes.inputs import KEEP, Recorded
 from scenes.settings import RunSettings
 from scenes.wanted import Stopped, until
-from tests.app.features.exports.runs import piece
 from tests.app.inline import Inline
+from tests.app.recording.runs import piece
 
 
 class Desk:

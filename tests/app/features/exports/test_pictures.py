@@ -23,7 +23,7 @@ from scenes.history import COLUMN
 from scenes.rerun import newest_steps
 from scenes.settings import values
 from scenes.simulation import Simulation
-from tests.app.features.exports.runs import SCENES, piece
+from tests.app.recording.runs import SCENES, piece
 from tests.scenes.helpers import given_settings
 
 

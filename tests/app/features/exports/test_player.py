@@ -10,15 +10,19 @@ import pinocchio as pin
 import pytest
 from playwright.sync_api import Page
 
+from app.cli.options import RunOptions, settings_of_options
 from app.features.exports.player import LOCKED, packed_film, player_html
 from app.features.exports.scene_film import PLACE, RATE, SEEN, TURN, Filmed, Track, film_scene
 from app.session.replay import Replay, make_film
 from app.settings import PageSettings
 from controllers.kinematics import Array
 from scenes.inputs import Recorded
+from scenes.settings import RunSettings
 from scenes.simulation import Simulation
-from tests.app.features.exports.runs import piece, read_film, read_scene
+from tests.app.recording.runs import piece, read_film, read_scene
 from tests.browser import PageAt, screenshot, until, world_position
+from tests.scenes.helpers import recorded_run
+from tests.scenes.robots.test_files import arm_urdf
 
 FAST = PageSettings(picture="fast")
 WRIST = "/base/j1/j2/j3/j4/j5/j6/j7"
@@ -221,3 +225,12 @@ def test_scene_and_plots_play_from_a_file_without_a_network(page_at: PageAt, tmp
     assert not page.get_by_role("button", name="scene tree").is_visible()
     page.locator("#duet-note").wait_for(state="detached")
     screenshot(page, "player")
+
+
+def test_an_arm_from_a_file_is_in_the_film(tmp_path: Path, registry: None) -> None:
+    urdf = tmp_path / "box.urdf"
+    urdf.write_text(arm_urdf(), encoding="utf-8")
+    options = RunOptions(robot_left=str(urdf), robot_right="panda", rig="table")  # type: ignore[call-arg]
+    _, recorded = recorded_run(settings_of_options(options, RunSettings()), 1.0, 99.0, {})
+    film = film_scene(recorded, 0.5, PageSettings(picture="fast"))
+    assert any("/arms/left/base/arm_joint_1" in track.node for track in film.tracks)

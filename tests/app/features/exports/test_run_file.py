@@ -33,7 +33,7 @@ from scenes.history import unit_of
 from scenes.inputs_file import recorded_from
 from scenes.settings import changed
 from scenes.simulation import Simulation
-from tests.app.features.exports.runs import SCENES, piece
+from tests.app.recording.runs import SCENES, piece
 from tests.scenes.inputs.helpers import as_bytes, rewritten
 
 

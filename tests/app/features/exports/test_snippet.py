@@ -26,7 +26,7 @@ from scenes.inputs import KEEP, InputsLog, Recorded
 from scenes.setting_spec import Spec
 from scenes.settings import LawSettings, RunSettings, changed, specs, values
 from scenes.simulation import Simulation
-from tests.app.features.exports.runs import piece
+from tests.app.recording.runs import piece
 from tests.scenes.helpers import given_settings
 from tests.scenes.inputs.helpers import everything
 

@@ -258,3 +258,11 @@ def test_characters_that_xml_does_not_allow_are_left_out(escaped: bool) -> None:
         # Markdown has a sign of its own for some of them.
         assert all(re.search("wh[\ufffd\\s]*at\\?", one) for one in asked)
         assert re.search("na[\ufffd\\s]*me$", text(questions[0], "category"))
+
+
+def test_the_notes_to_a_playlist_are_those_to_the_steps_that_it_shows(tmp_path: Path) -> None:
+    playlist = tmp_path / "week.toml"
+    playlist.write_text('lessons = ["lambda#tail"]', encoding="utf-8")
+    library = Library(None, playlist, with_notes=True)
+    paper = handout_html(library.book.lessons[0], library.notes["lambda"])
+    assert "a switch with a soft edge" in paper and "The law looks ahead" not in paper

@@ -17,8 +17,8 @@ from app.session.actions import Action, Drag, Nudge, Pause, Reset, SetSetting, S
 from app.settings import GUEST, Settings
 from scenes.settings import RunSettings
 from tests.app.conftest import Made, lecture_of, visitor_of
-from tests.app.features.exports.runs import piece
 from tests.app.inline import Inline
+from tests.app.recording.runs import piece
 
 SESSION = {
     "Pause": ("ReplayPlayer", "Session"),

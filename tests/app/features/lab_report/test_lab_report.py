@@ -42,10 +42,11 @@ from app.session.replay_player import ReplayPlayer
 from app.session.session import Session
 from app.settings import Settings
 from scenes.rerun import rerun
-from tests.app.features.exports.runs import piece
 from tests.app.html_reader import HtmlReader
 from tests.app.inline import Inline
 from tests.app.lessons.helpers import much_done, our_book
+from tests.app.lessons.test_languages import attempts
+from tests.app.recording.runs import piece
 from tests.app.stores import find
 from tests.browser import PageAt, screenshot
 from tests.scenes.helpers import given_settings
@@ -263,3 +264,11 @@ def test_ones_own_words_make_room_for_the_list_of_lessons() -> None:
     run.act(Press("list"))
     report.show(frame)
     assert box.visible is False
+
+
+def test_the_report_says_what_the_tests_of_a_law_found_in_its_language() -> None:
+    lesson = our_book("de").lessons[our_book("de").index("limits")]
+    step = next(place for place, one in enumerate(lesson.steps) if one.id == "own_law")
+    (attempt,) = [made for made in attempts(lesson.steps[step]) if made.judgements]
+    page = lab_bytes([Done(lesson, step, StepProgress(attempts=1, last=attempt))], "de").decode()
+    assert "Lässt die Aufgabe in Ruhe" in page and "Kommt heraus" in page and "gets out" not in page.lower()
