@@ -77,10 +77,12 @@ class Operation:
         self._controls = Controls(client.gui, session, handlers, presenting, canvas_size(client)[0] <= PHONE)
         self._keep = client.gui.add_folder(tr("Keep and replay"), order=self._controls.below_clock, expand_by_default=False)
         with self._keep:
-            replay_bar, self._link = ReplayBar(client.gui, session, handlers), LinkBox(client, session, view.lessons)
+            replay_bar = ReplayBar(client.gui, session, handlers)
         self._page = page = PanelContext(client, session, view, handlers, self._keep, [replay_bar])
         for make in (*PANELS, *panels):
             page.made.append(make(page))
+        with self._keep:
+            self._link = LinkBox(client, session, view.lessons)
         self._invite = InviteBox(client, session, handlers, self._controls.below_clock) if invites else None
         if self._invite is not None:
             page.made.append(self._invite)
