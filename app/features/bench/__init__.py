@@ -1,16 +1,16 @@
-"""What a step and a visitor cost."""
+"""What a step and one visitor cost."""
 
 from collections.abc import Mapping, Sequence
-from functools import partial
 from typing import Final
 
 from app.feature import Command, Feature
 
 
 def _commands(features: Sequence[Feature]) -> Mapping[str, Command]:
+    del features
     from app.features.bench.command import Bench, bench
 
-    return {"bench": Command(Bench, partial(bench, features=features))}
+    return {"bench": Command(Bench, bench)}
 
 
 BENCH: Final = Feature("bench", commands=_commands)

@@ -169,8 +169,8 @@ ERRORS = {
     },
     "lessons --only nonsense": "1 redundancy",
     "bench --steps 0": "--steps must be at least 1",
-    "bench --seconds -1": "seconds = -1 is out of range; give 0 to 3600.",
-    "bench --fair --seconds nan": "seconds = nan is out of range",
+    "bench --seconds -1": "seconds = -1 is out of range; give a number above 0 and up to 3600.",
+    "bench --seconds nan": "seconds = nan is out of range",
     **dict.fromkeys(
         (f"run --start {LONG}", f"run --csv {LONG}/a.csv", f"serve --lessons {LONG}", f"serve --playlist {LONG}"), LONG
     ),
@@ -250,7 +250,7 @@ HELP = {
     "": [*commands_with(FEATURES), "--help"],
     "serve": SERVE,
     "run": RUN,
-    "bench": ["--out", "--compare", "--seconds", "--steps", "--fair"],
+    "bench": ["--out", "--compare", "--seconds", "--steps", "--robot"],
 }
 
 

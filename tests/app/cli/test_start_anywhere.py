@@ -112,7 +112,7 @@ def computing(folder: Path) -> bool:
 COMMANDS = {
     "run": ["run", "--seconds", "0.05"],
     "sweep": ["sweep", "--over", "n=4,6,8,10", "--seconds", "0.05", "--workers", "2", "--no-maps"],
-    "bench": ["bench", "--sessions", "1", "--seconds", "0.2"],
+    "bench": ["bench", "--steps", "1", "--seconds", "0.2"],
     "law-test": ["law-test", "my_law.py"],
 }
 

@@ -25,12 +25,12 @@ OURS: Final = tuple(str(ROOT / room) for room in ("app", "scenes", "controllers"
 # Where the tests run in the background, Ctrl+C is ignored, and would be by what they start.
 HEARS: Final = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
 ENTRY: Final = HEARS + "from app.__main__ import entry; entry()"
-CROWD: Final = f"""{HEARS}
-def crowd():
-    from app.features.bench.visitors import measure_crowd
-    measure_crowd(1, 60.0, lecture=False)
+VISITOR: Final = f"""{HEARS}
+def visitor():
+    from app.features.bench.visitor import measure_visitor
+    measure_visitor(60.0)
 from app.runtime.terminal import run_in_terminal
-raise SystemExit(run_in_terminal(crowd))
+raise SystemExit(run_in_terminal(visitor))
 """
 EVERY: Final = """
 import sys
@@ -147,7 +147,7 @@ INTERRUPTIONS: dict[str, tuple[list[str], Moment]] = {
         ["-c", ENTRY, *["sweep", "--over", "seed=1:9", "--seconds", "4000", "--workers", "2", "--out", "{}/table"]],
         members(3),
     ),
-    "bench": (["-c", CROWD], members(2)),
+    "bench": (["-c", VISITOR], members(2)),
 }
 
 

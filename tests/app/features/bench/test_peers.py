@@ -12,20 +12,22 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.features.bench import peers
-from app.features.bench.peer_method import Baked, bake
-from app.features.bench.peer_ours import Ours
-from app.features.bench.peers import PACKAGES, gate, measure_peers, needs_peers, peers_table
 from controllers.errors import BadSetting, DuetError
 from controllers.kinematics import Array
 from scenes.headless import run
 from scenes.settings import RunSettings, changed
+from tests.tools.bench import peers
+from tests.tools.bench.__main__ import main
+from tests.tools.bench.peer_method import Baked, bake
+from tests.tools.bench.peer_ours import Ours
+from tests.tools.bench.peers import PACKAGES, gate, measure_peers, needs_peers, peers_table
 
 pytestmark = pytest.mark.thorough
 
 POSE = RunSettings(task="pose")
 needs_extra = pytest.mark.skipif(
-    any(importlib.util.find_spec(module) is None for module in PACKAGES), reason="the extra [peers] is not installed"
+    any(importlib.util.find_spec(module) is None for module in PACKAGES),
+    reason="the peers are not installed: pip install -e '.[peers]'",
 )
 
 
@@ -64,7 +66,7 @@ def test_only_engines_that_agree_pass_the_gate() -> None:
 def test_the_engines_agree_overlaps_included(rig: str) -> None:
     hold = bake(changed(POSE, "rig", rig), 2)
     # embodik and roboplan where they are installed: not every machine can have them.
-    methods = {name: import_module(f"app.features.bench.peer_{name}").METHODS for name in peers.peer_names()}
+    methods = {name: import_module(f"tests.tools.bench.peer_{name}").METHODS for name in peers.peer_names()}
     agreement = gate(hold, {name: next(iter(made.values()))(hold) for name, made in methods.items()})
     assert all(differences["nearest"] < -0.01 for differences in agreement.values())
     # No pair is silently left out of those in which the gate asks for the same as ours.
@@ -72,16 +74,16 @@ def test_the_engines_agree_overlaps_included(rig: str) -> None:
 
 
 def test_an_engine_that_overlaps_elsewhere_is_found_out() -> None:
-    pytest.importorskip("roboplan")
+    pytest.importorskip("roboplan", reason="roboplan is not installed: pip install -e '.[peers]'")
     hold = baked()
-    other = import_module("app.features.bench.peer_roboplan").RoboPlan(hold)
+    other = import_module("tests.tools.bench.peer_roboplan").RoboPlan(hold)
     other._scene.setCollisions(list(hold.pairs[1:]), False)
     assert peers.disagreement(Ours(hold), other, hold.room)["distance"] > 0.001
 
 
 @needs_extra
 def test_the_mujoco_model_has_our_bounds_and_leaves_the_guided_arm_free() -> None:
-    from app.features.bench.peer_mink import Mink, matched_gain, mujoco_model
+    from tests.tools.bench.peer_mink import Mink, matched_gain, mujoco_model
 
     hold = baked()
     model, ours = mujoco_model(hold), hold.room.model
@@ -119,7 +121,7 @@ def test_ours_is_the_run_bit_for_bit(pairs: str) -> None:
 @needs_extra
 def test_the_task_is_the_same() -> None:
     """A displaced hand comes back along the same line at about the same speed, where nothing is in the way."""
-    from app.features.bench.peer_mink import Mink, matched_gain
+    from tests.tools.bench.peer_mink import Mink, matched_gain
 
     hold = baked()
     still = replace(hold, guided_positions=hold.guided_positions[:1], guided_velocities=np.zeros((1, 7)))
@@ -175,12 +177,12 @@ def test_a_bare_checkout_is_measured_too(monkeypatch: pytest.MonkeyPatch) -> Non
     assert result["version"] == "0" and result["figures"]
 
 
-def test_what_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr(peers, "find_spec", lambda name: None if name in ("pink", "mink") else ModuleSpec(name, None))
     with pytest.raises(BadSetting) as error:
         needs_peers()
-    assert "pin-pink, mink" in str(error.value) and "mujoco" not in str(error.value) and "lwr-duet[peers]" in str(error.value)
-    with pytest.raises(BadSetting, match="pip install"):
-        measure_peers(10)
+    assert "pin-pink, mink" in str(error.value) and "mujoco" not in str(error.value) and ".[peers]" in str(error.value)
+    assert main(["peers", "--steps", "10"]) == 2
+    assert capsys.readouterr() == ("", f"bench: {error.value}\n")
     monkeypatch.setattr(peers, "find_spec", lambda name: ModuleSpec(name, None))
     needs_peers()

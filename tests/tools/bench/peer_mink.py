@@ -13,8 +13,8 @@ import mujoco
 import numpy as np
 from mink.exceptions import NoSolutionFound
 
-from app.features.bench.peer_method import HAND, PEER_GAIN, SOLVER, Baked, GivenMotion, PairDistances, Peer, urdf_text
 from controllers.kinematics import Array
+from tests.tools.bench.peer_method import HAND, PEER_GAIN, SOLVER, Baked, GivenMotion, PairDistances, Peer, urdf_text
 
 FAR: Final = 100.0
 """Larger than any distance [m]."""

@@ -15,8 +15,8 @@ import embodik
 import numpy as np
 from numpy.typing import NDArray
 
-from app.features.bench.peer_method import HAND, Baked, PairDistances, Peer, urdf_text
 from controllers.kinematics import Array
+from tests.tools.bench.peer_method import HAND, Baked, PairDistances, Peer, urdf_text
 
 
 class NotSolved(Exception):

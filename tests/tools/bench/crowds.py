@@ -1,19 +1,19 @@
-"""What visitors cost the server: one of them, or many at once."""
+"""What many visitors at once cost the server."""
 
 from __future__ import annotations
 
 import asyncio
 import secrets
-import subprocess
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
 from typing import Final, TypeVar
 
-from app.features.bench.processes import PARTS, TIMEOUT, process, receive, request, serve_app, used_by_tree
+from app.features.bench.figures_table import BenchRows
+from app.features.bench.process_use import used_by_tree
+from app.features.bench.visitor import serving
 from app.web.headless_client import HeadlessClient
 from app.web.server import MOVED_CODE
-from controllers.own_packages import own_command
+from tests.tools.bench.processes import PARTS, TIMEOUT, process, receive, request, serve_app
 
 WARM_UP: Final = 60
 """Frames that every visitor receives before the measurement: by then their pages have been built."""
@@ -21,65 +21,32 @@ WARM_UP: Final = 60
 SETTLING: Final = 2.0
 """Pause before the measurement of several visitors [s]."""
 
-SERVE_WARM_UP: Final = 3.0
-"""Pause before the measurement of one visitor [s]."""
-
-FULL_PAGE: Final = "scene=imitation&plot=follow&ghost=unprotected"
-"""Link to a page with a ghost and four plots over time."""
-
 CLASS: Final = ("", "lang=de&picture=fast", "lang=sl", "screen=1&profile=projector&theme=dark&lang=de")
 """Links of the watchers of a lecture, in turn; the server draws each of these looks separately."""
+
+WATCHERS: Final = 30
+"""Watchers of the measured lecture."""
+
+SESSIONS: Final = 8
+"""Private sessions whose server is measured by parts of its time."""
 
 T = TypeVar("T")
 
 
-@contextmanager
-def _served(sessions: int = 8) -> Iterator[tuple[int, str, float]]:
-    """Run `lwr-duet serve` while open; gives its process, its address, and the time that it took to say so [s]."""
-    options = ("--port", "0", "--no-open", "--store", "memory", "--sessions", str(sessions))
-    command = own_command("app.__main__", "serve", *options)
-    begin = time.perf_counter()
-    with subprocess.Popen(command, stdout=subprocess.PIPE, encoding="utf-8") as server:
-        try:
-            assert server.stdout is not None
-            line = server.stdout.readline()
-            yield server.pid, next(word for word in line.split() if word.startswith("http")), time.perf_counter() - begin
-        finally:
-            server.terminate()
+def measure_crowds(seconds: float) -> BenchRows:
+    """Yield what a lecture and private sessions cost, with the parts of the server's time. `seconds`: duration of each [s]."""
+    yield f"lecture with {WATCHERS} watchers", measure_crowd(WATCHERS, seconds, lecture=True)
+    yield f"{SESSIONS} private sessions", measure_crowd(SESSIONS, seconds, lecture=False)
 
 
-def measure_visitor(seconds: float, query: str = "") -> dict[str, float]:
-    """Return what one visitor costs a server that was started by `lwr-duet serve`: CPU, messages, bytes and frames.
+def measure_capacity(sessions: Iterable[int], seconds: float) -> BenchRows:
+    """Yield what each number of private sessions costs `lwr-duet serve`.
 
     Args:
-        seconds: duration of the measurement [s].
-
-    Returns:
-        Also the time from the command until the server answers, and until the visitor has the arms [s].
+        seconds: duration of each [s].
     """
-    with _served() as (pid, url, started):
-        return {"start_s": started, **asyncio.run(_watch(url, pid, seconds, query, time.perf_counter() - started))}
-
-
-async def _watch(url: str, pid: int, seconds: float, query: str, started: float) -> dict[str, float]:
-    visitor = await HeadlessClient(url, query=query).connect()
-    await visitor.wait_for(lambda v: v.mirror.replayed and any(name.endswith("/j7") for name in v.mirror.nodes))
-    seen = time.perf_counter() - started
-    await asyncio.sleep(SERVE_WARM_UP)
-    visitor.reset_counters()
-    cpu, begin = used_by_tree(pid).seconds, time.perf_counter()
-    await asyncio.sleep(seconds)
-    cpu, elapsed = used_by_tree(pid).seconds - cpu, time.perf_counter() - begin
-    received = visitor.received
-    figures = {
-        "arms_s": seen,
-        "cpu_percent_of_a_core": 100.0 * cpu / elapsed,
-        "frames_per_s": received.frames / elapsed,
-        "messages_per_s": received.messages.total() / elapsed,
-        "kB_per_s": received.bytes / elapsed / 1000.0,
-    }
-    await visitor.close()
-    return figures
+    for count in sessions:
+        yield f"{count} private sessions", measure_sessions(count, seconds)
 
 
 async def _settled(visitor: HeadlessClient, url: str, tab: str) -> HeadlessClient:
@@ -145,7 +112,7 @@ def measure_sessions(sessions: int, seconds: float) -> dict[str, float]:
     Raises:
         RuntimeError: a visitor lost the connection.
     """
-    with _served(sessions) as (pid, url, _):
+    with serving(sessions) as (pid, url, _):
         crowd = _crowd(url, ("",) * sessions, seconds, lambda: used_by_tree(pid))
         used, used_end, elapsed, received = asyncio.run(crowd)
     total = 100.0 * (used_end.seconds - used.seconds) / elapsed

@@ -1,4 +1,4 @@
-"""`lwr-duet bench --peers`: the hold experiment with four libraries beside our laws, in one interleaved run.
+"""`python -m tests.tools.bench peers`: the hold experiment with four libraries beside our laws, in one interleaved run.
 
 Every method has the same arms, capsules, pairs, joint bounds and pose to hold, and the same obstacle: the guided arm's joints from a run
 of our simulation. Its velocity is known only where the name ends in "+w". A whole step is timed, ours with its record in the history. The
@@ -17,13 +17,13 @@ from typing import Any, Final
 
 import numpy as np
 
-from app.features.bench.peer_method import Baked, Method, bake
-from app.features.bench.peer_ours import METHODS, Ours
 from app.version import duet_version
 from controllers.errors import BadSetting, DuetError
 from controllers.kinematics import Array
 from scenes.room import Room
 from scenes.settings import RunSettings
+from tests.tools.bench.peer_method import Baked, Method, bake
+from tests.tools.bench.peer_ours import METHODS, Ours
 
 PACKAGES: Final = {"pink": "pin-pink", "mink": "mink", "mujoco": "mujoco", "qpsolvers": "qpsolvers", "daqp": "daqp"}
 """Module → package of the extra `peers`."""
@@ -57,7 +57,7 @@ def needs_peers() -> None:
     """
     absent = [package for module, package in PACKAGES.items() if find_spec(module) is None]
     if absent:
-        raise BadSetting(f"--peers needs {', '.join(absent)}, which is not installed: pip install 'lwr-duet[peers]'.")
+        raise BadSetting(f"The peers need {', '.join(absent)}, which is not installed: pip install -e '.[peers]'.")
 
 
 def disagreement(mine: Ours, other: Method, room: Room) -> dict[str, float]:
@@ -118,7 +118,7 @@ def measure_peers(steps: int) -> dict[str, Any]:
     baked = bake(RunSettings(task="pose"), steps)
     names = peer_names()
     peers: dict[str, dict[str, Callable[[Baked], Method]]] = {
-        name: import_module(f"app.features.bench.peer_{name}").METHODS for name in names
+        name: import_module(f"tests.tools.bench.peer_{name}").METHODS for name in names
     }
     agreement = gate(baked, {name: next(iter(made.values()))(baked) for name, made in peers.items()})
     methods = {name: make(baked) for made in (METHODS, *peers.values()) for name, make in made.items()}

@@ -14,12 +14,12 @@ from typing import Any, Final
 
 import msgspec
 
-from app.features.bench.processes import REQUEST, TIMEOUT, process, receive, request, run_async, serve_app
-from app.features.bench.visitors import WARM_UP
 from app.page.panels.hotkeys import hotkeys
 from app.settings import TRANSLATIONS, Settings
 from app.web.headless_client import HeadlessClient
 from scenes.settings import specs
+from tests.tools.bench.crowds import WARM_UP
+from tests.tools.bench.processes import REQUEST, TIMEOUT, process, receive, request, run_async, serve_app
 
 FLOOD_RATE: Final = 600.0
 """Messages a second; the server reads no more of one browser."""

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from roboplan import core, optimal_ik
 
-from app.features.bench.peer_method import HAND, PEER_GAIN, Baked, Peer, urdf_text
 from controllers.kinematics import Array
+from tests.tools.bench.peer_method import HAND, PEER_GAIN, Baked, Peer, urdf_text
 
 STILL: Final = 1e-9
 """As good as no speed [rad/s]; 0 is refused."""

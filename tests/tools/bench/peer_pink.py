@@ -15,8 +15,8 @@ from pink.exceptions import NoSolutionFound
 from pink.limits import ConfigurationLimit, VelocityLimit
 from pink.tasks import FrameTask, Task
 
-from app.features.bench.peer_method import PEER_GAIN, SOLVER, Baked, GivenMotion, PairDistances, Peer
 from controllers.kinematics import Array
+from tests.tools.bench.peer_method import PEER_GAIN, SOLVER, Baked, GivenMotion, PairDistances, Peer
 
 UNBOUNDED: Final = 1e30
 """Of a joint without stops [rad]; pink takes more than 1e20 as none."""

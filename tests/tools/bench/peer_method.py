@@ -1,4 +1,4 @@
-"""The hold experiment without its person: what every method of `app.features.bench.peers` gets, what a peer is, and our model as
+"""The hold experiment without its person: what every method of `tests.tools.bench.peers` gets, what a peer is, and our model as
 URDF for the peers that read one: the same joints, one link a capsule, the avoiding hand as the link "hand"."""
 
 import xml.etree.ElementTree as ElementTree

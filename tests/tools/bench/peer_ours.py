@@ -6,13 +6,13 @@ from typing import Any, Final
 
 import numpy as np
 
-from app.features.bench.peer_method import PEER_GAIN, Baked, Method, PairDistances
 from controllers.kinematics import Array
 from scenes.arm_tasks.arm_task import ArmTask, Memory
 from scenes.laws import BARRIER_LAW, DEFAULT_LAW
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 from scenes.targets import Target
+from tests.tools.bench.peer_method import PEER_GAIN, Baked, Method, PairDistances
 
 
 class BakedArm(ArmTask):
