@@ -69,7 +69,7 @@ class WorkerGroup:
         self._short: dict[int, int] = {}
         self._tabs: dict[str, int] = {}
         self._inviting: dict[str, int] = {}
-        self._lecture = start.options.lecture
+        self._shared = start.options.shared is not None
         self._exploring: dict[str, tuple[int, bytes]] = {}
         self._decided: bytes | None = None
         self._to_renew: deque[int] = deque()
@@ -107,7 +107,7 @@ class WorkerGroup:
         leads to the worker of the host."""
         if guest in self._inviting:
             return self.workers[self._inviting[guest]]
-        if self._lecture:
+        if self._shared:
             return self.workers[self._exploring[tab][0] if tab in self._exploring else 0]
         index = self._tabs.get(tab)
         if index is None:
@@ -247,7 +247,7 @@ class WorkerGroup:
 
     def _serve(self, index: int) -> None:
         self.workers[index].serve()
-        if self._lecture:
+        if self._shared:
             for other in self.workers[:1] if index else self.workers[1:]:
                 other.send(messages.Replaced(index))
             if len(self.workers) == 1:
@@ -307,7 +307,7 @@ class WorkerGroup:
                 self._jobs = None
             return
         index = self._to_renew.popleft()
-        if self._lecture and index == 0:
+        if self._shared and index == 0:
             # A plenary that ends by itself ends the class; one that breaks off goes on.
             self.workers[0].process.kill()
         elif self.workers[index].process.returncode is None:

@@ -24,12 +24,12 @@ from app.web.pages import MARK, PageAssets, software_rendering
 from scenes.laws import LAWS
 
 
-def page_assets(page: PageSettings, lecture: bool = False) -> PageAssets:
+def page_assets(page: PageSettings, shared: bool = False) -> PageAssets:
     """Return what every page runs before viser's client.
 
     Args:
         page: theme and language, where the link asks for none.
-        lecture: whether all see one stage.
+        shared: whether all tabs see one session.
     """
     scripts = (
         "holders teacher_key without_webgl fast_picture grab_events hand_hover picture_size embed hotkeys resume announcements "
@@ -43,7 +43,7 @@ def page_assets(page: PageSettings, lecture: bool = False) -> PageAssets:
         "withoutWebgl": (NO_PICTURE, WHAT_WORKS, WHAT_TO_SWITCH_ON),
         "relayedKeys": {hotkey.relayed: hotkey.key for hotkey in hotkeys() if hotkey.relayed},
         "replayKey": KEY,
-        "lecture": lecture,
+        "shared": shared,
         "iconNames": ICON_NAMES,
         "partNames": PART_NAMES,
         "loading": {"theme": page.theme, "language": page.language, "text": LOADING},

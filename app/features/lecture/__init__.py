@@ -5,19 +5,31 @@ from typing import TYPE_CHECKING, Final
 from app.feature import Feature
 
 if TYPE_CHECKING:
+    from app.features.lecture.lecture_options import LectureOptions
     from app.hosting.app_context import AppContext
     from app.hosting.host import Host
 
 
+def _options() -> "type[LectureOptions]":
+    from app.features.lecture.lecture_options import LectureOptions
+
+    return LectureOptions
+
+
 def _host(context: "AppContext") -> "Host | None":
-    if not context.options.lecture:
+    if not context.options.of(_options()).lecture:
         return None
+    import logging
+    from dataclasses import replace
+
     from app.features.lecture.breakout_host import BreakoutHost
     from app.features.lecture.lecture import LectureHost
+    from app.runtime.throttled_log import ThrottledLog
 
+    context = replace(context, errors=ThrottledLog(logging.getLogger("duet.lecture")))
     if context.link is None or context.link.index == 0:
         return LectureHost(context)
     return BreakoutHost(context, context.link)
 
 
-LECTURE: Final = Feature("lecture", host=_host)
+LECTURE: Final = Feature("lecture", options=_options, host=_host)

@@ -2,7 +2,7 @@
 // the browser's, so that a student who closes the tab and opens another one is the same voter.
 (() => {
   const STORED = "duetResume";
-  const isStudent = duet.lecture && !duet.query.key && !new URLSearchParams(location.search).has("screen");
+  const isStudent = duet.shared && !duet.query.key && !new URLSearchParams(location.search).has("screen");
   let storage = null;
   let word = "";
   try {

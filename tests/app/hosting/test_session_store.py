@@ -19,6 +19,7 @@ from app.hosting.visitor_record import (
     record_to_bytes,
     same_tab,
     split_record,
+    visitor_from_bytes,
 )
 from app.lessons.bookmark import Phase
 from app.lessons.loading import load_lessons
@@ -136,7 +137,7 @@ def again(record: VisitorRecord) -> VisitorRecord:
     """The record after a way through its bytes."""
     head, parts = split_record(record)
     stored = {name: record_from_bytes(record_to_bytes(piece), Recorded) for name, piece in parts.items()}
-    return joined_record(record_from_bytes(record_to_bytes(head), VisitorRecord), stored)
+    return joined_record(visitor_from_bytes(record_to_bytes(head)), stored)
 
 
 def content(record: VisitorRecord) -> tuple[bytes, dict[str, bytes]]:
@@ -227,7 +228,7 @@ def test_where_a_piece_is_missing_only_the_newer_ones_count_and_what_is_damaged_
     data = record_to_bytes(head)
     for damaged in (b"", data[:-5], data[:9] + bytes([data[9] ^ 1]) + data[10:], record_to_bytes({"query": 1})):
         with pytest.raises(DamagedRecord):
-            record_from_bytes(damaged, VisitorRecord)
+            visitor_from_bytes(damaged)
 
 
 @pytest.mark.parametrize("ghost", ["off", "unprotected"])

@@ -19,8 +19,20 @@ from app.web.headless_client import CAMERA, Mirror
 from app.web.pages import HELLO, ROOM_IS_FULL, TAKEN_OVER
 from app.web.server import MOVED_CODE
 from scenes.settings import values
-from tests.app.conftest import Join, OpenHouse, ask, lecture_of
-from tests.app.features.lecture.lecture_room import KEY, WAIT, Class, Come, choose, command, drawn_name, sees, sessions_of, tab_of
+from tests.app.conftest import Join, OpenHouse, ask
+from tests.app.features.lecture.lecture_room import (
+    KEY,
+    WAIT,
+    Class,
+    Come,
+    choose,
+    command,
+    drawn_name,
+    lecture_of,
+    sees,
+    sessions_of,
+    tab_of,
+)
 from tests.app.lessons.helpers import our_book
 from tests.app.page.helpers import bodies, buttons, click, open_lessons, shown
 from tests.app.web.conftest import ended
