@@ -66,7 +66,6 @@ OURS: Final = (
     DECIMAL_SIGN,
     N_("more"),
     N_("dismiss this message"),
-    N_("From the teacher"),
     # The page of a full room.
     N_("Duet – every place is taken"),
     N_("Every place is taken"),

@@ -1,13 +1,24 @@
 """A lecture: one plenary session for the whole class, the teacher's control of it, polls, and breakout sessions."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.feature import Feature
+
+STATIC: Final = Path(__file__).parent / "static"
 
 if TYPE_CHECKING:
     from app.features.lecture.lecture_options import LectureOptions
     from app.hosting.app_context import AppContext
     from app.hosting.host import Host
+    from app.web.pages import PageAssets
+
+
+def _assets() -> "PageAssets":
+    from app.web.pages import PageAssets
+
+    scripts = STATIC / "class_holders.js", STATIC / "presenter.js"
+    return PageAssets(scripts, (STATIC / "class.css", STATIC / "presenter.css"))
 
 
 def _options() -> "type[LectureOptions]":
@@ -32,4 +43,4 @@ def _host(context: "AppContext") -> "Host | None":
     return BreakoutHost(context, context.link)
 
 
-LECTURE: Final = Feature("lecture", options=_options, host=_host)
+LECTURE: Final = Feature("lecture", assets=_assets, options=_options, host=_host)

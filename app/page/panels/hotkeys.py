@@ -130,7 +130,7 @@ PRESENTER_KEYS: Final[tuple[Hotkey[PresenterAction], ...]] = (
     Hotkey("present_back", "back", "Page ↑", "class: the thing before", "pageup", icon=viser.Icon.ARROW_UP),
     Hotkey("present_blank", "blank", "B", "class: the screen black, or live", "B", icon=viser.Icon.EYE_OFF),
     Hotkey("present_freeze", "freeze", "F", "class: the screen frozen, or live", "F", icon=viser.Icon.SNOWFLAKE),
-    # Pressed by the script of the address, `class_overlay.js`.
+    # Pressed by the script of the address, `page_overlay.js`.
     Hotkey("present_hide", "hide", "Esc", "class: the address away", "9", relayed="Escape", icon=viser.Icon.QRCODE_OFF),
 )
 """Keys of a lecture's teacher, in place of what the same keys do elsewhere, and of a projector with the teacher's key."""

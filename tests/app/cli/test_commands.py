@@ -255,7 +255,7 @@ def test_alone_or_behind_the_door_the_app_gets_all_that_the_command_was_given(
 ) -> None:
     served: list[ServeOptions] = []
 
-    def alone(options: ServeOptions, listener: socket.socket | None = None) -> App:
+    def alone(options: ServeOptions, *_: object, **__: object) -> App:
         served.append(options)
         raise KeyboardInterrupt
 
