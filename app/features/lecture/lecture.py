@@ -7,6 +7,7 @@ from time import time
 
 import viser
 
+from app.features.lecture.audiences import SCREEN, SMALL, Audiences
 from app.features.lecture.breakout_sessions import BreakoutSessions, BreakoutWorkers, run_of
 from app.features.lecture.class_record import NEW_CLASS, class_of, interrupted
 from app.features.lecture.class_summary import ClassSummary
@@ -31,7 +32,6 @@ from app.session.frame import Frame, make_frame
 from app.session.session import Session
 from app.settings import Look
 from app.web.address import Address
-from app.web.audiences import SCREEN, SMALL, Audiences
 
 log = logging.getLogger("duet.lecture")
 

@@ -9,11 +9,11 @@ from urllib.parse import quote
 import pytest
 
 from app.features.lecture import breakout_sessions
+from app.features.lecture.presenter_keys import CLICKER_KEYS
 from app.features.lecture.teacher_panel import COMMANDS
 from app.lessons.library import notes_of
 from app.lessons.session.lesson_actions import Choose, GoTo, Press
 from app.page.panels.choice_buttons import MARK
-from app.page.panels.hotkeys import CLICKER_KEYS
 from app.start import App
 from app.web.headless_client import CAMERA, Mirror
 from app.web.pages import HELLO, ROOM_IS_FULL, TAKEN_OVER
