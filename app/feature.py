@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     # What a command of the core needs to know of a feature loads no page.
     from app.hosting.app_context import AppContext
     from app.hosting.host import Host
+    from app.hosting.serve_options import FeatureOptions
     from app.page.panel_context import PanelMaker
     from app.web.pages import PageAssets
 
@@ -40,6 +41,7 @@ class Feature:
         commands: name → command; given are all features, for a command that starts a page.
         panels: what makes the panels of a visitor who operates a session. Those of the lowest feature are made first.
         assets: scripts and style sheets of every page.
+        options: a dataclass that adds its fields to the options of `lwr-duet serve`.
         host: makes the host of a server that is started with the feature's options, or returns None.
     """
 
@@ -48,4 +50,5 @@ class Feature:
     commands: "Callable[[Sequence[Feature]], Mapping[str, Command]] | None" = None
     panels: "Callable[[], Sequence[PanelMaker]] | None" = None
     assets: "Callable[[], PageAssets] | None" = None
+    options: "Callable[[], type[FeatureOptions]] | None" = None
     host: "Callable[[AppContext], Host | None] | None" = None

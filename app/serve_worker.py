@@ -94,7 +94,7 @@ def _start(start: WorkerStart, channel: int, pipe: MessagePipe, link: WorkerLink
 
 
 def _obey(app: "App", pipe: MessagePipe, link: WorkerLink) -> bool:
-    """Do what the dispatcher says until the end; return whether a lecture goes on with the next server."""
+    """Do what the dispatcher says until the end; return whether a shared session goes on with the next server."""
     from app.page.panels.server_load import ServerLoad
 
     pulse = 0.0

@@ -115,7 +115,7 @@ class PageSettings:
 
 
 class Look(NamedTuple):
-    """The settings of how the page looks, not of what it shows: in a lecture every tab has its own."""
+    """The settings of how the page looks, not of what it shows: in a shared session every tab has its own."""
 
     theme: Theme
     profile: Profile
@@ -217,7 +217,7 @@ FOREIGN_KEYS = frozenset(
     | {"resume", WHOLE, ALONE, GUEST, ATTACK, PUSH, MOTION, OPENED, LANGUAGES_KEY, PANEL, EMBED}
     | STEP_KEYS
 )
-"""Keys of a link that are not settings: viser's own, the key of a lecture, the size of the window, the folder that a proxy has
+"""Keys of a link that are not settings: viser's own, the teacher's key, the size of the window, the folder that a proxy has
 the page in, the lesson, the run to replay, how much it says."""
 
 APPENDED: Final = re.compile(

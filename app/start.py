@@ -97,6 +97,7 @@ def start_app(
         BadSetting, BadInputFile, MissingPackage: see `find_input_sources`.
         StoreRefused: another server or program has the file.
     """
+    shared, added = options.shared, (one.assets() for one in features if one.assets is not None)
     with ExitStack() as opened:
         sources = find_input_sources(options.bvh, options.camera, options.video, options.pose_model, options.law_file)
         opened.callback(sources.close)
@@ -107,9 +108,9 @@ def start_app(
             options.port,
             allowed_origins=options.allowed_origins,
             embed_origins=options.embed_origins,
-            max_clients=options.watchers if options.lecture else workload.places,
+            max_clients=workload.places if shared is None else shared.most_pages,
             delay=Guesses(options.key).delay,
-            assets=page_assets(options.settings.page, options.lecture),
+            assets=sum(added, page_assets(options.settings.page, shared is not None)),
             body=loading_html(),
             documents={PREFIX + name: partial(document_page, name) for name in DOCUMENTS},
             listener=listener,
@@ -128,11 +129,11 @@ def start_app(
         server.app_state = lambda: {"store": kept.state._asdict(), **workload.everywhere._asdict()}
         server.may_measure = partial(is_teacher, options.key)
         server.proof = options.proof
-        errors = ThrottledLog(logging.getLogger("duet.lecture" if options.lecture else "duet.hosts"))
+        errors = ThrottledLog(log)
         panels = tuple(made for one in reversed(features) if one.panels is not None for made in one.panels())
         context = AppContext(server, options, jobs or JobPool(), sources, library, kept, workload, errors, panels, link)
-        if not options.lecture:
-            # A lecture goes on with the lessons that it began with.
+        if shared is None:
+            # A shared session goes on with the lessons that it began with.
             library.watch(context.wake)
         preparation = Preparation(library.book, context.jobs) if options.ahead else None
         app = App(context, _host(context, features), preparation)

@@ -12,7 +12,7 @@ from app.cli.lessons import Lessons, NewLesson, lessons, new_lesson
 from app.cli.robots import Robots, robots
 from app.cli.run import RunCommand, simulate
 from app.cli.searches import Falsify, Hunt, falsify, hunt
-from app.cli.serve import Serve, serve
+from app.cli.serve import serve, serve_with
 from app.feature import Command, Feature
 from app.runtime.terminal import write_log
 from controllers.errors import DuetError
@@ -32,7 +32,7 @@ _COMMANDS: Final[dict[str, Command]] = {
 
 def commands_with(features: Sequence[Feature]) -> dict[str, Command]:
     """Return the commands of the core, and after them those of the features."""
-    commands = {"serve": Command(Serve, partial(serve, features=features)), **_COMMANDS}
+    commands = {"serve": Command(serve_with(features), partial(serve, features=features)), **_COMMANDS}
     for feature in features:
         if feature.commands is not None:
             commands |= feature.commands(features)

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import viser
 
@@ -12,7 +12,7 @@ from app.page.handles.gizmos import Gizmos
 from app.page.lessons.lesson_controls import LessonControls
 from app.page.panel_context import P, PanelContext, PanelMaker
 from app.page.panels.controls import Controls
-from app.page.panels.hotkeys import hotkeys, keys_of
+from app.page.panels.hotkeys import Hotkey, hotkeys, keys_of
 from app.page.panels.law_editor import LawEditor
 from app.page.panels.lever import Lever
 from app.page.panels.link_box import InviteBox, LinkBox
@@ -49,7 +49,7 @@ class Operation:
         client: of the operator.
         session: what is operated.
         view: what is seen of it.
-        presenting: whether a class watches: some keys are the presenter's, and leaving the lessons asks first.
+        instead: keys that mean something else on this page, which others watch: leaving the lessons asks first.
         whole: whether all settings are shown, also while no lesson is open.
         invites: whether a second person can be invited.
         edited: file of a law that the operator may edit; None for none.
@@ -65,16 +65,16 @@ class Operation:
         client: viser.ClientHandle,
         session: Session,
         view: View,
-        presenting: bool = False,
+        instead: tuple[Hotkey[Any], ...] = (),
         whole: bool = True,
         invites: bool = False,
         edited: Path | None = None,
         panels: Sequence[PanelMaker] = (),
     ) -> None:
-        self.whole, self._presenting = whole, presenting
+        self.whole, self._instead = whole, instead
         self._client, self._session, self._view = client, session, view
         self.handlers = handlers = ActionHandlers()
-        self._controls = Controls(client.gui, session, handlers, presenting, canvas_size(client)[0] <= PHONE)
+        self._controls = Controls(client.gui, session, handlers, instead, canvas_size(client)[0] <= PHONE)
         self._keep = client.gui.add_folder(tr("Keep and replay"), order=self._controls.below_clock, expand_by_default=False)
         with self._keep:
             replay_bar = ReplayBar(client.gui, session, handlers)
@@ -90,8 +90,8 @@ class Operation:
             page.made.append(LawEditor(client.gui, session, view, handlers, self._controls, edited))
         hands_off = lambda: view.lessons.hands_off  # noqa: E731
         self._gizmos = Gizmos(client, session, lambda: view.stage.yours, hands_off, handlers)
-        self._lesson_controls = LessonControls(client, session, view, handlers, self._controls, self._gizmos, presenting)
-        for hotkey in keys_of(hotkeys(), presenting):
+        self._lesson_controls = LessonControls(client, session, view, handlers, self._controls, self._gizmos, instead)
+        for hotkey in keys_of(hotkeys(), instead):
             hotkey.add_to(client.gui, session.post)
         handlers.add(actions.SetSetting, lambda action: self._set(action.key, action.value))
         handlers.add(actions.Digit, lambda action: self._set("scene", action.scene))
@@ -155,7 +155,7 @@ class Operation:
             return
         self._next = frame.after(CALM)
         lessons = self._view.lessons
-        plays = not (self._presenting or lessons.open or lessons.listing or frame.replayed)
+        plays = not (self._instead or lessons.open or lessons.listing or frame.replayed)
         self._controls.fold(self.whole, plays)
         self._keep.visible = self.whole or not plays
         if self._invite is not None:

@@ -72,7 +72,7 @@ class Stage:
     """Draws a simulation in 3-D; nothing here can be operated.
 
     Args:
-        scene: of one visitor, or of an audience in a lecture.
+        scene: of one visitor, or of an audience.
     """
 
     def __init__(self, scene: viser.SceneApi) -> None:

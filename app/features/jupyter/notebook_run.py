@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from app.features import FEATURES
 from app.features.lecture.lecture import LectureHost
+from app.features.lecture.lecture_options import LectureOptions
 from app.hosting.serve_options import ServeOptions
 from app.hosting.teacher_key import is_teacher
 from app.lessons.bookmark import Bookmark
@@ -120,7 +121,8 @@ class NotebookRun:
     def __init__(self, settings: Settings) -> None:
         self.key = secrets.token_urlsafe(32)
         self._app = start_app(
-            ServeOptions(settings=settings, sessions=1, watchers=1, lecture=True, key=self.key), features=FEATURES
+            ServeOptions(settings=settings, sessions=1, key=self.key, features=(LectureOptions(watchers=1, lecture=True),)),
+            features=FEATURES,
         )
         # The kernel does not know under which address a hub is opened, but no page of others has the key.
         self._app.server.trusts = lambda query: is_teacher(self.key, query)

@@ -53,16 +53,16 @@ class BreakoutHost:
         self._breakouts.frames(list(self.participants.values()), now, elapsed)
         if (run := run_of(self.participants.values(), self.classroom.wanted)) is not None:
             self.classroom.wanted = ""
-            self._link.to_plenary(run)
+            self._link.to_first(run)
         present = tuple(sorted(one.id for one in self.participants.values()))
         said = Present(self._link.index, present, self._context.workload.report)
         if said != self._said:
             self._said = said
-            self._link.to_plenary(said)
+            self._link.to_first(said)
 
     def _post_work(self, work: WorkAction) -> None:
         """Send what a student hands in to the plenary's process, and queue it for this one's pages; from any thread."""
-        self._link.to_plenary(work)
+        self._link.to_first(work)
         self._work.put(work)
 
     def _take_work(self, action: Action) -> None:

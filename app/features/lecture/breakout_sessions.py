@@ -6,6 +6,7 @@ from math import inf
 from time import monotonic
 from typing import Final
 
+from app.features.lecture.audiences import SCREEN
 from app.features.lecture.class_messages import ClassState, Exploring, PostWork, Present, Progressed, Ran, Reported
 from app.features.lecture.classroom import Classroom
 from app.features.lecture.participant import Participant
@@ -19,7 +20,6 @@ from app.i18n.speaking import set_language
 from app.page.panels.server_load import ServerLoad, combined
 from app.session.actions import RestoreSettings
 from app.settings import LOOKS
-from app.web.audiences import SCREEN
 
 
 class BreakoutWorkers:

@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 
 from app.features.lecture.ballots import Ballots
 from app.features.lecture.breakout_places import BreakoutPlaces
+from app.features.lecture.class_record import NEW_CLASS, ClassRecord
 from app.features.lecture.class_summary import AskedQuestion, ClassSummary, HandIn
 from app.features.lecture.student_work import ProgressBoard, StudentWork, clean_name
-from app.hosting.visitor_record import NEW_CLASS, ClassRecord
 from app.lessons.bookmark import OpenSteps, Phase
 from app.lessons.curve_drawing import Drawing, checked_curve
 from app.lessons.lesson import Lesson, LessonBook, Question, Step
@@ -22,7 +22,7 @@ from app.plots.curve_chart import Curve
 from app.web.connection import FilteredConnection
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Poll:
     """The question in the plenary, and how the class has answered.
 
@@ -172,20 +172,20 @@ class Classroom:
         known = None if walk.phase in (Phase.PREDICT, Phase.DO) else done.outcome
         choices, outcome, verdicts = self._texts_of(lesson, step, asked, known)
         return Poll(
-            question,
-            choices,
-            counts.newest,
-            done.outcome is None and not revealed,
-            revealed,
-            outcome,
-            None if known is None else asked.right,
-            verdicts,
-            step.drawing,
-            () if known is None else known.curve,
-            counts.first,
-            counts.switches,
-            len(self.ballots.rounds_of(question)),
-            _staged(walk, counts.newest, revealed),
+            question=question,
+            choices=choices,
+            tally=counts.newest,
+            open=done.outcome is None and not revealed,
+            revealed=revealed,
+            outcome=outcome,
+            right=None if known is None else asked.right,
+            verdicts=verdicts,
+            drawing=step.drawing,
+            truth=() if known is None else known.curve,
+            first=counts.first,
+            switches=counts.switches,
+            round=len(self.ballots.rounds_of(question)),
+            staged=_staged(walk, counts.newest, revealed),
             runs=not step.concept and bool(step.measurements),
         )
 

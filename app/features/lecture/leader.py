@@ -5,9 +5,10 @@ from collections.abc import Callable, Mapping
 from time import monotonic
 from typing import Final
 
+from app.features.lecture.audiences import SCREEN
+from app.features.lecture.class_record import NEW_CLASS, ClassRecord
 from app.hosting.teacher_key import is_teacher
-from app.hosting.visitor_record import NEW_CLASS, ClassRecord, tab_id
-from app.web.audiences import SCREEN
+from app.hosting.visitor_record import tab_id
 
 HOLD: Final = 60.0
 """How long the lead is held, without a key, for a tab that has disconnected [s]."""

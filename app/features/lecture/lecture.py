@@ -7,10 +7,13 @@ from time import time
 
 import viser
 
+from app.features.lecture.audiences import SCREEN, SMALL, Audiences
 from app.features.lecture.breakout_sessions import BreakoutSessions, BreakoutWorkers, run_of
+from app.features.lecture.class_record import NEW_CLASS, class_of, interrupted
 from app.features.lecture.class_summary import ClassSummary
 from app.features.lecture.classroom import Classroom
 from app.features.lecture.leader import Leader
+from app.features.lecture.lecture_options import LectureOptions
 from app.features.lecture.lecture_pages import PlenaryAudiences, PlenaryControls
 from app.features.lecture.lecture_record import LectureRecorder
 from app.features.lecture.participant import Participant
@@ -20,7 +23,7 @@ from app.hosting.admission import Admission, Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.frame_loop import Attention
 from app.hosting.teacher_key import is_teacher
-from app.hosting.visitor_record import NEW_CLASS, VisitorRecord
+from app.hosting.visitor_record import VisitorRecord
 from app.i18n.reader_language import language_of, look_of, preferred
 from app.i18n.speaking import set_language
 from app.lessons.progress import SavedLesson
@@ -29,7 +32,6 @@ from app.session.frame import Frame, make_frame
 from app.session.session import Session
 from app.settings import Look
 from app.web.address import Address
-from app.web.audiences import SCREEN, SMALL, Audiences
 
 log = logging.getLogger("duet.lecture")
 
@@ -44,10 +46,10 @@ class LectureHost:
 
     def __init__(self, context: AppContext) -> None:
         self._context = context
-        interrupted = context.store.interrupted_lecture()
-        room = NEW_CLASS if interrupted is None or interrupted.room is None else interrupted.room
+        record = interrupted(context.store)
+        room = (None if record is None else class_of(record)) or NEW_CLASS
         self.classroom = Classroom(context.workload.places, room)
-        start = context.options.settings if interrupted is None or interrupted.state is None else interrupted.settings
+        start = context.options.settings if record is None or record.state is None else record.settings
         self.session = Session(start, context.wake, context.jobs, context.sources)
         self.lessons = LessonSession(self.session, context.book.in_language(language_of(context.options.settings, "en")))
         self.control, workers = TeacherControl(self.classroom, self.session, self.lessons), None
@@ -55,9 +57,9 @@ class LectureHost:
             context.link.wake = context.wake
             workers = BreakoutWorkers(context.link, self.classroom, self.control.answers.put)
         self._breakouts = BreakoutSessions(context, self.classroom, workers)
-        self.control.presenter.expected = context.options.students
+        self.control.presenter.expected = context.options.of(LectureOptions).students
         self._leader = Leader(context.options.key, room)
-        self._recorder = LectureRecorder(context, interrupted, self.control, self._leader)
+        self._recorder = LectureRecorder(context, record, self.control, self._leader)
         self.controls = PlenaryControls(context, self.control, self._summaries)
         self.participants: dict[int, Participant] = {}
         self.shared = PlenaryAudiences(context, self.control, self.participants)

@@ -5,10 +5,12 @@ from contextlib import suppress
 
 import viser
 
+from app.features.lecture.audiences import Audience, Audiences
 from app.features.lecture.class_downloads import ClassDownloads, Summaries
 from app.features.lecture.overlays import Invitation
 from app.features.lecture.participant import Participant
 from app.features.lecture.plenary_page import PlenaryPage
+from app.features.lecture.presenter_keys import CLICKER_KEYS, PRESENTER_KEYS
 from app.features.lecture.student_page import Answers
 from app.features.lecture.teacher_control import TeacherControl
 from app.features.lecture.teacher_panel import AssistantPanel, TeacherPanel
@@ -18,11 +20,9 @@ from app.hosting.visitor import open_link
 from app.i18n.reader_language import language_of, look_of
 from app.i18n.speaking import set_language
 from app.page.operation import Operation
-from app.page.panels.hotkeys import CLICKER_KEYS
 from app.page.panels.teachers_tab import name_mistake
 from app.settings import ALONE, Language
 from app.web.address import Address, find_address
-from app.web.audiences import Audience, Audiences
 from app.web.request import browser_language, request_address
 
 
@@ -114,8 +114,9 @@ class PlenaryControls:
             teacher.page = PlenaryPage(client, self._control, context.book, language, look, lambda: [client])
             operation = None
             if leads:
-                presenting = ALONE not in teacher.query
-                operation = Operation(client, self._session, teacher.page.view, presenting, panels=self._context.panels)
+                keys = () if ALONE in teacher.query else PRESENTER_KEYS
+                page_view, panels = teacher.page.view, self._context.panels
+                operation = Operation(client, self._session, page_view, instead=keys, panels=panels)
                 self.operation = operation
             if isinstance(teacher.panel, TeacherPanel):
                 teacher.panel.close()

@@ -4,13 +4,14 @@ summary is left."""
 from time import time
 from typing import Final
 
+from app.features.lecture.class_record import NAME, ClassRecord, class_of, last_class_of, with_class
 from app.features.lecture.class_summary import ClassSummary
 from app.features.lecture.classroom import Classroom
 from app.features.lecture.leader import Leader
 from app.features.lecture.teacher_control import TeacherControl
 from app.hosting.app_context import AppContext
 from app.hosting.visitor import run_again
-from app.hosting.visitor_record import ClassRecord, VisitorRecord
+from app.hosting.visitor_record import VisitorRecord
 from app.lessons.lesson import LessonBook
 from app.settings import Settings
 
@@ -29,8 +30,8 @@ class LectureRecorder:
     def __init__(self, context: AppContext, record: VisitorRecord | None, control: TeacherControl, leader: Leader) -> None:
         self._store, self._book, self._leader, self._save_at = context.store, context.book, leader, 0.0
         self._session, self._lessons, self._classroom = control.session, control.lessons, control.classroom
-        self._last_class = _summary_in(self._store.last_lecture(), record is not None, self._book)
-        if record is not None and record.room is not None:
+        self._last_class = _summary_in(self._store.named(NAME), record is not None, self._book)
+        if record is not None and class_of(record) is not None:
             if record.lessons is not None:
                 self._lessons.resume(record.lessons, reopen=True)
             for _ in run_again(self._session, self._lessons, record):
@@ -50,39 +51,40 @@ class LectureRecorder:
         ballots, work, (leader, students) = self._classroom.ballots, self._classroom.work, self._leader.tabs
         rounds = ballots.rounds
         record = ClassRecord(
-            time(),
-            {question: given[-1] for question, given in rounds.items()},
-            tuple(sorted(ballots.revealed)),
-            self._classroom.free,
-            leader,
-            students,
-            {question: given[:-1] for question, given in rounds.items() if len(given) > 1},
-            {question: tuple(sorted(passed)) for question, passed in work.passed.items()},
-            dict(work.hand_ins),
-            ballots.pages_only,
-            tuple(sorted(ballots.pageless)),
-            dict(self._classroom.board.names),
-            self._classroom.pace,
-            dict(work.nearest),
-            dict(self._classroom.places.groups),
+            saved=time(),
+            ballots={question: given[-1] for question, given in rounds.items()},
+            revealed=tuple(sorted(ballots.revealed)),
+            free=self._classroom.free,
+            leader=leader,
+            students=students,
+            earlier={question: given[:-1] for question, given in rounds.items() if len(given) > 1},
+            passed={question: tuple(sorted(passed)) for question, passed in work.passed.items()},
+            hand_ins=dict(work.hand_ins),
+            pages_only=ballots.pages_only,
+            pageless=tuple(sorted(ballots.pageless)),
+            names=dict(self._classroom.board.names),
+            pace=self._classroom.pace,
+            nearest=dict(work.nearest),
+            groups=dict(self._classroom.places.groups),
         )
         session = self._session
-        self._store.save_lecture(
-            VisitorRecord({}, session.settings, self._lessons.saved(), session.state(), record, self.last_class)
-        )
+        shared = VisitorRecord({}, session.settings, self._lessons.saved(), session.state())
+        self._store.save_named(NAME, with_class(shared, record, self.last_class))
 
     def close(self) -> None:
         summary = self._classroom.summary(self._book, time())
-        self._store.save_lecture(VisitorRecord({}, Settings(), None, last_class=self.last_class if summary.empty else summary))
+        last = self.last_class if summary.empty else summary
+        self._store.save_named(NAME, with_class(VisitorRecord({}, Settings(), None), None, last))
 
 
 def _summary_in(record: VisitorRecord | None, goes_on: bool, book: LessonBook) -> ClassSummary | None:
     """Return the summary of the last class that has ended. `goes_on`: whether the lecture of the record goes on."""
     if record is None:
         return None
-    if record.room is not None and not goes_on:
+    room = class_of(record)
+    if room is not None and not goes_on:
         # It broke off, and was not started again in time.
-        summary = Classroom(0, record.room).summary(book, record.room.saved)
+        summary = Classroom(0, room).summary(book, room.saved)
         if not summary.empty:
             return summary
-    return record.last_class
+    return last_class_of(record)

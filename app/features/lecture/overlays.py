@@ -158,7 +158,15 @@ def _slide(station: Station, view: StepView, poll: Poll | None, quotes: Collecti
         if station is Station.QUESTION or not (poll.revealed or poll.outcome):
             # Rows with empty bars, which grow at the reveal, and empty axes.
             none = Tally((0,) * len(poll.choices), 0, 0)
-            poll = Poll(poll.question, poll.choices, none, open=True, revealed=False, drawing=poll.drawing, unseen=True)
+            poll = Poll(
+                question=poll.question,
+                choices=poll.choices,
+                tally=none,
+                open=True,
+                revealed=False,
+                drawing=poll.drawing,
+                unseen=True,
+            )
         answers = poll_html(poll) + made.quotes(quotes)
     after = texts.get("observe", "") if station is Station.OUTCOME else ""
     return made.slide(view, texts.get("predict", ""), answers, after, "text")

@@ -2,6 +2,7 @@
 
 import viser
 
+from app.features.lecture.audiences import SCREEN, Audience
 from app.features.lecture.class_messages import PostWork, Progressed
 from app.features.lecture.classroom import Classroom, Poll
 from app.features.lecture.classroom_html import WATCHING
@@ -20,7 +21,6 @@ from app.session.session import Session
 from app.settings import LOOKS, Settings, from_query
 from app.theme import NARROW
 from app.web.address import Address
-from app.web.audiences import SCREEN, Audience
 from app.web.request import request_query
 from app.web.viser_internals import expand_for
 from scenes.settings import values

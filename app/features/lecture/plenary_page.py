@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import viser
 
+from app.features.lecture.audiences import Audience
 from app.features.lecture.classroom import Poll
 from app.features.lecture.classroom_html import WATCHING, poll_html, tied_html
 from app.features.lecture.overlays import ScreenView
@@ -20,7 +21,6 @@ from app.page.view import View
 from app.session.frame import Frame
 from app.settings import Language, Look
 from app.web.address import Address
-from app.web.audiences import Audience
 from app.web.request import browser_language, request_query
 
 

@@ -11,13 +11,13 @@ from app.features.lecture.ballots import VoterCount
 from app.features.lecture.class_downloads import ClassDownloads
 from app.features.lecture.classroom import Poll
 from app.features.lecture.classroom_html import TAKE_OVER, banner_html, heads_html, join_html, joined_text, poll_html, voters_html
+from app.features.lecture.lecture_options import MOST_STUDENTS
+from app.features.lecture.presenter_keys import PRESENTER_KEYS
 from app.features.lecture.screen_panel import ScreenPanel, covers_html
 from app.features.lecture.teacher_control import Teach, TeacherAction, TeacherControl
-from app.hosting.serve_options import MOST_STUDENTS
 from app.i18n.speaking import N_, tr
 from app.lessons.bookmark import LONGEST_PACE, Bookmark
 from app.page.panels.choice_buttons import ChoiceButtons
-from app.page.panels.hotkeys import PRESENTER_KEYS
 from app.page.panels.teachers_tab import ORDER, NotesView, TeachersTab
 from app.text.templates import macros
 from app.web.address import Address

@@ -125,7 +125,6 @@ def test_a_visitor_gets_no_editor_and_forges_none(house: OpenHouse, arrive: Arri
     [
         {"allowed_origins": ("https://duet.example.org",)},
         {"embed_origins": ("https://moodle.example.org",)},
-        {"lecture": True},
         {"proof": "secret"},
         {"host": "0.0.0.0"},
     ],

@@ -22,7 +22,7 @@ from app.i18n.client_texts import ALL
 from app.lessons.measures.quantity import QUANTITIES
 from app.page.lessons.lesson_html import NEXT, PHASES
 from app.page.panels.controls import TABS
-from app.page.panels.hotkeys import CLICKER_KEYS, LESSON_KEYS, hotkeys
+from app.page.panels.hotkeys import LESSON_KEYS, hotkeys
 from app.plots.plot_choice import CHARTS
 from app.plots.time_plots import TIME_PLOTS
 from app.settings import LANGUAGES, TRANSLATIONS, Settings
@@ -123,7 +123,7 @@ def _of_tables() -> Iterator[str]:
     for spec in specs(Settings).values():
         yield from (spec.label, spec.words, spec.help, *spec.options().values())
     yield from (name for name, _, _ in TABS)
-    yield from (hotkey.text for hotkey in (*hotkeys(), *LESSON_KEYS, *CLICKER_KEYS))
+    yield from (hotkey.text for hotkey in (*hotkeys(), *LESSON_KEYS))
     for course in TIME_PLOTS.values():
         yield from (course.title, *(line.name for line in course.lines if line.name))
     yield ALONE[1]

@@ -1,4 +1,4 @@
-"""A lesson in another language never falls back to English: not in a step, an outcome, a challenge, the report or the class."""
+"""A lesson in another language never falls back to English: not in a step, an outcome, a challenge, or the report."""
 
 import re
 from collections.abc import Iterator
@@ -7,12 +7,11 @@ from dataclasses import replace
 import pytest
 
 from app.custom_law.trials import verdict_on
-from app.features.lecture.classroom import Classroom
 from app.i18n.catalogue import FOLDER, read_texts
 from app.i18n.speaking import set_language, tr
 from app.lessons import outcomes, reference_runs
 from app.lessons.attempts import StandIn, attempt_of
-from app.lessons.bookmark import Phase, phases_of
+from app.lessons.bookmark import phases_of
 from app.lessons.evidence import Evidence
 from app.lessons.labels import label_of, sentence
 from app.lessons.lesson import Lesson, Step
@@ -136,26 +135,6 @@ def test_the_name_of_a_setting_and_a_place_of_the_ball_stand_in_the_nominative()
             step = our_book(language).lessons[our_book(language).index(lesson)].steps[number]
             lines += reference(step, step.setup).lines(step, language)
         assert law in " ".join(lines) and ball in " ".join(lines)
-
-
-def test_the_class_reads_the_poll_in_its_own_language() -> None:
-    walk, room = Walkthrough(our_book()), Classroom(1)
-    walk.go("hold")
-    walk.choose(0)
-    walk.done.outcome = replace(reference(walk.step, walk.step.setup), unlike=tuple(values(RunSettings()).items()))
-    walk.phase = Phase.OBSERVE
-    polls = {}
-    for language in ("de", "en", "sl"):
-        # The texts speak the language of the book, and not that of the page that asks first.
-        set_language("sl" if language == "de" else "de")
-        polls[language] = room.poll(walk, our_book(language))
-    assert polls["de"] is not None and polls["en"] is not None and polls["sl"] is not None
-    for language in TRANSLATIONS:
-        texts = (*polls[language].choices, *polls[language].outcome, *(v.reply for v in polls[language].verdicts if v))
-        for text in texts:
-            assert not [phrase for phrase in phrases(text) if ENGLISH.search(phrase)]
-    assert any("law set to “Smooth priority (paper)”" in line for line in polls["en"].outcome)
-    assert any("Gesetz auf ‚Glatter Vorrang (Artikel)‘ gestellt" in line for line in polls["de"].outcome)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

@@ -87,12 +87,13 @@ def serve_app(pipe: Connection, lecture: bool, sessions: int) -> None:
     """Serve the app; send the address, then (CPU time [s], CPU time of each part [s], longest frame [s]) for every request."""
     leave_with_parent()
     from app.features import FEATURES
+    from app.features.lecture.lecture_options import LectureOptions
     from app.hosting.serve_options import ServeOptions
     from app.start import start_app
 
     times = ServerTimes()
     times.watch()
-    app = start_app(ServeOptions(sessions=sessions, lecture=lecture, ahead=True), features=FEATURES)
+    app = start_app(ServeOptions(sessions=sessions, ahead=True, features=(LectureOptions(lecture=lecture),)), features=FEATURES)
     pipe.send(app.url)
     while pipe.recv() == REQUEST:
         pipe.send((time.process_time(), dict(times.seconds), times.longest))

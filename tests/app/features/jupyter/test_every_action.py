@@ -10,13 +10,15 @@ from typing import Any
 import numpy as np
 
 from app.features.jupyter.notebook_run import NotebookRun
+from app.features.lecture.lecture_options import LectureOptions
 from app.hosting.guest import Guest
 from app.lessons.session.lesson_actions import Write
 from app.session.action_handlers import ActionHandlers, Handler
 from app.session.actions import Action, Drag, Nudge, Pause, Reset, SetSetting, SingleStep
 from app.settings import GUEST, Settings
 from scenes.settings import RunSettings
-from tests.app.conftest import Made, lecture_of, visitor_of
+from tests.app.conftest import Made, visitor_of
+from tests.app.features.lecture.lecture_room import lecture_of
 from tests.app.inline import Inline
 from tests.app.recording.runs import piece
 
@@ -157,7 +159,7 @@ def test_every_action_has_one_handler_or_two(by_hand: Made, tmp_path: Path) -> N
     (guest,) = visitor.beside
     assert isinstance(guest, Guest) and table(guest._handlers) == SECOND_PERSON
 
-    school = by_hand(lecture=True, key="chalk")
+    school = by_hand(features=(LectureOptions(lecture=True),), key="chalk")
     lecture = lecture_of(school)
     assert table(lecture.session.handlers) == LECTURE
     school.let_in("key=chalk")

@@ -8,8 +8,9 @@ from app.features.lecture.breakout_host import BreakoutHost
 from app.features.lecture.lecture import LectureHost
 from app.page.panels.choice_buttons import MARK
 from app.session.session import Session
+from app.start import App
 from app.web.server import MOVED_CODE
-from tests.app.conftest import OpenHouse, ask, lecture_of
+from tests.app.conftest import ByHand, OpenHouse, ask
 from tests.app.page.helpers import bodies, open_lessons, shown
 from tests.app.web.conftest import ended
 from tests.blocking_client import BlockingClient
@@ -21,6 +22,17 @@ WAIT = 60.0
 
 
 Come = Callable[..., BlockingClient]
+
+
+def lecture_of(house: App | ByHand) -> LectureHost:
+    assert isinstance(house.host, LectureHost)
+    return house.host
+
+
+def operator_of(host: LectureHost) -> int | None:
+    """Id of the client that has the controls, or None."""
+    operator = host.controls.operator
+    return None if operator is None else operator.client.client_id
 
 
 def tab_of(name: str) -> str:

@@ -16,8 +16,8 @@ from app.settings import Settings
 from app.start import App
 from scenes.settings import changed
 from tests.accessibility import accessible
-from tests.app.conftest import HAND, OpenHouse, ask, lecture_of
-from tests.app.features.lecture.lecture_room import sessions_of
+from tests.app.conftest import HAND, OpenHouse, ask
+from tests.app.features.lecture.lecture_room import lecture_of, sessions_of
 from tests.app.page.by_hand import WRIST, control
 from tests.browser import PageAt, close_software_note, until, wait_frames, wait_ready, world_position
 

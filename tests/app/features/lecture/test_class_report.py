@@ -139,6 +139,7 @@ def test_a_test_before_and_after_has_its_gain_from_votes_and_own_sessions_withou
     summary = room.summary(book, 0.0)
     assert summary.paired == {("beliefs", "closed_path"): ((0, 0), (0, 1), (0, 2), (1, 1), (2, 2))}
     assert record_from_bytes(record_to_bytes(summary), ClassSummary) == summary
+    assert ClassSummary(0.0, 0, ()).empty
     rows = [one for one in rows_of(summary, book) if one["kind"] in ("gain", "moved")]
     assert [(row["students"], row["before"], row["after"], row["gain"]) for row in rows if row["kind"] == "gain"] == [
         ("5", "1", "2", "0.25")

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from app.features.lecture.ballots import Ballots
 from app.features.lecture.breakout_places import HOLD, BreakoutPlaces, group_size
+from app.features.lecture.class_record import ClassRecord
 from app.features.lecture.classroom import Classroom
 from app.features.lecture.classroom_html import join_html, mine_html, poll_html
 from app.hosting.teacher_key import is_mistaken, is_teacher
-from app.hosting.visitor_record import ClassRecord
 from app.lessons.bookmark import Phase
 from app.lessons.library import Library
 from app.lessons.outcomes import reference
@@ -84,7 +84,7 @@ def test_a_round_is_never_changed_by_a_later_one(rounds: list[dict[str, int]], r
     for student in first:
         assert ballots.first_ballot_of(PLACE, student).choice == first[student]
     *earlier, newest = ballots.rounds[PLACE]
-    again = Ballots(ClassRecord(0.0, {PLACE: newest}, (), False, None, (), {PLACE: tuple(earlier)}))
+    again = Ballots(ClassRecord(ballots={PLACE: newest}, earlier={PLACE: tuple(earlier)}))
     assert again.rounds_of(PLACE) == ballots.rounds_of(PLACE) and again.ballots_of("ann") == ballots.ballots_of("ann")
 
 

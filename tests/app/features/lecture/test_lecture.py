@@ -9,18 +9,30 @@ from urllib.parse import quote
 import pytest
 
 from app.features.lecture import breakout_sessions
+from app.features.lecture.presenter_keys import CLICKER_KEYS
 from app.features.lecture.teacher_panel import COMMANDS
 from app.lessons.library import notes_of
 from app.lessons.session.lesson_actions import Choose, GoTo, Press
 from app.page.panels.choice_buttons import MARK
-from app.page.panels.hotkeys import CLICKER_KEYS
 from app.start import App
 from app.web.headless_client import CAMERA, Mirror
 from app.web.pages import HELLO, ROOM_IS_FULL, TAKEN_OVER
 from app.web.server import MOVED_CODE
 from scenes.settings import values
-from tests.app.conftest import Join, OpenHouse, ask, lecture_of
-from tests.app.features.lecture.lecture_room import KEY, WAIT, Class, Come, choose, command, drawn_name, sees, sessions_of, tab_of
+from tests.app.conftest import Join, OpenHouse, ask
+from tests.app.features.lecture.lecture_room import (
+    KEY,
+    WAIT,
+    Class,
+    Come,
+    choose,
+    command,
+    drawn_name,
+    lecture_of,
+    sees,
+    sessions_of,
+    tab_of,
+)
 from tests.app.lessons.helpers import our_book
 from tests.app.page.helpers import bodies, buttons, click, open_lessons, shown
 from tests.app.web.conftest import ended

@@ -10,12 +10,13 @@ from time import monotonic
 
 import pytest
 
+from app.features.lecture.breakout_host import BreakoutHost
 from app.features.lecture.breakout_sessions import BreakoutWorkers
 from app.features.lecture.class_messages import ClassState, Exploring, Present
 from app.features.lecture.class_summary import HandIn
 from app.features.lecture.classroom import Classroom
+from app.features.lecture.lecture import LectureHost
 from app.hosting import visitor as visitor_module
-from app.hosting.private_host import PrivateHost
 from app.hosting.visitor_record import VisitorRecord
 from app.hosting.worker_messages import ForTab, Replaced, WorkerLink
 from app.page.panels.server_load import ServerLoad
@@ -230,7 +231,7 @@ def test_students_and_a_group_explore_in_other_processes_and_the_teacher_reaches
 def test_a_process_in_place_of_another_one_knows_what_was_handed_in_meanwhile() -> None:
     sent: list[object] = []
     link, classroom = WorkerLink(0, sent.append), Classroom(8)
-    workers = BreakoutWorkers(link, classroom, link.to_plenary)
+    workers = BreakoutWorkers(link, classroom, link.to_first)
 
     def told(*messages: object) -> list[tuple[str, HandIn | None]]:
         """Students and their reports, as the plenary sends them to other processes after some messages."""
@@ -265,11 +266,12 @@ def test_what_a_student_did_last_is_kept_when_the_server_ends(
     ann, link = tab_of("ann"), WorkerLink(1, lambda message: None) if elsewhere else None
     opened = by_hand(lecture=True, key="chalk-and-talk", sessions=8, store=tmp_path / "store", link=link)
     host = opened.host
-    assert not isinstance(host, PrivateHost)
+    assert isinstance(host, LectureHost | BreakoutHost)
     if link is not None:
         link.put(ClassState(True, False, None, ""))
         link.put(Exploring(ann, VisitorRecord({}, Settings(), None), False, None, "Ann", ann))
     else:
+        assert isinstance(host, LectureHost)
         host.classroom.explore()
         host.classroom.settle((ann,), monotonic())
     opened.let_in(f"resume={ann}")

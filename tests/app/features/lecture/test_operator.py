@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from app.features.lecture.audiences import MOST
 from app.features.lecture.leader import Leader
 from app.hosting.teacher_key import LONGEST, MOST_ADDRESSES, Guesses
 from app.i18n.catalogue import words_of
@@ -15,10 +16,9 @@ from app.session.session import Session
 from app.settings import Language, Settings
 from app.text.lesson_text import plain
 from app.theme import PALETTES
-from app.web.audiences import MOST
 from app.web.headless_client import CAMERA
-from tests.app.conftest import Join, Made, OpenHouse, ask, lecture_of, operator_of
-from tests.app.features.lecture.lecture_room import WAIT, sees, tab_of
+from tests.app.conftest import Join, Made, OpenHouse, ask
+from tests.app.features.lecture.lecture_room import WAIT, lecture_of, operator_of, sees, tab_of
 from tests.app.lessons.helpers import our_book
 from tests.app.page.by_hand import WRIST
 from tests.app.page.helpers import Client, bodies, buttons, click, hotkey_uuid, open_lessons, shown

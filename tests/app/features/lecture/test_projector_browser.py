@@ -7,7 +7,8 @@ from app.features.lecture.presenter import Station
 from app.settings import Settings
 from scenes.settings import changed
 from tests.accessibility import accessible
-from tests.app.conftest import Join, OpenHouse, ask, lecture_of
+from tests.app.conftest import Join, OpenHouse, ask
+from tests.app.features.lecture.lecture_room import lecture_of
 from tests.app.page.helpers import click
 from tests.browser import PageAt, close_software_note, until
 

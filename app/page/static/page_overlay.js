@@ -1,16 +1,15 @@
 // Shows what `.duet-overlay` holds over the whole page: inside a panel it could not cover more than the panel.
-// The button or Esc closes it: on a teacher's page and on a projector with the teacher's key for all, on another page there.
+// The button or Esc closes it: on a page with the key for all pages, by the key 9, on another page there.
 addEventListener("DOMContentLoaded", () => {
   const overlay = document.createElement("div");
   overlay.id = "duet-overlay";
   overlay.setAttribute("role", "dialog");
-  overlay.setAttribute("aria-label", "From the teacher");
   document.body.append(overlay);
   const close = () => {
     // What a guest waits for has no button.
     if (!overlay.querySelector("button")) return;
     overlay.textContent = "";
-    // With the teacher's key it is taken away for all.
+    // With the key it is taken away for all.
     closed = !duet.query.key;
     duet.pressKey("9");
   };
@@ -31,7 +30,7 @@ addEventListener("DOMContentLoaded", () => {
     closed &&= sent !== null && sent.querySelector("button") !== null;
     if (closed) return;
     const focused = overlay.contains(document.activeElement);
-    overlay.setAttribute("aria-label", sent?.dataset.label ?? "From the teacher");
+    overlay.setAttribute("aria-label", sent?.dataset.label ?? "");
     overlay.innerHTML = sent?.innerHTML ?? "";
     if (focused) overlay.querySelector("button")?.focus();
   }, 250);
