@@ -136,7 +136,15 @@ class Visitor:
         yield
         self.view.show(freeze(self.session, perf_counter()))
         yield
-        self.operation = Operation(client, self.session, self.view, whole=whole, invites=self._invites, edited=self._edited)
+        self.operation = Operation(
+            client,
+            self.session,
+            self.view,
+            whole=whole,
+            invites=self._invites,
+            edited=self._edited,
+            panels=self._context.panels,
+        )
         if self._welcomes and self.lessons.book.lessons:
             self._welcome = Welcome(client.gui, self.session, self.lessons)
         if self._teaches:

@@ -114,7 +114,8 @@ class PlenaryControls:
             teacher.page = PlenaryPage(client, self._control, context.book, language, look, lambda: [client])
             operation = None
             if leads:
-                operation = Operation(client, self._session, teacher.page.view, presenting=ALONE not in teacher.query)
+                view, presenting = teacher.page.view, ALONE not in teacher.query
+                operation = Operation(client, self._session, view, presenting=presenting, panels=context.panels)
                 self.operation = operation
             if isinstance(teacher.panel, TeacherPanel):
                 teacher.panel.close()
