@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     # What a command of the core needs to know of a feature loads no page.
     from app.hosting.app_context import AppContext
     from app.hosting.host import Host
+    from app.hosting.joining_pages import JoiningPages
     from app.page.panel_context import PanelMaker
     from app.web.pages import PageAssets
 
@@ -41,6 +42,7 @@ class Feature:
         panels: what makes the panels of a visitor who operates a session. Those of the lowest feature are made first.
         assets: scripts and style sheets of every page.
         host: makes the host of a server that is started with the feature's options, or returns None.
+        joining: makes the pages of people who join a visitor's private session by a link.
     """
 
     name: str
@@ -49,3 +51,4 @@ class Feature:
     panels: "Callable[[], Sequence[PanelMaker]] | None" = None
     assets: "Callable[[], PageAssets] | None" = None
     host: "Callable[[AppContext], Host | None] | None" = None
+    joining: "Callable[[AppContext], JoiningPages] | None" = None

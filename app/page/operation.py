@@ -15,7 +15,7 @@ from app.page.panels.controls import Controls
 from app.page.panels.hotkeys import hotkeys, keys_of
 from app.page.panels.law_editor import LawEditor
 from app.page.panels.lever import Lever
-from app.page.panels.link_box import InviteBox, LinkBox
+from app.page.panels.link_box import LinkBox
 from app.page.panels.plot_controls import DetailsChooser, MicroscopeButtons, MomentChooser
 from app.page.panels.replay_bar import ReplayBar
 from app.page.panels.scene_words import SceneWords
@@ -51,7 +51,7 @@ class Operation:
         view: what is seen of it.
         presenting: whether a class watches: some keys are the presenter's, and leaving the lessons asks first.
         whole: whether all settings are shown, also while no lesson is open.
-        invites: whether a second person can be invited.
+        private: whether this is the page of a private session.
         edited: file of a law that the operator may edit; None for none.
         panels: makes the panels of features.
 
@@ -67,7 +67,7 @@ class Operation:
         view: View,
         presenting: bool = False,
         whole: bool = True,
-        invites: bool = False,
+        private: bool = False,
         edited: Path | None = None,
         panels: Sequence[PanelMaker] = (),
     ) -> None:
@@ -78,12 +78,10 @@ class Operation:
         self._keep = client.gui.add_folder(tr("Keep and replay"), order=self._controls.below_clock, expand_by_default=False)
         with self._keep:
             replay_bar, self._link = ReplayBar(client.gui, session, handlers), LinkBox(client, session, view.lessons)
-        self._page = page = PanelContext(client, session, view, handlers, self._keep, [replay_bar])
+        self._page = page = PanelContext(client, session, view, handlers, self._controls, self._keep, private, [replay_bar])
         for make in (*PANELS, *panels):
-            page.made.append(make(page))
-        self._invite = InviteBox(client, session, handlers, self._controls.below_clock) if invites else None
-        if self._invite is not None:
-            page.made.append(self._invite)
+            if (panel := make(page)) is not None:
+                page.made.append(panel)
         if edited is not None:
             page.made.append(LawEditor(client.gui, session, view, handlers, self._controls, edited))
         hands_off = lambda: view.lessons.hands_off  # noqa: E731
@@ -156,8 +154,6 @@ class Operation:
         plays = not (self._presenting or lessons.open or lessons.listing or frame.replayed)
         self._controls.fold(self.whole, plays)
         self._keep.visible = self.whole or not plays
-        if self._invite is not None:
-            self._invite.offered = self._keep.visible
         for panel in (self._controls, *self._page.made, self._link, self._lesson_controls):
             panel.show(frame)
 

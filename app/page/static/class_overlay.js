@@ -7,7 +7,7 @@ addEventListener("DOMContentLoaded", () => {
   overlay.setAttribute("aria-label", "From the teacher");
   document.body.append(overlay);
   const close = () => {
-    // What a guest waits for has no button.
+    // What waits for somebody has no button.
     if (!overlay.querySelector("button")) return;
     overlay.textContent = "";
     // With the teacher's key it is taken away for all.
