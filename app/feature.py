@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     # What a command of the core needs to know of a feature loads no page.
     from app.hosting.app_context import AppContext
     from app.hosting.host import Host
+    from app.hosting.joining_pages import JoiningPages
     from app.hosting.serve_options import FeatureOptions
     from app.page.panel_context import PanelMaker
     from app.web.pages import PageAssets
@@ -43,6 +44,7 @@ class Feature:
         assets: scripts and style sheets of every page.
         options: a dataclass that adds its fields to the options of `lwr-duet serve`.
         host: makes the host of a server that is started with the feature's options, or returns None.
+        joining: makes the pages of people who join a visitor's private session by a link.
     """
 
     name: str
@@ -52,3 +54,4 @@ class Feature:
     assets: "Callable[[], PageAssets] | None" = None
     options: "Callable[[], type[FeatureOptions]] | None" = None
     host: "Callable[[AppContext], Host | None] | None" = None
+    joining: "Callable[[AppContext], JoiningPages] | None" = None

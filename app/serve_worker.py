@@ -112,7 +112,7 @@ def _obey(app: "App", pipe: MessagePipe, link: WorkerLink) -> bool:
                 app.context.workload.elsewhere = tuple(ServerLoad(*report) for report in reports)
             case messages.ClientCount(count):
                 app.server.elsewhere = count
-            case bytes() | messages.Replaced() | messages.MakeRoom() | messages.Invited():
+            case bytes() | messages.Replaced() | messages.MakeRoom() | messages.Announced():
                 link.put(message)
             case _:
                 logging.getLogger("duet.worker").error("the dispatcher says %r", message)

@@ -194,8 +194,8 @@ PANEL: Final = "panel"
 EMBED: Final = "embed"
 """Key of a page in a frame of another page, which shows few things; see `embed.js`."""
 
-GUEST: Final = "guest"
-"""Key of a link to another visitor's session, to hold an arm there."""
+JOIN: Final = "guest"
+"""Key of a link to another visitor's session, with a word that leads to the worker process that has announced it."""
 
 PUSH: Final = "push"
 """Key of a link that replays a visitor's push, bit for bit; see `scenes.run_text`."""
@@ -214,7 +214,7 @@ LINK_KEYS: Final = (*sorted(STEP_KEYS), PANEL, EMBED, PUSH, WHOLE)
 
 FOREIGN_KEYS = frozenset(
     {"window", "folder", "websocket", "playbackPath", "darkMode", "key", "logCamera", "fixedDpr", "forceOrbitOriginTool"}
-    | {"resume", WHOLE, ALONE, GUEST, ATTACK, PUSH, MOTION, OPENED, LANGUAGES_KEY, PANEL, EMBED}
+    | {"resume", WHOLE, ALONE, JOIN, ATTACK, PUSH, MOTION, OPENED, LANGUAGES_KEY, PANEL, EMBED}
     | STEP_KEYS
 )
 """Keys of a link that are not settings: viser's own, the teacher's key, the size of the window, the folder that a proxy has

@@ -144,4 +144,5 @@ def start_app(
 def _host(context: AppContext, features: Sequence[Feature]) -> Host:
     """Return the host of the first feature that has one for these options; else one of private sessions."""
     hosts = (one.host(context) for one in features if one.host is not None)
-    return next((host for host in hosts if host is not None), None) or PrivateHost(context)
+    found = next((host for host in hosts if host is not None), None)
+    return found or PrivateHost(context, [one.joining for one in features if one.joining is not None])

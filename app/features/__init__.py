@@ -13,6 +13,7 @@ from app.features.lab_report import LAB_REPORT
 from app.features.league import LEAGUE
 from app.features.lecture import LECTURE
 from app.features.marks import MARKS
+from app.features.second_person import SECOND_PERSON
 from app.features.sweep import SWEEP
 
 FEATURES: Final[tuple[Feature, ...]] = (
@@ -26,5 +27,6 @@ FEATURES: Final[tuple[Feature, ...]] = (
     LAB_REPORT,
     EXPORTS,
     FIGURES,
+    SECOND_PERSON,
     SWEEP,
 )

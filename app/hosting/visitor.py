@@ -36,6 +36,10 @@ SAVING_AT_REST: Final = 30.0
 """The same where nothing happens [s]: the record is kept for a while after the tab was last there."""
 
 
+IN_RECORD: Final = "second_person"
+"""Name of the part that a record has room for."""
+
+
 class Beside(Protocol):
     """The page of another person, who sees the same session."""
 
@@ -54,7 +58,7 @@ class Visitor:
 
     Args:
         problems: what is wrong with the visitor's link.
-        private: whether this is no student's session: newcomers are greeted, a teacher has the notes, and a second person can be invited.
+        private: whether this is no student's session: newcomers are greeted, a teacher has the notes, and others may join.
         query: under which the store has session and lessons; None for that of the page.
 
     Attributes:
@@ -75,7 +79,7 @@ class Visitor:
     ) -> None:
         self._context, self._problems, self._record = context, problems, record
         self.client, self.query = client, query or request_query(client)
-        self._invites = private
+        self._private = private
         # A law is a program: only the person who started the server writes one here.
         self._edited = context.options.edited_law if private and context.server.is_owners(client.client_id) else None
         self._browser: Language = browser_language(client)
@@ -91,7 +95,7 @@ class Visitor:
         self._attention, self._heard = Attention(), 0
         self.session = parked[0] if parked else Session(settings, context.wake, context.jobs, context.sources)
         if parked is None and record is not None:
-            self.session.invitation = record.invitation
+            self.session.parts.restore({IN_RECORD: record.invitation.encode()})
         self.language: Language = language_of(self.session.settings, self._browser)
         set_language(self.language)
         self.lessons = parked[1] if parked else LessonSession(self.session, context.book.in_language(self.language))
@@ -141,7 +145,7 @@ class Visitor:
             self.session,
             self.view,
             whole=whole,
-            invites=self._invites,
+            private=self._private,
             edited=self._edited,
             panels=self._context.panels,
         )
@@ -244,7 +248,8 @@ class Visitor:
         if self.superseded:
             return
         session, saved = self.session, self.lessons.saved()
-        record = VisitorRecord(self.query, session.settings, saved, session.state(), invitation=session.invitation)
+        word = session.parts.saved().get(IN_RECORD, b"").decode()
+        record = VisitorRecord(self.query, session.settings, saved, session.state(), invitation=word)
         self._context.store.save(record)
 
     def leave(self) -> None:

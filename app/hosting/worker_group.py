@@ -68,7 +68,7 @@ class WorkerGroup:
         self._jobs: subprocess.Popen[bytes] | None = None
         self._short: dict[int, int] = {}
         self._tabs: dict[str, int] = {}
-        self._inviting: dict[str, int] = {}
+        self._announced: dict[str, int] = {}
         self._shared = start.options.shared is not None
         self._exploring: dict[str, tuple[int, bytes]] = {}
         self._decided: bytes | None = None
@@ -101,12 +101,12 @@ class WorkerGroup:
 
     # ---- tabs --------------------------------------------------------------------------------------------------------------
 
-    def worker_of(self, tab: str, guest: str = "") -> WorkerProcess:
+    def worker_of(self, tab: str, word: str = "") -> WorkerProcess:
         """Return the worker of a tab: always the same one; a new tab's has the fewest browsers. With a shared session it is the first,
-        or that of the tab's own session. `tab`: "" for a request that is not a tab's; `guest`: the word of an invitation, which
-        leads to the worker of the host."""
-        if guest in self._inviting:
-            return self.workers[self._inviting[guest]]
+        or that of the tab's own session. `tab`: "" for a request that is not a tab's; `word`: of a link, which leads to the worker
+        that has announced it."""
+        if word in self._announced:
+            return self.workers[self._announced[word]]
         if self._shared:
             return self.workers[self._exploring[tab][0] if tab in self._exploring else 0]
         index = self._tabs.get(tab)
@@ -162,8 +162,8 @@ class WorkerGroup:
                 worker.send(messages.LoadElsewhere(tuple(one.report for one in self.workers if one is not worker and one.report)))
             case messages.LetGo(tab):
                 self._tabs.pop(tab, None)
-            case messages.Invited(word):
-                remember(self._inviting, word, self.workers.index(worker), MOST_TABS)
+            case messages.Announced(word):
+                remember(self._announced, word, self.workers.index(worker), MOST_TABS)
                 for other in self.workers:
                     if other is not worker:
                         other.send(message)

@@ -74,8 +74,8 @@ class LetGo(NamedTuple):
     tab: str
 
 
-class Invited(NamedTuple):
-    """A worker has a visitor who has invited a guest by a word; to a worker, that another one has."""
+class Announced(NamedTuple):
+    """A worker has the session to which the word of a link leads; to a worker, that another one has it. See `app.settings.JOIN`."""
 
     word: str
 

@@ -15,7 +15,7 @@ from app.page.panels.controls import Controls
 from app.page.panels.hotkeys import Hotkey, hotkeys, keys_of
 from app.page.panels.law_editor import LawEditor
 from app.page.panels.lever import Lever
-from app.page.panels.link_box import InviteBox, LinkBox
+from app.page.panels.link_box import LinkBox
 from app.page.panels.plot_controls import DetailsChooser, MicroscopeButtons, MomentChooser
 from app.page.panels.replay_bar import ReplayBar
 from app.page.panels.scene_words import SceneWords
@@ -51,7 +51,7 @@ class Operation:
         view: what is seen of it.
         instead: keys that mean something else on this page, which others watch: leaving the lessons asks first.
         whole: whether all settings are shown, also while no lesson is open.
-        invites: whether a second person can be invited.
+        private: whether this is the page of a private session.
         edited: file of a law that the operator may edit; None for none.
         panels: makes the panels of features.
 
@@ -67,7 +67,7 @@ class Operation:
         view: View,
         instead: tuple[Hotkey[Any], ...] = (),
         whole: bool = True,
-        invites: bool = False,
+        private: bool = False,
         edited: Path | None = None,
         panels: Sequence[PanelMaker] = (),
     ) -> None:
@@ -78,14 +78,13 @@ class Operation:
         self._keep = client.gui.add_folder(tr("Keep and replay"), order=self._controls.below_clock, expand_by_default=False)
         with self._keep:
             replay_bar = ReplayBar(client.gui, session, handlers)
-        self._page = page = PanelContext(client, session, view, handlers, self._keep, [replay_bar])
+        self._page = page = PanelContext(client, session, view, handlers, self._controls, self._keep, private, [replay_bar])
         for make in (*PANELS, *panels):
-            page.made.append(make(page))
+            panel = make(page)
+            if panel is not None:
+                page.made.append(panel)
         with self._keep:
             self._link = LinkBox(client, session, view.lessons)
-        self._invite = InviteBox(client, session, handlers, self._controls.below_clock) if invites else None
-        if self._invite is not None:
-            page.made.append(self._invite)
         if edited is not None:
             page.made.append(LawEditor(client.gui, session, view, handlers, self._controls, edited))
         hands_off = lambda: view.lessons.hands_off  # noqa: E731
@@ -158,8 +157,6 @@ class Operation:
         plays = not (self._instead or lessons.open or lessons.listing or frame.replayed)
         self._controls.fold(self.whole, plays)
         self._keep.visible = self.whole or not plays
-        if self._invite is not None:
-            self._invite.offered = self._keep.visible
         for panel in (self._controls, *self._page.made, self._link, self._lesson_controls):
             panel.show(frame)
 

@@ -7,6 +7,7 @@ from typing import TypeVar
 import viser
 
 from app.page.panels import PagePanel
+from app.page.panels.controls import Controls
 from app.page.view import View
 from app.session.action_handlers import ActionHandlers
 from app.session.session import Session
@@ -23,7 +24,9 @@ class PanelContext:
         session: what is operated.
         view: what is seen of it.
         handlers: of the page's actions.
-        keep: the folder “Keep and replay”.
+        controls: of the session's settings.
+        keep: the folder “Keep and replay”; not visible while few things are shown.
+        private: whether the session belongs to this visitor alone: not to a class or one of its groups.
         made: the panels made so far.
     """
 
@@ -31,7 +34,9 @@ class PanelContext:
     session: Session
     view: View
     handlers: ActionHandlers
+    controls: Controls
     keep: viser.GuiFolderHandle
+    private: bool
     made: list[PagePanel] = field(default_factory=list)
 
     def panel(self, kind: type[P]) -> P:
@@ -46,5 +51,5 @@ class PanelContext:
         raise LookupError(f"no {kind.__name__} was made before: its feature must stand below the one that asks for it")
 
 
-PanelMaker = Callable[[PanelContext], PagePanel]
-"""Makes a panel of a page."""
+PanelMaker = Callable[[PanelContext], PagePanel | None]
+"""Makes a panel of a page; None if this page has no place for it."""

@@ -148,7 +148,7 @@ class View:
     def _follow(self, frame: Frame) -> None:
         present = {client.client_id for client in self._clients()}
         self._cameras = {number: follow for number, follow in self._cameras.items() if number in present}
-        held = (frame.shown.held or self._session.guest_holds) is not None
+        held = (frame.shown.held or self._session.other_held) is not None
         for follow in self._cameras.values():
             # Those who only watch drag nothing.
             follow.follow(self._simulation, frame.now, held and isinstance(self._host, viser.ClientHandle))

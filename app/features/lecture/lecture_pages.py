@@ -115,8 +115,7 @@ class PlenaryControls:
             operation = None
             if leads:
                 keys = () if ALONE in teacher.query else PRESENTER_KEYS
-                page_view, panels = teacher.page.view, self._context.panels
-                operation = Operation(client, self._session, page_view, instead=keys, panels=panels)
+                operation = Operation(client, self._session, teacher.page.view, instead=keys, panels=context.panels)
                 self.operation = operation
             if isinstance(teacher.panel, TeacherPanel):
                 teacher.panel.close()

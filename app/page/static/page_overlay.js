@@ -6,7 +6,7 @@ addEventListener("DOMContentLoaded", () => {
   overlay.setAttribute("role", "dialog");
   document.body.append(overlay);
   const close = () => {
-    // What a guest waits for has no button.
+    // What waits for somebody has no button.
     if (!overlay.querySelector("button")) return;
     overlay.textContent = "";
     // With the key it is taken away for all.

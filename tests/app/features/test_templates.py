@@ -186,7 +186,7 @@ def before_and_after() -> Iterator[str]:
 
 
 MACROS: dict[str, list[tuple[str, tuple[Any, ...]]]] = {
-    "hosting/guest.html": [("waiting", (NASTY,))],
+    "features/second_person/guest.html": [("waiting", (NASTY,))],
     "page/lessons/duel.html": [
         *(("score", ([(margin, NASTY)] * 2, 2, 0)) for margin in (0.001, -0.001)),
         *(("record", (margin, NASTY)) for margin in (0.001, -0.001)),
@@ -198,7 +198,7 @@ MACROS: dict[str, list[tuple[str, tuple[Any, ...]]]] = {
     "page/panels/compare.html": [("what_if", (NASTY, [(NASTY, NASTY, NASTY)], NASTY))],
     "page/panels/copy.html": [("link", (NASTY, True, NASTY)), ("snippet", (NASTY,))],
     "page/panels/help.html": [("help", ([SimpleNamespace(shown=NASTY, text=NASTY)], (), 5, [(NASTY, NASTY)], NASTY, NASTY))],
-    "page/panels/invite.html": [("place", (NASTY, NASTY, ""))],
+    "features/second_person/invite.html": [("place", (NASTY, NASTY, ""))],
     "page/panels/law_editor.html": [("place", (NASTY,))],
     "page/panels/notes.html": [("notes", (read_notes(f"# {NASTY}\n\n{NASTY}\n\n## 1. {NASTY}\n\n{NASTY}"), 1, None))],
     "page/panels/readout.html": [("error", (NASTY, NASTY))],

@@ -11,11 +11,11 @@ import numpy as np
 
 from app.features.jupyter.notebook_run import NotebookRun
 from app.features.lecture.lecture_options import LectureOptions
-from app.hosting.guest import Guest
+from app.features.second_person.guest import Guest, place_of
 from app.lessons.session.lesson_actions import Write
 from app.session.action_handlers import ActionHandlers, Handler
 from app.session.actions import Action, Drag, Nudge, Pause, Reset, SetSetting, SingleStep
-from app.settings import GUEST, Settings
+from app.settings import JOIN, Settings
 from scenes.settings import RunSettings
 from tests.app.conftest import Made, visitor_of
 from tests.app.features.lecture.lecture_room import lecture_of
@@ -54,8 +54,8 @@ PAGE = SESSION | {
     "OperateReplay": ("ReplayBar",),
     "SeekReplay": ("Scrubber",),
     "ChooseLength": ("ReplayBar",),
-    "Export": ("ReplayBar",),
-    "LoadRun": ("ReplayBar",),
+    "Export": ("ExportsPanel",),
+    "LoadRun": ("ExportsPanel",),
     "Magnify": ("MicroscopeButtons",),
     "SeekInstant": ("Scrubber",),
     "ShowMoment": ("MomentChooser",),
@@ -154,8 +154,8 @@ def test_every_action_has_one_handler_or_two(by_hand: Made, tmp_path: Path) -> N
     visitor.lessons.enter(0)
     home.frame()
     assert table(visitor.session.handlers) == OWNER
-    visitor.session.invitation = "word"
-    home.let_in(f"{GUEST}=word&resume={2:032d}")
+    place_of(visitor).word = "word"
+    home.let_in(f"{JOIN}=word&resume={2:032d}")
     (guest,) = visitor.beside
     assert isinstance(guest, Guest) and table(guest._handlers) == SECOND_PERSON
 

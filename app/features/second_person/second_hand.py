@@ -1,4 +1,4 @@
-"""Who holds an arm of a session: the visitor, or the guest whom they have invited."""
+"""What a guest holds of a session: the arm that keeps its place."""
 
 from collections.abc import Callable
 
@@ -12,7 +12,7 @@ from scenes.targets import HandTarget, LinkTarget, Target
 
 
 class SecondHand:
-    """A guest, who holds the arm that keeps its place; to its handles the same as a session.
+    """A guest's hand; to its handles the same as a session, see `app.page.handles.holder.Holder`.
 
     Args:
         session: of the host.
@@ -39,11 +39,11 @@ class SecondHand:
 
     @property
     def held(self) -> Target | None:
-        return self.session.guest_holds
+        return self.session.other_held
 
     def hold(self, target: Target | None) -> None:
         """Take hold, or (None) let go; where the hand is to be stays where it was moved."""
-        self.session.guest_holds = target if isinstance(target, (HandTarget, LinkTarget)) else None
+        self.session.other_held = target if isinstance(target, (HandTarget, LinkTarget)) else None
 
     def nudge(self, way: Array) -> None:
         self.hold(nudged(self.simulation, self.arm, self.held, way))
@@ -51,7 +51,3 @@ class SecondHand:
     def post(self, action: Action) -> None:
         self.posts.put(action)
         self.session.wake()
-
-
-Holder = Session | SecondHand
-"""Someone who holds an arm, as its handles know them."""

@@ -6,6 +6,8 @@ from typing import Final
 
 import viser
 
+from app.features.second_person.second_hand import SecondHand
+from app.features.second_person.second_place import SecondPlace
 from app.hosting.admission import Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.visitor import Visitor
@@ -20,10 +22,8 @@ from app.page.view import View
 from app.session.action_handlers import ActionHandlers
 from app.session.actions import Describe, FirstView, Nudge, SwingElbow
 from app.session.frame import Frame, freeze
-from app.session.second_hand import SecondHand
-from app.session.session import Session
 from app.session.shown import Shown
-from app.settings import GUEST
+from app.settings import JOIN
 from app.text.templates import macros
 from app.web.request import browser_language, request_query
 from scenes.laws import NO_AVOIDANCE
@@ -39,7 +39,7 @@ class Guest:
 
     def __init__(self, context: AppContext, client: viser.ClientHandle) -> None:
         query = request_query(client)
-        self.client, self.word, self._tab = client, query.get(GUEST, ""), tab_id(query)
+        self.client, self.word, self._tab = client, query.get(JOIN, ""), tab_id(query)
         self._context = context
         self._look = look_of(query, browser_language(client), context.options.settings)
         self._handlers = ActionHandlers()
@@ -53,11 +53,11 @@ class Guest:
         set_language(look.language)
         with client.atomic():
             self._over = client.gui.add_html(mark_html(spoken()))
-            if host is None or not self._can_take(host.session):
+            if host is None or not self._can_take(host):
                 configure_theme(client.gui, look.theme)
                 return
             session, self._host = host.session, host
-            session.guest = self
+            place_of(host).guest = self
             self._view = View(client, session, lambda: [client], look=look, folds=False, tip=guest_tip)
             yield
             self._view.show(freeze(session, perf_counter()))
@@ -65,7 +65,7 @@ class Guest:
             handlers = self._handlers
             hand = self._hand = SecondHand(session, handlers.do)
             hands_off = lambda: self._host is None or self._host.lessons.hands_off  # noqa: E731
-            self._gizmos = Gizmos(client, hand, lambda: self._view.stage.guests, hands_off, handlers)
+            self._gizmos = Gizmos(client, hand, lambda: self._view.stage.other, hands_off, handlers)
             self._words = SceneWords(client, self._view, handlers)
             handlers.add(Nudge, self._gizmos.nudge)
             handlers.add(FirstView, lambda _: self._view.look(client))
@@ -75,9 +75,9 @@ class Guest:
             self._view.welcome(client)
         session.wake()
 
-    def _can_take(self, session: Session) -> bool:
-        """Return whether the place is free; the same tab's earlier connection may not have been noticed to be gone."""
-        before = session.guest
+    def _can_take(self, host: Visitor) -> bool:
+        """True if the place is free; the same tab's earlier connection may not have been noticed to be gone."""
+        before = place_of(host).guest
         return before is None or (isinstance(before, Guest) and before._tab == self._tab is not None)
 
     def follow(self, host: Visitor | None) -> None:
@@ -87,9 +87,9 @@ class Guest:
             host: who has invited; None while the host is away.
         """
         mine = None if self._host is None else self._host.session
-        if mine is not None and (mine.guest is not self or mine.invitation != self.word):
+        if self._host is not None and (place_of(self._host).guest is not self or place_of(self._host).word != self.word):
             # The same tab has connected again, or the host has ended it.
-            self._say(TAKEN if mine.invitation == self.word else ENDED)
+            self._say(TAKEN if place_of(self._host).word == self.word else ENDED)
             self.leave()
             self._host = self._hand = mine = None
         if self._said == ENDED:
@@ -97,9 +97,9 @@ class Guest:
         if host is None:
             self._say(CLOSED if mine is None else AWAY)
         elif host.session is mine:
-            self._host, host.beside = host, (self,)
+            self._host, host.beside = host, (*host.beside, self)
             self._say("")
-        elif mine is None and host.session.guest is not None:
+        elif mine is None and place_of(host).guest is not None:
             self._say(TAKEN)
         else:
             self.come_again()
@@ -110,7 +110,9 @@ class Guest:
             self._said = text
             set_language(self._look.language)
             with suppress(Exception), self.client.atomic():
-                self._over.content = mark_html(spoken()) + (macros("hosting/guest.html").waiting(tr(text)) if text else "")
+                self._over.content = mark_html(spoken()) + (
+                    macros("features/second_person/guest.html").waiting(tr(text)) if text else ""
+                )
 
     def come_again(self) -> None:
         """Have the page connect again, to where the host is by then."""
@@ -121,10 +123,9 @@ class Guest:
 
     def leave(self) -> None:
         """Let go of the arm, and leave the place to another one."""
-        session = None if self._host is None else self._host.session
-        if session is not None and session.guest is self:
-            session.guest = session.guest_holds = None
-            session.wake()
+        if self._host is not None and place_of(self._host).guest is self:
+            place_of(self._host).guest = self._host.session.other_held = None
+            self._host.session.wake()
 
     def act(self) -> None:
         """Do what the guest's browser has asked for."""
@@ -142,8 +143,13 @@ class Guest:
             self.client.flush()
 
 
+def place_of(host: Visitor) -> SecondPlace:
+    """The place that a host has for a guest."""
+    return host.session.parts.of(SecondPlace)
+
+
 def guest_tip(shown: Shown) -> str:
-    """Return what a guest can do."""
+    """What a guest can do."""
     run = shown.settings.run
     if shown.replay_time is not None:
         return tr("What you see is over: your host looks at it again.")

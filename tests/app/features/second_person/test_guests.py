@@ -2,14 +2,18 @@
 
 import re
 from contextlib import ExitStack
+from pathlib import Path
 
 import numpy as np
 
-from app.settings import GUEST, Settings
+from app.features.second_person.second_place import SecondPlace
+from app.settings import JOIN, Settings
 from app.start import App
 from scenes.settings import RunSettings
 from scenes.targets import LinkTarget
 from tests.app.conftest import Arrive, OpenHouse
+from tests.app.custom_law.test_edited_law import LAW, state_of
+from tests.app.custom_law.test_edited_law import enter as save_law
 from tests.app.page.helpers import click, hotkey_uuid, notes, shown
 from tests.blocking_client import BlockingClient
 from tests.scenes.helpers import place_of
@@ -22,8 +26,8 @@ INVITE, END = "Invite a second person", "End the invitation"
 
 def word_on(visitor: BlockingClient) -> str:
     """The word of the link that a host's page shows."""
-    visitor.wait_for(lambda v: re.search(rf"\?{GUEST}=[0-9a-f]{{16}}\"", shown(v)))
-    found = re.search(rf"\?{GUEST}=([0-9a-f]{{16}})\"", shown(visitor))
+    visitor.wait_for(lambda v: re.search(rf"\?{JOIN}=[0-9a-f]{{16}}\"", shown(v)))
+    found = re.search(rf"\?{JOIN}=([0-9a-f]{{16}})\"", shown(visitor))
     assert found is not None
     return found[1]
 
@@ -33,7 +37,7 @@ def see(visitor: BlockingClient, text: str) -> None:
 
 
 def enter(opened: ExitStack, url: str, word: str, number: int, more: str = "") -> BlockingClient:
-    return opened.enter_context(BlockingClient(url, query=f"{GUEST}={word}&resume={number:032d}{more}"))
+    return opened.enter_context(BlockingClient(url, query=f"{JOIN}={word}&resume={number:032d}{more}"))
 
 
 def came_again(opened: ExitStack, guest: BlockingClient, url: str, word: str, number: int) -> BlockingClient:
@@ -48,7 +52,7 @@ def test_a_guest_holds_the_silver_arm_and_nothing_else(house: OpenHouse, arrive:
     session, url = host.session, opened_house.url
     click(host.visitor, INVITE)
     word = word_on(host.visitor)
-    assert session.invitation == word
+    assert session.parts.of(SecondPlace).word == word
     see(host.visitor, "Start with <code>--host 0.0.0.0</code>")
     yours, other = (HAND_LINK.format(arm.name) for arm in (session.arm, session.simulation.avoiding))
     with ExitStack() as opened:
@@ -67,7 +71,7 @@ def test_a_guest_holds_the_silver_arm_and_nothing_else(house: OpenHouse, arrive:
         hand = host.ask(lambda s: s.simulation.kinematics.hand_pose(s.simulation.avoiding).translation.copy())
         guest.pull(other, "start", hand.tolist(), hand.tolist())
         guest.pull(other, "update", hand.tolist(), (hand + np.array([0.0, 0.0, 0.15])).tolist())
-        host.wait(lambda s: isinstance(s.guest_holds, LinkTarget))
+        host.wait(lambda s: isinstance(s.other_held, LinkTarget))
         host.wait(lambda s: place_of(s.simulation)[2] > before[2] + 0.01)
         assert session.held is None, "the host holds nothing"
 
@@ -83,8 +87,8 @@ def test_a_guest_holds_the_silver_arm_and_nothing_else(house: OpenHouse, arrive:
             guest.mirror.nodes[yours]["owner"] = claimed
             guest.pull(yours, "start", [0.0, 0.0, 0.0], [0.0, 0.0, 0.5])
         guest.pull(other, "end", hand.tolist(), hand.tolist())
-        host.wait(lambda s: s.guest_holds is None)
-        assert host.ask(lambda s: (s.settings, s.paused, s.held, s.invitation)) == (settings, paused, None, word)
+        host.wait(lambda s: s.other_held is None)
+        assert host.ask(lambda s: (s.settings, s.paused, s.held, s.parts.of(SecondPlace).word)) == (settings, paused, None, word)
         assert not host.lessons.open and not re.search("Lessons|Pause|Reset|Keep and replay", str(guest.mirror.gui.values()))
 
         # No one else can take the arm, until it is free; what the guest held is let go of.
@@ -123,3 +127,24 @@ def test_a_guest_holds_the_silver_arm_and_nothing_else(house: OpenHouse, arrive:
         see(unknown, "To povabilo ni odprto")
         click(back, INVITE)
         assert word_on(back) != word
+
+
+def test_a_guest_of_the_owner_gets_no_editor_and_forges_none(house: OpenHouse, arrive: Arrive, tmp_path: Path) -> None:
+    file = tmp_path / "my_law.py"
+    owner = arrive(house(HOLD, edited_law=file))
+    owner.visitor.wait_for(state_of)
+    box = (state_of(owner.visitor) or {})["box"]
+    click(owner.visitor, INVITE)
+    with ExitStack() as opened:
+        guest = enter(opened, owner.visitor.url, word_on(owner.visitor), 2)
+        see(guest, ON_STAGE)
+        assert state_of(guest) is None
+        save_law(guest, box, LAW)
+        # What a connection sends is dealt with in its order: after the pull, the forged entry has been.
+        _, silver = (HAND_LINK.format(arm.name) for arm in (owner.session.arm, owner.session.simulation.avoiding))
+        guest.wait_for(lambda v: silver in v.mirror.grabbable)
+        guest.pull(silver, "start", [0.0, 0.0, 0.0], [0.0, 0.0, 0.5])
+        owner.wait(lambda s: s.other_held is not None)
+        assert not file.exists() and (state_of(owner.visitor) or {})["number"] == ""
+    save_law(owner.visitor, box, LAW)
+    owner.visitor.wait_for(lambda v: (state_of(v) or {})["said"] == "saved")

@@ -34,7 +34,7 @@ def test_a_second_person_comes_by_the_link_and_pulls_the_silver_arm(house: OpenH
     before = ask(session, lambda s: s.simulation.positions.copy())
     # The orange arm is not theirs.
     theirs.mouse.move(*world_to_px(theirs, world_position(theirs, orange)))
-    x, y = grab(theirs, silver, lambda: isinstance(session.guest_holds, LinkTarget))
+    x, y = grab(theirs, silver, lambda: isinstance(session.other_held, LinkTarget))
     for step in range(1, 13):
         theirs.mouse.move(x + 6.0 * step, y - 2.0 * step)
     moved = session.simulation.avoiding.joints
@@ -43,16 +43,16 @@ def test_a_second_person_comes_by_the_link_and_pulls_the_silver_arm(house: OpenH
         lambda: ask(session, lambda s: np.abs(s.simulation.positions - before)[moved].max() > 0.05),
         "the silver arm moves",
     )
-    until(mine, lambda: mine.evaluate("!!__viserMutable.nodeRefFromName['/guest_grip/point']?.visible"), "the mark at the host's")
+    until(mine, lambda: mine.evaluate("!!__viserMutable.nodeRefFromName['/other_grip/point']?.visible"), "the mark at the host's")
     screenshot(mine, "two-host")
     screenshot(theirs, "two-guest")
     assert np.allclose(theirs.evaluate(CAMERA), view, atol=1e-6), "a view does not move under the mouse"
     theirs.mouse.up()
-    until(theirs, lambda: session.guest_holds is None, "letting go")
+    until(theirs, lambda: session.other_held is None, "letting go")
     # The keys move their arm, and pause nothing.
     theirs.keyboard.press("Space")
     theirs.keyboard.press("ArrowUp")
-    until(theirs, lambda: session.guest_holds is not None, "a nudge")
+    until(theirs, lambda: session.other_held is not None, "a nudge")
     assert not session.paused and session.held is None
 
     mine.get_by_role("button", name="End the invitation").click()
