@@ -36,10 +36,6 @@ SAVING_AT_REST: Final = 30.0
 """The same where nothing happens [s]: the record is kept for a while after the tab was last there."""
 
 
-IN_RECORD: Final = "second_person"
-"""Name of the part that a record has room for."""
-
-
 class Beside(Protocol):
     """The page of another person, who sees the same session."""
 
@@ -95,7 +91,7 @@ class Visitor:
         self._attention, self._heard = Attention(), 0
         self.session = parked[0] if parked else Session(settings, context.wake, context.jobs, context.sources)
         if parked is None and record is not None:
-            self.session.parts.restore({IN_RECORD: record.invitation.encode()})
+            self.session.parts.restore(record.parts)
         self.language: Language = language_of(self.session.settings, self._browser)
         set_language(self.language)
         self.lessons = parked[1] if parked else LessonSession(self.session, context.book.in_language(self.language))
@@ -248,8 +244,7 @@ class Visitor:
         if self.superseded:
             return
         session, saved = self.session, self.lessons.saved()
-        word = session.parts.saved().get(IN_RECORD, b"").decode()
-        record = VisitorRecord(self.query, session.settings, saved, session.state(), invitation=word)
+        record = VisitorRecord(self.query, session.settings, saved, session.state(), session.parts.saved())
         self._context.store.save(record)
 
     def leave(self) -> None:

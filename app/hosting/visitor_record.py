@@ -58,7 +58,6 @@ class VisitorRecord:
     Attributes:
         lessons: progress in the lessons; None if none was ever opened.
         state: where the session was; None if it cannot go on from there.
-        invitation: the word by which a second person comes; "" without an invitation.
         parts: what features add, by name, see `with_part`.
     """
 
@@ -66,7 +65,6 @@ class VisitorRecord:
     settings: Settings
     lessons: SavedLesson | None
     state: SessionState | None = None
-    invitation: str = ""
     parts: Mapping[str, bytes] = field(default_factory=dict)
 
 

@@ -2,6 +2,8 @@
 
 from typing import ClassVar
 
+import msgspec
+
 
 class SecondPlace:
     """See the module; a part of a session, see `app.session.parts`.
@@ -11,15 +13,19 @@ class SecondPlace:
         guest: the page of the person who has the place; None while it is free.
     """
 
-    name: ClassVar[str] = "second_person"
+    name: ClassVar[str] = "invitation"
+    """Earlier releases stored the word as a field of this name."""
 
     def __init__(self) -> None:
         self.word = ""
         self.guest: object = None
 
     def saved(self) -> bytes:
-        return self.word.encode()
+        return msgspec.msgpack.encode(self.word) if self.word else b""
 
     def restore(self, saved: bytes) -> None:
-        """Open the same link again."""
-        self.word = saved.decode()
+        """Open the same link again; the part of a damaged record opens none."""
+        try:
+            self.word = msgspec.msgpack.decode(saved, type=str)
+        except msgspec.MsgspecError:
+            self.word = ""

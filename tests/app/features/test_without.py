@@ -18,6 +18,8 @@ pytestmark = pytest.mark.thorough
 PATIENCE = 600.0
 NAMES = [feature.name for feature in FEATURES]
 ALL = "all"
+COPY = (sys.executable,)
+"""What runs Python on the copy; `do` sees to it that its own files are found."""
 
 IMPORT_ALL = """
 import importlib, pkgutil
@@ -71,13 +73,28 @@ def users(of: str) -> set[str]:
 
 
 def left_without(target: Path, gone: set[str]) -> None:
-    """Copy the tree, and take features out: folders, tests, and lines of the tuple."""
+    """Copy the tree, and take features out: folders, tests, and lines of the tuple.
+
+    Args:
+        target: folder of the copy; one that is there already is left as it is but for the features that go.
+    """
+    if not (target / "app").exists():
+        copy_tree(target)
+    take_out(target, gone)
+
+
+def copy_tree(target: Path) -> None:
+    """Copy all files that are under version control, or would be."""
     listed = subprocess.run(
         ["git", "ls-files", "--cached", "--others", "--exclude-standard"], cwd=ROOT, capture_output=True, text=True, check=True
     ).stdout.splitlines()
     for name in filter(lambda name: (ROOT / name).exists(), listed):
         (target / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy2(ROOT / name, target / name)
+
+
+def take_out(target: Path, gone: set[str]) -> None:
+    """Delete the folders, the tests and the lines of features."""
     for name in gone:
         shutil.rmtree(target / "app" / "features" / name)
         shutil.rmtree(target / "tests" / "app" / "features" / name, ignore_errors=True)
@@ -101,22 +118,21 @@ def do(folder: Path, *command: str) -> str:
 def test_what_is_left_works(name: str, tmp_path: Path) -> None:
     gone = set(NAMES) if name == ALL else {name, *users(name)}
     left_without(tmp_path, gone)
-    python = sys.executable
-    assert do(tmp_path, python, "-c", "import app; print(app.__file__)").startswith(str(tmp_path))
-    do(tmp_path, python, "-c", IMPORT_ALL)
-    said = do(tmp_path, python, "-m", "app", "--help")
+    assert do(tmp_path, *COPY, "-c", "import app; print(app.__file__)").startswith(str(tmp_path))
+    do(tmp_path, *COPY, "-c", IMPORT_ALL)
+    said = do(tmp_path, *COPY, "-m", "app", "--help")
     for feature in FEATURES:
         commands = {} if feature.commands is None else feature.commands(FEATURES)
         assert all((f" {command} " in said) == (feature.name not in gone) for command in commands), feature.name
-    assert "--port" in do(tmp_path, python, "-m", "app", "serve", "--help")
-    assert '"d_min"' in do(tmp_path, python, "-m", "app", "run", "--seconds", "0.2")
-    assert do(tmp_path, python, "-c", VISIT) == "it moves\n"
+    assert "--port" in do(tmp_path, *COPY, "-m", "app", "serve", "--help")
+    assert '"d_min"' in do(tmp_path, *COPY, "-m", "app", "run", "--seconds", "0.2")
+    assert do(tmp_path, *COPY, "-c", VISIT) == "it moves\n"
 
 
 def test_the_quick_tests_of_the_core_pass_without_any_feature(tmp_path: Path) -> None:
     left_without(tmp_path, set(NAMES))
     shutil.rmtree(tmp_path / "tests" / "app" / "features")
-    do(tmp_path, sys.executable, "-m", "pytest", "-q", "-n", "2", "-m", "not slow and not thorough", "tests")
+    do(tmp_path, *COPY, "-m", "pytest", "-q", "-n", "2", "-m", "not slow and not thorough", "tests")
 
 
 def test_positive_control_a_feature_that_the_core_needs_is_found(tmp_path: Path) -> None:
@@ -124,7 +140,7 @@ def test_positive_control_a_feature_that_the_core_needs_is_found(tmp_path: Path)
     path = tmp_path / "app" / "theme.py"
     path.write_text(f"from app.features.{NAMES[0]} import feature\n{path.read_text(encoding='utf-8')}", encoding="utf-8")
     with pytest.raises(AssertionError, match=f"app.features.{NAMES[0]}"):
-        do(tmp_path, sys.executable, "-c", IMPORT_ALL)
+        do(tmp_path, *COPY, "-c", IMPORT_ALL)
 
 
 def test_the_features_stand_in_their_order() -> None:

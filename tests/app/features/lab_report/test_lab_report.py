@@ -254,7 +254,9 @@ def test_ones_own_words_make_room_for_the_list_of_lessons() -> None:
         assert run.walk.next()
     panel, frame = LessonPanel(MagicMock(), run, 340.0, True), freeze(session, 0.0)
     panel.show(frame)
-    page = PanelContext(client, session, MagicMock(lessons=run, lesson_panel=panel), ActionHandlers(), MagicMock())
+    page = PanelContext(
+        client, session, MagicMock(lessons=run, lesson_panel=panel), ActionHandlers(), MagicMock(), MagicMock(), True
+    )
     page.made.append(ReplayBar(MagicMock(), session, page.handlers))
     page.made.append(ExportsPanel(page))
     report = LabReportBox(page)

@@ -17,7 +17,7 @@ from app.lessons.outcomes import AnswerVerdict
 from app.lessons.progress import Progress, to_json
 from app.lessons.tally import Ballot, Tally
 from app.web.address import Address
-from tests.app.text.test_templates import (
+from tests.app.features.test_templates import (
     ALL_TEMPLATES,
     NASTY,
     Macros,
