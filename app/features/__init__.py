@@ -15,6 +15,7 @@ from app.features.lecture import LECTURE
 from app.features.marks import MARKS
 from app.features.second_person import SECOND_PERSON
 from app.features.sweep import SWEEP
+from app.i18n.catalogue import add_catalogues
 
 FEATURES: Final[tuple[Feature, ...]] = (
     BENCH,
@@ -30,3 +31,6 @@ FEATURES: Final[tuple[Feature, ...]] = (
     SECOND_PERSON,
     SWEEP,
 )
+
+# Every process that uses a feature imports this package first, and with it the texts of all of them.
+add_catalogues(feature.texts for feature in FEATURES if feature.texts is not None)

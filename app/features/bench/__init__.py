@@ -1,6 +1,7 @@
 """What a step and one visitor cost."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Final
 
 from app.feature import Command, Feature
@@ -13,4 +14,4 @@ def _commands(features: Sequence[Feature]) -> Mapping[str, Command]:
     return {"bench": Command(Bench, bench)}
 
 
-BENCH: Final = Feature("bench", commands=_commands)
+BENCH: Final = Feature("bench", texts=Path(__file__).parent, commands=_commands)

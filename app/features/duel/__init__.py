@@ -1,6 +1,7 @@
 """The duel: a link that replays the nearest push, and a film of it."""
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.feature import Feature
@@ -15,4 +16,4 @@ def _panels() -> "Sequence[PanelMaker]":
     return (DuelBox,)
 
 
-DUEL: Final = Feature("duel", panels=_panels)
+DUEL: Final = Feature("duel", texts=Path(__file__).parent, panels=_panels)

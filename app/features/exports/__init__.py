@@ -4,6 +4,7 @@ Every job is a function of plain data at a module's top level, so that `app.runt
 """
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.feature import Feature
@@ -18,4 +19,4 @@ def _panels() -> "Sequence[PanelMaker]":
     return (ExportsPanel,)
 
 
-EXPORTS: Final = Feature("exports", panels=_panels)
+EXPORTS: Final = Feature("exports", texts=Path(__file__).parent, panels=_panels)

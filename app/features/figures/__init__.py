@@ -1,6 +1,7 @@
 """The paper's figures and ours, drawn from runs: `lwr-duet figures`. No browser, no graphics card."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Final
 
 from app.feature import Command, Feature
@@ -13,4 +14,4 @@ def _commands(features: Sequence[Feature]) -> Mapping[str, Command]:
     return {"figures": Command(Figures, draw_figures)}
 
 
-FIGURES: Final = Feature("figures", commands=_commands)
+FIGURES: Final = Feature("figures", texts=Path(__file__).parent, commands=_commands)

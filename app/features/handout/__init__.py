@@ -1,6 +1,7 @@
 """Lessons on paper: pages to print, with a teacher's copy, and questions for Moodle."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Final
 
 from app.feature import Command, Feature
@@ -13,4 +14,4 @@ def _commands(features: Sequence[Feature]) -> Mapping[str, Command]:
     return {"handout": Command(Handout, handout)}
 
 
-HANDOUT: Final = Feature("handout", commands=_commands)
+HANDOUT: Final = Feature("handout", texts=Path(__file__).parent, commands=_commands)

@@ -1,6 +1,7 @@
 """The lab report: a student's predictions, outcomes and own words as one page to print."""
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.feature import Feature
@@ -15,4 +16,4 @@ def _panels() -> "Sequence[PanelMaker]":
     return (LabReportBox,)
 
 
-LAB_REPORT: Final = Feature("lab_report", panels=_panels)
+LAB_REPORT: Final = Feature("lab_report", texts=Path(__file__).parent, panels=_panels)

@@ -43,4 +43,4 @@ def _host(context: "AppContext") -> "Host | None":
     return BreakoutHost(context, context.link)
 
 
-LECTURE: Final = Feature("lecture", assets=_assets, options=_options, host=_host)
+LECTURE: Final = Feature("lecture", texts=Path(__file__).parent, assets=_assets, options=_options, host=_host)

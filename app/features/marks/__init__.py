@@ -1,6 +1,7 @@
 """Marks for what a class hands in: points of laws and lab reports, tables for other systems, and a page of feedback for every student."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Final
 
 from app.feature import Command, Feature
@@ -13,4 +14,4 @@ def _commands(features: Sequence[Feature]) -> Mapping[str, Command]:
     return {"grade": Command(Grade, grade)}
 
 
-MARKS: Final = Feature("marks", commands=_commands)
+MARKS: Final = Feature("marks", texts=Path(__file__).parent, commands=_commands)

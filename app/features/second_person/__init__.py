@@ -1,6 +1,7 @@
 """The second person: a guest who comes by an invitation's link to another visitor's session, and holds the silver arm there."""
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.feature import Feature
@@ -23,4 +24,4 @@ def _joining(context: "AppContext") -> "JoiningPages":
     return Guests(context)
 
 
-SECOND_PERSON: Final = Feature("second_person", panels=_panels, joining=_joining)
+SECOND_PERSON: Final = Feature("second_person", texts=Path(__file__).parent, panels=_panels, joining=_joining)

@@ -1,6 +1,7 @@
 """Grids of settings over a scene, as one table and its maps, on all cores or on a Dask cluster."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Final
 
 from app.feature import Command, Feature
@@ -13,4 +14,4 @@ def _commands(features: Sequence[Feature]) -> Mapping[str, Command]:
     return {"sweep": Command(Sweep, sweep)}
 
 
-SWEEP: Final = Feature("sweep", commands=_commands)
+SWEEP: Final = Feature("sweep", texts=Path(__file__).parent, commands=_commands)

@@ -15,6 +15,7 @@ FILES = {
         """Halves the critical distance, and counts how often."""
 
         from collections.abc import Mapping, Sequence
+        from pathlib import Path
         from typing import Final
 
         from app.feature import Command, Feature
@@ -33,8 +34,9 @@ FILES = {
             return (HalvePanel,)
 
 
-        MADE_UP: Final = Feature("made_up", commands=_commands, panels=_panels)
+        MADE_UP: Final = Feature("made_up", texts=Path(__file__).parent, commands=_commands, panels=_panels)
         ''',
+    "app/features/made_up/de.toml": '"halve it" = "halbiere ihn"',
     "app/features/made_up/command.py": '''
         from dataclasses import dataclass
 
@@ -106,9 +108,9 @@ def visit(click, says):
     app = start_app(ServeOptions(sessions=2, store=Path(sys.argv[1])), features=FEATURES)
     try:
         with BlockingClient(app.url, query="dm=0.2&lang=de&resume=" + "7" * 32) as visitor:
-            visitor.wait_for(lambda v: "halve it" in str(v.mirror.gui), 120.0)
+            visitor.wait_for(lambda v: "halbiere ihn" in str(v.mirror.gui), 120.0)
             if click:
-                visitor.click("halve it")
+                visitor.click("halbiere ihn")
             visitor.wait_for(lambda v: v.mirror.labelled("made up")["value"] == says, 120.0)
     finally:
         app.close()

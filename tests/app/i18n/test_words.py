@@ -23,7 +23,7 @@ from app.features import FEATURES
 from app.features.jupyter.duet import cell_html
 from app.features.jupyter.notebook_run import NotebookRun
 from app.hosting.serve_options import ServeOptions
-from app.i18n.catalogue import FIRST, FOLDER, GROWTH, LAST, Words, pseudo, read_texts, words_of
+from app.i18n.catalogue import FIRST, GROWTH, LAST, Words, catalogues, pseudo, read_texts, words_of
 from app.i18n.client_texts import translations
 from app.i18n.reader_language import language_asked, language_of, preferred
 from app.i18n.speaking import decimal, set_language, tr
@@ -35,7 +35,7 @@ from app.settings import LANGUAGES, TRANSLATIONS, Language, Settings
 from app.start import start_app
 from scenes.settings import RunSettings, changed, specs
 from scenes.simulation import Simulation
-from tests.app.i18n.messages import BODIES, FORMULAS, JOINTS, NAMES, errors_of, messages, missing, on_the_page
+from tests.app.i18n.messages import BODIES, FORMULAS, JOINTS, NAMES, errors_of, left_over, messages, missing, on_the_page
 from tests.blocking_client import BlockingClient
 
 LABEL = 14
@@ -49,9 +49,10 @@ def parts(text: str) -> Counter[str]:
 
 @pytest.mark.parametrize("language", TRANSLATIONS)
 def test_a_catalogue_is_complete_and_keeps_the_parts(language: Language) -> None:
-    """A text that is missing belongs into app/i18n/<language>.toml; one that is left over belongs out of it."""
-    texts, words = read_texts(FOLDER / f"{language}.toml"), words_of(language)
-    assert missing(language) == () and set(texts) <= set(messages())
+    """A text that is missing belongs into the catalogue of the folder that is named; one that is left over belongs out of its own."""
+    texts, words = {key: text for path in catalogues(language) for key, text in read_texts(path).items()}, words_of(language)
+    assert missing(language) == {} and left_over(language) == []
+    assert len(catalogues(language)) > 5 and words.texts == texts
     assert {key: text for key, text in texts.items() if parts(key) != parts(text)} == {}
     assert {key for key, text in texts.items() if (key[-1] == " ") != (text[-1] == " ") or not text.strip()} == set()
     labels = {spec.label: words(spec.label) for spec in specs(Settings).values()}
