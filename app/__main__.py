@@ -16,12 +16,20 @@ def entry() -> None:
     sys.exit(main())
 
 
+def run_command(arguments: list[str] | None = None) -> int:
+    """Run a command of the core or of a feature; return the exit code. `arguments`: those of this process by default."""
+    from app.cli.main import main
+    from app.features import FEATURES
+
+    return main(arguments, FEATURES)
+
+
 def _command() -> int:
     try:
         with naming_missing_library():
             with ending_at_once():
-                from app.cli import main as command_line
-            return command_line.main()
+                from app.cli import main  # noqa: F401
+            return run_command()
     except MissingLibrary as error:
         print(f"lwr-duet: {error}", file=sys.stderr)
         return 2

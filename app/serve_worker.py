@@ -78,6 +78,7 @@ def main() -> int:
 
 def _start(start: WorkerStart, channel: int, pipe: MessagePipe, link: WorkerLink) -> "App":
     # Imported here, so that the dispatcher hears of a library that the system lacks.
+    from app.features import FEATURES
     from app.runtime.shared_jobs import JobClient
     from app.start import start_app
     from scenes.robots.robot_files import take_over
@@ -87,13 +88,13 @@ def _start(start: WorkerStart, channel: int, pipe: MessagePipe, link: WorkerLink
     assert start.jobs is not None
     jobs = JobClient(start.jobs, lambda: pipe.send(messages.StartJobs()))
     listener = HandedOverListener(channel, (start.options.host, start.options.port))
-    app = start_app(start.options, listener, start.run, jobs, link)
+    app = start_app(start.options, listener, start.run, jobs, link, FEATURES)
     app.server.count_changed = lambda count: pipe.send(messages.ClientCount(count))
     return app
 
 
 def _obey(app: "App", pipe: MessagePipe, link: WorkerLink) -> bool:
-    """Do what the dispatcher says until the end; return whether a lecture goes on with the next server."""
+    """Do what the dispatcher says until the end; return whether a shared session goes on with the next server."""
     from app.page.panels.server_load import ServerLoad
 
     pulse = 0.0
@@ -111,7 +112,7 @@ def _obey(app: "App", pipe: MessagePipe, link: WorkerLink) -> bool:
                 app.context.workload.elsewhere = tuple(ServerLoad(*report) for report in reports)
             case messages.ClientCount(count):
                 app.server.elsewhere = count
-            case bytes() | messages.Replaced() | messages.MakeRoom() | messages.Invited():
+            case bytes() | messages.Replaced() | messages.MakeRoom() | messages.Announced():
                 link.put(message)
             case _:
                 logging.getLogger("duet.worker").error("the dispatcher says %r", message)

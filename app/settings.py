@@ -115,7 +115,7 @@ class PageSettings:
 
 
 class Look(NamedTuple):
-    """The settings of how the page looks, not of what it shows: in a lecture every tab has its own."""
+    """The settings of how the page looks, not of what it shows: in a shared session every tab has its own."""
 
     theme: Theme
     profile: Profile
@@ -194,8 +194,8 @@ PANEL: Final = "panel"
 EMBED: Final = "embed"
 """Key of a page in a frame of another page, which shows few things; see `embed.js`."""
 
-GUEST: Final = "guest"
-"""Key of a link to another visitor's session, to hold an arm there."""
+JOIN: Final = "guest"
+"""Key of a link to another visitor's session, with a word that leads to the worker process that has announced it."""
 
 PUSH: Final = "push"
 """Key of a link that replays a visitor's push, bit for bit; see `scenes.run_text`."""
@@ -214,10 +214,10 @@ LINK_KEYS: Final = (*sorted(STEP_KEYS), PANEL, EMBED, PUSH, WHOLE)
 
 FOREIGN_KEYS = frozenset(
     {"window", "folder", "websocket", "playbackPath", "darkMode", "key", "logCamera", "fixedDpr", "forceOrbitOriginTool"}
-    | {"resume", WHOLE, ALONE, GUEST, ATTACK, PUSH, MOTION, OPENED, LANGUAGES_KEY, PANEL, EMBED}
+    | {"resume", WHOLE, ALONE, JOIN, ATTACK, PUSH, MOTION, OPENED, LANGUAGES_KEY, PANEL, EMBED}
     | STEP_KEYS
 )
-"""Keys of a link that are not settings: viser's own, the key of a lecture, the size of the window, the folder that a proxy has
+"""Keys of a link that are not settings: viser's own, the teacher's key, the size of the window, the folder that a proxy has
 the page in, the lesson, the run to replay, how much it says."""
 
 APPENDED: Final = re.compile(

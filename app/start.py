@@ -1,16 +1,17 @@
-"""Starts the app: the server, its host (private sessions, or a lecture), and the frame loop."""
+"""Starts the app: the server, its host, and the frame loop."""
 
 import logging
 import socket
 import threading
 import warnings
+from collections.abc import Sequence
 from contextlib import ExitStack
 from functools import partial
 
-from app.classroom.breakout_host import BreakoutHost
-from app.classroom.lecture import LectureHost
+from app.feature import Feature
 from app.hosting.app_context import AppContext
 from app.hosting.frame_loop import FrameLoop
+from app.hosting.host import Host
 from app.hosting.preparation import Preparation
 from app.hosting.private_host import PrivateHost
 from app.hosting.record_writer import RecordWriter
@@ -31,9 +32,6 @@ log = logging.getLogger("duet.hosts")
 
 # A tab may close in the middle of a frame; the next frame is drawn without it.
 warnings.filterwarnings("ignore", message="Queued a .* on a closed connection", category=UserWarning)
-
-
-Host = PrivateHost | LectureHost | BreakoutHost
 
 
 class App:
@@ -65,15 +63,12 @@ class App:
         """Stop the frames and all background jobs, close every connection and release the port.
 
         Args:
-            goes_on: whether a lecture goes on with the next server.
+            goes_on: whether the next server goes on with what this one shows.
         """
         if self._preparation is not None:
             self._preparation.close()
         self._loop.stop()
-        if isinstance(self.host, LectureHost):
-            self.host.close(goes_on)
-        else:
-            self.host.close()
+        self.host.close(goes_on)
         self.context.library.close()
         self.context.jobs.close()
         self.context.sources.close()
@@ -87,19 +82,22 @@ def start_app(
     run: str = "",
     jobs: Jobs | None = None,
     link: WorkerLink | None = None,
+    features: Sequence[Feature] = (),
 ) -> App:
     """Start to serve the page.
 
     Args:
         listener, run: see `DuetServer`; given in a worker, where the dispatcher holds the lock of the file.
         jobs: runs what takes longer than a frame; None for a pool of this process.
-        link: to the other processes of a lecture.
+        link: to the other processes of the server.
+        features: beside the core.
 
     Raises:
         PortInUse, BadSetting: see `app.web.server.DuetServer`.
         BadSetting, BadInputFile, MissingPackage: see `find_input_sources`.
         StoreRefused: another server or program has the file.
     """
+    shared, added = options.shared, (one.assets() for one in features if one.assets is not None)
     with ExitStack() as opened:
         sources = find_input_sources(options.bvh, options.camera, options.video, options.pose_model, options.law_file)
         opened.callback(sources.close)
@@ -110,9 +108,9 @@ def start_app(
             options.port,
             allowed_origins=options.allowed_origins,
             embed_origins=options.embed_origins,
-            max_clients=options.watchers if options.lecture else workload.places,
+            max_clients=workload.places if shared is None else shared.most_pages,
             delay=Guesses(options.key).delay,
-            assets=page_assets(options.settings.page, options.lecture),
+            assets=sum(added, page_assets(options.settings.page, shared is not None)),
             body=loading_html(),
             documents={PREFIX + name: partial(document_page, name) for name in DOCUMENTS},
             listener=listener,
@@ -131,20 +129,20 @@ def start_app(
         server.app_state = lambda: {"store": kept.state._asdict(), **workload.everywhere._asdict()}
         server.may_measure = partial(is_teacher, options.key)
         server.proof = options.proof
-        errors = ThrottledLog(logging.getLogger("duet.lecture" if options.lecture else "duet.hosts"))
-        context = AppContext(server, options, jobs or JobPool(), sources, library, kept, workload, errors, link)
-        if not options.lecture:
-            # A lecture goes on with the lessons that it began with.
+        errors = ThrottledLog(log)
+        panels = tuple(made for one in reversed(features) if one.panels is not None for made in one.panels())
+        context = AppContext(server, options, jobs or JobPool(), sources, library, kept, workload, errors, panels, link)
+        if shared is None:
+            # A shared session goes on with the lessons that it began with.
             library.watch(context.wake)
         preparation = Preparation(library.book, context.jobs) if options.ahead else None
-        app = App(context, _host(context, options.lecture), preparation)
+        app = App(context, _host(context, features), preparation)
         opened.pop_all()
     return app
 
 
-def _host(context: AppContext, lecture: bool) -> Host:
-    if not lecture:
-        return PrivateHost(context)
-    if context.link is None or context.link.index == 0:
-        return LectureHost(context)
-    return BreakoutHost(context, context.link)
+def _host(context: AppContext, features: Sequence[Feature]) -> Host:
+    """Return the host of the first feature that has one for these options; else one of private sessions."""
+    hosts = (one.host(context) for one in features if one.host is not None)
+    found = next((host for host in hosts if host is not None), None)
+    return found or PrivateHost(context, [one.joining for one in features if one.joining is not None])

@@ -9,7 +9,7 @@ from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from typing import Any
 
-from app.bench.headless_client import HeadlessClient
+from app.web.headless_client import HeadlessClient
 
 
 class OperatingClient(HeadlessClient):

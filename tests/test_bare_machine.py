@@ -15,7 +15,10 @@ def test_the_commands_are_those_of_the_readme() -> None:
     assert installation(commands[1]).startswith("python3 -m venv .venv && ") and installation(commands[1]).endswith(
         "-e '.[test]'"
     )
-    assert "tests/tools/bare_machine.py --or-here --then " in (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    ci = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    assert "tests/tools/bare_machine.py --or-here --then " in ci
+    # Not a part of the extra `test`; without them their tests would be skipped.
+    assert ci.index('pip install -q -c requirements.lock -e ".[test,peers]"') < ci.index("pytest -m thorough")
 
 
 def test_of_this_computer_only_the_way_to_the_package_index_is_handed_on() -> None:

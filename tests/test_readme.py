@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from app.cli.main import COMMANDS, main
+from app.__main__ import run_command as main
+from app.cli.main import commands_with
+from app.features import FEATURES
 from app.page.panels.hotkeys import hotkeys
 from app.settings import Settings, from_query
 
@@ -49,7 +51,7 @@ def test_the_two_commands_come_first_and_are_self_contained() -> None:
 
 
 def test_every_option_is_in_the_help_of_a_command(capsys: pytest.CaptureFixture[str]) -> None:
-    for name in COMMANDS:
+    for name in commands_with(FEATURES):
         with pytest.raises(SystemExit, match="0"):
             main([name, "--help"])
     told, named = capsys.readouterr().out, set(re.findall(r"(?<!\S)`?(--[a-z-]+)", OURS))

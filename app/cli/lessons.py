@@ -1,4 +1,4 @@
-"""`lwr-duet lessons`, `handout` and `new-lesson`: list the lessons, walk every path through them, write them as pages, begin a new one."""
+"""`lwr-duet lessons` and `new-lesson`: list the lessons, walk every path through them, begin a new one."""
 
 import json
 import os
@@ -7,7 +7,7 @@ import shlex
 import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import tyro
 
@@ -48,7 +48,7 @@ def lessons(command: Lessons) -> int:
     # These take a second to load.
     with ending_at_once():
         from app.lessons.check import check_lesson, table_text
-    book = _book(command.folder, command.playlist)
+    book = book_of(command.folder, command.playlist)
     # Every translation, too: what is wrong with the English file is found each time.
     problems = tuple(dict.fromkeys(problem for language in LANGUAGES for problem in book.in_language(language).problems))
     for problem in problems:
@@ -75,7 +75,7 @@ def lessons(command: Lessons) -> int:
     return _last_line(problems, failed) if walks or problems else 1
 
 
-def _book(folder: Path, playlist: Path | None, language: Language = "en") -> "LessonBook":
+def book_of(folder: Path, playlist: Path | None, language: Language = "en") -> "LessonBook":
     """Return the lessons of a folder alone, or those that a playlist names; of our own folder with the test around them.
 
     Raises:
@@ -129,60 +129,3 @@ def new_lesson(command: NewLesson) -> int:
     folder = shlex.quote(str(path.parent))
     print(f"{path}\nlwr-duet lessons --check --folder {folder}\nlwr-duet serve --lessons {folder}")
     return 0
-
-
-@dataclass(frozen=True)
-class Handout:
-    """Write lessons as pages to print: questions, answers to tick, axes to draw on, and room to write; one HTML file a lesson."""
-
-    lesson: str = ""
-    """Name or number of a lesson; all of them without it."""
-    lang: Literal[tuple(LANGUAGES)] = "en"  # type: ignore[valid-type]
-    """In which the pages speak."""
-    teacher: bool = False
-    """The teacher's copy: right answers, replies, what is measured, the true curves, and the teacher's notes."""
-    moodle: bool = False
-    """Instead, every question with its replies as Moodle XML, to import into a question bank; one file a lesson."""
-    out: Path = Path("handouts")
-    """Folder for the files; made if there is none."""
-    folder: Path = FOLDER
-    """Where the lesson files are."""
-    playlist: Path | None = None
-    """The lessons that this file names instead, of ours and of the folder."""
-
-
-def handout(command: Handout) -> int:
-    """Write the pages; return the exit code.
-
-    Raises:
-        BadSetting: there is no such lesson, a file cannot be written, or a teacher's copy of Moodle's questions is asked for.
-    """
-    if command.moodle and command.teacher:
-        raise BadSetting("Moodle's questions hold the answers already; leave --teacher out.")
-    # These take a second to load.
-    with ending_at_once():
-        from app.export.handout_html import handout_html
-        from app.export.moodle_xml import moodle_xml
-        from app.i18n.speaking import set_language
-        from app.lessons.library import notes_of
-    book = _book(command.folder, command.playlist, command.lang)
-    for problem in book.problems:
-        print(f"fault: {problem}", file=sys.stderr)
-    if not book.lessons:
-        return 1
-    chosen = [book.lessons[book.index(command.lesson)]] if command.lesson else book.lessons
-    set_language(command.lang)
-    notes = notes_of(book) if command.teacher else {}
-    with writable(command.out, "out"):
-        command.out.mkdir(parents=True, exist_ok=True)
-    for lesson in chosen:
-        if command.moodle:
-            page, kind = moodle_xml(lesson), ".xml"
-        else:
-            page = handout_html(lesson, notes.get(lesson.id, "") if command.teacher else None).encode()
-            kind = "-teacher.html" if command.teacher else ".html"
-        path = command.out / f"lesson-{lesson.number:02d}-{lesson.id}-{command.lang}{kind}"
-        with written(path, "out") as new:
-            new.write_bytes(page)
-        print(path)
-    return 1 if book.problems else 0

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app.cli.options import Flat, StartOptions, settings_of_options
-from app.cli.sweep import progress
+from app.runtime.progress import progress
 from app.runtime.terminal import ending_at_once
 from app.version import duet_version
 from controllers.errors import BadInputFile, BadSetting
@@ -53,7 +53,7 @@ def simulate(command: RunCommand) -> int:
     """
     with ending_at_once():
         from app.custom_law.custom_law import CustomLaw
-        from app.export.csv_table import law_heading
+        from app.recording.law_heading import law_heading
         from scenes.headless import check_length
         from scenes.headless import run as simulate
         from scenes.recording import write_table

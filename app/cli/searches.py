@@ -11,7 +11,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Final
 
 from app.cli.options import Flat, RunOptions, settings_of_options
-from app.cli.sweep import cores, progress
+from app.runtime.progress import cores, progress
 from app.runtime.terminal import INTERRUPTED, ending_at_once
 from controllers.errors import BadSetting
 from scenes.files import check_writable, written

@@ -4,8 +4,9 @@ import os
 import signal
 import socket
 import webbrowser
+from collections.abc import Sequence
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, make_dataclass, replace
 from pathlib import Path
 from typing import Final, Literal
 from urllib.parse import quote
@@ -13,13 +14,14 @@ from urllib.parse import quote
 import tyro
 
 from app.cli.options import AllOptions, Flat, settings_of_options
-from app.cli.sweep import cores
+from app.feature import Feature
 from app.hosting.dispatcher import Dispatcher
-from app.hosting.serve_options import MOST_STUDENTS, ServeOptions
+from app.hosting.serve_options import FeatureOptions, ServeOptions
 from app.hosting.store_choice import chosen_store
 from app.hosting.store_file import StoreLock, usual_path
 from app.hosting.teacher_key import AUTO, chosen_key
 from app.hosting.worker_messages import WorkerStart
+from app.runtime.progress import cores
 from app.runtime.temporary_folder import remove_abandoned
 from app.runtime.terminal import INTERRUPTED, ending_at_once, terminated
 from app.settings import Settings
@@ -67,14 +69,8 @@ class Serve:
     sessions: int | Literal["auto"] = "auto"
     """Most tabs with a session of their own at once; in a lecture, most students who explore by themselves. `auto`: as many as this
     machine carries at 20 frames a second; the start says about how many that is."""
-    watchers: int = ServeOptions.watchers
-    """Most pages open in a lecture at once; visitors with the key always get in."""
-    students: int = ServeOptions.students
-    """In a lecture, how many students are expected: with fewer places than that they explore in groups, which the start says."""
     workers: int | Literal["auto"] = "auto"
     """Processes that share the visitors, started as they are needed; `auto` for as many as the machine has cores."""
-    lecture: bool = False
-    """A class: all tabs see one stage, students answer on their own; the first tab, or the one with the key, leads."""
     key: str | None = None
     """Visitors who open the page with ?key=KEY are teachers: they see the notes to the lessons, and lead the class in a lecture.
     12 characters or more; `auto` makes one and prints the link. Without this option, the environment variable DUET_KEY, which the list of
@@ -111,17 +107,27 @@ class Serve:
     """What the page shows at first."""
 
 
-def serve(command: Serve) -> int:
+def serve_with(features: Sequence[Feature]) -> type[Serve]:
+    """Options of the command with those of the features, each a field of the feature's name."""
+    added = [(one.name, Flat[one.options()], field(default_factory=one.options())) for one in features if one.options is not None]
+    return make_dataclass("Serve", added, bases=(Serve,), frozen=True, namespace={"__doc__": Serve.__doc__})
+
+
+def serve(command: Serve, features: Sequence[Feature] = ()) -> int:
     """Serve the page until Ctrl+C or SIGTERM; return the exit code.
+
+    Args:
+        command: an object of `serve_with` the features.
+        features: beside the core; workers have all.
 
     Raises:
         BadSetting, BadInputFile, PortInUse, StoreRefused: before anything is served.
     """
-    for name, count in (("sessions", command.sessions), ("watchers", command.watchers)):
-        if isinstance(count, int) and count < 1:
-            raise BadSetting(f"--{name} must be at least 1{', or auto' if name == 'sessions' else ''}.")
-    if not 0 <= command.students <= MOST_STUDENTS:
-        raise BadSetting(f"--students must be 0 to {MOST_STUDENTS}; 0 where it is not known.")
+    if isinstance(command.sessions, int) and command.sessions < 1:
+        raise BadSetting("--sessions must be at least 1, or auto.")
+    of_features: tuple[FeatureOptions, ...] = tuple(getattr(command, one.name) for one in features if one.options is not None)
+    for one in of_features:
+        one.check()
     if not 0.0 < command.keep <= LONGEST_KEEP:
         raise BadSetting(f"--keep = {command.keep:g} h is not possible; give hours up to {LONGEST_KEEP:g}, or --store memory.")
     if not command.store_size >= SMALLEST_STORE:
@@ -140,9 +146,6 @@ def serve(command: Serve) -> int:
         port=USUAL_PORT if command.port == "auto" else command.port,
         settings=settings,
         sessions=None if command.sessions == "auto" else command.sessions,
-        watchers=command.watchers,
-        students=command.students,
-        lecture=command.lecture,
         key=key,
         allowed_origins=command.allow_origin,
         embed_origins=command.embed_origin,
@@ -151,7 +154,7 @@ def serve(command: Serve) -> int:
         video=command.video,
         pose_model=command.pose_model,
         law_file=command.law_file,
-        edited_law=_edited_law(command),
+        edited_law=_edited_law(command, of_features),
         # The processes of laws inherit the environment.
         proof=os.environ.pop(PROOF_VARIABLE, ""),
         lessons=command.lessons,
@@ -161,6 +164,7 @@ def serve(command: Serve) -> int:
         keep=3600.0 * command.keep,
         most_bytes=round(1e6 * command.store_size),
         loops=min(workers, cores()),
+        features=of_features,
     )
     remove_abandoned()
     try:
@@ -170,7 +174,7 @@ def serve(command: Serve) -> int:
             options = replace(options, port=listener.getsockname()[1])
             options = _with_store(command, options, held)
             if workers == 1:
-                _serve_alone(command, options, listener)
+                _serve_alone(command, options, listener, features)
             else:
                 _serve_with_workers(command, options, listener, workers)
     except KeyboardInterrupt:
@@ -210,7 +214,7 @@ def _draw_given_robots() -> None:
                 draw_file(name)
 
 
-def _edited_law(command: Serve) -> Path | None:
+def _edited_law(command: Serve, of_features: Sequence[FeatureOptions]) -> Path | None:
     """Return the file that is edited on the page; None for none.
 
     Raises:
@@ -221,7 +225,7 @@ def _edited_law(command: Serve) -> Path | None:
     shared = {
         f"--host {readable(command.host)}": not OriginPolicy(command.host, USUAL_PORT).is_private,
         "--allow-origin": command.allow_origin,
-        "--lecture": command.lecture,
+        **{one.shared_by: True for one in of_features if one.shared_by},
         "--embed-origin": command.embed_origin,
     }
     for option, given in shared.items():
@@ -253,7 +257,7 @@ def _workers(command: Serve) -> int:
     return command.workers
 
 
-def _serve_alone(command: Serve, options: ServeOptions, listener: socket.socket) -> None:
+def _serve_alone(command: Serve, options: ServeOptions, listener: socket.socket, features: Sequence[Feature]) -> None:
     """Serve the page in this process until Ctrl+C."""
     if hasattr(signal, "SIGUSR1"):
         # There are no workers to replace.
@@ -261,7 +265,7 @@ def _serve_alone(command: Serve, options: ServeOptions, listener: socket.socket)
     with ending_at_once():
         from app.start import start_app
 
-        app = start_app(options, listener)
+        app = start_app(options, listener, features=features)
     try:
         _announce(command, options, app.context.workload.places)
         app.wait()
@@ -281,7 +285,7 @@ def _serve_with_workers(command: Serve, options: ServeOptions, listener: socket.
     try:
         dispatcher.run(lambda places: _announce(command, options, places))
     except BaseException as error:
-        # After a fault a lecture goes on with the next server, as it does after SIGTERM.
+        # After a fault a shared session goes on with the next server, as it does after SIGTERM.
         dispatcher.close(isinstance(error, Exception) or terminated())
         raise
 
@@ -296,13 +300,8 @@ def _announce(command: Serve, options: ServeOptions, places: int) -> None:
         print(f"Port {USUAL_PORT} is taken by another program, so this Duet has port {port}.", flush=True)
     if command.store is None and options.store is not None and options.store != usual_path():
         print(f"This Duet keeps its visitors in {options.store}: others have their own files there.", flush=True)
-    if command.lecture:
-        from app.classroom.breakout_places import group_size
-        from app.web.address import find_address
-
-        print(f"The class opens {find_address('', command.host, port).url}", flush=True)
-        if (size := group_size(command.students, places)) > 1:
-            print(f"{command.students} students, room for {places}: groups of {size}.", flush=True)
+    for line in (line for one in options.features for line in one.said_at_start(command.host, port, places)):
+        print(line, flush=True)
     if command.sessions == "auto":
         print(f"This machine carries about {places} sessions at once.", flush=True)
     if command.open:

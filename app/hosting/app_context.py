@@ -11,6 +11,7 @@ from app.hosting.worker_messages import WorkerLink
 from app.hosting.workload import Workload
 from app.lessons.lesson import LessonBook
 from app.lessons.library import Library
+from app.page.panel_context import PanelMaker
 from app.runtime.job_pool import Jobs
 from app.runtime.throttled_log import ThrottledLog
 from app.session.input_source import InputSources
@@ -29,7 +30,8 @@ class AppContext:
         store: what visitors who have gone left behind.
         workload: what the rounds take, and how many private sessions there may be at once.
         errors: logs what fails in the pages' frames.
-        link: to the other processes of a lecture; None where there is one process.
+        panels: makes the panels that features add to the page of a visitor who operates a session.
+        link: to the other processes of the server; None where there is one process.
         frame_due: set to ask for a frame at once.
     """
 
@@ -41,6 +43,7 @@ class AppContext:
     store: SessionStore
     workload: Workload
     errors: ThrottledLog
+    panels: tuple[PanelMaker, ...] = ()
     link: WorkerLink | None = None
     frame_due: threading.Event = field(default_factory=threading.Event)
 

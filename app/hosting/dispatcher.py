@@ -15,6 +15,7 @@ from typing import Any, Final
 
 from app.hosting.worker_group import WorkerGroup
 from app.hosting.worker_messages import WorkerStart
+from app.settings import JOIN
 from app.web.traffic_limits import BoundedQueue
 
 log = logging.getLogger("duet.workers")
@@ -32,14 +33,14 @@ MOST_UNREAD, MOST_OF_ADDRESS, MOST_OF_TAB = 300, 150, 8
 """Connections at once without a whole head: in all, from one address, and of one tab; the oldest makes room."""
 
 _WORD: Final = {
-    key: re.compile(rb"^[A-Z]+ [^ ]*[?&]" + key.encode() + rb"=([a-z0-9]{16,64})(?:[&# ]|$)") for key in ("resume", "guest")
+    key: re.compile(rb"^[A-Z]+ [^ ]*[?&]" + key.encode() + rb"=([a-z0-9]{16,64})(?:[&# ]|$)") for key in ("resume", JOIN)
 }
 _REQUEST: Final = re.compile(rb"[A-Z-]+ [^ ]+ HTTP/1\.1\r?")
 _END: Final = re.compile(rb"\n\r?\n")
 
 
 def tab_of(line: bytes, key: str = "resume") -> str:
-    """Return the id of the tab in the first line of a request, or, with the key "guest", the word of an invitation; "" for none."""
+    """Return the id of the tab in the first line of a request, or, with the key `JOIN`, the word of its link; "" if it has none."""
     found = _WORD[key].match(line)
     return found[1].decode() if found else ""
 
@@ -123,7 +124,7 @@ class Dispatcher:
         finally:
             self._unread.leave(this)
         tab = tab_of(line)
-        self._group.worker_of(tab, tab_of(line, "guest")).take(connection, monotonic(), address, tab)
+        self._group.worker_of(tab, tab_of(line, JOIN)).take(connection, monotonic(), address, tab)
 
 
 async def _readable(connection: socket.socket) -> None:

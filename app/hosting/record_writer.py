@@ -22,6 +22,7 @@ from app.hosting.visitor_record import (
     record_to_bytes,
     split_record,
     tab_id,
+    visitor_from_bytes,
 )
 from app.runtime.throttled_log import ThrottledLog
 from app.web.traffic_limits import remember
@@ -255,7 +256,7 @@ class RecordWriter:
             found = self._found(tab)
             if found is None or found[0] < self._clock() - self._retention:
                 return None
-            record: VisitorRecord = record_from_bytes(found[1], VisitorRecord)
+            record = visitor_from_bytes(found[1])
             if tab_id(record.query) != tab_id({"resume": tab}):
                 raise DamagedRecord("it is of another tab")
             parts: dict[str, Recorded] = {}

@@ -2,12 +2,38 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import TypeVar
 
 from app.settings import Settings
 
-MOST_STUDENTS: Final = 2000
-"""Students that can be expected in a lecture."""
+T = TypeVar("T", bound="FeatureOptions")
+
+
+@dataclass(frozen=True)
+class FeatureOptions:
+    """What `lwr-duet serve` is told of one feature: its dataclass adds fields that have a default. It is pickled to the workers."""
+
+    @property
+    def shared_by(self) -> str:
+        """Option by which all tabs see one session, such as `--exhibit`; "" while every tab has a session of its own."""
+        return ""
+
+    @property
+    def most_pages(self) -> int | None:
+        """Pages that may be open at once; None for as many as there are private sessions."""
+        return None
+
+    def check(self) -> None:
+        """Refuse what is not possible, before anything is served.
+
+        Raises:
+            BadSetting: of an option.
+        """
+
+    def said_at_start(self, host: str, port: int, places: int) -> tuple[str, ...]:
+        """Lines that the start prints. `places`: private sessions at once."""
+        del host, port, places
+        return ()
 
 
 @dataclass(frozen=True)
@@ -18,9 +44,6 @@ class ServeOptions:
         host, port: address to listen on; port 0 takes any free one.
         settings: of a link without a query.
         sessions: private sessions at once; None for as many as this machine carries.
-        watchers: pages that may be open in a lecture at once; the teacher gets in besides.
-        students: that are expected in a lecture, up to `MOST_STUDENTS`; 0 where it is not known.
-        lecture: whether all see one plenary session.
         key: the teacher's, or None.
         allowed_origins: web addresses from which pages may connect besides our own.
         embed_origins: web addresses of pages that may show ours in a frame.
@@ -34,15 +57,13 @@ class ServeOptions:
         keep: how long it is kept after their last visit [s].
         most_bytes: of the file.
         loops: processes that share the sessions, each with a frame loop and a core of its own.
+        features: what is asked of features, at most one of each type.
     """
 
     host: str = "127.0.0.1"
     port: int = 0
     settings: Settings = field(default_factory=Settings)
     sessions: int | None = None
-    watchers: int = 200
-    students: int = 0
-    lecture: bool = False
     key: str | None = None
     allowed_origins: tuple[str, ...] = ()
     embed_origins: tuple[str, ...] = ()
@@ -60,3 +81,13 @@ class ServeOptions:
     keep: float = 24.0 * 3600.0
     most_bytes: int = 500_000_000
     loops: int = 1
+    features: tuple[FeatureOptions, ...] = ()
+
+    def of(self, kind: type[T]) -> T:
+        """Options of a feature; its defaults if it was asked for nothing."""
+        return next((one for one in self.features if isinstance(one, kind)), None) or kind()
+
+    @property
+    def shared(self) -> FeatureOptions | None:
+        """Options of the feature by which all tabs see one session; None if every tab has a session of its own."""
+        return next((one for one in self.features if one.shared_by), None)

@@ -23,9 +23,6 @@ MOST_SESSIONS: Final = 8
 MOST_RECORDS: Final = 300
 """Records that are kept in memory at once, where there is no file; the oldest makes room."""
 
-LECTURE: Final = "lecture"
-"""In place of a tab's id, for the plenary of a lecture; too short to be one."""
-
 LOOK: Final = 0.002
 """How long a frame waits at a time for a record that is being read [s]."""
 
@@ -115,20 +112,14 @@ class SessionStore:
         self._records[tab] = record, self._clock()
         self.tidy()
 
-    def save_lecture(self, record: VisitorRecord) -> None:
-        """Keep the plenary of a lecture, where records outlive the server."""
+    def save_named(self, name: str, record: VisitorRecord) -> None:
+        """Keep a record of no tab, where records outlive the server. `name`: of the record, too short to be a tab's id."""
         if self._file is not None:
-            self._file.put(LECTURE, record)
+            self._file.put(name, record)
 
-    def last_lecture(self) -> VisitorRecord | None:
-        """Return the newest record of a lecture; None if there is none. Waits for the disk."""
-        return None if self._file is None else self._file.ask(LECTURE).result()
-
-    def interrupted_lecture(self) -> VisitorRecord | None:
-        """Return the plenary of a lecture that broke off less than `AWAY` ago; None if there is none. Waits for the disk."""
-        record = self.last_lecture()
-        lately = record is not None and record.room is not None and abs(time() - record.room.saved) < AWAY
-        return record if lately else None
+    def named(self, name: str) -> VisitorRecord | None:
+        """Newest record of a name, see `save_named`; None if there is none. Waits for the disk."""
+        return None if self._file is None else self._file.ask(name).result()
 
     def recall(self, query: Mapping[str, str]) -> Generator[None, None, VisitorRecord | None]:
         """Find the record of a visitor by the query of the new link; None if there is none, or if the live session waits for this visitor.

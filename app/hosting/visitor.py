@@ -54,7 +54,7 @@ class Visitor:
 
     Args:
         problems: what is wrong with the visitor's link.
-        private: whether this is no student's session: newcomers are greeted, a teacher has the notes, and a second person can be invited.
+        private: whether this is no student's session: newcomers are greeted, a teacher has the notes, and others may join.
         query: under which the store has session and lessons; None for that of the page.
 
     Attributes:
@@ -75,7 +75,7 @@ class Visitor:
     ) -> None:
         self._context, self._problems, self._record = context, problems, record
         self.client, self.query = client, query or request_query(client)
-        self._invites = private
+        self._private = private
         # A law is a program: only the person who started the server writes one here.
         self._edited = context.options.edited_law if private and context.server.is_owners(client.client_id) else None
         self._browser: Language = browser_language(client)
@@ -91,7 +91,7 @@ class Visitor:
         self._attention, self._heard = Attention(), 0
         self.session = parked[0] if parked else Session(settings, context.wake, context.jobs, context.sources)
         if parked is None and record is not None:
-            self.session.invitation = record.invitation
+            self.session.parts.restore(record.parts)
         self.language: Language = language_of(self.session.settings, self._browser)
         set_language(self.language)
         self.lessons = parked[1] if parked else LessonSession(self.session, context.book.in_language(self.language))
@@ -136,7 +136,15 @@ class Visitor:
         yield
         self.view.show(freeze(self.session, perf_counter()))
         yield
-        self.operation = Operation(client, self.session, self.view, whole=whole, invites=self._invites, edited=self._edited)
+        self.operation = Operation(
+            client,
+            self.session,
+            self.view,
+            whole=whole,
+            private=self._private,
+            edited=self._edited,
+            panels=self._context.panels,
+        )
         if self._welcomes and self.lessons.book.lessons:
             self._welcome = Welcome(client.gui, self.session, self.lessons)
         if self._teaches:
@@ -236,7 +244,7 @@ class Visitor:
         if self.superseded:
             return
         session, saved = self.session, self.lessons.saved()
-        record = VisitorRecord(self.query, session.settings, saved, session.state(), invitation=session.invitation)
+        record = VisitorRecord(self.query, session.settings, saved, session.state(), session.parts.saved())
         self._context.store.save(record)
 
     def leave(self) -> None:

@@ -1,25 +1,28 @@
 """What a visitor leaves behind, the id of the tab under which it is found again, and its bytes: a head, and a part for every recorded
 piece of a run, which is written once and stays."""
 
+import logging
 import re
 import zlib
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from typing import Any, Final
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, Final, TypeVar
 
 import msgspec
 import numpy as np
 
-from app.export.class_summary import ClassSummary, HandIn
 from app.hosting.sqlite_pages import is_whole
-from app.lessons.bookmark import OpenSteps
 from app.lessons.progress import SavedLesson
-from app.lessons.tally import Ballot, QuestionId
 from app.session.session_state import RunState, SessionState
 from app.settings import LANGUAGES_KEY, MOTION, OPENED, PANEL, Settings
 from controllers.errors import BadSetting
 from scenes.inputs import Recorded, RecordedPerson
 from scenes.roles import room_of
+
+log = logging.getLogger("duet.store")
+
+P = TypeVar("P")
 
 _TAB_ID: Final = re.compile(r"^[a-z0-9]{16,64}$")
 
@@ -49,66 +52,44 @@ def link_of(query: Mapping[str, str]) -> dict[str, str]:
 
 
 @dataclass(frozen=True)
-class ClassRecord:
-    """What a class would lose with its server, besides the plenary.
-
-    Attributes:
-        saved: when it was so [s since 1970].
-        ballots: question → id of a student's tab → what was handed in.
-        revealed: the questions with a tally that everybody sees.
-        free: whether the students explore.
-        leader: id of the tab that leads; None for none.
-        students: ids of the tabs that do not lead.
-        earlier: question → the ballots of its rounds before the newest one, oldest first.
-        passed: lesson and step → ids of the tabs that have passed the challenge.
-        hand_ins: the reports that were handed in, by the id of a student's tab.
-        pages_only, pageless: see `app.classroom.ballots.Ballots`.
-        names, pace: the invented names by the id of a student's tab, and the steps that are open to those who explore.
-        nearest: lesson and step of a duel → the smallest d less d_m of the class [m].
-        groups: see `app.classroom.breakout_places.BreakoutPlaces`.
-    """
-
-    saved: float
-    ballots: Mapping[QuestionId, Mapping[str, Ballot]]
-    revealed: tuple[QuestionId, ...]
-    free: bool
-    leader: str | None
-    students: tuple[str, ...]
-    # Absent from the records of earlier versions.
-    earlier: Mapping[QuestionId, tuple[Mapping[str, Ballot], ...]] = field(default_factory=dict)
-    passed: Mapping[QuestionId, tuple[str, ...]] = field(default_factory=dict)
-    hand_ins: Mapping[str, HandIn] = field(default_factory=dict)
-    pages_only: bool = False
-    pageless: tuple[str, ...] = ()
-    names: Mapping[str, str] = field(default_factory=dict)
-    pace: OpenSteps | None = None
-    nearest: Mapping[QuestionId, float] = field(default_factory=dict)
-    groups: Mapping[str, str] = field(default_factory=dict)
-
-
-NEW_CLASS: Final = ClassRecord(0.0, {}, (), False, None, ())
-"""Of a class that has done nothing yet."""
-
-
-@dataclass(frozen=True)
 class VisitorRecord:
     """What a visitor can come back to, as plain data that does not change.
 
     Attributes:
         lessons: progress in the lessons; None if none was ever opened.
         state: where the session was; None if it cannot go on from there.
-        room: of the class, where the visitor is the plenary of a lecture.
-        last_class: what the class before has left behind, likewise.
-        invitation: the word by which a second person comes; "" without an invitation.
+        parts: what features add, by name, see `with_part`.
     """
 
     query: Mapping[str, str]
     settings: Settings
     lessons: SavedLesson | None
     state: SessionState | None = None
-    room: ClassRecord | None = None
-    last_class: ClassSummary | None = None
-    invitation: str = ""
+    parts: Mapping[str, bytes] = field(default_factory=dict)
+
+
+_FIELDS: Final = frozenset(one.name for one in fields(VisitorRecord))
+
+_NIL: Final = msgspec.msgpack.encode(None)
+
+
+def with_part(record: VisitorRecord, name: str, part: object) -> VisitorRecord:
+    """Record with a feature's own part, plain data, in place of an earlier one of this name; None removes that."""
+    others = {key: value for key, value in record.parts.items() if key != name}
+    added = {} if part is None else {name: msgspec.msgpack.encode(part)}
+    return replace(record, parts={**others, **added})
+
+
+def part_of(record: VisitorRecord, name: str, kind: type[P]) -> P | None:
+    """A feature's own part of a record; None if the record has no such part, or one that is not of this type."""
+    content = record.parts.get(name)
+    if content is None:
+        return None
+    try:
+        return msgspec.msgpack.decode(content, type=kind)
+    except msgspec.MsgspecError as error:
+        log.warning("the part “%s” of a record cannot be read (%s)", name, str(error)[:120])
+        return None
 
 
 _TAB: Final = "\t"
@@ -125,16 +106,41 @@ def record_to_bytes(data: object) -> bytes:
     return zlib.crc32(content).to_bytes(4, "big") + content
 
 
-def record_from_bytes(data: bytes, kind: type[Any]) -> Any:
+def record_from_bytes(data: bytes, kind: type[P]) -> P:
     """Return the data of a type that was record_to_bytes.
 
     Raises:
         DamagedRecord: the bytes are others.
     """
+    with _damage():
+        return msgspec.msgpack.decode(_content(data), type=kind, dec_hook=_array_in)
+
+
+def visitor_from_bytes(data: bytes) -> VisitorRecord:
+    """Record of a visitor that was record_to_bytes, by this release or an earlier one.
+
+    Earlier releases stored the parts of features beside the record's own fields.
+
+    Raises:
+        DamagedRecord: the bytes are others.
+    """
+    record = record_from_bytes(data, VisitorRecord)
+    with _damage():
+        stored = msgspec.msgpack.decode(_content(data), type=dict[str, msgspec.Raw])
+    parts = {name: bytes(raw) for name, raw in stored.items() if name not in _FIELDS and bytes(raw) != _NIL}
+    return replace(record, parts={**parts, **record.parts}) if parts else record
+
+
+def _content(data: bytes) -> bytes:
+    if not is_whole(data):
+        raise DamagedRecord("the check sum is wrong")
+    return zlib.decompress(data[4:])
+
+
+@contextmanager
+def _damage() -> Iterator[None]:
     try:
-        if not is_whole(data):
-            raise DamagedRecord("the check sum is wrong")
-        return msgspec.msgpack.decode(zlib.decompress(data[4:]), type=kind, dec_hook=_array_in)
+        yield
     except (msgspec.MsgspecError, zlib.error, ValueError, TypeError) as error:
         raise DamagedRecord(str(error)[:120]) from None
 

@@ -53,10 +53,10 @@ class WorkerGroup:
     Args:
         loop: in which the workers are heard. All methods belong to its thread.
         start: what every worker serves; `run`, `jobs` and `index` are filled in here.
-        most: workers at once; in a lecture, besides the one with the plenary.
+        most: workers at once; besides the one with a session that all share.
 
     Attributes:
-        workers: the one with the plenary of a lecture is the first.
+        workers: the first one has the session that all share, if there is one.
         places: sessions that all have at once, once the first worker serves; a `DuetError` if it cannot start.
     """
 
@@ -68,8 +68,8 @@ class WorkerGroup:
         self._jobs: subprocess.Popen[bytes] | None = None
         self._short: dict[int, int] = {}
         self._tabs: dict[str, int] = {}
-        self._inviting: dict[str, int] = {}
-        self._lecture = start.options.lecture
+        self._announced: dict[str, int] = {}
+        self._shared = start.options.shared is not None
         self._exploring: dict[str, tuple[int, bytes]] = {}
         self._decided: bytes | None = None
         self._to_renew: deque[int] = deque()
@@ -101,13 +101,13 @@ class WorkerGroup:
 
     # ---- tabs --------------------------------------------------------------------------------------------------------------
 
-    def worker_of(self, tab: str, guest: str = "") -> WorkerProcess:
-        """Return the worker of a tab: always the same one; a new tab's has the fewest browsers. In a lecture it is that of the plenary,
-        or of the tab's breakout session. `tab`: "" for a request that is not a tab's; `guest`: the word of an invitation, which
-        leads to the worker of the host."""
-        if guest in self._inviting:
-            return self.workers[self._inviting[guest]]
-        if self._lecture:
+    def worker_of(self, tab: str, word: str = "") -> WorkerProcess:
+        """Return the worker of a tab: always the same one; a new tab's has the fewest browsers. With a shared session it is the first,
+        or that of the tab's own session. `tab`: "" for a request that is not a tab's; `word`: of a link, which leads to the worker
+        that has announced it."""
+        if word in self._announced:
+            return self.workers[self._announced[word]]
+        if self._shared:
             return self.workers[self._exploring[tab][0] if tab in self._exploring else 0]
         index = self._tabs.get(tab)
         if index is None:
@@ -126,7 +126,7 @@ class WorkerGroup:
         return min(serving or range(len(loads)), key=loads.__getitem__)
 
     def _place_explorer(self) -> int | None:
-        """Return the worker for one more breakout session: that with the fewest, or a new one; None if none can be started."""
+        """Return the worker for one more session beside the shared one: that with the fewest, or a new one; None if none can be started."""
         counts = [0] * (len(self.workers) - 1)
         for index, _ in self._exploring.values():
             counts[index - 1] += 1
@@ -162,14 +162,14 @@ class WorkerGroup:
                 worker.send(messages.LoadElsewhere(tuple(one.report for one in self.workers if one is not worker and one.report)))
             case messages.LetGo(tab):
                 self._tabs.pop(tab, None)
-            case messages.Invited(word):
-                remember(self._inviting, word, self.workers.index(worker), MOST_TABS)
+            case messages.Announced(word):
+                remember(self._announced, word, self.workers.index(worker), MOST_TABS)
                 for other in self.workers:
                     if other is not worker:
                         other.send(message)
             case messages.StartJobs():
                 self._start_jobs()
-            case messages.ToPlenary(content):
+            case messages.ToFirst(content):
                 self.workers[0].send(content)
             case messages.ForTab(tab, group, content):
                 # Where a group has explored before, its session may be parked.
@@ -247,11 +247,11 @@ class WorkerGroup:
 
     def _serve(self, index: int) -> None:
         self.workers[index].serve()
-        if self._lecture:
+        if self._shared:
             for other in self.workers[:1] if index else self.workers[1:]:
                 other.send(messages.Replaced(index))
             if len(self.workers) == 1:
-                # A class that is sent to explore does not wait for its start.
+                # Who gets a session beside the shared one does not wait for its start.
                 self._begin(1)
         else:
             serving = [worker for worker in self.workers if worker.ready]
@@ -307,8 +307,8 @@ class WorkerGroup:
                 self._jobs = None
             return
         index = self._to_renew.popleft()
-        if self._lecture and index == 0:
-            # A plenary that ends by itself ends the class; one that breaks off goes on.
+        if self._shared and index == 0:
+            # A shared session that ends by itself is over; one that breaks off goes on.
             self.workers[0].process.kill()
         elif self.workers[index].process.returncode is None:
             # What comes after one that has ended loads the program as it is now.

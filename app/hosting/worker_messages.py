@@ -1,5 +1,5 @@
-"""What the processes of a server say to each other: the listening one and its workers; in a lecture, through it, the plenary's worker and
-those with breakout sessions. Imports nothing slow."""
+"""What the processes of a server say to each other: the listening one and its workers. With a shared session, through it, also the first
+worker, which has that session, and the others, which have sessions of single tabs. Imports nothing slow."""
 
 import pickle
 from collections import deque
@@ -74,8 +74,8 @@ class LetGo(NamedTuple):
     tab: str
 
 
-class Invited(NamedTuple):
-    """A worker has a visitor who has invited a guest by a word; to a worker, that another one has."""
+class Announced(NamedTuple):
+    """A worker has the session to which the word of a link leads; to a worker, that another one has it. See `app.settings.JOIN`."""
 
     word: str
 
@@ -97,14 +97,14 @@ class StartJobs(NamedTuple):
     """A worker has a job, and the shared pool does not run."""
 
 
-class ToPlenary(NamedTuple):
-    """For the process with the plenary of a lecture; like the next two, opaque to the dispatcher, which passes on the content alone."""
+class ToFirst(NamedTuple):
+    """For the first process, which has the session that all share; like the next two, opaque to the dispatcher, which passes it on."""
 
     content: bytes
 
 
 class ForTab(NamedTuple):
-    """For the process with breakout sessions that gets a tab from now on, the same for all tabs of a group."""
+    """For the process that gets a tab from now on, the same for all tabs of a group."""
 
     tab: str
     group: str
@@ -112,23 +112,23 @@ class ForTab(NamedTuple):
 
 
 class ForAll(NamedTuple):
-    """For all processes with breakout sessions, also for those that start later."""
+    """For all processes but the first, also for those that start later."""
 
     content: bytes
 
 
 class ForgetTabs(NamedTuple):
-    """All tabs come to the plenary when they connect again."""
+    """All tabs come to the shared session when they connect again."""
 
 
 class Replaced(NamedTuple):
-    """Another process of a lecture has been replaced: the plenary's, to all others; another one, to the plenary's."""
+    """Beside a shared session another process has been replaced: the first one, to all others; another one, to the first."""
 
     worker: int
 
 
 class Stop(NamedTuple):
-    """A worker is to save everything and to end. `goes_on`: whether a lecture goes on with the next server."""
+    """A worker is to save everything and to end. `goes_on`: whether a shared session goes on with the next server."""
 
     goes_on: bool = False
 
@@ -137,7 +137,7 @@ class WorkerLink:
     """One process's end. All methods may be called from any thread, `received` from one alone.
 
     Args:
-        index: of the process; 0 has the plenary.
+        index: of the process; 0 has the session that all share, if there is one.
         send: sends a message to the dispatcher.
 
     Attributes:
@@ -150,15 +150,15 @@ class WorkerLink:
         self.wake: Callable[[], None] = lambda: None
         self._arrived: deque[Any] = deque()
 
-    def to_plenary(self, message: object) -> None:
-        self.send(ToPlenary(pickle.dumps(message)))
+    def to_first(self, message: object) -> None:
+        self.send(ToFirst(pickle.dumps(message)))
 
     def to_tab(self, tab: str, group: str, message: object) -> None:
         """Send a message to the process that gets a tab from now on; see `ForTab`."""
         self.send(ForTab(tab, group, pickle.dumps(message)))
 
     def to_all(self, message: object) -> None:
-        """Send a message to all processes with breakout sessions, also to those that start later."""
+        """Send a message to all processes but the first, also to those that start later."""
         self.send(ForAll(pickle.dumps(message)))
 
     def put(self, message: object) -> None:

@@ -1,9 +1,12 @@
-"""The catalogue of a language: English text → translation. A missing text stays English; a broken catalogue is logged."""
+"""The catalogues of a language: English text → translation. A missing text stays English; a broken catalogue is logged.
+
+The core has one in this folder. A feature has its own, which `app.features` adds when it is imported.
+"""
 
 import logging
 import re
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
 from pathlib import Path
@@ -17,6 +20,9 @@ log = logging.getLogger("duet.languages")
 
 FOLDER: Final = Path(__file__).parent
 """Holds one TOML file a language: English text = translation."""
+
+_FOLDERS: Final = [FOLDER]
+"""Folders with catalogues: of the core, and those that were added."""
 
 CONTEXT: Final = "\x04"
 """Separates a context from the text, where English has one word for two things: "lesson" + CONTEXT + "Run", as in gettext."""
@@ -87,18 +93,32 @@ class Words:
         return self(part) if isinstance(part, LazyText | NumberText) else Count(part) if type(part) is int else part
 
 
+def add_catalogues(folders: Iterable[Path]) -> None:
+    """Also translate by the catalogues in these folders; one that lacks a language leaves its texts in English."""
+    _FOLDERS.extend(folder for folder in folders if folder not in _FOLDERS)
+    words_of.cache_clear()
+
+
+def catalogues(language: Language) -> tuple[Path, ...]:
+    """Return the files with the texts of a language, that of the core first."""
+    paths = (folder / f"{language}.toml" for folder in _FOLDERS)
+    return tuple(path for path in paths if path.parent == FOLDER or path.exists())
+
+
 @cache
 def words_of(language: Language) -> Words:
-    """Return the texts of a language; English for "auto", and if its catalogue cannot be read."""
+    """Return the texts of a language; English for "auto", and for the texts of a catalogue that cannot be read."""
     if language == "pseudo":
         return Words("pseudo", otherwise=pseudo)
     if language in ("auto", "en"):
         return Words("en")
-    try:
-        return Words(language, MappingProxyType(read_texts(FOLDER / f"{language}.toml")))
-    except (OSError, ValueError) as error:
-        log.warning("the texts in %s.toml cannot be read (%s); the page stays English", language, error)
-        return Words(language)
+    texts: dict[str, str] = {}
+    for path in catalogues(language):
+        try:
+            texts |= read_texts(path)
+        except (OSError, ValueError) as error:
+            log.warning("the texts in %s cannot be read (%s); they stay English", path, error)
+    return Words(language, MappingProxyType(texts))
 
 
 def read_texts(path: Path) -> dict[str, str]:

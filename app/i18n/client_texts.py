@@ -48,7 +48,7 @@ PART_NAMES: Final = {
     "right": N_("Controls"),
     "floating": N_("Live plots"),
 }
-"""Names of the picture, in a lecture another one, and of the parts around it, likewise."""
+"""Names of the picture (`stage`: of a shared session's) and of the parts around it."""
 
 OURS: Final = (
     LOST,
@@ -66,7 +66,6 @@ OURS: Final = (
     DECIMAL_SIGN,
     N_("more"),
     N_("dismiss this message"),
-    N_("From the teacher"),
     # The page of a full room.
     N_("Duet – every place is taken"),
     N_("Every place is taken"),

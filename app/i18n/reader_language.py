@@ -40,7 +40,7 @@ def language_of(settings: Settings, browser: Language) -> Language:
 
 
 def look_of(query: Mapping[str, str], browser: Language, start: Settings) -> Look:
-    """Return the look of a tab of a lecture.
+    """Look of a tab that watches a shared session.
 
     Args:
         query: of its link; values that are not possible are left out.

@@ -37,7 +37,7 @@ _PACKAGES: Final = ("scenes", "controllers")
 def __getattr__(name: str) -> Any:
     """Load a public name when it is first used: `duet`, and all public names of `scenes` and `controllers`."""
     if name == "duet":
-        return import_module("app.jupyter.duet")
+        return import_module("app.features.jupyter.duet")
     for package in map(import_module, _PACKAGES):
         if name in package._PUBLIC:
             return getattr(package, name)

@@ -1,24 +1,21 @@
 """What is operated of one session: controls, handles, keys."""
 
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import viser
 
 from app.i18n.speaking import tr
 from app.lessons.lesson import LessonBook
 from app.page.handles.gizmos import Gizmos
-from app.page.lessons.duel_box import DuelBox
-from app.page.lessons.lab_report_box import LabReportBox
 from app.page.lessons.lesson_controls import LessonControls
-from app.page.panels import PagePanel
+from app.page.panel_context import P, PanelContext, PanelMaker
 from app.page.panels.controls import Controls
-from app.page.panels.hotkeys import hotkeys, keys_of
+from app.page.panels.hotkeys import Hotkey, hotkeys, keys_of
 from app.page.panels.law_editor import LawEditor
 from app.page.panels.lever import Lever
-from app.page.panels.link_box import InviteBox, LinkBox
+from app.page.panels.link_box import LinkBox
 from app.page.panels.plot_controls import DetailsChooser, MicroscopeButtons, MomentChooser
 from app.page.panels.replay_bar import ReplayBar
 from app.page.panels.scene_words import SceneWords
@@ -35,14 +32,14 @@ from scenes.settings import values
 CALM: Final = 0.1
 """Wall time between two looks at the controls while nothing is done with them [s]."""
 
-PANELS: Final[list[Callable[[viser.ClientHandle, Session, View, ActionHandlers], PagePanel]]] = [
+PANELS: Final[list[PanelMaker]] = [
     Lever,
     DetailsChooser,
     MicroscopeButtons,
     MomentChooser,
-    SceneWords,
+    lambda page: SceneWords(page.client, page.view, page.handlers),
 ]
-"""The panels that need nothing but the session, the view and the page's handlers; a further one is one more entry."""
+"""The panels of the core that need nothing but their context; a further one is one more entry."""
 
 
 class Operation:
@@ -52,10 +49,11 @@ class Operation:
         client: of the operator.
         session: what is operated.
         view: what is seen of it.
-        presenting: whether a class watches: some keys are the presenter's, and leaving the lessons asks first.
+        instead: keys that mean something else on this page, which others watch: leaving the lessons asks first.
         whole: whether all settings are shown, also while no lesson is open.
-        invites: whether a second person can be invited.
+        private: whether this is the page of a private session.
         edited: file of a law that the operator may edit; None for none.
+        panels: makes the panels of features.
 
     Attributes:
         whole: the same, as the visitor has asked for since.
@@ -67,32 +65,32 @@ class Operation:
         client: viser.ClientHandle,
         session: Session,
         view: View,
-        presenting: bool = False,
+        instead: tuple[Hotkey[Any], ...] = (),
         whole: bool = True,
-        invites: bool = False,
+        private: bool = False,
         edited: Path | None = None,
+        panels: Sequence[PanelMaker] = (),
     ) -> None:
-        self.whole, self._presenting = whole, presenting
+        self.whole, self._instead = whole, instead
         self._client, self._session, self._view = client, session, view
         self.handlers = handlers = ActionHandlers()
-        self._controls = Controls(client.gui, session, handlers, presenting, canvas_size(client)[0] <= PHONE)
+        self._controls = Controls(client.gui, session, handlers, instead, canvas_size(client)[0] <= PHONE)
         self._keep = client.gui.add_folder(tr("Keep and replay"), order=self._controls.below_clock, expand_by_default=False)
         with self._keep:
-            send = partial(client.send_file_download, save_immediately=True)
-            self._replay_bar = ReplayBar(client.gui, session, handlers, send)
+            replay_bar = ReplayBar(client.gui, session, handlers)
+        self._page = page = PanelContext(client, session, view, handlers, self._controls, self._keep, private, [replay_bar])
+        for make in (*PANELS, *panels):
+            panel = make(page)
+            if panel is not None:
+                page.made.append(panel)
+        with self._keep:
             self._link = LinkBox(client, session, view.lessons)
-            self._lab = LabReportBox(client.gui, session, view, handlers, self._replay_bar.exports)
-        self._panels = [make(client, session, view, handlers) for make in PANELS]
-        self._panels.append(DuelBox(client, session, view, handlers, self._replay_bar.exports))
-        self._invite = InviteBox(client, session, handlers, self._controls.below_clock) if invites else None
-        if self._invite is not None:
-            self._panels.append(self._invite)
         if edited is not None:
-            self._panels.append(LawEditor(client.gui, session, view, handlers, self._controls, edited))
+            page.made.append(LawEditor(client.gui, session, view, handlers, self._controls, edited))
         hands_off = lambda: view.lessons.hands_off  # noqa: E731
         self._gizmos = Gizmos(client, session, lambda: view.stage.yours, hands_off, handlers)
-        self._lesson_controls = LessonControls(client, session, view, handlers, self._controls, self._gizmos, presenting)
-        for hotkey in keys_of(hotkeys(), presenting):
+        self._lesson_controls = LessonControls(client, session, view, handlers, self._controls, self._gizmos, instead)
+        for hotkey in keys_of(hotkeys(), instead):
             hotkey.add_to(client.gui, session.post)
         handlers.add(actions.SetSetting, lambda action: self._set(action.key, action.value))
         handlers.add(actions.Digit, lambda action: self._set("scene", action.scene))
@@ -123,6 +121,14 @@ class Operation:
             case what:
                 session.change(what, not present[what])
 
+    def panel(self, kind: type[P]) -> P:
+        """Panel of a class on this page.
+
+        Raises:
+            LookupError: the page has none.
+        """
+        return self._page.panel(kind)
+
     def notify_problems(self, problems: tuple[str, ...]) -> None:
         """Name what was wrong with the link that the visitor came by."""
         for problem in problems[:5]:
@@ -148,15 +154,14 @@ class Operation:
             return
         self._next = frame.after(CALM)
         lessons = self._view.lessons
-        plays = not (self._presenting or lessons.open or lessons.listing or frame.replayed)
+        plays = not (self._instead or lessons.open or lessons.listing or frame.replayed)
         self._controls.fold(self.whole, plays)
         self._keep.visible = self.whole or not plays
-        if self._invite is not None:
-            self._invite.offered = self._keep.visible
-        for panel in (self._controls, *self._panels, self._replay_bar, self._link, self._lesson_controls, self._lab):
+        for panel in (self._controls, *self._page.made, self._link, self._lesson_controls):
             panel.show(frame)
 
     def close(self) -> None:
         """Operate the session no more: go back to live, and drop every export that is being made."""
         self._session.handlers.uncover(self.handlers)
-        self._replay_bar.close()
+        for panel in self._page.made:
+            panel.close()

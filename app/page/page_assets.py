@@ -24,26 +24,26 @@ from app.web.pages import MARK, PageAssets, software_rendering
 from scenes.laws import LAWS
 
 
-def page_assets(page: PageSettings, lecture: bool = False) -> PageAssets:
+def page_assets(page: PageSettings, shared: bool = False) -> PageAssets:
     """Return what every page runs before viser's client.
 
     Args:
         page: theme and language, where the link asks for none.
-        lecture: whether all see one stage.
+        shared: whether all tabs see one session.
     """
     scripts = (
         "holders teacher_key without_webgl fast_picture grab_events hand_hover picture_size embed hotkeys resume announcements "
-        "accessible_names replay_box plot_moments drawing page_language decimal_signs folder_headings class_overlay presenter copy_button "
+        "accessible_names replay_box plot_moments drawing page_language decimal_signs folder_headings page_overlay copy_button "
         "link_box pressed_buttons welcome label_placement contact_chart contact_balance contact_guess contact_lever lambda_tone "
         "contact_card live_equations lit_symbols small_panel tab_row "
         "law_editor loading"
     )
-    styles = "without_webgl announcements class presenter embed welcome loading contact_card law_editor"
+    styles = "without_webgl announcements notes page_overlay embed welcome loading contact_card law_editor"
     constants = {
         "withoutWebgl": (NO_PICTURE, WHAT_WORKS, WHAT_TO_SWITCH_ON),
         "relayedKeys": {hotkey.relayed: hotkey.key for hotkey in hotkeys() if hotkey.relayed},
         "replayKey": KEY,
-        "lecture": lecture,
+        "shared": shared,
         "iconNames": ICON_NAMES,
         "partNames": PART_NAMES,
         "loading": {"theme": page.theme, "language": page.language, "text": LOADING},

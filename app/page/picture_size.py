@@ -172,7 +172,7 @@ def free_picture(
         width: of the picture, which is what docked panels leave of the window's [CSS px].
         profile: of the page.
         bare: whether the page shows no panels, but a line below the scene.
-        plots_cover: how high the plots are over the picture, in a lecture also a phone's sheet; None where only the page's usual layout is
+        plots_cover: how high the plots are over the picture, or a phone's sheet; None where only the page's usual layout is
             known [CSS px].
         card: right and lower end of the card; None likewise [CSS px].
     """

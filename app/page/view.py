@@ -1,6 +1,6 @@
 """What a page shows of one session: stage, plots, numbers, lesson.
 
-The controls (`app.page.operation`) are built separately: a lecture shows this to all and gives the controls to one.
+The controls (`app.page.operation`) are built separately: where all share a session this is shown to all, and one has the controls.
 """
 
 from collections.abc import Callable
@@ -47,7 +47,7 @@ class View:
         session: what is shown.
         clients: the cameras of these clients follow when another experiment or another rig is chosen.
         lessons: of the session; None for a page without.
-        look: of the audience in a lecture; None for the look that the session's settings ask for.
+        look: of an audience, which shares the view; None for the look that the session's settings ask for.
         book: the lessons in the reader's language; None for that of `lessons`.
         folds: whether the controls make room for a lesson on a narrow window.
         tip: returns what the reader can do and watch; None for the visitor's, or the class's.
@@ -114,7 +114,7 @@ class View:
         return page if self._own_look is None else self._own_look.of(page)
 
     def _plots_height(self) -> int:
-        # A lecture's plots are drawn for all: for the projector; the size of its window is not known here.
+        # An audience's plots are drawn for all of it: the sizes of its windows are not known here.
         height = canvas_size(self._host)[1] if isinstance(self._host, viser.ClientHandle) else 900.0
         return plots_height(height, self._page.profile)
 
@@ -148,7 +148,7 @@ class View:
     def _follow(self, frame: Frame) -> None:
         present = {client.client_id for client in self._clients()}
         self._cameras = {number: follow for number, follow in self._cameras.items() if number in present}
-        held = (frame.shown.held or self._session.guest_holds) is not None
+        held = (frame.shown.held or self._session.other_held) is not None
         for follow in self._cameras.values():
             # Those who only watch drag nothing.
             follow.follow(self._simulation, frame.now, held and isinstance(self._host, viser.ClientHandle))

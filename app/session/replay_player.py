@@ -71,7 +71,7 @@ class Past:
     """
 
     # Of a live session, see `app.session.shown.Shown`.
-    held, studies, ghost_hidden, invitation, guest, coming = None, None, False, "", None, ""
+    held, studies, ghost_hidden, coming = None, None, False, ""
 
     def __init__(
         self,

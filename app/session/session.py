@@ -16,6 +16,7 @@ from app.session.clock import BUDGET, Clock, Halt, Pace, Reason, next_speed
 from app.session.ghost_run import GhostRun
 from app.session.input_source import NO_SOURCES, InputSource, InputSources, nudged, source_settings, with_joint
 from app.session.knob_search import WINDOW
+from app.session.parts import SessionParts
 from app.session.relevant_settings import built_of
 from app.session.replay_player import ReplayPlayer
 from app.session.session_state import LASTING, RunState, SessionState, common_pieces, resumed
@@ -89,12 +90,10 @@ class Session:
         self.ghost_hidden = False
         """Whether the ghost may not be seen yet: it plays against the visitor."""
         self._input = InputSource()
-        self.invitation = ""
-        """The word of the link to the place of a second person; "" where there is none."""
-        self.guest: object = None
-        """Who has that place now, None for no one, and …"""
-        self.guest_holds: HeldTarget | None = None
-        """… what they hold, and where."""
+        self.other_held: HeldTarget | None = None
+        """What is held of the arm that keeps its place, and where; None while that arm is free."""
+        self.parts = SessionParts()
+        """State of features."""
         self.notices: deque[tuple[str, str]] = deque(maxlen=MOST_NOTICES)
         """Title and text of what `notify` was told; the page that shows them removes them."""
         self.simulation.use(self.law.of_run)
@@ -319,7 +318,7 @@ class Session:
             self.ghost.reset()
         self.studies.forget()
         self._input.let_go()
-        self.guest_holds = None
+        self.other_held = None
         self._clock.forget()
         self._hurries_to, self._wish = 0.0, None
 
@@ -378,11 +377,11 @@ class Session:
         self._steps_asked += 1
 
     def target(self) -> Target | None:
-        """Return the active source's target, with what a second person holds; None for no change."""
-        target, theirs = self._input.target(self.simulation, self.settings.page.autopilot), self.guest_holds
-        if theirs is None or not self.settings.run.experiment.for_two:
+        """Return the active source's target, with what is held of the other arm; None for no change."""
+        target, other = self._input.target(self.simulation, self.settings.page.autopilot), self.other_held
+        if other is None or not self.settings.run.experiment.for_two:
             return target
-        return PairTarget(target if isinstance(target, (HandTarget, LinkTarget)) else None, theirs)
+        return PairTarget(target if isinstance(target, (HandTarget, LinkTarget)) else None, other)
 
     def way(self, seconds: float) -> Array:
         """Return where the hand, or the ball, will go in the next seconds (k, 3) [m], see `InputSource.way`; (0, 3) if unknown."""

@@ -87,13 +87,3 @@ class Shown(Protocol):
     def mark(self) -> Mark | None:
         """The moment of the replay that is worth a look; None if there is no such moment."""
         ...
-
-    @property
-    def invitation(self) -> str:
-        """Word of the link to the place of a second person; "" without an invitation."""
-        ...
-
-    @property
-    def guest(self) -> object:
-        """The second person; None without one."""
-        ...

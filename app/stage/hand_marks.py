@@ -80,11 +80,11 @@ WHITE: Final = (255, 255, 255)
 
 
 class GripMark(StagePart):
-    """Seen while a link is pulled, also in a replay. `of_guest`: of the arm that a second person holds."""
+    """Seen while a link is pulled, also in a replay. `other`: of the arm that keeps its place."""
 
-    def __init__(self, scene: viser.SceneApi, of_guest: bool = False) -> None:
-        line, name = np.zeros((1, 2, 3), np.float32), "/guest_grip" if of_guest else "/grip"
-        self._of_guest = of_guest
+    def __init__(self, scene: viser.SceneApi, other: bool = False) -> None:
+        line, name = np.zeros((1, 2, 3), np.float32), "/other_grip" if other else "/grip"
+        self._other = other
         self._line = scene.add_line_segments(f"{name}/line", line, BRAND, thickness=2, thickness_units="screen", visible=False)
         look = {"subdivisions": 2, "cast_shadow": False, "visible": False}
         self._point = scene.add_icosphere(f"{name}/point", radius=0.018, color=WHITE, **look)
@@ -98,13 +98,13 @@ class GripMark(StagePart):
         """Draw the pull."""
         target, simulation = frame.target, frame.simulation
         if isinstance(target, PairTarget):
-            target = target.second if self._of_guest else target.first
-        elif self._of_guest:
+            target = target.second if self._other else target.first
+        elif self._other:
             target = None
         for node in self.nodes:
             node.visible = isinstance(target, LinkTarget)
         if isinstance(target, LinkTarget):
-            arm = simulation.avoiding if self._of_guest else simulation.guided
+            arm = simulation.avoiding if self._other else simulation.guided
             placement = simulation.kinematics.data.oMi[arm.joint(target.joint)]
             point = placement.act(target.offset)
             self._point.position, self._place.position = point, target.position

@@ -72,15 +72,15 @@ class Stage:
     """Draws a simulation in 3-D; nothing here can be operated.
 
     Args:
-        scene: of one visitor, or of an audience in a lecture.
+        scene: of one visitor, or of an audience.
     """
 
     def __init__(self, scene: viser.SceneApi) -> None:
         self.scene = scene
         self.yours: Yours | None = None
         """What the visitor can take hold of; another one with every experiment."""
-        self.guests: ArmView | None = None
-        """What a second person can take hold of; None in most experiments."""
+        self.other: ArmView | None = None
+        """The arm that keeps its place, where it can be held too; None in most experiments."""
         self._room: tuple[viser.GlbHandle, ...] = ()
         self._arms: tuple[ArmView, ...] = ()
         self._parts: tuple[StagePart, ...] = ()
@@ -126,12 +126,12 @@ class Stage:
         )
         views = {arm.name: view for arm, view in zip(room.arms, self._arms, strict=True)}
         self.yours = None if yours is None else views[yours.name]
-        self.guests = views[simulation.avoiding.name] if experiment.for_two else None
+        self.other = views[simulation.avoiding.name] if experiment.for_two else None
         parts: list[StagePart] = [ContactSkin(self.scene, room, self._arms), ClosestLine(self.scene)]
         if self.yours is not None and experiment.moves != "person":
             parts.append(GripMark(self.scene))
-        if self.guests is not None:
-            parts.append(GripMark(self.scene, of_guest=True))
+        if self.other is not None:
+            parts.append(GripMark(self.scene, other=True))
         if simulation.keeper is not None:
             parts.append(TargetPlace(self.scene))
         moving = len(simulation.way) > 0

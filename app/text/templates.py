@@ -69,7 +69,7 @@ def _environment() -> Environment:
 
 @cache
 def macros(file: str) -> Any:
-    """Return the macros of a template as functions that return `Markup`. `file`: below `app/`, such as "export/tally.html"."""
+    """Return the macros of a template as functions that return `Markup`. `file`: below `app/`, such as "page/panels/pills.html"."""
     return _environment().get_template(file).module
 
 

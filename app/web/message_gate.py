@@ -51,7 +51,7 @@ class Gate:
         limits: how much a browser may ask for.
 
     Attributes:
-        may_share: whether a browser, by client id, may operate what all browsers see; a lecture permits it to none.
+        may_share: whether a browser, by client id, may operate what all browsers see.
     """
 
     def __init__(self, elements: GuiRegistry, limits: TrafficLimits) -> None:

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import pytest
 
-from app.classroom.lecture import LectureHost
+from app.features import FEATURES
 from app.hosting.private_host import PrivateHost
 from app.hosting.serve_options import ServeOptions
 from app.hosting.visitor import Visitor
@@ -32,25 +32,14 @@ HAND, ELBOW = "/gizmo/hand", "/gizmo/elbow"
 
 
 def live_sessions(house: App) -> dict[int, Session]:
-    """The sessions of a house by client id; a lecture has its one under −1."""
-    host = house.host
-    if isinstance(host, LectureHost):
-        return {-1: host.session}
+    """The sessions of a house by client id; a host with one shared session has it under −1."""
+    shared = getattr(house.host, "session", None)
+    if isinstance(shared, Session):
+        return {-1: shared}
     while True:
         # The frame thread may add a session meanwhile.
         with suppress(RuntimeError):
             return {number: visitor.session for number, visitor in private_of(house).visitors.items()}
-
-
-def lecture_of(house: "App | ByHand") -> LectureHost:
-    assert isinstance(house.host, LectureHost)
-    return house.host
-
-
-def operator_of(host: LectureHost) -> int | None:
-    """Id of the client that has the controls, or None."""
-    operator = host.controls.operator
-    return None if operator is None else operator.client.client_id
 
 
 def private_of(house: "App | ByHand") -> PrivateHost:
@@ -136,7 +125,7 @@ def jobs() -> Iterator[JobPool]:
 
 @pytest.fixture
 def house(request: pytest.FixtureRequest, jobs: JobPool) -> OpenHouse:
-    """`house(settings, sessions=…, lecture=…, key=…)` opens a house on a free port; its places do not depend on what else runs."""
+    """`house(settings, sessions=…, features=…, key=…)` opens a house on a free port; its places do not depend on what else runs."""
 
     def make(
         settings: Settings | None = None,
@@ -145,7 +134,8 @@ def house(request: pytest.FixtureRequest, jobs: JobPool) -> OpenHouse:
         jobs: JobPool = jobs,
         **options: Any,
     ) -> App:
-        opened = start_app(ServeOptions(settings=settings or Settings(), sessions=sessions, **options), jobs=jobs, link=link)
+        given = ServeOptions(settings=settings or Settings(), sessions=sessions, **options)
+        opened = start_app(given, jobs=jobs, link=link, features=FEATURES)
         request.addfinalizer(opened.close)
         return opened
 

@@ -10,10 +10,10 @@ from contextlib import closing, suppress
 from pathlib import Path
 from urllib.request import urlopen
 
-from app.bench.headless_client import HeadlessClient
 from app.hosting.store_file import StoreFile
-from app.hosting.visitor_record import VisitorRecord, record_from_bytes
+from app.hosting.visitor_record import VisitorRecord, visitor_from_bytes
 from app.runtime.terminal import TERMINATED
+from app.web.headless_client import HeadlessClient
 from app.web.server import MOVED_CODE
 from tests.app.runtime.processes import until
 from tests.app.web.conftest import ended
@@ -26,7 +26,7 @@ def kept(store: Path, tab: str) -> VisitorRecord | None:
     """What the file of a server, which may be running, has of a tab."""
     with closing(StoreFile(store, 10**9)) as file:
         found = file.read(tab)
-        return None if found is None else record_from_bytes(found[1], VisitorRecord)
+        return None if found is None else visitor_from_bytes(found[1])
 
 
 def has_arms(visitor: HeadlessClient) -> bool:

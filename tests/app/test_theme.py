@@ -14,7 +14,7 @@ HEX = re.compile(r"(?<![&\w])#(?:[0-9a-fA-F]{8}|[0-9a-fA-F]{6}|[0-9a-fA-F]{3,4})
 
 OWN = {
     "app/web/static/mark.svg": 2,
-    "app/figures/drawn_figure.py": 2,
+    "app/features/figures/drawn_figure.py": 2,
     "scenes/glb.py": 1,
     "scenes/lwr/shells.py": 10,
     "scenes/person/body.py": 1,
@@ -45,7 +45,8 @@ def test_no_colour_stands_outside_the_theme_but_in_a_short_list() -> None:
         if (name := path.relative_to(ROOT).as_posix()) != "app/theme.py"
         and (colours := own_colours(path.read_text(encoding="utf-8")))
     }
-    assert found == OWN
+    # A feature may be left out.
+    assert found == {name: count for name, count in OWN.items() if (ROOT / name).exists()}
     assert sum(OWN.values()) < 60
 
 

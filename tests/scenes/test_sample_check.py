@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.cli.main import main
+from app.__main__ import run_command as main
 from app.lessons.blocks import Table
 from app.lessons.markdown import Fault
 from app.lessons.setups import read_setup, usual_setup

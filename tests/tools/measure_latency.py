@@ -18,6 +18,7 @@ import numpy as np
 import viser
 from playwright.sync_api import Browser, Page
 
+from app.features import FEATURES
 from app.hosting.serve_options import ServeOptions
 from app.start import start_app
 from controllers.kinematics import Array
@@ -94,7 +95,7 @@ def measure(page: Page, place: Array, arrows: Array, held: Callable[[], object],
 
 def of_duet(browser: Browser) -> list[float]:
     """Return the delays in Duet [ms]."""
-    house = start_app(ServeOptions())
+    house = start_app(ServeOptions(), features=FEATURES)
     try:
         page = browser.new_page(viewport={"width": 700, "height": 500})
         # The welcome would lie over the handle.

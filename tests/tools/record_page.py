@@ -18,6 +18,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 from playwright.sync_api import Page
 
+from app.features import FEATURES
 from app.hosting.serve_options import ServeOptions
 from app.session.session import Session
 from app.start import start_app
@@ -127,7 +128,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path(".readme"))
     given = parser.parse_args()
-    house = start_app(ServeOptions())
+    house = start_app(ServeOptions(), features=FEATURES)
     with started_playwright() as playwright:
         browser = launch(playwright)
         for name, (query, time) in STILLS.items():

@@ -17,7 +17,7 @@ from typing import Final
 from websockets.exceptions import WebSocketException
 
 from app.hosting.store_file import StoreFile
-from app.hosting.visitor_record import VisitorRecord, record_from_bytes
+from app.hosting.visitor_record import VisitorRecord, visitor_from_bytes
 from app.lessons.progress import StepProgress, from_json
 from app.page.panels.hotkeys import hotkeys
 from app.plots.curve_chart import COLUMNS
@@ -126,7 +126,7 @@ class RestingVisitor:
 def stored(path: Path, tab: str) -> tuple[float, VisitorRecord] | None:
     with closing(StoreFile(path, 10**9)) as file:
         found = file.read(tab)
-    return None if found is None else (found[0], record_from_bytes(found[1], VisitorRecord))
+    return None if found is None else (found[0], visitor_from_bytes(found[1]))
 
 
 async def kill_after_rests(served: Served, store: Path, kills: int, sessions: int) -> list[str]:

@@ -142,8 +142,15 @@ def worst(tabs: list[Tab]) -> str:
     return f"{len(away)} tabs were away, at most {max(away, default=0.0):.1f} s"
 
 
-async def survive(served: Served, sessions: int, minutes: float) -> list[str]:
-    """Return what was lost."""
+async def survive(served: Served, sessions: int, minutes: float, lines: int = 15, visits: int = 200) -> list[str]:
+    """What was lost.
+
+    Args:
+        sessions: visitors at once.
+        minutes: how long they stay.
+        lines: that break off in the middle of a pull.
+        visits: tabs that come and go meanwhile.
+    """
     tabs = [Tab(served.url, number) for number in range(sessions)]
     begin = perf_counter()
     lives = [asyncio.create_task(tab.live(begin + 60.0 * minutes)) for tab in tabs]
@@ -172,9 +179,9 @@ async def survive(served: Served, sessions: int, minutes: float) -> list[str]:
     report("all workers are renewed")
     await reach(0.3)
     report(worst(tabs))
-    report(f"{await drop_lines(tabs, 15)} lines have broken off in the middle of a pull")
+    report(f"{await drop_lines(tabs, lines)} lines have broken off in the middle of a pull")
     report(worst(tabs))
-    report(f"{await come_and_go(served.url, 200)} of 200 tabs came and went")
+    report(f"{await come_and_go(served.url, visits)} of {visits} tabs came and went")
     # What follows shows how the memory goes on: every run keeps its last ten minutes.
     await reach(1.0)
     await asyncio.gather(*lives)

@@ -16,7 +16,8 @@ from tempfile import mkdtemp
 
 from playwright.sync_api import Browser, Page
 
-from app.cli.grade import NewLaw, new_law
+from app.cli.custom_law import NewLaw, new_law
+from app.features import FEATURES
 from app.hosting.serve_options import ServeOptions
 from app.start import App, start_app
 from tests.browser import launch, listen, save_picture, started_playwright, until
@@ -85,7 +86,7 @@ def main() -> int:
     parser.add_argument("--size", type=int, nargs=2, default=(1024, 768), help="of the window [px]")
     parser.add_argument("--pictures", action="store_true", help="of every phase, in the artefact folder")
     given = parser.parse_args()
-    house = start_app(ServeOptions(law_file=custom_law()))
+    house = start_app(ServeOptions(law_file=custom_law()), features=FEATURES)
     failed = 0
     with started_playwright() as playwright:
         browser = launch(playwright)

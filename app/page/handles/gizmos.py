@@ -7,11 +7,11 @@ import numpy as np
 import viser
 
 from app.page.handles.grips import ArmGrip, BallGrip, FigureGrip, Grip
+from app.page.handles.holder import Holder
 from app.page.handles.transform_handles import BallHandle, ElbowHandle, HandHandle, TransformHandle, swing_elbow
 from app.session.action_handlers import ActionHandlers
 from app.session.actions import Drag, Hover, Nudge, SwingElbow
 from app.session.frame import Frame
-from app.session.second_hand import Holder
 from app.session.session import Session
 from app.stage.arms import ArmView
 from app.stage.ball_view import BallView
@@ -34,8 +34,8 @@ class Gizmos:
     the ball, which then has its arrows.
 
     Args:
-        holder: the person: the visitor, who is the session itself, or a guest.
-        yours: returns what is drawn of it on the same scene; None for nothing.
+        holder: the person; for the visitor it is the session itself.
+        yours: returns what is drawn of it on the same scene; None if nothing can be held.
         hands_off: returns whether an open lesson moves what the visitor would.
         handlers: of the page.
     """

@@ -6,8 +6,8 @@ from typing import Any, get_args
 import numpy as np
 import viser
 
+from app.page.handles.holder import Holder
 from app.session.actions import Drag
-from app.session.second_hand import Holder
 from app.session.session import Session
 from app.stage.arms import ArmView
 from app.stage.ball_view import BallView

@@ -8,8 +8,8 @@ import numpy as np
 import pinocchio as pin
 import viser
 
+from app.page.handles.holder import Holder
 from app.session.actions import Drag
-from app.session.second_hand import Holder
 from app.stage.stage_part import fresh, in_room, quaternion, rotation_of
 from controllers.kinematics import Array
 from scenes.targets import BallTarget, HandTarget, Target

@@ -1,7 +1,7 @@
 """The buttons and keys of the lessons: what is operated, by one."""
 
 from collections.abc import Callable
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 import viser
 
@@ -17,7 +17,7 @@ from app.page.lessons.lesson_html import NEXT, choice_label, rules_html
 from app.page.lessons.lesson_panel import ORDER
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.controls import Controls
-from app.page.panels.hotkeys import LESSON_KEYS, keys_of
+from app.page.panels.hotkeys import LESSON_KEYS, Hotkey, keys_of
 from app.page.panels.joint_sliders import NullMotionSliders
 from app.page.view import View
 from app.session.action_handlers import ActionHandlers
@@ -49,7 +49,7 @@ class LessonControls:
         handlers: of the page.
         controls: of the settings; those that a contrast changes flash.
         gizmos: what the keys move while no lesson is open.
-        presenting: whether a class watches: some keys are the presenter's, and leaving the lessons asks first.
+        instead: keys that mean something else on this page, which others watch: leaving the lessons asks first.
     """
 
     def __init__(
@@ -60,9 +60,9 @@ class LessonControls:
         handlers: ActionHandlers,
         controls: Controls,
         gizmos: Gizmos,
-        presenting: bool = False,
+        instead: tuple[Hotkey[Any], ...] = (),
     ) -> None:
-        self._presenting, self._handlers, self._gizmos = presenting, handlers, gizmos
+        self._instead, self._handlers, self._gizmos = instead, handlers, gizmos
         self._close_question: Callable[[], None] | None = None
         self._gui, self._session, self._controls = client.gui, session, controls
         self._run, self._panel = view.lessons, view.lesson_panel
@@ -166,7 +166,7 @@ class LessonControls:
                 gui,
                 "",
                 {"Back": lesson_actions.Press("back"), "Reset step": lesson_actions.Press("reset")},
-                "Reset restarts the step." if self._presenting else "B goes back, N goes on. Reset restarts the step.",
+                "Reset restarts the step." if self._instead else "B goes back, N goes on. Reset restarts the step.",
                 self._post,
                 order=ORDER["hints"] + 6.0,
             )
@@ -181,7 +181,7 @@ class LessonControls:
 
     def _post(self, action: lesson_actions.LessonAction) -> None:
         leaves = action == lesson_actions.Press("leave")
-        self._session.post(AskToLeave() if self._presenting and leaves else action)
+        self._session.post(AskToLeave() if self._instead and leaves else action)
 
     def _ask_to_leave(self, asks: bool) -> None:
         if self._close_question is not None and not asks:
@@ -215,7 +215,7 @@ class LessonControls:
         # An open lesson has its own button to leave it, which stays while a narrow window folds the controls up.
         self._list_button.visible = bool(run.book.lessons) and not (run.open or run.listing)
         if run.open and not self._commands:
-            self._commands = [hotkey.add_to(self._gui, self._post) for hotkey in keys_of(LESSON_KEYS, self._presenting)]
+            self._commands = [hotkey.add_to(self._gui, self._post) for hotkey in keys_of(LESSON_KEYS, self._instead)]
         elif not run.open and self._commands:
             for command in self._commands:
                 command.remove()

@@ -13,3 +13,6 @@ class PagePanel:
     def show(self, frame: Frame) -> None:
         """Bring it up to date."""
         raise NotImplementedError
+
+    def close(self) -> None:
+        """The page is operated no more: drop what is being made for it."""

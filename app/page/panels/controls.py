@@ -9,7 +9,7 @@ from app.i18n.speaking import N_, spoken, tr
 from app.page.lessons.drawing_board import CurveControl
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.compare import ComparePanel
-from app.page.panels.hotkeys import help_html
+from app.page.panels.hotkeys import Hotkey, help_html
 from app.page.panels.joint_sliders import JointSliders
 from app.page.panels.source_chooser import Sources
 from app.session.action_handlers import ActionHandlers
@@ -68,7 +68,7 @@ class Controls:
 
     Args:
         handlers: of the page.
-        presenting: whether a class watches, so that some keys are the presenter's.
+        instead: keys that mean something else on this page.
         phone: whether a key of its own has to be a button.
 
     Attributes:
@@ -81,7 +81,7 @@ class Controls:
         gui: viser.GuiApi,
         session: Session,
         handlers: ActionHandlers,
-        presenting: bool = False,
+        instead: tuple[Hotkey[Any], ...] = (),
         phone: bool = False,
     ) -> None:
         self._small, self._phone = False, phone
@@ -110,7 +110,7 @@ class Controls:
                     self._compare, self.compare_tab = ComparePanel(gui, session), tab
                     self._note = gui.add_html("")
         with self._tabs.add_tab(tr("Keys"), viser.Icon.KEYBOARD):
-            gui.add_html(element("div", "", help_html(presenting), class_="duet"))
+            gui.add_html(element("div", "", help_html(instead), class_="duet"))
         self._panel = gui.add_html("")
         further = {N_("All settings"): ShowAll(), N_("Fewer settings"): ShowAll(False), N_("First view"): FirstView()}
         self._further = ChoiceButtons(gui, "", further, "", session.post)

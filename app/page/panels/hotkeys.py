@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, Generic, Literal, TypeVar, cast
+from typing import Any, Final, Generic, TypeVar, cast
 
 import viser
 from markupsafe import Markup
@@ -28,10 +28,7 @@ from app.web.control_events import on_press
 from app.web.viser_internals import HotkeyKey
 from scenes.experiments import EXPERIMENTS
 
-PresenterAction = Literal["on", "back", "blank", "freeze", "hide"]
-"""What a clicker asks for: the next thing on the projector, the one before, black, keep the picture, or take the address away."""
-
-AnyAction = TypeVar("AnyAction", bound=Action | PresenterAction)
+AnyAction = TypeVar("AnyAction", bound=Action | str)
 
 
 @dataclass(frozen=True)
@@ -125,28 +122,9 @@ LESSON_KEYS: Final[tuple[Hotkey[LessonAction], ...]] = (
 """Keys of an open lesson. There the digits answer, and ← and → go back and on where the hand cannot be moved."""
 
 
-PRESENTER_KEYS: Final[tuple[Hotkey[PresenterAction], ...]] = (
-    Hotkey("present_next", "on", "Page ↓", "class: the next thing on the screen", "pagedown", icon=viser.Icon.ARROW_DOWN),
-    Hotkey("present_back", "back", "Page ↑", "class: the thing before", "pageup", icon=viser.Icon.ARROW_UP),
-    Hotkey("present_blank", "blank", "B", "class: the screen black, or live", "B", icon=viser.Icon.EYE_OFF),
-    Hotkey("present_freeze", "freeze", "F", "class: the screen frozen, or live", "F", icon=viser.Icon.SNOWFLAKE),
-    # Pressed by the script of the address, `class_overlay.js`.
-    Hotkey("present_hide", "hide", "Esc", "class: the address away", "9", relayed="Escape", icon=viser.Icon.QRCODE_OFF),
-)
-"""Keys of a lecture's teacher, in place of what the same keys do elsewhere, and of a projector with the teacher's key."""
-
-CLICKER_KEYS: Final[tuple[Hotkey[PresenterAction], ...]] = (
-    *PRESENTER_KEYS,
-    Hotkey("clicker_next", "on", "→", "class: the next thing on the screen", "5", relayed="ArrowRight"),
-    Hotkey("clicker_back", "back", "←", "class: the thing before", "4", relayed="ArrowLeft"),
-    Hotkey("clicker_blank", "blank", ".", "class: the screen black, or live", "1", relayed="."),
-)
-"""Keys of a projector with the teacher's key: also those that some clickers send."""
-
-
-def keys_of(table: tuple[Hotkey[AnyAction], ...], presenting: bool) -> tuple[Hotkey[AnyAction], ...]:
-    """Return a table of keys. `presenting`: without those that the teacher of a lecture has for the projector."""
-    taken = {hotkey.key for hotkey in PRESENTER_KEYS} if presenting else set[str]()
+def keys_of(table: tuple[Hotkey[AnyAction], ...], instead: tuple[Hotkey[Any], ...]) -> tuple[Hotkey[AnyAction], ...]:
+    """Rows of a table without the keys that mean something else. `instead`: those keys."""
+    taken = {hotkey.key for hotkey in instead}
     return tuple(hotkey for hotkey in table if hotkey.key not in taken)
 
 
@@ -154,10 +132,9 @@ KEY_NAMES: Final = (N_("Space"), N_("Page ↑"), N_("Page ↓"))
 """Labels of keys that differ between languages."""
 
 
-def help_html(presenting: bool = False) -> Markup:
-    """Return the table as HTML. `presenting`: for the teacher of a lecture."""
-    own = PRESENTER_KEYS if presenting else ()
-    rows = (*own, *keys_of(hotkeys(), presenting), *keys_of(LESSON_KEYS, presenting))
+def help_html(instead: tuple[Hotkey[Any], ...] = ()) -> Markup:
+    """Return the table as HTML. `instead`: keys that mean something else on this page."""
+    rows = (*instead, *keys_of(hotkeys(), instead), *keys_of(LESSON_KEYS, instead))
     documents = [(name, title) for name, (_, title) in DOCUMENTS.items()]
     answers = min(len(EXPERIMENTS), 9)
     return macros("page/panels/help.html").help(rows, KEY_NAMES, answers, documents, PREFIX, spoken().language)

@@ -2,14 +2,10 @@
 
 from typing import Final
 
-import viser
-
+from app.page.panel_context import PanelContext
 from app.page.panels import PagePanel
-from app.page.view import View
-from app.session.action_handlers import ActionHandlers
 from app.session.actions import Nudge, SetSetting
 from app.session.frame import Frame
-from app.session.session import Session
 from app.web.control_events import on_entry
 from app.web.viser_internals import uuid_of
 from scenes.laws import LEVER_LAW
@@ -25,7 +21,8 @@ class Lever(PagePanel):
         view: with the card that shows it.
     """
 
-    def __init__(self, client: viser.ClientHandle, session: Session, view: View, handlers: ActionHandlers) -> None:
+    def __init__(self, page: PanelContext) -> None:
+        client, session, view, handlers = page.client, page.session, page.view, page.handlers
         self._session, self._lessons = session, view.lessons
         box = client.gui.add_slider("", 0.0, 1.0, 0.01, 0.0, visible=False)
         self._box = on_entry(box, lambda share: session.post(SetSetting("lever", share)))

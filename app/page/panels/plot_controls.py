@@ -3,19 +3,16 @@
 import re
 from typing import Final
 
-import viser
 from markupsafe import Markup
 
+from app.page.panel_context import PanelContext
 from app.page.panels import PagePanel
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.shown_moment import Scrubber, Seek
-from app.page.view import View
 from app.plots.plot_choice import possible_details
-from app.session.action_handlers import ActionHandlers
 from app.session.actions import Action, SetSetting
 from app.session.frame import Frame
 from app.session.microscope import STRIDE, Signal
-from app.session.session import Session
 from app.settings import PageSettings
 from app.text.templates import element
 from app.web.control_events import on_entry
@@ -30,7 +27,8 @@ class DetailsChooser(PagePanel):
         view: with the panel of plots.
     """
 
-    def __init__(self, client: viser.ClientHandle, session: Session, view: View, handlers: ActionHandlers) -> None:
+    def __init__(self, page: PanelContext) -> None:
+        client, session, view, handlers = page.client, page.session, page.view, page.handlers
         del handlers
         spec = specs(PageSettings)["plot"]
         self._lessons, self._choices = view.lessons, spec.choices
@@ -76,7 +74,8 @@ class MicroscopeButtons(PagePanel):
         view: with the panel of plots.
     """
 
-    def __init__(self, client: viser.ClientHandle, session: Session, view: View, handlers: ActionHandlers) -> None:
+    def __init__(self, page: PanelContext) -> None:
+        client, session, view, handlers = page.client, page.session, page.view, page.handlers
         gui = client.gui
         self._session, self._view = session, view
         with view.plots_tab:
@@ -136,7 +135,8 @@ class MomentChooser(PagePanel):
         view: with the panel of plots.
     """
 
-    def __init__(self, client: viser.ClientHandle, session: Session, view: View, handlers: ActionHandlers) -> None:
+    def __init__(self, page: PanelContext) -> None:
+        client, session, view, handlers = page.client, page.session, page.view, page.handlers
         self._session = session
         with view.plots_tab:
             box = client.gui.add_text("", "", visible=False, order=-1.0)

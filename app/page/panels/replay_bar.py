@@ -1,15 +1,13 @@
-"""Replay with a scrubber, and the files to save or load: the run, a table, pictures, a page that plays, Python."""
+"""Replay of the newest part of a run, with a scrubber."""
 
-from collections.abc import Callable
-from dataclasses import field
 from typing import Final, Literal
 
 import viser
 from markupsafe import Markup
 
-from app.export.export_queue import ExportQueue, FileKind
 from app.i18n.speaking import N_, tr
 from app.page import STATIC
+from app.page.panels import PagePanel
 from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.shown_moment import Scrubber, Seek, css_text
 from app.session.action_handlers import ActionHandlers
@@ -17,8 +15,8 @@ from app.session.actions import Action
 from app.session.frame import Frame
 from app.session.session import Session
 from app.session.shown import Shown
-from app.text.templates import element, macros
-from app.web.control_events import on_file, on_press
+from app.text.templates import element
+from app.web.control_events import on_press
 from app.web.viser_internals import HotkeyKey
 from scenes.inputs import KEEP
 
@@ -31,21 +29,6 @@ knows where the focus is, and a value that is not possible yet (the 1 of 12.5) n
 
 LENGTHS: Final[dict[str, float]] = {"10 s": 10.0, "30 s": 30.0, "1 min": 60.0, N_("All"): KEEP}
 """What is said → how much of the newest part of the run is meant [s]."""
-
-EXPORTS: Final[dict[str, FileKind]] = {
-    N_("Run"): "run",
-    "CSV": "csv",
-    "PNG": "png",
-    "SVG": "svg",
-    "HTML": "html",
-    "Python": "python",
-}
-"""What a button says → the kind of file that it makes."""
-
-HINT: Final = (
-    "Run: a file that can be loaded again. CSV: every step. PNG, SVG: the plots. HTML: a page that plays scene and plots offline. "
-    "Python: lines that make the run again."
-)
 
 WRITE: Final = 0.1
 """Time between two writes of the moment while the replay plays [s]."""
@@ -70,19 +53,6 @@ class ChooseLength(Action):
     index: int
 
 
-class Export(Action, newest_by=("kind",)):
-    """Make a file of the run."""
-
-    kind: FileKind
-
-
-class LoadRun(Action):
-    """Load the run of a file."""
-
-    name: str
-    content: bytes = field(repr=False)
-
-
 def replay_style(shown: Shown) -> Markup:
     """Return a style that says all over the page that this is no live run, or, of a run that stands, which moment of it."""
     if shown.reviewed:
@@ -91,21 +61,19 @@ def replay_style(shown: Shown) -> Markup:
     return Markup(f"<style>body::after{{content:{css_text(words)}}}{_STYLE}</style>")
 
 
-class ReplayBar:
-    """The controls of replays and of files.
+class ReplayBar(PagePanel):
+    """The controls of replays.
 
     Args:
         handlers: of the page.
-        send: gives the visitor a file: name and content.
 
     Attributes:
-        exports: makes and loads the files.
+        length: how much of the newest part of the run is meant [s].
     """
 
-    def __init__(self, gui: viser.GuiApi, session: Session, handlers: ActionHandlers, send: Callable[[str, bytes], None]) -> None:
-        self._gui, self._session, self._send = gui, session, send
-        self._player, self.exports = session.player, ExportQueue(session, session.player)
-        self._length = LENGTHS["30 s"]
+    def __init__(self, gui: viser.GuiApi, session: Session, handlers: ActionHandlers) -> None:
+        self._gui, self._session, self._player = gui, session, session.player
+        self.length = LENGTHS["30 s"]
 
         self._replay = ChoiceButtons(
             gui,
@@ -128,23 +96,13 @@ class ReplayBar:
             session.post,
         )
         self._lengths.show(list(LENGTHS).index("30 s"))
-        ChoiceButtons(gui, "save as", {said: Export(kind) for said, kind in EXPORTS.items()}, HINT, session.post)
-        upload = gui.add_upload_button(
-            tr("Load a run"),
-            icon=viser.Icon.UPLOAD,
-            color="gray",
-            hint=tr("A file saved with Run: it is made again, compared with what came out then, and replayed."),
-        )
-        on_file(upload, lambda name, content: session.post(LoadRun(name, content)))
         handlers.add(OperateReplay, self._operate)
         handlers.add(ChooseLength, self._choose_length)
-        handlers.add(Export, lambda action: self.exports.ask(action.kind, self._length))
-        handlers.add(LoadRun, lambda action: self.exports.load(action.content, action.name))
 
     def _operate(self, action: OperateReplay) -> None:
         match action.what:
             case "watch":
-                self._player.watch(self._length)
+                self._player.watch(self.length)
             case "play":
                 self._player.toggle()
             case "leave":
@@ -153,14 +111,13 @@ class ReplayBar:
                 self._rest()
 
     def _choose_length(self, action: ChooseLength) -> None:
-        self._length = tuple(LENGTHS.values())[action.index]
+        self.length = tuple(LENGTHS.values())[action.index]
         self._lengths.show(action.index)
 
     def close(self) -> None:
-        """Back to live; drop everything that is being computed."""
+        """Go back to live."""
         self._offer_rest(False)
         self._player.leave()
-        self.exports.close()
 
     def _offer_rest(self, offered: bool) -> None:
         """Add the command of `KEY` while there is a replay to stop, or remove it."""
@@ -179,14 +136,8 @@ class ReplayBar:
             self._scrubber.rest()
 
     def show(self, frame: Frame) -> None:
-        """Hand over what is ready, and bring the controls up to date."""
-        exports, replay = self.exports, self._player.replay
-        for file in exports.take_files():
-            self._send(*file)
-        if (snippet := exports.take_snippet()) is not None:
-            with self._gui.add_modal(tr("This run in Python")) as modal:
-                self._gui.add_html(macros("page/panels/copy.html").snippet(snippet))
-                on_press(self._gui.add_button(tr("Close")), modal.close)
+        """Bring the controls up to date."""
+        replay = self._player.replay
         playing = replay is not None and replay.playing
         self._replay.show(1 if playing else -1, (0,) if replay is None else (1, 2))
         self._offer_rest(replay is not None)
@@ -195,9 +146,6 @@ class ReplayBar:
         self._state.content = self._mark + element("div", text, class_="duet duet-state", role="status") if text else self._mark
 
     def _words(self) -> str:
-        exports = self.exports
-        if exports.busy:
-            return tr("Making {what} …", what=tr(exports.busy))
         if self._player.replay is None:
             return ""
         if self._player.loaded:

@@ -10,7 +10,6 @@ from app.page.view import View
 from app.session.action_handlers import ActionHandlers
 from app.session.actions import Describe
 from app.session.frame import Frame
-from app.session.session import Session
 from scenes.experiments import Experiment
 from scenes.simulation import Simulation
 
@@ -24,8 +23,7 @@ NEITHER: Final = 0.005
 class SceneWords(PagePanel):
     """The sentence: seen over the picture, and read out by a screen reader."""
 
-    def __init__(self, client: viser.ClientHandle, session: Session, view: View, handlers: ActionHandlers) -> None:
-        del session
+    def __init__(self, client: viser.ClientHandle, view: View, handlers: ActionHandlers) -> None:
         self._client, self._lessons = client, view.lessons
         self._asked = False
         self._note: viser.NotificationHandle | None = None

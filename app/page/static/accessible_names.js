@@ -24,7 +24,7 @@
     // Of each: which element, or how it is found from one; its role; its name.
     [":root:not(:has(#duet-screen main)) [data-dock-root] > :first-child", "main", duet.partNames.stage],
     [":root:has(#duet-screen main) [data-dock-root] > :first-child", "region", duet.partNames.stage],
-    ["canvas[data-engine]", "img", duet.lecture ? duet.partNames.stage : duet.partNames.scene],
+    ["canvas[data-engine]", "img", duet.shared ? duet.partNames.stage : duet.partNames.scene],
     ["[data-dock-region=left]", "region", duet.partNames.left],
     ["[data-dock-region=right], .mantine-Paper-root[style*='max-height: 60%']", "region", duet.partNames.right],
     ["[data-floating-window]", "region", duet.partNames.floating],

@@ -26,19 +26,15 @@
     label: [".mantine-Flex-root > div > p > label[for]", above(2)],
     lesson: [".duet-lesson", above(2)],
     drawing: [".duet-l-drawing .duet-draw", besides(".duet-l-drawing")],
-    banner: [".duet-banner", above(1)],
-    follows: [".duet-banner:not(.own)", around(":root")],
-    watches: [".duet-banner.watches", around(":root")],
     heads: [".duet-heads", above(2)],
-    curves: [".duet-poll figure", (held) => above(2)(held.closest(".duet-poll"))],
     welcome: ["#duet-welcome", around(":root")],
     small: [".duet-small", around(":root")],
     "right-dock": ["[data-dock-rail-root] [data-dock-edge=right]", around(":root")],
     "left-dock": ["[data-dock-rail-root] [data-dock-edge=left]", around(":root")],
   };
-  const any = Object.values(words)
-    .map(([held]) => held)
-    .join(",");
+  // Scripts of features add their words before the page is built.
+  duet.holders = { words, above, around };
+  let any = "";
   let holders = new Map();
 
   const write = () => {
@@ -58,6 +54,9 @@
   };
   const matters = (node) => node.nodeType === Node.ELEMENT_NODE && (node.matches(any) || node.querySelector(any));
   addEventListener("DOMContentLoaded", () => {
+    any = Object.values(words)
+      .map(([held]) => held)
+      .join(",");
     // Before the next frame is drawn, so that nothing is seen without its style.
     new MutationObserver((changes) => {
       if (changes.some(({ addedNodes, removedNodes }) => [...addedNodes, ...removedNodes].some(matters))) write();

@@ -9,8 +9,8 @@
     document.documentElement.dispatchEvent(new KeyboardEvent("keydown", key));
   };
 
-  // Of a key that is held down, what steps along comes again and again; all else happens once, and in a lecture what a clicker sends.
-  const ONCE = duet.lecture ? /^(?![jk]$)([ a-z]|Page(Up|Down))$/i : /^(?![jk]$)[ a-z]$/i;
+  // Of a key that is held down, what steps along comes again and again; all else happens once, and in a shared session what a clicker sends.
+  const ONCE = duet.shared ? /^(?![jk]$)([ a-z]|Page(Up|Down))$/i : /^(?![jk]$)[ a-z]$/i;
   // What Tab has led to keeps the keys that it has: Space presses a button, ↑ and ↓ scroll what scrolls. After a click they are the page's.
   let byTab = false;
   let reached = null;

@@ -38,7 +38,7 @@ addEventListener("DOMContentLoaded", () => {
     const width = plots?.getBoundingClientRect().width ?? 0;
     document.documentElement.classList.toggle("duet-slim", width > 0 && width < SLIM);
     plots ??= document.querySelector("[data-floating-window]");
-    // On a phone in a lecture the sheet is higher than on others.
+    // On the phone of one who follows another's page the sheet is higher than on others.
     if (document.documentElement.dataset.duetHolds?.includes("follows")) plots = document.querySelector(SHEET) ?? plots;
     const picture = scene.canvas.getBoundingClientRect();
     const { top, height } = plots?.getBoundingClientRect() ?? picture;

@@ -1,12 +1,12 @@
-// Gives every tab a random word of its own, under which the server keeps its progress for a while. In a lecture the word of a student is
-// the browser's, so that a student who closes the tab and opens another one is the same voter.
+// Gives every tab a random word of its own, under which the server keeps its progress for a while. In a shared session the word of one
+// without the key is the browser's, so that who closes the tab and opens another one is the same person there.
 (() => {
   const STORED = "duetResume";
-  const isStudent = duet.lecture && !duet.query.key && !new URLSearchParams(location.search).has("screen");
+  const isWatcher = duet.shared && !duet.query.key && !new URLSearchParams(location.search).has("screen");
   let storage = null;
   let word = "";
   try {
-    storage = isStudent ? localStorage : sessionStorage;
+    storage = isWatcher ? localStorage : sessionStorage;
     word = storage.getItem(STORED);
   } catch {
     // The browser blocks storage for this page: the word lives as long as the page.

@@ -18,13 +18,15 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from app.cli.main import COMMANDS, main
+from app.__main__ import run_command as main
+from app.cli.main import commands_with
 from app.cli.options import PLACES, AllOptions, RunOptions, settings_of_options
 from app.cli.serve import Serve
-from app.cli.sweep import cores
+from app.features import FEATURES
 from app.hosting.serve_options import ServeOptions
 from app.hosting.teacher_key import SHORTEST
 from app.hosting.worker_messages import WorkerStart
+from app.runtime.progress import cores
 from app.runtime.terminal import INTERRUPTED
 from app.settings import Settings, from_query
 from app.start import App
@@ -151,9 +153,6 @@ ERRORS = {
     "run --inputs {}/zero.csv": "zero.csv|line 2|'zero'",
     "run --inputs {}/noise.csv": "noise.csv|not a text",
     "serve --sessions 0": "--sessions must be at least 1, or auto",
-    "serve --watchers 0": "--watchers must be at least 1",
-    "serve --lecture --students 2001": "--students must be 0 to 2000",
-    "serve --lecture --students -1": "--students must be 0 to 2000",
     "serve --key chalk-dust --port 70000": "key has fewer than 12 characters|--key auto",
     "serve --n 0": "n = |1 to 20",
     "serve --theme pink": "theme = 'pink'|light|dark",
@@ -163,12 +162,12 @@ ERRORS = {
     "serve --workers 1 --allow-origin https://b.org/duet": "'https://b.org/duet' has a path|give https://b.org",
     **{
         f"serve --edit-law {option}": f"--edit-law is not possible with {option.partition(' https')[0]}|Leave out"
-        for option in ("--host 0.0.0.0", "--lecture", "--allow-origin https://b.org", "--embed-origin https://b.org")
+        for option in ("--host 0.0.0.0", "--allow-origin https://b.org", "--embed-origin https://b.org")
     },
     "lessons --only nonsense": "1 redundancy",
     "bench --steps 0": "--steps must be at least 1",
-    "bench --seconds -1": "seconds = -1 is out of range; give 0 to 3600.",
-    "bench --fair --seconds nan": "seconds = nan is out of range",
+    "bench --seconds -1": "seconds = -1 is out of range; give a number above 0 and up to 3600.",
+    "bench --seconds nan": "seconds = nan is out of range",
     **dict.fromkeys(
         (f"run --start {LONG}", f"run --csv {LONG}/a.csv", f"serve --lessons {LONG}", f"serve --playlist {LONG}"), LONG
     ),
@@ -200,11 +199,10 @@ def test_a_busy_port_names_the_port_and_the_remedy(capsys: pytest.CaptureFixture
 @pytest.mark.parametrize("arguments", [[], ["serve"], ["--no-open"], ["--port", "9000", "--rig", "table"]])
 def test_no_command_means_serve(monkeypatch: pytest.MonkeyPatch, arguments: list[str]) -> None:
     seen: list[Serve] = []
-    monkeypatch.setitem(COMMANDS, "serve", (Serve, lambda command: seen.append(command) or 0))
+    monkeypatch.setattr("app.cli.main.serve", lambda command, features: seen.append(command) or 0)
     assert main(arguments) == 0
     (command,) = seen
-    assert (command.host, command.sessions, command.lecture, command.key) == ("127.0.0.1", "auto", False, None)
-    assert command.watchers == 200
+    assert (command.host, command.sessions, command.key) == ("127.0.0.1", "auto", None)
     assert command.port == (9000 if "9000" in arguments else "auto")
     assert command.open is ("--no-open" not in arguments)
     assert values(settings_of_options(command.settings, Settings()))["rig"] == ("table" if "table" in arguments else "torso")
@@ -220,7 +218,7 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr(webbrowser, "open", lambda link: opened.append(link))
     monkeypatch.setattr(App, "wait", wait)
-    assert main(["serve", "--store", "memory", "--port", "0", "--lecture", "--key", "auto", "--workers", "1"]) == INTERRUPTED
+    assert main(["serve", "--store", "memory", "--port", "0", "--key", "auto", "--workers", "1"]) == INTERRUPTED
     link, status = opened
     assert link.startswith("http://127.0.0.1:") and len(link.partition("/?key=")[2]) >= SHORTEST
     assert "key=auto" not in link and status == "200"
@@ -242,9 +240,14 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
     assert len(opened) == 7 and "carries" not in capsys.readouterr().out
 
 
-SERVE = ["--host", "--port", "--no-open", "--sessions", "--watchers", "--lecture", "--key", "--allow-origin", "--theme", "--dm"]
+SERVE = ["--host", "--port", "--no-open", "--sessions", "--key", "--allow-origin", "--theme", "--dm"]
 RUN = ["--seconds", "--inputs", "--csv", "--seed", "--law", "--pairs", "--rig", "--dm", "--dt", "0.03 to 0.3 m"]
-HELP = {"": [*COMMANDS, "--help"], "serve": SERVE, "run": RUN, "bench": ["--out", "--compare", "--seconds", "--steps", "--fair"]}
+HELP = {
+    "": [*commands_with(FEATURES), "--help"],
+    "serve": SERVE,
+    "run": RUN,
+    "bench": ["--out", "--compare", "--seconds", "--steps", "--robot"],
+}
 
 
 def test_alone_or_behind_the_door_the_app_gets_all_that_the_command_was_given(
@@ -252,7 +255,7 @@ def test_alone_or_behind_the_door_the_app_gets_all_that_the_command_was_given(
 ) -> None:
     served: list[ServeOptions] = []
 
-    def alone(options: ServeOptions, listener: socket.socket | None = None) -> App:
+    def alone(options: ServeOptions, *_: object, **__: object) -> App:
         served.append(options)
         raise KeyboardInterrupt
 
@@ -265,19 +268,16 @@ def test_alone_or_behind_the_door_the_app_gets_all_that_the_command_was_given(
     files = {f"--{name}": str(tmp_path / name) for name in ("bvh", "pose-model", "law-file", "store")}
     (tmp_path / "playlist").touch()
     files["--playlist"] = str(tmp_path / "playlist")
-    others = "--sessions 3 --watchers 7 --keep 2 --students 60 --store-size 20 --dm 0.2 --key chalk-and-talk --host 127.0.0.2"
+    others = "--sessions 3 --keep 2 --store-size 20 --dm 0.2 --key chalk-and-talk --host 127.0.0.2"
     here = ["--port", str(free_port()), "--lessons", str(tmp_path), "--allow-origin", "https://duet.example.org"]
     here += ["--embed-origin", "https://moodle.example.org"]
-    given = ["serve", "--lecture", *(word for pair in files.items() for word in pair), *others.split(), *here]
+    given = ["serve", *(word for pair in files.items() for word in pair), *others.split(), *here]
     assert main([*given, "--camera", "1", "--video", str(tmp_path / "video")]) == INTERRUPTED
     assert main([*given, "--workers", "2"]) == INTERRUPTED
     one, two = served
     usual = ServeOptions()
-    assert {each.name for each in fields(usual) if getattr(one, each.name) == getattr(usual, each.name)} == {
-        "loops",
-        "edited_law",
-        "proof",
-    }
+    equal = {each.name for each in fields(usual) if getattr(one, each.name) == getattr(usual, each.name)}
+    assert equal - {"features"} == {"loops", "edited_law", "proof"}
     assert two == replace(one, camera=None, video=None, loops=min(2, cores()))
     monkeypatch.setenv("DUET_PROOF", "of-the-tile")
     assert main(["serve", "--edit-law", "--workers", "1"]) == INTERRUPTED

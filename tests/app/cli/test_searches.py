@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.cli.main import main
+from app.__main__ import run_command as main
 from app.recording.run_file import load_run
 from app.runtime.terminal import INTERRUPTED
 from scenes import children, random_runs

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from app.cli.grade import NewLaw, new_law
+from app.cli.custom_law import NewLaw, new_law
 from app.custom_law import examination
 from app.custom_law.arena import TrialResult
 from app.custom_law.trials import TRIALS

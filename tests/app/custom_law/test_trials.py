@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-from app.cli.grade import LawTest, NewLaw, law_test, new_law
+from app.cli.custom_law import LawTest, NewLaw, law_test, new_law
 from app.custom_law import examination as examination_module
 from app.custom_law import template
 from app.custom_law.arena import TrialResult

@@ -12,11 +12,8 @@ import viser
 from numpy.testing import assert_array_equal
 from viser import _gui_api, _gui_handles, _icons
 
-from app.classroom.lecture import LectureHost
-from app.classroom.teacher_control import Answer
 from app.hosting import admission, preparation
 from app.hosting.preparation import Preparation, mesh_makers
-from app.hosting.private_host import PrivateHost
 from app.hosting.visitor import Visitor
 from app.hosting.worker_messages import LetGo, MakeRoom, WorkerLink
 from app.lessons.lesson import NO_LESSONS
@@ -107,17 +104,15 @@ def test_tabs_that_wait_for_their_pages_go_to_another_worker_when_it_serves(by_h
     assert len(visitors) == 2 and first.closed is None and newcomers[stays].closed is None
 
 
-@pytest.mark.parametrize("lecture", [False, True])
-def test_while_there_is_time_one_page_is_built_in_a_frame(by_hand: Made, monkeypatch: pytest.MonkeyPatch, lecture: bool) -> None:
+def test_while_there_is_time_one_page_is_built_in_a_frame(by_hand: Made, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(admission, "SLICE", 1e9)
-    opened = by_hand(sessions=8, lecture=lecture)
-    host = opened.host
+    opened = by_hand(sessions=8)
+    host = private_of(opened)
     for _ in range(3):
         opened.come()
     for count in (1, 2, 3):
         opened.frame()
-        built = host.visitors if isinstance(host, PrivateHost) else host.participants
-        assert len(built) == count and host.admission.busy == (count < 3)
+        assert len(host.visitors) == count and host.admission.busy == (count < 3)
 
 
 def test_a_page_that_is_closed_half_built_is_given_up_for_the_next_one(by_hand: Made, pieces: list[tuple[str, int]]) -> None:
@@ -132,22 +127,17 @@ def test_a_page_that_is_closed_half_built_is_given_up_for_the_next_one(by_hand: 
     patient.wait_for(lambda v: len(v.mirror.commands) >= 14)
 
 
-@pytest.mark.parametrize("lecture", [False, True])
-def test_what_a_tab_asked_for_goes_with_it_but_no_answer_of_a_student(by_hand: Made, lecture: bool) -> None:
-    opened = by_hand(lecture=lecture)
-    visitor, host = opened.let_in("resume=0123456789abcdef0123456789abcdef"), opened.host
+def test_what_a_tab_asked_for_goes_with_it(by_hand: Made) -> None:
+    opened = by_hand()
+    visitor = opened.let_in("resume=0123456789abcdef0123456789abcdef")
     (session,) = live_sessions(opened.house).values()
     settings = session.settings
     visitor.wait_for(lambda v: len(v.mirror.commands) >= 14)
     visitor.set_value(specs(Settings)["scene"].label, "A ball in the way (Fig. 1)")
     visitor.wait_for(lambda _: len(session.posts))
-    if isinstance(host, LectureHost):
-        host.control.answers.put(Answer("a student", 0))
-        host.control.answers.put(Answer("a student", 1))
     opened.leave(visitor)
-    assert not isinstance(host, LectureHost) or len(host.control.answers) == 1
     opened.frame()
-    assert not len(session.posts) and not (isinstance(host, LectureHost) and len(host.control.answers))
+    assert not len(session.posts)
     session.advance(FRAME)
     assert session.settings == settings
 

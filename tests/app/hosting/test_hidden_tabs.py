@@ -5,7 +5,6 @@ from typing import Any
 
 import pytest
 
-from app.bench.headless_client import CAMERA
 from app.hosting.frame_loop import LIVELY, RESTING, UNSEEN, Attention
 from app.hosting.record_writer import BEAT
 from app.hosting.visitor import SAVING, SAVING_AT_REST
@@ -14,8 +13,8 @@ from app.session.actions import Pause, SetSetting
 from app.settings import Settings
 from app.web.pages import HIDDEN, SHOWN
 from scenes.settings import specs
-from tests.app.conftest import FRAME, ByHand, Made, lecture_of, visitor_of
-from tests.app.page.helpers import bodies, click
+from tests.app.conftest import FRAME, ByHand, Made, visitor_of
+from tests.app.page.helpers import click
 from tests.app.runtime.processes import until
 from tests.app.stores import find
 from tests.blocking_client import BlockingClient
@@ -150,61 +149,3 @@ def test_after_a_rest_what_a_visitor_does_is_saved_at_once(by_hand: Made, tmp_pa
         record = find(opened.house.context.store, query)
         assert record is not None and record.lessons is not None
         assert [done.choice for done in from_json(record.lessons.progress).steps.values()] == [choice]
-
-
-def test_a_watcher_out_of_sight_is_sent_nothing_of_the_stage_and_then_the_newest(by_hand: Made) -> None:
-    opened = by_hand(lecture=True)
-    opened.let_in()
-    hidden, other = opened.let_in("lang=en"), opened.let_in("lang=en")
-
-    def pose(one: Any) -> Any:
-        return [
-            node["wxyz"] for name, node in sorted(one.mirror.nodes.items()) if name.startswith("/arms/left") and "wxyz" in node
-        ]
-
-    drawn(opened, 0.5)
-    say(opened, hidden, HIDDEN)
-    # A window may be on its way; what follows it, when its sender waits for the tab to be seen, comes after it.
-    _, number, _ = sorted(opened.house.server.get_clients())
-    page = opened.house.server.page_of(number)
-    assert page is not None and page.hidden
-    until(lambda: opened.frame() or page._seen._waiters)  # type: ignore[attr-defined]
-    opened.house.server.get_clients()[number].add_notification("all has come", "")
-    hidden.wait_for(lambda one: any(note["title"] == "all has come" for note in bodies(one, "NotificationShowMessage")))
-    other.wait_for(lambda one: one.received.frames)
-    before, seen = pose(hidden), hidden.received.frames
-    first = pose(other)
-    while pose(other) == first or other.received.frames < seen:
-        opened.frame()
-    assert pose(hidden) == before
-    say(opened, hidden, SHOWN)
-    opened.frame()
-    hidden.wait_for(lambda one: pose(one) == pose(other))
-
-
-def test_a_paused_stage_rests_until_any_browser_does_anything(by_hand: Made, monkeypatch: pytest.MonkeyPatch) -> None:
-    opened = by_hand(lecture=True)
-    host = lecture_of(opened)
-    teacher, student = opened.let_in(), opened.let_in("lang=en")
-    shown: list[float] = []
-    show = host._show_plenary
-    monkeypatch.setattr(host, "_show_plenary", lambda frame: shown.append(frame.now) or show(frame))
-
-    def count(seconds: float) -> int:
-        shown.clear()
-        drawn(opened, seconds)
-        return len(shown)
-
-    host.session.post(Pause())
-    count(2.0 * LIVELY)
-    assert count(5.0) <= 5.0 / RESTING + 1
-    for visitor in (teacher, student):
-        visitor.send(CAMERA)
-        until(host._stirred)
-        # What was just looked at is for the next frame to find.
-        host._heard = (0, 0)
-        assert count(1.0) == 32
-        count(2.0 * LIVELY)
-    assert count(5.0) <= 5.0 / RESTING + 1
-    host.session.post(Pause())
-    assert count(1.0) == 32

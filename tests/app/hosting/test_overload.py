@@ -23,9 +23,8 @@ from app.session.clock import FRAME, LEAST, SLOWEST
 from app.session.session import Session
 from app.settings import Settings
 from controllers.compiled import GAIN
-from tests.app.conftest import Arrive, ByHand, Join, Made, OpenHouse, lecture_of, live_sessions, private_of
+from tests.app.conftest import Arrive, ByHand, Made, OpenHouse, live_sessions, private_of
 from tests.app.page.helpers import shown
-from tests.app.runtime.processes import until
 
 STEP = 200e-6
 """What a step takes on the machine of these tests [s]; drawing takes nothing, unless it is said."""
@@ -246,15 +245,6 @@ def test_a_teacher_sees_frames_sessions_and_load(house: OpenHouse, arrive: Arriv
         lambda v: "sessions at work: 2 of 6" in shown(v) and "frames/s: " in shown(v) and "load: " in shown(v)
     )
     assert "at work" not in shown(plain.visitor)
-
-
-def test_the_teacher_of_a_lecture_sees_them_too(house: OpenHouse, join: Join) -> None:
-    opened = house(sessions=6, lecture=True, key="12345678")
-    student, teacher = join(opened, "lang=en"), join(opened, "lang=en&key=12345678")
-    teacher.wait_for(lambda v: "sessions at work: 1 of 7" in shown(v))
-    assert "sessions at work" not in shown(student) and lecture_of(opened).classroom.places.most == 6
-    opened.context.workload.places = 3
-    until(lambda: lecture_of(opened).classroom.places.most == 3)
 
 
 def test_more_than_the_machine_carries_is_seen_at_a_glance() -> None:

@@ -25,7 +25,7 @@ from app.session.session import Session
 from app.settings import Settings
 from app.start import App
 from scenes.settings import changed
-from tests.app.conftest import Join, Made, OpenHouse, ask, lecture_of, live_sessions, operator_of, private_of
+from tests.app.conftest import Join, Made, OpenHouse, ask, live_sessions, private_of
 from tests.app.page.helpers import buttons, click, notes, page_label
 from tests.blocking_client import BlockingClient
 
@@ -110,23 +110,19 @@ def held() -> tuple[int, int]:
     return len(os.listdir("/proc/self/fd")) if os.path.isdir("/proc/self/fd") else 0, threading.active_count()
 
 
-@pytest.mark.parametrize("lecture", [False, True])
-def test_the_pages_say_that_the_store_was_damaged(house: OpenHouse, join: Join, tmp_path: Path, lecture: bool) -> None:
-    opened = house(store=tmp_path / "store", lecture=lecture)
+def test_the_pages_say_that_the_store_was_damaged(house: OpenHouse, join: Join, tmp_path: Path) -> None:
+    opened = house(store=tmp_path / "store")
     store = opened.context.store
     assert store._file is not None and store._file._file is not None
     visitor = join(opened, f"resume={WORD}")
-    if lecture:
-        visitor.wait_for(lambda _: lecture_of(opened).controls.operator is not None, 60.0)
     assert not any("damaged" in note for note in notes(visitor))
     with closing(sqlite3.connect(tmp_path / "store", timeout=60.0)) as file:
         file.execute("DROP TABLE parts")
     visitor.wait_for(lambda v: any("damaged" in note for note in notes(v)), 60.0)
     later = join(opened, f"resume={WORD[::-1]}")
-    if not lecture:
-        later.wait_for(lambda v: any("damaged" in note for note in notes(v)), 60.0)
+    later.wait_for(lambda v: any("damaged" in note for note in notes(v)), 60.0)
     assert store.state.set_aside and not store.state.problem
-    assert [len([note for note in notes(one) if "damaged" in note]) for one in (visitor, later)] == [1, not lecture]
+    assert [len([note for note in notes(one) if "damaged" in note]) for one in (visitor, later)] == [1, 1]
 
 
 def test_the_health_names_what_is_wrong_with_the_store(house: OpenHouse, tmp_path: Path) -> None:
@@ -251,24 +247,3 @@ def test_a_doubled_tab_does_not_undo_what_the_later_one_has_done(by_hand: Made) 
     assert [one.session for one in host.visitors.values()] == [first, session] and session.settings == settings
     assert session.simulation.steps < steps
     assert opened.house.context.store._records[WORD][0].settings == settings, "by another link only the record is found"
-
-
-def test_a_lecturer_who_drops_out_costs_the_class_no_frame(
-    house: OpenHouse, join: Join, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    opened = house(lecture=True)
-    host = lecture_of(opened)
-    lecturer = join(opened)
-    lecturer.wait_for(lambda v: host.controls.operation is not None and len(v.mirror.commands) >= 14)
-    student, first = join(opened), operator_of(host)
-    student.wait_for(lambda _: opened.server.count_clients() == 2)
-    # viser takes a tab's controls away before it says that the tab has gone; the moment between is stretched here.
-    with monkeypatch.context() as patch:
-        patch.setattr(host.admission, "changes", lambda: ([], set()))
-        lecturer.break_off()
-        student.wait_for(lambda _: first not in opened.server.get_clients())
-        ask(host.session, lambda s: s.change("plot", "rates"))
-        frames = student.received.frames
-        student.wait_for(lambda v: v.received.frames > frames + 5)
-    student.wait_for(lambda _: host.controls.operator is None)
-    assert not [record for record in caplog.records if record.levelno >= logging.ERROR], caplog.text

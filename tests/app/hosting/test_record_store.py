@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from app.cli.main import main
+from app.__main__ import run_command as main
 from app.hosting.record_writer import AGAIN, RecordWriter
 from app.hosting.session_store import SessionStore
 from app.hosting.sqlite_pages import PAGE

@@ -3,8 +3,9 @@
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import cast
+from typing import NamedTuple, cast
 
+import msgspec
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -15,10 +16,13 @@ from app.hosting.visitor_record import (
     DamagedRecord,
     VisitorRecord,
     joined_record,
+    part_of,
     record_from_bytes,
     record_to_bytes,
     same_tab,
     split_record,
+    visitor_from_bytes,
+    with_part,
 )
 from app.lessons.bookmark import Phase
 from app.lessons.loading import load_lessons
@@ -136,7 +140,7 @@ def again(record: VisitorRecord) -> VisitorRecord:
     """The record after a way through its bytes."""
     head, parts = split_record(record)
     stored = {name: record_from_bytes(record_to_bytes(piece), Recorded) for name, piece in parts.items()}
-    return joined_record(record_from_bytes(record_to_bytes(head), VisitorRecord), stored)
+    return joined_record(visitor_from_bytes(record_to_bytes(head)), stored)
 
 
 def content(record: VisitorRecord) -> tuple[bytes, dict[str, bytes]]:
@@ -227,7 +231,7 @@ def test_where_a_piece_is_missing_only_the_newer_ones_count_and_what_is_damaged_
     data = record_to_bytes(head)
     for damaged in (b"", data[:-5], data[:9] + bytes([data[9] ^ 1]) + data[10:], record_to_bytes({"query": 1})):
         with pytest.raises(DamagedRecord):
-            record_from_bytes(damaged, VisitorRecord)
+            visitor_from_bytes(damaged)
 
 
 @pytest.mark.parametrize("ghost", ["off", "unprotected"])
@@ -263,3 +267,31 @@ def test_a_lessons_run_that_breaks_off_comes_to_the_same_outcome(ghost: str) -> 
     list(run_again(third, last, record))
     assert record.lessons is not None and record.lessons.measured and third.paused
     assert (last.walk.phase, last.walk.to_json()) == (Phase.OBSERVE, back.walk.to_json())
+
+
+class Marks(NamedTuple):
+    """What a feature may keep of a visitor."""
+
+    points: int
+    names: tuple[str, ...] = ()
+
+
+def test_a_record_keeps_the_parts_of_features_by_name(caplog: pytest.LogCaptureFixture) -> None:
+    plain = VisitorRecord({"resume": TAB}, Settings(), None)
+    record = again(with_part(with_part(plain, "marks", Marks(3, ("Ann",))), "other", Marks(1)))
+    assert part_of(record, "marks", Marks) == Marks(3, ("Ann",)) and part_of(record, "other", Marks) == Marks(1)
+    assert part_of(record, "none", Marks) is None and caplog.text == ""
+    assert part_of(record, "marks", int) is None and "“marks”" in caplog.text
+    assert again(with_part(with_part(record, "marks", None), "other", None)) == plain
+
+
+def test_the_parts_that_an_earlier_release_stored_as_fields_are_found() -> None:
+    plain = VisitorRecord({"resume": TAB}, Settings(), None)
+    stored = {**msgspec.to_builtins(plain), "marks": Marks(3), "empty": None}
+    del stored["parts"]
+    record = visitor_from_bytes(record_to_bytes(stored))
+    assert part_of(record, "marks", Marks) == Marks(3) and record.parts.keys() == {"marks"}
+    assert replace(record, parts={}) == plain
+    # A part of this release comes before a field of the same name.
+    both = {**stored, "parts": with_part(plain, "marks", Marks(5)).parts}
+    assert part_of(visitor_from_bytes(record_to_bytes(both)), "marks", Marks) == Marks(5)

@@ -25,16 +25,15 @@ from app.hosting.dispatcher import MOST_OF_ADDRESS, MOST_OF_TAB, tab_of
 from app.hosting.serve_options import ServeOptions
 from app.hosting.worker_group import FEW, MOST_SILENT, MOST_STARTING, MOST_STOPPING, WorkerGroup
 from app.hosting.worker_messages import WorkerStart
-from app.settings import GUEST
-from tests.app.hosting.test_guests import INVITE, ON_STAGE, came_again, enter, see, word_on
-from tests.app.page.helpers import click, hotkey_uuid, shown
+from app.settings import JOIN
+from tests.app.page.helpers import hotkey_uuid
 from tests.app.runtime.processes import gone, until
 from tests.app.served import Serve, Served, kept
 from tests.blocking_client import BlockingClient
 
 pytestmark = pytest.mark.slow
 
-HOST, GUEST_TAB = 10, 11
+LATE = 10
 HOLD = "scene=hold&autopilot=0"
 
 
@@ -88,7 +87,7 @@ def wait_for_second_worker(served: Served) -> None:
 
 
 @pytest.mark.parametrize(
-    ("line", "tab", "guest"),
+    ("line", "tab", "word"),
     [
         (b"GET /?resume=0123456789abcdef HTTP/1.1\r", "0123456789abcdef", ""),
         (b"GET /?scene=ball&resume=0123456789abcdef&window=800x600 HTTP/1.1\r", "0123456789abcdef", ""),
@@ -101,8 +100,8 @@ def wait_for_second_worker(served: Served) -> None:
         (b"", "", ""),
     ],
 )
-def test_tab_and_invitation_are_found_in_the_first_line_of_a_request(line: bytes, tab: str, guest: str) -> None:
-    assert (tab_of(line), tab_of(line, GUEST)) == (tab, guest)
+def test_tab_and_word_are_found_in_the_first_line_of_a_request(line: bytes, tab: str, word: str) -> None:
+    assert (tab_of(line), tab_of(line, JOIN)) == (tab, word)
 
 
 def answer_what_is_no_request(served: Served) -> None:
@@ -185,29 +184,19 @@ def test_tabs_are_spread_over_the_workers_stay_at_theirs_and_outlive_them(serve:
     with ExitStack() as opened:
         tabs = {number: opened.enter_context(come(served, number)) for number in range(2)}
         wait_for_second_worker(served)
-        tabs[HOST] = opened.enter_context(come(served, HOST, HOLD))
+        tabs[LATE] = opened.enter_context(come(served, LATE, HOLD))
         places = {number: worker_of(served, visitor) for number, visitor in tabs.items()}
         assert set(places.values()) == set(served.workers), "both have tabs"
         count_the_tabs_of_both(served, opened, tabs)
-        # A guest comes to the worker of the host, who is the newest and is not where the first tab is.
         tabs.pop(1).close()
-        pause(tabs[HOST])
-        click(tabs[HOST], INVITE)
-        word = word_on(tabs[HOST])
-        guest = opened.enter_context(served.come(f"{GUEST}={word}&resume={GUEST_TAB:032d}", lambda v: ON_STAGE in shown(v)))
-        assert worker_of(served, guest) == places[HOST] != places[0]
-        tabs[HOST].wait_for(lambda _: (left := kept(served.store, f"{HOST:032d}")) is not None and left.invitation == word)
-        # The worker is killed: the tab of the other one does not notice, and the guest, who is back before the host, gets in after them.
+        pause(tabs[LATE])
+        assert places[LATE] != places[0]
+        tabs[LATE].wait_for(lambda _: kept(served.store, f"{LATE:032d}") is not None)
+        # The worker is killed: the tab of the other one does not notice.
         frames = tabs[0].received.frames
-        served.replace(places[HOST])
-        guest = enter(opened, served.url, word, GUEST_TAB)
-        see(guest, "This invitation is not open")
-        tabs[HOST] = opened.enter_context(come(served, HOST, HOLD))
-        guest = came_again(opened, guest, served.url, word, GUEST_TAB)
-        see(guest, ON_STAGE)
-        see(tabs[HOST], "The second person is here")
-        assert word_on(tabs[HOST]) == word
-        assert worker_of(served, guest) == worker_of(served, tabs[HOST]) not in places.values()
+        served.replace(places[LATE])
+        tabs[LATE] = opened.enter_context(come(served, LATE, HOLD))
+        assert worker_of(served, tabs[LATE]) not in places.values()
         tabs[0].wait_for(lambda v: v.received.frames > frames, 60.0)
         assert worker_of(served, tabs[0]) == places[0] and served.said().count("has ended with code") == 1
         assert "another one takes its place" in served.said()

@@ -16,16 +16,16 @@ from jinja2 import Environment, nodes
 
 import app
 from app.custom_law.trials import TRIALS, WHY
-from app.export.export_queue import TITLES, WORDS
-from app.i18n.catalogue import FOLDER, read_texts
+from app.features import FEATURES
+from app.i18n.catalogue import FOLDER, catalogues, read_texts
 from app.i18n.client_texts import ALL
 from app.lessons.measures.quantity import QUANTITIES
 from app.page.lessons.lesson_html import NEXT, PHASES
 from app.page.panels.controls import TABS
-from app.page.panels.hotkeys import CLICKER_KEYS, LESSON_KEYS, hotkeys
+from app.page.panels.hotkeys import LESSON_KEYS, hotkeys
 from app.plots.plot_choice import CHARTS
 from app.plots.time_plots import TIME_PLOTS
-from app.settings import LANGUAGES, TRANSLATIONS, Settings
+from app.settings import LANGUAGES, TRANSLATIONS, Language, Settings
 from app.text.law_texts import ALONE, LAW_TEXTS
 from scenes.laws import LAWS
 from scenes.settings import specs
@@ -50,7 +50,13 @@ ON_THE_PAGE: Final = (
         "scenes/robots/[!jpu]*.py",
     ),
     *("scenes/person/bvh*.py", "scenes/person/camera*.py"),
-    *("app/runtime/job_pool.py", "app/export/*.py", "app/recording/*.py", "app/custom_law/[!c]*.py", "app/page/**/*.py"),
+    *(
+        "app/runtime/job_pool.py",
+        "app/features/exports/*.py",
+        "app/recording/*.py",
+        "app/custom_law/[!c]*.py",
+        "app/page/**/*.py",
+    ),
     # The sources of the command line have errors of the command line.
     *("app/plots/*.py", "app/stage/*.py", "app/session/[!i]*.py"),
 )
@@ -90,34 +96,53 @@ JOINTS: Final = (
     *(f"joint {i}" for i in range(1, 8)),
 )
 
-OTHERS: Final = (
-    *("the replay", "the run of the file", "the lab report"),
-    *("There is too little to measure yet; let it run for a few seconds.", "decimal sign\x04."),
-)
+OTHERS: Final = (*("There is too little to measure yet; let it run for a few seconds.", "decimal sign\x04."),)
 
 
 @cache
-def messages() -> tuple[str, ...]:
-    """Return every English text that the page says, each once, sorted; formulas, numbers and names of symbols are left out."""
-    return tuple(
-        sorted({found for found in (*_of_tables(), *_of_sources(), *_of_templates(), *_of_errors()) if _has_words(found)})
-    )
+def messages() -> dict[str, Path]:
+    """Every English text that the page says → folder of the catalogue that translates it.
+
+    Formulas, numbers and names of symbols are left out.
+    A text that one feature alone says stands in the catalogue of that feature; every other one in that of the core.
+    """
+    said: dict[str, set[Path]] = {}
+    for path, found in (*_of_tables(), *_of_sources(), *_of_templates(), *_of_errors()):
+        if _has_words(found):
+            said.setdefault(found, set()).add(_catalogue_of(path))
+    return {found: next(iter(places)) if len(places) == 1 else FOLDER for found, places in sorted(said.items())}
 
 
-def missing(language: str) -> tuple[str, ...]:
-    known = read_texts(FOLDER / f"{language}.toml")
-    return tuple(found for found in messages() if found not in known)
+def _catalogue_of(path: Path) -> Path:
+    """Folder of the catalogue for what a file alone says."""
+    texts = (feature.texts for feature in FEATURES if feature.texts is not None)
+    return next((folder for folder in texts if path.is_relative_to(folder)), FOLDER)
+
+
+def missing(language: Language) -> dict[str, Path]:
+    """Texts without a translation in the catalogue where they belong → folder of that catalogue."""
+    known = {path.parent: read_texts(path) for path in catalogues(language)}
+    return {found: folder for found, folder in messages().items() if found not in known.get(folder, {})}
+
+
+def left_over(language: Language) -> list[tuple[Path, str]]:
+    """Catalogue and text of every translation that nothing says, or that belongs into another catalogue."""
+    return [(path, text) for path in catalogues(language) for text in read_texts(path) if messages().get(text) != path.parent]
 
 
 def _has_words(found: str) -> bool:
     return found not in FORMULAS | NAMES and _LETTERS.search(_NO_TEXT.sub("", found)) is not None
 
 
-def _of_tables() -> Iterator[str]:
+def _of_tables() -> Iterator[tuple[Path, str]]:
+    yield from ((FOLDER, found) for found in _of_the_cores_tables())
+
+
+def _of_the_cores_tables() -> Iterator[str]:
     for spec in specs(Settings).values():
         yield from (spec.label, spec.words, spec.help, *spec.options().values())
     yield from (name for name, _, _ in TABS)
-    yield from (hotkey.text for hotkey in (*hotkeys(), *LESSON_KEYS, *CLICKER_KEYS))
+    yield from (hotkey.text for hotkey in (*hotkeys(), *LESSON_KEYS))
     for course in TIME_PLOTS.values():
         yield from (course.title, *(line.name for line in course.lines if line.name))
     yield ALONE[1]
@@ -126,7 +151,7 @@ def _of_tables() -> Iterator[str]:
         yield from (texts.source, texts.share, texts.consequence, texts.acting, texts.missed, *texts.trends)
         yield from re.findall(r"\\text\{\{(.+?)\}\}", "".join(texts.equation))
     yield from (quantity.label for quantity in QUANTITIES.values())
-    for table in (CHARTS, NEXT, PHASES, TITLES, WORDS, WHY):
+    for table in (CHARTS, NEXT, PHASES, WHY):
         yield from map(str, table.values())
     yield from (*BODIES, *JOINTS, *OTHERS, *TRIALS, *ALL)
 
@@ -138,19 +163,21 @@ def _read(path: Path) -> tuple[ast.Module, list[ast.Call]]:
     return tree, [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
 
 
-def _of_sources(folder: Path = _APP) -> Iterator[str]:
-    files = [_read(path) for path in sorted(folder.rglob("*.py"))]
-    named = {name: value for tree, _ in files for name, value in _constants(tree)}
-    passed_on = {found for file in files for found in _passed_on(*file)}
-    for tree, calls in files:
+def _of_sources(folder: Path = _APP) -> Iterator[tuple[Path, str]]:
+    files = {path: _read(path) for path in sorted(folder.rglob("*.py"))}
+    named = {name: value for tree, _ in files.values() for name, value in _constants(tree)}
+    passed_on = {found for file in files.values() for found in _passed_on(*file)}
+    for path, (tree, calls) in files.items():
         here = (*_SAID, *(_imported(tree) & {"tr", "N_"}))
         for node in calls:
             if _name(node.func) in here:
-                yield from _texts((*node.args, *(keyword.value for keyword in node.keywords)), named)
+                given = (*node.args, *(keyword.value for keyword in node.keywords))
+                yield from ((path, found) for found in _texts(given, named))
             else:
                 for _, place, parameter in (found for found in passed_on if found[0] == _name(node.func)):
                     given = [keyword.value for keyword in node.keywords if keyword.arg == parameter]
-                    yield from _texts((*node.args[place : place + 1], *given), named)
+                    arguments = (*node.args[place : place + 1], *given)
+                    yield from ((path, found) for found in _texts(arguments, named))
 
 
 def _passed_on(tree: ast.Module, calls: list[ast.Call]) -> Iterator[tuple[str, int, str]]:
@@ -167,14 +194,15 @@ def _passed_on(tree: ast.Module, calls: list[ast.Call]) -> Iterator[tuple[str, i
                         yield function.name, parameters.index(given), given
 
 
-def _of_templates() -> Iterator[str]:
+def _of_templates() -> Iterator[tuple[Path, str]]:
     reader = Environment()
     for path in sorted(_APP.rglob("*.html")):
         for call in reader.parse(path.read_text(encoding="utf-8")).find_all(nodes.Call):
             if isinstance(call.node, nodes.Name) and call.node.name in ("tr", "tr_html", "words"):
                 # A text as it stands, or one of two.
                 texts = (text for given in call.args for text in (given, *given.find_all(nodes.Const)))
-                yield from (text.value for text in texts if isinstance(text, nodes.Const) and isinstance(text.value, str))
+                constants = (text.value for text in texts if isinstance(text, nodes.Const))
+                yield from ((path, text) for text in constants if isinstance(text, str))
 
 
 def on_the_page() -> Iterator[Path]:
@@ -192,11 +220,11 @@ def errors_of(path: Path, plain: bool = True) -> Iterator[ast.expr]:
                 yield first[0]
 
 
-def _of_errors() -> Iterator[str]:
+def _of_errors() -> Iterator[tuple[Path, str]]:
     here = {*on_the_page()}
     for floor in ("controllers", "scenes", "app"):
         for path in (_APP.parent / floor).rglob("*.py"):
-            yield from _texts(errors_of(path, path in here), {})
+            yield from ((path, found) for found in _texts(errors_of(path, path in here), {}))
 
 
 def _imported(tree: ast.Module) -> set[str]:
@@ -235,5 +263,5 @@ def _texts(nodes: Iterable[ast.expr], named: dict[str, ast.expr], deep: bool = T
 
 if __name__ == "__main__":
     for language in TRANSLATIONS:
-        for found in missing(language):
-            print(language, repr(found))
+        for found, folder in missing(language).items():
+            print(folder / f"{language}.toml", repr(found))

@@ -35,9 +35,9 @@ from scenes.person.bvh import read_bvh
 from scenes.person.clips import Clip
 from scenes.rerun import not_again
 from scenes.settings import RunSettings, changed
-from tests.app.export.runs import piece
 from tests.app.i18n.conftest import untranslated
 from tests.app.lessons.helpers import our_book
+from tests.app.recording.runs import piece
 from tests.scenes.person.bvh_text import MIXAMO, write_bvh
 
 
@@ -196,7 +196,7 @@ def test_the_page_knows_every_language() -> None:
     assert {name: set(table) for name, table in tables.items()} == {key: {*ALL} for key in ("de", "sl", "pseudo")}
     assert tables["de"][LOST].startswith("Verbindung verloren") and tables["pseudo"][LOST].startswith("⟦")
     # What the scripts translate themselves.
-    assert {*ICON_NAMES.values(), "more", "dismiss this message", "From the teacher"} <= set(OURS)
+    assert {*ICON_NAMES.values(), "more", "dismiss this message"} <= set(OURS)
 
 
 def test_what_viser_says_is_what_viser_says() -> None:

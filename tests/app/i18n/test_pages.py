@@ -9,14 +9,13 @@ import matplotlib
 import pytest
 from matplotlib.text import Text
 
-from app.export import plot_pictures as pictures
-from app.export.export_queue import make_picture
-from app.export.lab_report import Done, ReportEntry, _settings, report_html, step_entry
-from app.export.player import assembled, packed_film
-from app.export.recorded_curves import Curves
-from app.export.scene_film import Filmed
-from app.figures.drawn_figure import STYLE
-from app.i18n.catalogue import pseudo
+from app.features.exports import plot_pictures as pictures
+from app.features.exports.export_queue import make_picture
+from app.features.exports.player import assembled, packed_film
+from app.features.exports.recorded_curves import Curves
+from app.features.exports.scene_film import Filmed
+from app.features.figures.drawn_figure import STYLE
+from app.features.lab_report.lab_report import Done, ReportEntry, _settings, report_html, step_entry
 from app.i18n.speaking import set_language, tr
 from app.lessons.curve_drawing import DrawingVerdict, DrawnCurves
 from app.lessons.loading import load_lessons
@@ -24,11 +23,11 @@ from app.lessons.outcomes import AnswerVerdict
 from app.settings import Details, Settings
 from app.text.lesson_text import plain
 from scenes.settings import RunSettings, changed
-from tests.app.conftest import Arrive, Guest, Join, OpenHouse, ask
-from tests.app.export.runs import piece, read_film
+from tests.app.conftest import Arrive, Guest, OpenHouse, ask
 from tests.app.i18n.conftest import untranslated
 from tests.app.lessons.helpers import much_done
 from tests.app.page.helpers import bodies, notes, open_lessons
+from tests.app.recording.runs import piece, read_film
 from tests.blocking_client import BlockingClient
 
 TEXTS = ("label", "hint", "content", "options", "_tab_labels", "title", "body", "description")
@@ -97,16 +96,6 @@ def test_a_bad_link_is_named_controls_work_and_the_language_changes_on_the_page(
         comes(visitor, word)
     own, others = ("jezik", "prizor", "zakon", "ura"), {"language", "scene", "law", "clock", "Leave the lessons"}
     visitor.wait_for(lambda _: [labels(visitor).count(label) for label in own] == [1] * 4 and not others & set(labels(visitor)))
-
-
-def test_nothing_of_a_class_is_left_untranslated(house: OpenHouse, join: Join) -> None:
-    opened = house(changed(Settings(), "lang", "pseudo"), lecture=True, key="k")
-    teacher = join(opened, "key=k")
-    comes(teacher, pseudo("Join"))
-    others = join(opened), join(opened, "key=wrong")
-    for visitor in (teacher, *others):
-        comes(visitor, pseudo("Live plots"))
-        assert_all_said(visitor)
 
 
 SYMBOLS = frozenset({"mathrm", "λρ²"})

@@ -39,7 +39,7 @@ OBJECTS = {
     "trace",
     "gizmo",
     "grip",
-    "guest_grip",
+    "other_grip",
 }
 
 

@@ -18,14 +18,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.cli.main import main
+from app.__main__ import run_command as main
+from app.features import FEATURES
+from app.features.jupyter.duet import cell_html
+from app.features.jupyter.notebook_run import NotebookRun
 from app.hosting.serve_options import ServeOptions
-from app.i18n.catalogue import FIRST, FOLDER, GROWTH, LAST, Words, pseudo, read_texts, words_of
+from app.i18n.catalogue import FIRST, GROWTH, LAST, Words, catalogues, pseudo, read_texts, words_of
 from app.i18n.client_texts import translations
 from app.i18n.reader_language import language_asked, language_of, preferred
 from app.i18n.speaking import decimal, set_language, tr
-from app.jupyter.duet import cell_html
-from app.jupyter.notebook_run import NotebookRun
 from app.lessons.loading import load_lessons
 from app.page.panels.controls import TABS
 from app.page.panels.replay_bar import LENGTHS
@@ -34,7 +35,7 @@ from app.settings import LANGUAGES, TRANSLATIONS, Language, Settings
 from app.start import start_app
 from scenes.settings import RunSettings, changed, specs
 from scenes.simulation import Simulation
-from tests.app.i18n.messages import BODIES, FORMULAS, JOINTS, NAMES, errors_of, messages, missing, on_the_page
+from tests.app.i18n.messages import BODIES, FORMULAS, JOINTS, NAMES, errors_of, left_over, messages, missing, on_the_page
 from tests.blocking_client import BlockingClient
 
 LABEL = 14
@@ -48,9 +49,10 @@ def parts(text: str) -> Counter[str]:
 
 @pytest.mark.parametrize("language", TRANSLATIONS)
 def test_a_catalogue_is_complete_and_keeps_the_parts(language: Language) -> None:
-    """A text that is missing belongs into app/i18n/<language>.toml; one that is left over belongs out of it."""
-    texts, words = read_texts(FOLDER / f"{language}.toml"), words_of(language)
-    assert missing(language) == () and set(texts) <= set(messages())
+    """A text that is missing belongs into the catalogue of the folder that is named; one that is left over belongs out of its own."""
+    texts, words = {key: text for path in catalogues(language) for key, text in read_texts(path).items()}, words_of(language)
+    assert missing(language) == {} and left_over(language) == []
+    assert len(catalogues(language)) > 5 and words.texts == texts
     assert {key: text for key, text in texts.items() if parts(key) != parts(text)} == {}
     assert {key for key, text in texts.items() if (key[-1] == " ") != (text[-1] == " ") or not text.strip()} == set()
     labels = {spec.label: words(spec.label) for spec in specs(Settings).values()}
@@ -190,7 +192,7 @@ CATALOGUE = r"""
 
 def answers(folder: Path) -> dict[str, object]:
     """What the app says wherever a language is chosen."""
-    opened = start_app(ServeOptions())
+    opened = start_app(ServeOptions(), features=FEATURES)
     visitor = BlockingClient(opened.url, headers={"Accept-Language": "eo-XX, de;q=0.9"})
     visitor.wait_for(lambda v: any(e.get("label") == "lingvo" for e in list(v.mirror.gui.values())), 60.0)
     choice = visitor.mirror.labelled("lingvo")["options"]

@@ -1,4 +1,4 @@
-"""A lesson in another language never falls back to English: not in a step, an outcome, a challenge, the report or the class."""
+"""A lesson in another language never falls back to English: not in a step, an outcome, a challenge, or the report."""
 
 import re
 from collections.abc import Iterator
@@ -6,14 +6,12 @@ from dataclasses import replace
 
 import pytest
 
-from app.classroom.classroom import Classroom
 from app.custom_law.trials import verdict_on
-from app.export.lab_report import Done, lab_bytes
-from app.i18n.catalogue import FOLDER, read_texts
+from app.i18n.catalogue import catalogues, read_texts
 from app.i18n.speaking import set_language, tr
 from app.lessons import outcomes, reference_runs
 from app.lessons.attempts import StandIn, attempt_of
-from app.lessons.bookmark import Phase, phases_of
+from app.lessons.bookmark import phases_of
 from app.lessons.evidence import Evidence
 from app.lessons.labels import label_of, sentence
 from app.lessons.lesson import Lesson, Step
@@ -97,7 +95,7 @@ def phrases(text: str) -> set[str]:
 @pytest.mark.usefixtures("no_runs")
 @pytest.mark.parametrize("language", TRANSLATIONS)
 def test_no_lesson_falls_back_to_english(language: Language) -> None:
-    catalogue = read_texts(FOLDER / f"{language}.toml").items()
+    catalogue = [pair for path in catalogues(language) for pair in read_texts(path).items()]
     same = set[str]().union(*(phrases(english) & phrases(text) for english, text in catalogue), *map(phrases, NAMES), CODE_WORDS)
     for english, lesson in zip(our_book().lessons, our_book(language).lessons, strict=True):
         assert lesson.language == language
@@ -137,34 +135,6 @@ def test_the_name_of_a_setting_and_a_place_of_the_ball_stand_in_the_nominative()
             step = our_book(language).lessons[our_book(language).index(lesson)].steps[number]
             lines += reference(step, step.setup).lines(step, language)
         assert law in " ".join(lines) and ball in " ".join(lines)
-
-
-def test_the_report_says_what_the_tests_of_a_law_found_in_its_language() -> None:
-    lesson = our_book("de").lessons[our_book("de").index("limits")]
-    step = next(place for place, one in enumerate(lesson.steps) if one.id == "own_law")
-    (attempt,) = [made for made in attempts(lesson.steps[step]) if made.judgements]
-    page = lab_bytes([Done(lesson, step, StepProgress(attempts=1, last=attempt))], "de").decode()
-    assert "Lässt die Aufgabe in Ruhe" in page and "Kommt heraus" in page and "gets out" not in page.lower()
-
-
-def test_the_class_reads_the_poll_in_its_own_language() -> None:
-    walk, room = Walkthrough(our_book()), Classroom(1)
-    walk.go("hold")
-    walk.choose(0)
-    walk.done.outcome = replace(reference(walk.step, walk.step.setup), unlike=tuple(values(RunSettings()).items()))
-    walk.phase = Phase.OBSERVE
-    polls = {}
-    for language in ("de", "en", "sl"):
-        # The texts speak the language of the book, and not that of the page that asks first.
-        set_language("sl" if language == "de" else "de")
-        polls[language] = room.poll(walk, our_book(language))
-    assert polls["de"] is not None and polls["en"] is not None and polls["sl"] is not None
-    for language in TRANSLATIONS:
-        texts = (*polls[language].choices, *polls[language].outcome, *(v.reply for v in polls[language].verdicts if v))
-        for text in texts:
-            assert not [phrase for phrase in phrases(text) if ENGLISH.search(phrase)]
-    assert any("law set to “Smooth priority (paper)”" in line for line in polls["en"].outcome)
-    assert any("Gesetz auf ‚Glatter Vorrang (Artikel)‘ gestellt" in line for line in polls["de"].outcome)
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

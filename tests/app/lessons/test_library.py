@@ -10,8 +10,7 @@ from unittest.mock import MagicMock
 
 import pytest
 
-from app.cli.main import main
-from app.export.handout_html import handout_html
+from app.__main__ import run_command as main
 from app.lessons import FOLDER
 from app.lessons import library as library_module
 from app.lessons.lesson import LAST, LessonBook
@@ -116,8 +115,6 @@ def test_a_teacher_finds_the_notes_to_what_a_playlist_shows(tmp_path: Path) -> N
     tail = our_book().lessons[our_book().index("lambda")].steps[run.walk.step.number - 1]
     assert tail.id == "tail"
     assert gui.add_html.return_value.content.partition("</h4>")[0].endswith(f"<h4>{tail.number}. {tail.title}")
-    paper = handout_html(run.walk.lesson, library.notes["lambda"])
-    assert "a switch with a soft edge" in paper and "The law looks ahead" not in paper
 
 
 def test_all_faults_of_a_playlist_are_named_with_their_lines(tmp_path: Path) -> None:

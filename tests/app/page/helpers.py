@@ -3,13 +3,13 @@
 import html
 from typing import Any
 
-from app.bench.headless_client import HeadlessClient
 from app.page.panels.choice_buttons import MARK
 from app.page.panels.controls import PICKER, TABS
 from app.page.panels.hotkeys import hotkeys
 from app.session.relevant_settings import matters
 from app.session.session import Session
 from app.settings import Settings
+from app.web.headless_client import HeadlessClient
 from scenes.settings import specs
 from tests.app.conftest import Guest, ask
 from tests.blocking_client import BlockingClient

@@ -19,13 +19,11 @@ from app.lessons.session.lesson_actions import GoTo, Press, SayNumber
 from app.lessons.session.lesson_session import LessonSession
 from app.lessons.walkthrough import Walkthrough
 from app.page.lessons.answer_boxes import read_number
-from app.page.lessons.lab_report_box import LabReportBox
 from app.page.lessons.lesson_charts import search_plot
 from app.page.lessons.lesson_controls import LessonControls
 from app.page.lessons.lesson_html import attempt_html, blocks_html
 from app.page.lessons.lesson_panel import ORDER, LessonPanel
 from app.page.panels.hotkeys import LESSON_KEYS, hotkeys
-from app.session.action_handlers import ActionHandlers
 from app.session.frame import freeze
 from app.session.session import Session
 from app.settings import LANGUAGES, Language, Settings
@@ -174,25 +172,6 @@ def test_the_panel_goes_on_after_a_skipped_lever_whatever_ghost_is_chosen(ghost:
     session.change("ghost", ghost)
     panel.show(freeze(session, 1.0))
     assert panel.run_names is None
-
-
-def test_ones_own_words_make_room_for_the_list_of_lessons() -> None:
-    session, gui = Session(Settings()), MagicMock()
-    run = LessonSession(session, BOOK)
-    run.enter(0)
-    while run.walk.phase is not run.walk.phases[-1]:
-        if run.walk.locked:
-            run.walk.choose(0)
-        assert run.walk.next()
-    panel, frame = LessonPanel(MagicMock(), run, 340.0, True), freeze(session, 0.0)
-    panel.show(frame)
-    report = LabReportBox(gui, session, MagicMock(lessons=run, lesson_panel=panel), ActionHandlers(), MagicMock())
-    report.show(frame)
-    box = gui.add_text.return_value
-    assert box.visible is True
-    run.act(Press("list"))
-    report.show(frame)
-    assert box.visible is False
 
 
 def test_a_number_stays_with_its_step_and_one_that_arrives_late_goes_there(house: OpenHouse, arrive: Arrive) -> None:

@@ -2,12 +2,10 @@
 `python -m tests.tools.walk_lessons` walks all of them."""
 
 import re
-from typing import Literal
 
 import pytest
 from playwright.sync_api import Browser, Page
 
-from app.export.lab_report import done_in, lab_bytes
 from app.lessons.bookmark import Phase
 from app.lessons.session.lesson_actions import Choose, Press
 from app.lessons.session.lesson_session import LessonSession
@@ -17,7 +15,7 @@ from scenes.settings import changed, values
 from tests.accessibility import accessible
 from tests.app.conftest import OpenHouse, ask
 from tests.app.page.by_hand import hand, see_plots
-from tests.browser import FLAGS, PageAt, installed_browser, screenshot, until, wait_frames
+from tests.browser import FLAGS, PageAt, installed_browser, screenshot, until
 from tests.fonts import font_environment
 from tests.tools.lesson_hands import Clicks, Keys, press
 from tests.tools.lesson_moves import LONG
@@ -198,63 +196,3 @@ def test_lessons_plots_numbers_and_keys_work_without_webgl(house: OpenHouse, bro
 
         until(page, above_the_plots, "the note above the plots")
         assert errors == []
-
-
-REASON = "the ball is <b>far</b> & still"
-
-WATCH = """() => { window.flashed = []; document.addEventListener("animationstart", ({ target, animationName }) => {
-  const { animationDuration, animationIterationCount } = getComputedStyle(target);
-  if (/^duet-(flash|mark)$/.test(animationName)) flashed.push([animationName, target.innerText.trim().split(/\\s/)[0],
-    1000 * parseFloat(animationDuration) * animationIterationCount]); }); }"""
-"""Notes what begins to flash: name of the animation, first word of the element, for how long [ms]."""
-
-FLASHES = "() => document.getAnimations().filter(a => /^duet-(flash|mark)$/.test(a.animationName)).length"
-
-
-def why_flashes(page: Page, motion: Literal["no-preference", "reduce"], animation: str) -> None:
-    """See the run that shows why, and once only for how long the control that differs is marked."""
-    page.emulate_media(reduced_motion=motion)
-    # On a busy machine it may be over before it is looked at.
-    page.evaluate("window.flashed = []")
-    press(page, "Show me why")
-    page.locator(".duet-l-verdict b").get_by_text("Here you would be right: n = 10", exact=True).wait_for()
-    until(page, lambda: page.evaluate("flashed") == [[animation, "order", 2000]], "the control flashes")
-
-
-@pytest.mark.thorough
-def test_a_reason_stands_beside_the_outcome_and_a_click_runs_the_contrast(house: OpenHouse, page_at: PageAt) -> None:
-    page = page_at(1440, 900, fresh=True)
-    session, run = enter(page, house(), "lesson=4&step=3&theme=light")
-    box = page.get_by_label("Because …", exact=True).locator("visible=true")
-    box.fill(REASON)
-    until(page, lambda: run.walk.done.because == REASON, "the reason")
-    ask(session, lambda _: run.act(Choose(0)))
-    until(page, lambda: run.walk.phase is Phase.DO, "the answer")
-    press(page, "Skip the run")
-    until(page, lambda: run.walk.phase is Phase.OBSERVE, "the outcome")
-    said = page.locator(".duet-l-verdict dd").nth(1)
-    until(page, lambda: said.inner_text() == REASON and box.count() == 0, "the reason beside the outcome")
-    done = ask(session, lambda _: done_in(run.book.lessons, run.walk.done_in, {}))
-
-    # A wrong answer: the run in which it would be right, and what differs in it.
-    page.evaluate(WATCH)
-    why_flashes(page, "no-preference", "duet-flash")
-    until(page, lambda: session.simulation.time > 1.5, "it runs by itself")
-    legend = page.locator(".duet-caption:visible").first
-    until(page, lambda: legend.locator("span:has(i:not([class*=d]))").all_inner_texts() == ["n = 10"], "the run's curve")
-    until(page, lambda: "n = 1" in legend.locator("span:has(i.dash)").all_inner_texts(), "the curve beside it")
-    other = session.ghost
-    assert other is not None and other.settings == run.walk.step.setup.run
-    screenshot(page, "contrast")
-    until(page, lambda: page.evaluate(FLASHES) == 0, "the mark is gone")
-    press(page, "Back to the outcome")
-    page.locator(".duet-l-verdict b").get_by_text("Here you would be right").wait_for(state="detached")
-    wait_frames(page, 3)
-    why_flashes(page, "reduce", "duet-mark")
-    until(page, lambda: page.evaluate(FLASHES) == 0, "the mark is gone")
-
-    page.set_content(lab_bytes(done, "en").decode())
-    reason, outcome = (page.locator(".beside > div").nth(i) for i in (0, 1))
-    assert REASON in reason.inner_text() and "Hand error" in outcome.inner_text()
-    left, right = reason.bounding_box(), outcome.bounding_box()
-    assert left is not None and right is not None and left["x"] + left["width"] <= right["x"] and left["y"] == right["y"]

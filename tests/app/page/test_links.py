@@ -7,10 +7,10 @@ from urllib.parse import quote
 
 import numpy as np
 
-from app.bench.headless_client import HeadlessClient
 from app.session.session import Session
 from app.settings import Settings
 from app.start import App
+from app.web.headless_client import HeadlessClient
 from scenes.rerun import rerun
 from scenes.run_text import run_of_text
 from scenes.settings import values

@@ -1,15 +1,12 @@
 """A panel is a file and one entry: one that the product has never heard of is on the page, acts, and follows the frame."""
 
 import pytest
-import viser
 
 from app.page import operation
+from app.page.panel_context import PanelContext
 from app.page.panels import PagePanel
-from app.page.view import View
-from app.session.action_handlers import ActionHandlers
 from app.session.actions import Action
 from app.session.frame import Frame
-from app.session.session import Session
 from tests.app.conftest import Arrive, OpenHouse
 
 
@@ -20,12 +17,11 @@ class Halve(Action, newest_by=None):
 class MadeUp(PagePanel):
     """A button that halves d_m, and d_m in words."""
 
-    def __init__(self, client: viser.ClientHandle, session: Session, view: View, handlers: ActionHandlers) -> None:
-        del view
-        self._session = session
-        client.gui.add_button("halve").on_click(lambda _: session.post(Halve()))
-        self._text = client.gui.add_text("made up", "")
-        handlers.add(Halve, self._halve)
+    def __init__(self, page: PanelContext) -> None:
+        self._session = page.session
+        page.client.gui.add_button("halve").on_click(lambda _: page.session.post(Halve()))
+        self._text = page.client.gui.add_text("made up", "")
+        page.handlers.add(Halve, self._halve)
 
     def _halve(self, action: Halve) -> None:
         del action

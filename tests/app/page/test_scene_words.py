@@ -38,7 +38,7 @@ def test_a_sentence(query: str, who: str) -> None:
 
 def test_the_note_goes_with_its_experiment() -> None:
     session, client, handlers = Session(Settings()), MagicMock(), ActionHandlers()
-    words = SceneWords(client, session, MagicMock(), handlers)
+    words = SceneWords(client, MagicMock(), handlers)
     handlers.do(Describe())
     note = client.add_notification.return_value
     for change, gone in (("dm", 0.2), False), (("scene", "ball"), True):

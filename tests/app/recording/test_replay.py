@@ -1,4 +1,4 @@
-"""A replay stands where the run was, to the last bit; a lecture sees the past together, and it ends with its presenter."""
+"""A replay stands where the run was, to the last bit."""
 
 from functools import cache
 
@@ -7,16 +7,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.bench.headless_client import HeadlessClient
 from app.lessons.session.lesson_actions import Choose, GoTo, Press
 from app.plots.time_series import COLUMNS, RollingSeries
 from app.session import replay as replay_module
 from app.session.replay import PERIOD, Replay, make_film
+from app.web.headless_client import HeadlessClient
 from scenes.history import COLUMN
 from scenes.inputs import encoded
-from tests.app.conftest import Arrive, Join, OpenHouse, ask, lecture_of, visitor_of
-from tests.app.export.runs import SCENES, piece
+from tests.app.conftest import Arrive, OpenHouse, visitor_of
 from tests.app.page.helpers import shown
+from tests.app.recording.runs import SCENES, piece
 
 
 @pytest.mark.parametrize("scene", SCENES)
@@ -131,42 +131,10 @@ def says_so(visitor: HeadlessClient) -> bool:
     return "This is the past" in shown(visitor) and "the past: " in shown(visitor)
 
 
-def test_a_lecture_looks_back_together_and_goes_on_when_the_lecturer_leaves(house: OpenHouse, join: Join) -> None:
-    opened = house(lecture=True)
-    host = lecture_of(opened)
-    session = host.session
-    first = join(opened)
-    first.wait_for(lambda v: v.mirror.grabbable)
-    second = join(opened)
-    first.wait_for(lambda _: session.simulation.time > 0.5)
-    assert not says_so(second.visitor)
-    first.set_value("replay", "Watch")
-    for visitor in (first, second):
-        visitor.wait_for(says_so)
-    assert session.paused
-    first.wait_for(lambda v: not v.mirror.grabbable)
-    operation = host.controls.operation
-    assert operation is not None
-    bar = operation._replay_bar
-    first.wait_for(lambda _: bar.exports.player.replay is not None and not bar.exports.player.replay.playing)
-    steps = ask(session, lambda s: s.simulation.steps)
-    first.set_value("moment [s]", 0.25)
-    for visitor in (first, second):
-        visitor.wait_for(lambda v: "the past: 0.2 s" in shown(v))
-    assert ask(session, lambda s: s.simulation.steps) == steps
-
-    # The one who shows it leaves: the run goes on, for those who are there.
-    first.close()
-    second.wait_for(lambda v: not says_so(v))
-    second.wait_for(lambda _: not session.paused and session.simulation.steps > steps)
-
-
 def test_a_lesson_that_goes_on_ends_the_past_and_keeps_its_run_waiting(house: OpenHouse, arrive: Arrive) -> None:
     opened = house()
     guest = arrive(opened)
     stand = visitor_of(opened)
-    bar = stand.operation._replay_bar
-    assert bar is not None
     guest.ask(lambda _: stand.lessons.enter(1))
     guest.ask(lambda _: stand.lessons.act(Choose(2)))
     guest.ask(lambda _: stand.lessons.act(Press("run")))

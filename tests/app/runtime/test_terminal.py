@@ -14,7 +14,7 @@ from urllib.parse import quote
 
 import pytest
 
-from app.cli.grade import NewLaw, new_law
+from app.cli.custom_law import NewLaw, new_law
 from app.runtime.terminal import INTERRUPTED
 from tests.app.runtime.processes import PATIENCE, gone, until
 
@@ -25,17 +25,17 @@ OURS: Final = tuple(str(ROOT / room) for room in ("app", "scenes", "controllers"
 # Where the tests run in the background, Ctrl+C is ignored, and would be by what they start.
 HEARS: Final = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
 ENTRY: Final = HEARS + "from app.__main__ import entry; entry()"
-CROWD: Final = f"""{HEARS}
-def crowd():
-    from app.bench.visitors import measure_crowd
-    measure_crowd(1, 60.0, lecture=False)
+VISITOR: Final = f"""{HEARS}
+def visitor():
+    from app.features.bench.visitor import measure_visitor
+    measure_visitor(60.0)
 from app.runtime.terminal import run_in_terminal
-raise SystemExit(run_in_terminal(crowd))
+raise SystemExit(run_in_terminal(visitor))
 """
 EVERY: Final = """
 import sys
 from itertools import groupby
-from app.cli.main import main
+from app.__main__ import run_command as main
 def run_all():
     for apart, arguments in groupby(sys.argv[1:], lambda one: one == ";"):
         if not apart:
@@ -147,7 +147,7 @@ INTERRUPTIONS: dict[str, tuple[list[str], Moment]] = {
         ["-c", ENTRY, *["sweep", "--over", "seed=1:9", "--seconds", "4000", "--workers", "2", "--out", "{}/table"]],
         members(3),
     ),
-    "bench": (["-c", CROWD], members(2)),
+    "bench": (["-c", VISITOR], members(2)),
 }
 
 

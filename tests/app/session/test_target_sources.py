@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from app.cli.main import main
+from app.__main__ import run_command as main
 from app.page.panels.source_chooser import Sources, TakePerson
 from app.session import session as session_module
 from app.session.action_handlers import ActionHandlers

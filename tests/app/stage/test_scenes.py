@@ -7,15 +7,12 @@ import numpy as np
 import pytest
 
 from app.page.picture_size import free_picture
-from app.session.actions import SetSetting
-from app.settings import Settings
 from app.stage.camera_view import view_of
 from app.stage.person_figure import on_stage
-from app.start import App
 from scenes.ball import PATH
-from scenes.settings import RobotName, RunSettings, specs, values
+from scenes.settings import RobotName, RunSettings, specs
 from scenes.simulation import Simulation
-from tests.app.conftest import ELBOW, HAND, Guest, OpenHouse, live_sessions
+from tests.app.conftest import ELBOW, HAND, Guest, OpenHouse
 from tests.app.page.test_camera_follow import Watched
 from tests.app.stage.conftest import BALL_ARROWS, SCENES, change, drawn, settle, visible
 from tests.blocking_client import BlockingClient
@@ -108,28 +105,6 @@ def test_another_look_reaches_every_part(one: Guest) -> None:
         nodes = list(one.visitor.mirror.nodes.items())
         after = {name: node["glb_data"] for name, node in nodes if node.get("type") == "GlbMessage"}
         assert all(after[name] is data for name, data in before.items())
-
-
-def test_a_lecture_shows_every_scene_to_all(house: OpenHouse, join: Any) -> None:
-    opened: App = house(lecture=True)
-    first = join(opened)
-    first.wait_for(lambda v: v.mirror.grabbable)
-    second = join(opened)
-    session = live_sessions(opened)[-1]
-    for scene in (*SCENES, "hold"):
-        session.post(SetSetting("scene", scene))
-        telling = "/ball" if scene == "ball" else "/person/body" if scene == "imitation" else "/room"
-        for visitor in (first, second):
-            visitor.wait_for(lambda v, t=telling: t in v.mirror.nodes)
-        if scene == "ball":
-            first.wait_for(lambda v: v.mirror.grabbable == {"/ball"})
-        # Only who operates the stage can take hold of something.
-        assert not second.mirror.grabbable and not any(name.startswith("/gizmo") for name in drawn(second))
-    # A visitor who comes late sees the present scene and nothing of the others.
-    third = join(opened)
-    third.wait_for(lambda v: "/place/ring" in v.mirror.nodes)
-    second.wait_for(lambda v: drawn(third) == drawn(second))
-    assert values(session.settings) == values(Settings()) | {"scene": "hold"}
 
 
 @pytest.mark.parametrize("scene", SCENES)

@@ -20,8 +20,8 @@ from viser import _messages as viser_messages
 from viser.infra._messages import wire_field_names
 from websockets.frames import OP_BINARY, Frame
 
-from app.bench.headless_client import CAMERA
 from app.runtime.throttled_log import ThrottledLog
+from app.web.headless_client import CAMERA
 from app.web.message_gate import Gate, Traffic
 from app.web.schemas import SHAPES, Malformed, Refused
 from app.web.server import DuetServer

@@ -11,9 +11,9 @@ import msgspec
 import pytest
 from websockets.frames import OP_BINARY, Frame
 
-from app.bench.headless_client import CAMERA, HeadlessClient
 from app.web import traffic_limits
 from app.web.connection import FilteredConnection
+from app.web.headless_client import CAMERA, HeadlessClient
 from app.web.message_gate import Traffic
 from app.web.pages import HELLO, OPEN_TOO_OFTEN, ROOM_IS_FULL
 from app.web.traffic_limits import Allowance, BoundedQueue, TrafficLimits

@@ -23,8 +23,8 @@ from viser import _messages as viser_messages
 from viser._assignable_props_api import AssignablePropsBase
 
 import app.web.sending
-from app.bench.headless_client import decode_frame
 from app.web import viser_internals
+from app.web.headless_client import decode_frame
 from app.web.sending import STAMP, ClientBuffer, Packed
 from app.web.server import DuetServer
 from app.web.viser_internals import VISER_VERSION, MessageBuffer, ServerView, adapt_viser, nodes_of, serving_with, shared_messages
@@ -120,7 +120,7 @@ def test_the_stamp_by_which_a_page_would_hold_batches_back_stands_still(
         stamps.append(stamp)
         return messages, stamp
 
-    monkeypatch.setattr("app.bench.headless_client.decode_frame", note)
+    monkeypatch.setattr("app.web.headless_client.decode_frame", note)
     visitor = join()
     for value in (0.11, 0.12, 0.13):
         room.slider.value = value

@@ -19,8 +19,9 @@ from urllib.parse import quote
 import numpy as np
 from playwright.sync_api import Browser, BrowserContext, Dialog, Error, FileChooser
 
+from app.features import FEATURES
 from app.hosting.private_host import PrivateHost
-from app.hosting.serve_options import ServeOptions
+from app.hosting.serve_options import FeatureOptions, ServeOptions
 from app.session.session import Session
 from app.settings import Settings
 from app.start import App, start_app
@@ -248,7 +249,13 @@ class Monkey:
 
 def let_loose(browser: Browser, seed: int, seconds: float, least: int = 0, lecture: bool = False) -> Monkey:
     """Let a visitor (a lecturer, in a lecture) do anything for so long, and for so many actions at least; return them."""
-    opened = start_app(ServeOptions(lecture=lecture))
+    asked: tuple[FeatureOptions, ...] = ()
+    if lecture:
+        # The monkey runs without a lecture, too.
+        from app.features.lecture.lecture_options import LectureOptions
+
+        asked = (LectureOptions(lecture=True),)
+    opened = start_app(ServeOptions(features=asked), features=FEATURES)
     context = browser.new_context(viewport={"width": 1024, "height": 768}, accept_downloads=True)
     try:
         with watching() as watch:

@@ -104,7 +104,7 @@ ROOT = Path(__file__).parents[4]
 CODE = """
 import sys
 from pathlib import Path
-from app.cli.main import main
+from app.__main__ import run_command as main
 from app.lessons.library import notes_of
 from app.lessons.loading import load_lessons
 folder, *commands = sys.argv[1:]

@@ -1,0 +1,57 @@
+"""What a feature may add to the core, which knows this type and no feature; `app.features` has all of them in one tuple.
+
+A feature is a folder. Its `__init__.py` makes one `Feature`. The members are functions that import what they return, so that the tuple
+costs nothing to import.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    # What a command of the core needs to know of a feature loads no page.
+    from app.hosting.app_context import AppContext
+    from app.hosting.host import Host
+    from app.hosting.joining_pages import JoiningPages
+    from app.hosting.serve_options import FeatureOptions
+    from app.page.panel_context import PanelMaker
+    from app.web.pages import PageAssets
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command of `lwr-duet`.
+
+    Attributes:
+        options: a dataclass; its docstring and fields are the command's help.
+        run: does it, and returns the exit code.
+    """
+
+    options: type
+    run: Callable[[Any], int]
+
+
+@dataclass(frozen=True)
+class Feature:
+    """What one feature adds; every member but the name is optional.
+
+    Attributes:
+        name: of its folder in `app/features`.
+        texts: folder with a catalogue a language, `de.toml` and so on, for the texts of this feature alone.
+        commands: name → command; given are all features, for a command that starts a page.
+        panels: what makes the panels of a visitor who operates a session. Those of the lowest feature are made first.
+        assets: scripts and style sheets of every page.
+        options: a dataclass that adds its fields to the options of `lwr-duet serve`.
+        host: makes the host of a server that is started with the feature's options, or returns None.
+        joining: makes the pages of people who join a visitor's private session by a link.
+    """
+
+    name: str
+    texts: Path | None = None
+    commands: "Callable[[Sequence[Feature]], Mapping[str, Command]] | None" = None
+    panels: "Callable[[], Sequence[PanelMaker]] | None" = None
+    assets: "Callable[[], PageAssets] | None" = None
+    options: "Callable[[], type[FeatureOptions]] | None" = None
+    host: "Callable[[AppContext], Host | None] | None" = None
+    joining: "Callable[[AppContext], JoiningPages] | None" = None

@@ -1,0 +1,17 @@
+"""What a step and one visitor cost."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Final
+
+from app.feature import Command, Feature
+
+
+def _commands(features: Sequence[Feature]) -> Mapping[str, Command]:
+    del features
+    from app.features.bench.command import Bench, bench
+
+    return {"bench": Command(Bench, bench)}
+
+
+BENCH: Final = Feature("bench", texts=Path(__file__).parent, commands=_commands)

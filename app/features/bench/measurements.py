@@ -1,0 +1,97 @@
+"""The figures of `lwr-duet bench`: what a step costs, and what one visitor."""
+
+import statistics
+from dataclasses import replace
+from time import perf_counter_ns
+from typing import Final
+
+import numpy as np
+
+from app.features.bench.figures_table import BenchRows
+from app.features.bench.visitor import FULL_PAGE, measure_visitor
+from controllers.compiled import load_now
+from scenes.experiments import EXPERIMENTS
+from scenes.laws import LAWS
+from scenes.roles import TargetSource
+from scenes.settings import RunSettings
+from scenes.simulation import Simulation
+from scenes.targets import HandTarget
+
+WARM_UP: Final = 600
+"""Steps of each scene before the measured ones."""
+
+BLOCK: Final = 200
+"""Steps of one scene before the next one has its turn."""
+
+RESTLESS: Final = "hold, soft minimum, bounds at work"
+"""The guided hand jumps between two places at 1 m/s, which drives the avoiding arm into its velocity bounds."""
+
+
+def measured_figures(steps: int, seconds: float, robot: str) -> BenchRows:
+    """Yield all figures.
+
+    Args:
+        steps: measured steps of each scene.
+        seconds: duration of each measurement of a visitor [s].
+        robot: the arms of the measured steps.
+    """
+    yield from measure_steps(steps, robot).items()
+    yield "one visitor", measure_visitor(seconds)
+    yield "one visitor, ghost and four plots", measure_visitor(seconds, FULL_PAGE)
+
+
+def _scenes(robot: str) -> dict[str, RunSettings]:
+    base = RunSettings(robot=robot)
+    single = replace(base, law=replace(base.law, pairs="single"))
+    soft = replace(base, law=replace(base.law, pairs="soft"))
+    fast = replace(soft.law, nominal_velocity=1.0, critical_distance=0.3)
+    return {
+        "hold, single pair": single,
+        "hold, soft minimum": soft,
+        "hold, smooth everywhere": base,
+        RESTLESS: replace(soft, gain=20.0, hand_speed=1.0, limit_gain=1.0, law=fast),
+        "hold, pose, soft minimum": replace(soft, task="pose"),
+        **{f"hold, {law}": replace(base, law=replace(base.law, law=law)) for law in LAWS if law != base.law.law},
+        **{f"{scene}, soft minimum": replace(soft, scene=scene) for scene in EXPERIMENTS if scene != base.scene},
+    }
+
+
+class _Restless:
+    """A target that is the other arm's hand for one second and the start for the next."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        kinematics = simulation.kinematics
+        self._places = tuple(kinematics.hand_pose(arm).translation.copy() for arm in (simulation.avoiding, simulation.guided))
+
+    def target(self, time: float) -> HandTarget:
+        return HandTarget(self._places[int(time) % 2])
+
+
+def measure_steps(steps: int, robot: str) -> dict[str, dict[str, float]]:
+    """Return scene → median and 99th percentile of one step of both arms [µs], and the share of steps at a bound, all interleaved."""
+    load_now()
+    runs: dict[str, tuple[Simulation, TargetSource]] = {}
+    for name, settings in _scenes(robot).items():
+        simulation = Simulation(settings)
+        runs[name] = simulation, _Restless(simulation) if name == RESTLESS else simulation.source()
+    for simulation, person in runs.values():
+        for _ in range(WARM_UP):
+            simulation.step(person.target(simulation.time))
+    times: dict[str, list[int]] = {name: [] for name in runs}
+    bounded = dict.fromkeys(runs, 0)
+    for done in range(0, steps, BLOCK):
+        for name, (simulation, person) in runs.items():
+            for _ in range(min(BLOCK, steps - done)):
+                target = person.target(simulation.time)
+                begin = perf_counter_ns()
+                simulation.step(target)
+                times[name].append(perf_counter_ns() - begin)
+                bounded[name] += simulation.bound_bites
+    return {
+        name: {
+            "median_us": statistics.median(values) / 1000.0,
+            "p99_us": float(np.percentile(values, 99)) / 1000.0,
+            "bounded_share": bounded[name] / len(values),
+        }
+        for name, values in times.items()
+    }

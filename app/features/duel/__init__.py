@@ -1,0 +1,19 @@
+"""The duel: a link that replays the nearest push, and a film of it."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from app.feature import Feature
+
+if TYPE_CHECKING:
+    from app.page.panel_context import PanelMaker
+
+
+def _panels() -> "Sequence[PanelMaker]":
+    from app.features.duel.duel_box import DuelBox
+
+    return (DuelBox,)
+
+
+DUEL: Final = Feature("duel", texts=Path(__file__).parent, panels=_panels)

@@ -1,0 +1,22 @@
+"""Files of a run to take away: run file, CSV, PNG and SVG, a page that plays offline, Python.
+
+Every job is a function of plain data at a module's top level, so that `app.runtime.job_pool` can run it in another process.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from app.feature import Feature
+
+if TYPE_CHECKING:
+    from app.page.panel_context import PanelMaker
+
+
+def _panels() -> "Sequence[PanelMaker]":
+    from app.features.exports.exports_panel import ExportsPanel
+
+    return (ExportsPanel,)
+
+
+EXPORTS: Final = Feature("exports", texts=Path(__file__).parent, panels=_panels)

@@ -1,0 +1,61 @@
+"""Every step of the newest part of a recorded run as CSV, with the settings on top."""
+
+import gzip
+import io
+from itertools import pairwise
+from typing import Any, Final
+
+from app.recording.law_heading import law_heading
+from app.recording.run_file import made_here
+from scenes.history import COLUMN
+from scenes.inputs import Recorded
+from scenes.recording import write_table
+from scenes.rerun import newest_steps, rerun
+from scenes.settings import values
+from scenes.simulation import Simulation
+from scenes.wanted import check_wanted
+
+LARGEST: Final = 16_000_000
+"""Of a table that is not compressed [B]: two minutes at the usual time step."""
+
+
+def changes(recorded: Recorded) -> tuple[tuple[float, str, Any], ...]:
+    """Return time [s], key and new value of every setting that was changed during the piece."""
+    found: list[tuple[float, str, Any]] = []
+    time = recorded.begin
+    for before, after in pairwise(recorded.stretches):
+        time += before.seconds
+        old, new = values(before.settings), values(after.settings)
+        found += [(time, key, new[key]) for key in new if new[key] != old[key]]
+    return tuple(found)
+
+
+def csv_bytes(recorded: Recorded, seconds: float) -> bytes:
+    """Return the table as a file's content, compressed if it is larger than `LARGEST`; the same piece gives the same bytes.
+
+    Args:
+        recorded: the piece; its last `seconds` are written.
+        seconds: inf for all.
+
+    Raises:
+        BadSetting: it cannot be made here.
+    """
+    table = rerun(recorded).table[-newest_steps(recorded, seconds) :]
+    check_wanted()
+    first = float(table[0, COLUMN["t"]])
+    settings: dict[str, Any] = {"duet": made_here()["duet"], **values(recorded.settings)}
+    for time, key, value in changes(recorded):
+        if recorded.law is not None and key == "law":
+            continue
+        settings[key if time <= first + 1e-9 else f"from {time:.6g} s on: {key}"] = value
+    if recorded.law is not None:
+        settings |= law_heading(recorded.law.file, recorded.law.sha256)
+    out = io.StringIO()
+    write_table(out, Simulation(recorded.settings, 1), table, settings)
+    data = out.getvalue().encode()
+    return data if len(data) <= LARGEST else gzip.compress(data, 6, mtime=0)
+
+
+def csv_suffix(data: bytes) -> str:
+    """Return the ending of a table's name."""
+    return ".csv.gz" if data[:2] == b"\x1f\x8b" else ".csv"

@@ -1,0 +1,17 @@
+"""The paper's figures and ours, drawn from runs: `lwr-duet figures`. No browser, no graphics card."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Final
+
+from app.feature import Command, Feature
+
+
+def _commands(features: Sequence[Feature]) -> Mapping[str, Command]:
+    del features
+    from app.features.figures.command import Figures, draw_figures
+
+    return {"figures": Command(Figures, draw_figures)}
+
+
+FIGURES: Final = Feature("figures", texts=Path(__file__).parent, commands=_commands)

@@ -1,0 +1,96 @@
+"""A lesson on paper: questions, answers to tick, axes to draw on and room to write; the teacher's copy says what comes out."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from markupsafe import Markup
+
+from app.features.lab_report.lab_report import lesson_title
+from app.features.lab_report.report_html import locked_page
+from app.lessons.curve_drawing import axes_text, board_svg, drawing_svg
+from app.lessons.labels import label_of, sentence
+from app.lessons.lesson import Lesson, Step
+from app.lessons.loading import read_notes
+from app.lessons.outcomes import StepOutcome, reference
+from app.lessons.texts import fill, without_outcome
+from app.text.lesson_text import lesson_html
+from app.text.picture import PICTURE
+
+
+def handout_html(lesson: Lesson, notes: str | None = None) -> str:
+    """Return a lesson as a page to print, in the current language; it loads and runs nothing.
+
+    Args:
+        lesson: with the texts of that language.
+        notes: the teacher's, as Markdown; None for the student's copy, which holds nothing that a run has yet to show.
+    """
+    read = None if notes is None else read_notes(notes)
+    steps = [PaperStep(lesson, i, None if read is None else told(step)) for i, step in enumerate(lesson.steps)]
+    afterwards = any(one.pictures or (one.step.question and one.step.challenge) for one in steps)
+    values = {"lesson": lesson, "steps": steps, "notes": read, "afterwards": afterwards}
+    return locked_page(
+        "features/handout/handout.html", lesson_title(lesson), (Path(__file__).with_name("handout.css"),), **values
+    )
+
+
+def told(step: Step) -> StepOutcome:
+    """Return what comes out of a step's run, without the note that it is the reference run."""
+    return replace(reference(step, step.setup), reference=False)
+
+
+@dataclass(frozen=True)
+class PaperStep:
+    """One step as it is printed. `outcome`: of its run; None leaves blanks for what would give the answer away."""
+
+    lesson: Lesson
+    index: int
+    outcome: StepOutcome | None
+
+    @property
+    def step(self) -> Step:
+        return self.lesson.steps[self.index]
+
+    @property
+    def number(self) -> str:
+        return f"{self.lesson.number}.{self.index + 1}"
+
+    def filled(self, text: str) -> str:
+        """Return a text with the numbers in it."""
+        return fill(self.step, text, self.outcome, self.lesson.language)
+
+    def text(self, source: str) -> Markup:
+        """Return a text as HTML."""
+        shown = without_outcome(source, self.step) if self.outcome is None else source
+        return lesson_html(self.filled(shown), self.step.setup.folder)
+
+    @property
+    def axes(self) -> str:
+        """Return in words what is to be drawn."""
+        return "" if self.step.drawing is None else sentence(axes_text(self.step.drawing))
+
+    @property
+    def chart(self) -> Markup:
+        """Return the axes to draw on, with the outcome over them."""
+        drawing, outcome = self.step.drawing, self.outcome
+        if drawing is None:
+            return Markup()
+        return board_svg(drawing, ()) if outcome is None else drawing_svg(drawing, (), outcome.curve)
+
+    @property
+    def choices(self) -> list[str]:
+        """Return the answers of the question, as Markdown."""
+        return [] if self.step.question is None else [self.filled(choice.text) for choice in self.step.question.choices]
+
+    @property
+    def measured(self) -> tuple[str, ...]:
+        """Return what was measured; without an outcome the names alone."""
+        if self.outcome is not None:
+            return self.outcome.lines(self.step, self.lesson.language)
+        return tuple(label_of(m, self.lesson.language) for m in self.step.measurements if not m.text_only)
+
+    @property
+    def pictures(self) -> list[tuple[Markup, str]]:
+        """Return the pictures of all texts, and what is seen in them."""
+        step = self.step
+        found = PICTURE.finditer("\n".join((step.goal, step.do, step.observe, step.explain)))
+        return [(lesson_html(one[0].strip(), step.setup.folder), one[1]) for one in found]

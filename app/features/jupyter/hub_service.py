@@ -1,0 +1,38 @@
+"""One Duet for a whole course as a service of a JupyterHub.
+
+It is started as `python -m app.features.jupyter.hub_service`, with the options of `lwr-duet serve`.
+
+It needs jupyterhub and jupyter-server-proxy, and the environment that the hub gives to a service.
+"""
+
+import sys
+from typing import Any
+
+from jupyter_server_proxy.standalone.app import StandaloneProxyServer
+from tornado.web import HTTPError
+
+from app.features.jupyter.tile import proxied
+
+
+class HubService(StandaloneProxyServer):
+    """jupyter-server-proxy's own server, which asks the hub who opens a page, but not who opens a websocket; this one asks for both."""
+
+    def make_proxy_handler(self) -> tuple[type | None, dict[str, Any]]:
+        """Return the handler of all requests, and its arguments."""
+        handler, arguments = super().make_proxy_handler()
+        assert handler is not None
+
+        class Authenticated(handler):
+            def prepare(self) -> None:
+                # A page is sent to the hub's login by the handler itself; a websocket cannot be.
+                if self.request.headers.get("Upgrade", "").lower() == "websocket" and not self.current_user:
+                    raise HTTPError(403)
+
+        return Authenticated, arguments
+
+
+if __name__ == "__main__":
+    # Serves until the hub ends the process.
+    service = HubService(name="duet", **proxied(sys.argv[1:]))
+    service.initialize([])
+    service.start()

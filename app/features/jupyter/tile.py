@@ -1,0 +1,31 @@
+"""The tile in Jupyter's launcher: the entry point by which jupyter-server-proxy finds Duet. It imports nothing of Duet, nor of Jupyter."""
+
+import secrets
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final
+
+ICON: Final = Path(__file__).parents[2] / "web" / "static" / "mark.svg"
+"""Our mark, for the launcher."""
+
+
+def tile() -> dict[str, Any]:
+    """Return how jupyter-server-proxy starts Duet, and how it shows it."""
+    made = proxied(("--store", "memory", "--workers", "1", "--edit-law"))
+    # Only what comes through this notebook server, and its login, has the secret; and who comes so can run programs here anyway.
+    secret = secrets.token_urlsafe(32)
+    made["environment"] = {"DUET_PROOF": secret}
+    made["request_headers_override"]["X-Duet-Proof"] = secret
+    return {**made, "launcher_entry": {"title": "Duet", "icon_path": str(ICON)}}
+
+
+def proxied(options: Sequence[str]) -> dict[str, Any]:
+    """Return how jupyter-server-proxy starts Duet. `options`: of `lwr-duet serve`."""
+    return {
+        # Without -P a folder named `app` in the notebook's folder would be started.
+        "command": [sys.executable, "-P", "-m", "app", "serve", "--no-open", "--port", "{port}", *options],
+        "timeout": 120.0,
+        # For websockets, too, see `app.web.origin_policy.VOUCHED`: under a hub, Origin and Host are the hub's.
+        "request_headers_override": {"X-Forwarded-Context": "{base_url}"},
+    }

@@ -1,0 +1,255 @@
+"""A student's lab report on lessons: what was predicted and what came out, the runs' plots, the settings, and the student's own words."""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from markupsafe import Markup
+
+from app.features.lab_report.gain import QuestionGain, gains, own_pairs, whole
+from app.features.lab_report.report_html import SHEET, StepRecord, locked_page, plain_svg, records_html
+from app.i18n.speaking import set_language, tr
+from app.lessons.bookmark import phases_of
+from app.lessons.curve_drawing import drawing_svg
+from app.lessons.labels import sentence
+from app.lessons.lesson import LAST, Lesson, Step
+from app.lessons.progress import StepProgress
+from app.lessons.reference_runs import begin_reference_run, person_of
+from app.lessons.runs import Setup, page_value, settings_text
+from app.lessons.step_view import StepPosition, StepView, make_view
+from app.recording.run_file import made_here
+from app.session.relevant_settings import matters
+from app.settings import Language, Settings
+from app.text.lesson_text import inline_html, lesson_html, plain
+from app.text.templates import lowered
+from scenes.inputs import InputsLog, Recorded
+from scenes.settings import RunSettings, specs, values
+from scenes.simulation import Simulation
+from scenes.wanted import while_wanted
+
+LINE: Final = "_" * 24
+"""For a name to be written by hand."""
+
+
+@dataclass(frozen=True)
+class Done:
+    """One step of a lesson, and what a student did in it. Plain data, so that it can be sent to another process.
+
+    Attributes:
+        seen: the run that answered the student's question; None if it was not stored.
+    """
+
+    lesson: Lesson
+    index: int
+    progress: StepProgress
+    seen: Recorded | None = None
+
+    @property
+    def step(self) -> Step:
+        return self.lesson.steps[self.index]
+
+
+@dataclass(frozen=True)
+class ReportEntry:
+    """One step of a lesson in a report; what is empty is left out.
+
+    Attributes:
+        view: of the step at its end, with all that was done in it.
+        settings: of the run, as a person reads them.
+        plot: picture of the run, an <svg> element as `app.features.exports.plot_pictures.inline_svg` makes it.
+    """
+
+    view: StepView
+    settings: str = ""
+    plot: str = ""
+
+    @property
+    def title(self) -> str:
+        return f"{self.view.lesson.number}.{self.view.index + 1}  {plain(self.view.step.title)}"
+
+    @property
+    def drawing(self) -> str:
+        """Return the student's curve beside the measured one, an <svg> element; "" for none."""
+        drawing, curves = self.view.step.drawing, self.view.drawing
+        return "" if drawing is None or curves is None or not curves.drawn else drawing_svg(drawing, curves.drawn, curves.truth)
+
+    @property
+    def judgements(self) -> list[tuple[str, bool]]:
+        """Return the lines of the challenge's newest attempt, each with whether it was met."""
+        last = self.view.done.last
+        return [] if last is None else [(sentence(tr(one.text)), one.passed) for one in last.judgements]
+
+    @property
+    def passed(self) -> bool | None:
+        """Return whether the challenge was ever passed; None if there is none."""
+        return None if self.view.step.challenge is None else self.view.done.passed
+
+    @property
+    def record(self) -> StepRecord | None:
+        """Return the same for a program; None of a test that is asked twice, which counts for no marks."""
+        view, done = self.view, self.view.done
+        if view.step.asked:
+            return None
+        number = None if done.choice is None else done.choice + 1
+        right = None if view.verdict is None else view.verdict.right
+        return StepRecord(view.lesson.id, view.step.id, number, right, self.passed, done.attempts)
+
+
+def lesson_title(lesson: Lesson) -> str:
+    """Return number and title of a lesson, in the language that is spoken here."""
+    return tr("Lesson {number}: {title}", number=lesson.number, title=plain(lesson.title))
+
+
+def report_title(done: Sequence[Done]) -> str:
+    """Return the title of a report on these steps, in the language that is spoken here."""
+    lessons = {one.lesson.id: one.lesson for one in done}
+    if len(lessons) != 1:
+        return tr("Lab report")
+    (lesson,) = lessons.values()
+    return tr("Lab report: lesson {number}, {title}", number=lesson.number, title=plain(lesson.title))
+
+
+def lab_bytes(done: Sequence[Done], language: Language) -> bytes:
+    """Return the report as one HTML file.
+
+    Args:
+        language: in which the report speaks.
+
+    Raises:
+        BadSetting: a run cannot be made again here.
+    """
+    set_language(language)
+    entries: list[ReportEntry] = []
+    last: RunSettings | None = None
+    for i, one in enumerate(while_wanted(done)):
+        recorded = one.seen or _made_again(one)
+        entries.append(step_entry(one, recorded, f"p{i}"))
+        last = last if recorded is None else recorded.stretches[-1].settings
+    about = f"{tr('Name')}: {LINE} · {time.strftime('%Y-%m-%d')}"
+    settings = None if last is None else Settings(run=last)
+    lessons = {one.lesson.id: one.lesson for one in done}
+    progress = {(one.lesson.id, one.step.id): one.progress for one in done}
+    pairs = own_pairs(lessons.values(), lambda *step: progress.get(step, StepProgress()))
+    questions = gains(pairs, lessons.values())
+    return report_html(report_title(done), entries, settings, about=about, questions=questions).encode()
+
+
+def report_html(
+    title: str,
+    entries: Sequence[ReportEntry],
+    settings: Settings | None,
+    *,
+    about: str = "",
+    questions: Sequence[QuestionGain] = (),
+) -> str:
+    """Return the page. Nothing in it loads anything or runs, and everything that the student wrote is escaped.
+
+    Args:
+        entries: the steps, in order.
+        settings: of the last run; None to leave them out.
+        about: one line under the title, such as a name and a date.
+        questions: of a test that the student has answered before and after.
+
+    Raises:
+        ValueError: a plot is no plain <svg> element.
+    """
+    made = f"{tr('Made by Duet')} {made_here()['duet']}"
+    return locked_page(
+        "features/lab_report/report.html",
+        title,
+        (SHEET,),
+        about=f"{about} · {made}" if about else made,
+        entries=entries,
+        lesson_title=lesson_title,
+        rich=rich_html,
+        svg=plain_svg,
+        questions=questions,
+        total=whole(questions),
+        settings=None if settings is None else _rows(settings),
+        records=records_html([entry.record for entry in entries if entry.record is not None]),
+    )
+
+
+def _rows(settings: Settings) -> list[tuple[str, str, str]]:
+    """Return label, value and meaning of the settings that matter."""
+    present, known = values(settings.run), specs(RunSettings).items()
+    return [(spec.label, page_value(key, present[key]), spec.help) for key, spec in known if matters(key, settings)]
+
+
+def rich_html(text: str) -> Markup:
+    """Return a lesson's text as HTML: a line without a paragraph of its own, where it is one."""
+    if "\n" in text.strip() or "$$" in text:
+        return lesson_html(text)
+    made = inline_html(text.strip())
+    return made if "<svg" in made else lowered(made)
+
+
+def step_entry(one: Done, recorded: Recorded | None = None, name: str = "") -> ReportEntry:
+    """Return what is reported on a step.
+
+    Args:
+        recorded: the run whose settings and plot are shown; None to leave them out.
+        name: of the plot, another one for each on a page.
+    """
+    step = one.step
+    at = StepPosition(one.lesson, step, one.index, phases_of(step)[-1], one.progress, None)
+    view = make_view(at, step.yours, False, False)
+    if recorded is None:
+        return ReportEntry(view)
+    return ReportEntry(view, _settings(recorded.stretches[-1].settings), _svg(recorded, step, name))
+
+
+def _settings(run: RunSettings) -> str:
+    first = values(RunSettings())
+    return settings_text(tuple((key, value) for key, value in values(run).items() if value != first[key]))
+
+
+def _svg(recorded: Recorded, step: Step, name: str) -> str:
+    # What draws takes seconds to import.
+    from app.features.exports.plot_pictures import inline_svg
+
+    return inline_svg(recorded, name, step.plots)
+
+
+def _made_again(one: Done) -> Recorded | None:
+    """Return a new run of a step without a stored one; None if a visitor's hand was in it."""
+    outcome = one.progress.outcome
+    if outcome is None or outcome.unlike or one.step.yours or one.step.concept:
+        return None
+    return recorded_of(one.step.setup)
+
+
+def recorded_of(setup: Setup) -> Recorded | None:
+    """Return the recorded run of a lesson's setup, computed without a page."""
+    simulation, log = Simulation(setup.run, 1), InputsLog()
+    begin_reference_run(simulation, setup)
+    person = person_of(simulation, setup)
+    for _ in range(max(1, round(setup.seconds / setup.run.dt))):
+        target = person.target(simulation.time)
+        log.record(simulation, target)
+        simulation.step(target)
+    return log.window(setup.seconds)
+
+
+def done_in(
+    lessons: Sequence[Lesson],
+    progress: Callable[[str, str], StepProgress],
+    seen: Mapping[tuple[str, str], Recorded],
+    only: str | None = None,
+) -> tuple[Done, ...]:
+    """Return every step in which something was done.
+
+    Args:
+        lessons: all of them.
+        progress: gives what was done in a step, by the names of lesson and step.
+        seen: (lesson, step) → the run.
+        only: name of the lesson that is meant; None for all.
+    """
+    return tuple(
+        Done(lesson, i, progress(lesson.id, step.id), seen.get((lesson.id, step.id)))
+        for lesson in lessons
+        if only in (None, lesson.id, lesson.id + LAST)
+        for i, step in enumerate(lesson.steps)
+        if not progress(lesson.id, step.id).untouched
+    )

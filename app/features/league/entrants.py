@@ -1,0 +1,138 @@
+"""Who takes part in the league: a built-in law, or a file; its runs are made behind a fence, for nothing in it is trusted."""
+
+import hashlib
+import os
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, Final
+
+import msgspec
+
+from app.custom_law.custom_law import CustomLaw, read_law
+from app.custom_law.fence import FenceLimits, fenced, fenced_input, say
+from controllers.compiled import load_if_compiled
+from controllers.errors import BadInputFile, DuetError
+from controllers.kinematics import Array
+from controllers.laws.situation import Situation
+from scenes.files import readable
+from scenes.laws import LAWS
+from scenes.league_runs import Event, Outcome, Schedule, held, law_held
+from scenes.settings import RunSettings
+
+OFFSETS: Final = (-0.12, 0.30)
+"""By how much the distances that a file's law is shown may be smaller than they are [m]: its knob, for it has no settings."""
+
+
+class Entrant(msgspec.Struct, frozen=True):
+    """Who takes part.
+
+    Attributes:
+        name: of a built-in law, or of a file.
+        text: of the file; None for a built-in law.
+    """
+
+    name: str
+    text: bytes | None = None
+
+    @property
+    def label(self) -> str:
+        """What a reader calls it."""
+        return LAWS[self.name].label if self.text is None else self.name
+
+    @property
+    def sha256(self) -> str:
+        """Of a file, in hexadecimal digits; "" for a built-in law."""
+        return "" if self.text is None else hashlib.sha256(self.text).hexdigest()
+
+    @property
+    def knob(self) -> str:
+        """Key of the setting by which its distance is chosen, "offset" for a file; "" if none does."""
+        if self.text is not None:
+            return "offset"
+        knob = LAWS[self.name].distance_knob
+        return "" if knob is None else knob.key
+
+
+def entrants(paths: list[Path]) -> list[Entrant]:
+    """Return all built-in laws, and the laws of files, each file once and under a name of its own.
+
+    Raises:
+        BadInputFile: a file cannot be read, or it has no name of its own.
+    """
+    found = [Entrant(name) for name, law in LAWS.items() if law.in_league]
+    taken, files = set(LAWS), set[str]()
+    for path in paths:
+        file = os.path.realpath(path)
+        if file in files:
+            continue
+        files.add(file)
+        names = map(readable, (path.name, str(path), str(path.absolute())))
+        name = next((name for name in names if name not in taken), None)
+        if name is None:
+            raise BadInputFile(f"{readable(str(path))}: has the name of another law; give it another one.")
+        taken.add(name)
+        found.append(Entrant(name, read_law(path)))
+    return found
+
+
+def played(entrant: Entrant, schedule: Schedule, event: Event, limits: FenceLimits) -> Outcome:
+    """Return the outcome of an event; whatever is wrong with a file is a problem of its outcome."""
+    if entrant.text is None:
+        return law_held(entrant.name, schedule, event)
+    outcomes: list[Outcome] = []
+
+    def take(said: dict[str, Any]) -> None:
+        if "outcome" in said:
+            outcomes.append(msgspec.convert(said["outcome"], Outcome))
+
+    # Not as an argument, which the file could read: the hidden half follows from it.
+    asked = msgspec.json.encode((schedule, event)) + b"\n" + entrant.text
+    why = fenced("app.features.league.entrants", [entrant.name], asked, take, limits)
+    return outcomes[0] if outcomes else Outcome(None, None, (), None, f"{why}", limits.seconds)
+
+
+class _Failed(DuetError):
+    """The law of a file failed; the message says why."""
+
+
+class _ShiftedLaw(CustomLaw):
+    """A law that is shown distances that are smaller by an offset than they are, so that it keeps so much more.
+
+    Attributes:
+        offset: [m].
+    """
+
+    offset = 0.0
+
+    def __call__(self, situation: Situation) -> Array:
+        distances = None if situation.distances is None else situation.distances - self.offset
+        shifted = situation._replace(distance=situation.distance - self.offset, distances=distances)
+        velocities = super().__call__(shifted)
+        if self.problem is not None:
+            raise _Failed(str(self.problem.text))
+        return velocities
+
+    def activation(self, distance: float) -> float:
+        return super().activation(distance - self.offset)
+
+
+def main() -> None:
+    """Make the runs of an event with the law of a file."""
+    limits, (name,), given = fenced_input()
+    load_if_compiled()
+    asked, _, text = given.partition(b"\n")
+    schedule, event = msgspec.json.decode(asked, type=tuple[Schedule, Event])
+    law = _ShiftedLaw(Path(name), limits, waits=True, text=text)
+    with law:
+
+        def applied(settings: RunSettings, value: float | None) -> tuple[RunSettings, CustomLaw]:
+            law.offset = value or 0.0
+            return settings, law
+
+        try:
+            if not law.load():
+                raise _Failed(str(law.problem.text) if law.problem else f"{name}: cannot be loaded.")
+            outcome = held(schedule, event, applied, OFFSETS)
+        except (_Failed, BadInputFile) as error:
+            outcome = Outcome(None, None, (), None, str(error))
+    say({"outcome": asdict(outcome)})

@@ -1,0 +1,46 @@
+"""A lecture: one plenary session for the whole class, the teacher's control of it, polls, and breakout sessions."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from app.feature import Feature
+
+STATIC: Final = Path(__file__).parent / "static"
+
+if TYPE_CHECKING:
+    from app.features.lecture.lecture_options import LectureOptions
+    from app.hosting.app_context import AppContext
+    from app.hosting.host import Host
+    from app.web.pages import PageAssets
+
+
+def _assets() -> "PageAssets":
+    from app.web.pages import PageAssets
+
+    scripts = STATIC / "class_holders.js", STATIC / "presenter.js"
+    return PageAssets(scripts, (STATIC / "class.css", STATIC / "presenter.css"))
+
+
+def _options() -> "type[LectureOptions]":
+    from app.features.lecture.lecture_options import LectureOptions
+
+    return LectureOptions
+
+
+def _host(context: "AppContext") -> "Host | None":
+    if not context.options.of(_options()).lecture:
+        return None
+    import logging
+    from dataclasses import replace
+
+    from app.features.lecture.breakout_host import BreakoutHost
+    from app.features.lecture.lecture import LectureHost
+    from app.runtime.throttled_log import ThrottledLog
+
+    context = replace(context, errors=ThrottledLog(logging.getLogger("duet.lecture")))
+    if context.link is None or context.link.index == 0:
+        return LectureHost(context)
+    return BreakoutHost(context, context.link)
+
+
+LECTURE: Final = Feature("lecture", texts=Path(__file__).parent, assets=_assets, options=_options, host=_host)

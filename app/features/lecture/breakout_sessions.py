@@ -1,0 +1,231 @@
+"""Breakout sessions: a student or a group explores beside the plenary, in this process or in another one."""
+
+from collections.abc import Callable, Collection, Iterable
+from dataclasses import replace
+from math import inf
+from time import monotonic
+from typing import Final
+
+from app.features.lecture.audiences import SCREEN
+from app.features.lecture.class_messages import ClassState, Exploring, PostWork, Present, Progressed, Ran, Reported
+from app.features.lecture.classroom import Classroom
+from app.features.lecture.participant import Participant
+from app.features.lecture.plenary_page import GroupMember
+from app.hosting.admission import Pieces
+from app.hosting.app_context import AppContext
+from app.hosting.visitor import Visitor
+from app.hosting.visitor_record import VisitorRecord, tab_id
+from app.hosting.worker_messages import ForgetTabs, Replaced, WorkerLink
+from app.i18n.speaking import set_language
+from app.page.panels.server_load import ServerLoad, combined
+from app.session.actions import RestoreSettings
+from app.settings import LOOKS
+
+
+class BreakoutWorkers:
+    """Sends students to other processes, and knows who is there. Belongs to the plenary's thread.
+
+    Args:
+        classroom: which is told who is there.
+        post_work: takes what they hand in.
+    """
+
+    def __init__(self, link: WorkerLink, classroom: Classroom, post_work: PostWork) -> None:
+        self._link, self._classroom, self._post_work = link, classroom, post_work
+        self._present: dict[int, Present] = {}
+        self._begun: dict[str, VisitorRecord] = {}
+        self._said: ClassState | None = None
+
+    def load(self, plenary: ServerLoad) -> ServerLoad:
+        """Return the load of all processes. `plenary`: of the one that has it."""
+        return combined([plenary, *(present.load for present in self._present.values())])
+
+    def send(self, student: str, begin: VisitorRecord) -> None:
+        """Send a student's next connection to a session in another process; see `Exploring`."""
+        classroom, self._begun[student] = self._classroom, begin
+        group = classroom.places.groups[student]
+        handed_in, name = classroom.work.hand_ins.get(student), classroom.board.name_of(group)
+        self._link.to_tab(student, group, Exploring(student, begin, classroom.has_work(student), handed_in, name, group))
+
+    def exchange(self) -> None:
+        """Take what the other processes say, and let them know what the teacher has decided."""
+        for message in self._link.received():
+            match message:
+                case Present(worker):
+                    self._present[worker] = message
+                case Replaced(worker):
+                    before = self._present.pop(worker, None)
+                    for student in () if before is None else before.students:
+                        # What it was sent first does not know what has been handed in since then.
+                        if student in self._begun and self._classroom.places.holds(student):
+                            self.send(student, self._begun[student])
+                case Progressed() | Reported() | Ran():
+                    self._post_work(message)
+                case _:
+                    raise TypeError(f"the plenary does not understand {message!r}")
+        self._classroom.elsewhere = tuple(student for present in self._present.values() for student in present.students)
+        state = ClassState(self._classroom.free, self._classroom.paused, self._classroom.pace, self._classroom.wanted)
+        if state != self._said:
+            self._said = state
+            if not state.free:
+                self._begun.clear()
+                self._link.send(ForgetTabs())
+            self._link.to_all(state)
+
+
+AWAY: Final = 5.0
+"""How long a group waits for the member who operates its session [s]; then another one does."""
+
+RELOAD: Final = 30.0
+"""How long it waits for a member who was sent for to operate it [s]; on a slow computer a page takes longer than `AWAY` to come."""
+
+SHOWN: Final = 60.0
+"""How much of a student's run is shown at most [s]."""
+
+
+def run_of(participants: Iterable[Participant], student: str) -> Ran | None:
+    """Return the newest part of a group's run; None for a group that has no session here. `student`: its id."""
+    players = (one.visitor.session.player for one in participants if one.group == student and one.visitor is not None)
+    return next((Ran(student, player.recorded(SHOWN)) for player in players), None)
+
+
+class BreakoutSessions:
+    """The students' own sessions beside the plenary.
+
+    Args:
+        workers: the processes that have the sessions; None where this one has them.
+    """
+
+    def __init__(self, context: AppContext, classroom: Classroom, workers: BreakoutWorkers | None = None) -> None:
+        self._context, self._classroom, self._workers = context, classroom, workers
+        self._operators: dict[str, str] = {}
+        self._left: dict[str, float] = {}
+        self._coming: dict[str, float] = {}
+
+    def expects(self, query: dict[str, str]) -> bool:
+        """Return whether the browser that connects with a query gets a breakout session; from any thread."""
+        tab = None if self._workers is not None else tab_id(query)
+        return tab is not None and SCREEN not in query and self._classroom.free and self._classroom.places.holds(tab)
+
+    def load(self, here: ServerLoad) -> ServerLoad:
+        """Return how busy all processes are. `here`: how busy this one is."""
+        return here if self._workers is None else self._workers.load(here)
+
+    def settle(self, participants: Collection[Participant], begin: Callable[[str], VisitorRecord]) -> None:
+        """Assign places and move students to their own sessions or back to the plenary.
+
+        Args:
+            begin: returns where a student begins who has left nothing in the store.
+        """
+        self._context.store.tidy()
+        if self._workers is not None:
+            self._workers.exchange()
+        classroom = self._classroom
+        students = [one for one in participants if one.banner is not None or one.group]
+        classroom.settle((*(one.id for one in students if one.lasting), *classroom.elsewhere), monotonic())
+        for one in students:
+            wanted = classroom.free and one.lasting and classroom.places.holds(one.id)
+            if wanted != bool(one.group) and not one.moved:
+                if wanted and self._workers is not None:
+                    self._workers.send(one.id, begin(one.id))
+                self._move(one)
+
+    def admit(self, participant: Participant, participants: Collection[Participant], begin: VisitorRecord) -> Pieces:
+        """Give a group the session left in the store, or one with its last settings, or one that begins as `begin` says. Who comes first
+        operates it, and the others get their pages beside it; see `frames`."""
+        if self._operators.setdefault(participant.group, participant.id) != participant.id:
+            return
+        # No other member is to operate it meanwhile.
+        self._left[participant.group] = inf
+        try:
+            for other in participants:
+                if other is not participant and other.group == participant.group and other.visitor is not None:
+                    # A lost connection may not have been noticed yet.
+                    other.visitor.save()
+                    other.visitor.superseded = True
+            # A session is found again by all members.
+            query = {key: text for key, text in participant.query.items() if key not in LOOKS} | {"resume": participant.group}
+            found = yield from self._context.store.recall(query)
+            # A student's lesson is open again by any link.
+            record = replace(begin if found is None else found, query=query)
+            visitor = Visitor(self._context, participant.client, record.settings, record=record, query=query)
+            yield from visitor.build()
+            of_many = len(self._classroom.places.members(participant.group)) > 1 or participant.group != participant.id
+            if of_many or (found is None and not visitor.is_back):
+                # What the teacher, or the one before, has chosen for the own page does not hold for this one.
+                participant.dress(visitor.session, self._context.options.settings)
+            if not visitor.is_back and found is not None and found.lessons is not None and found.lessons.open:
+                visitor.session.post(RestoreSettings(found.settings))
+            participant.visitor = visitor
+        finally:
+            self._left.pop(participant.group, None)
+            self._coming.pop(participant.group, None)
+
+    def close(self, participants: Iterable[Participant]) -> None:
+        """Keep what every student has done, and close the sessions."""
+        for visitor in [one.visitor for one in participants if one.visitor is not None]:
+            visitor.save()
+            visitor.session.close()
+
+    def leave(self, participant: Participant) -> None:
+        """Keep what a student who has disconnected has done, and the session."""
+        participant.leave()
+        self._context.errors.forget(participant.client.client_id)
+        if participant.visitor is not None:
+            participant.visitor.leave()
+
+    def frames(self, participants: Collection[Participant], now: float, elapsed: float) -> None:
+        """Advance and draw every session, for all its members. `now`: wall time; `elapsed`: since the last frame [s]."""
+        groups: dict[str, list[Participant]] = {}
+        for one in participants:
+            if one.group:
+                groups.setdefault(one.group, []).append(one)
+        self._operators = {
+            group: student for group, student in self._operators.items() if self._classroom.free or group in groups
+        }
+        self._left = {group: since for group, since in self._left.items() if group in groups}
+        for group, members in groups.items():
+            lead = self._seat(group, members, now)
+            for one in members:
+                one.mates = len({other.id for other in members})
+                page = one.visitor or one.member
+                if page is not None:
+                    set_language(page.language)
+                    with self._context.apart("a frame of a student's page failed", one.client.client_id):
+                        one.show(self._classroom, None, page.view, page.lessons)
+            if lead is not None and lead.visitor is not None:
+                lead.visitor.beside = tuple(one.member for one in members if one.member is not None)
+                with self._context.apart("a frame of a student's page failed", lead.client.client_id):
+                    lead.visitor.session.halt.set("teacher", self._classroom.paused)
+                    lead.visitor.lessons.pace = self._classroom.pace
+                    lead.visitor.frame(now, elapsed)
+
+    def _seat(self, group: str, members: list[Participant], now: float) -> Participant | None:
+        """Let one member of a group operate the session and the others watch; return the one. `now`: wall time [s]."""
+        for one in members:
+            if one.takes_over:
+                one.takes_over, self._operators[group] = False, one.id
+        lead = next((one for one in reversed(members) if one.visitor is not None and not one.visitor.superseded), None)
+        if any(one.id == self._operators.get(group) for one in members):
+            self._left.pop(group, None)
+        elif now > max(self._left.setdefault(group, now) + AWAY, self._coming.get(group, 0.0)):
+            self._operators[group] = members[0].id
+        operator = self._operators.get(group)
+        for one in members:
+            operates = one.id == operator
+            # Who takes over comes again once the page before has left the session in the store.
+            if (not operates and one.visitor is not None) or (operates and lead is None):
+                if operates and not one.moved:
+                    self._coming[group] = now + RELOAD
+                self._move(one)
+            elif lead is None or lead.visitor is None or one.visitor is not None:
+                continue
+            elif one.member is None or not one.member.watches(lead.visitor):
+                one.member = GroupMember(self._context, one.client, lead.visitor)
+        return lead
+
+    def _move(self, one: Participant) -> None:
+        """Have a page come again, once."""
+        if not one.moved:
+            one.moved = True
+            self._context.server.send_elsewhere(one.client)

@@ -1,0 +1,119 @@
+"""The class's report on the teacher's panel: what the class leaves behind, as a page to print, as a table, or a file a student."""
+
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Final
+
+import viser
+
+from app.features.lecture.class_report import class_report_bytes, class_table_bytes, class_zip_bytes
+from app.features.lecture.class_summary import ClassSummary
+from app.i18n.speaking import N_, set_language, tr
+from app.lessons.lesson import LessonBook
+from app.page.panels.choice_buttons import ChoiceButtons
+from app.runtime.job_pool import Jobs, JobWatch
+from app.session.action_handlers import ActionHandlers
+from app.session.actions import Action
+from app.session.session import Session
+from app.settings import Language
+from app.text.templates import macros
+
+Summaries = Callable[[], tuple[ClassSummary, ClassSummary | None]]
+"""Returns what this class leaves behind so far, and what the one before has left, if anything."""
+
+KINDS: Final = ("HTML", "CSV", "ZIP")
+
+
+class MakeReport(Action, newest_by=("client", "which", "kind")):
+    """Make the report on this class (0) or the one before (1) for a teacher. `client`: of the teacher; `kind`: of `KINDS`."""
+
+    client: int
+    which: int
+    kind: str
+
+
+class ClassDownloads:
+    """Two rows of buttons: for this class, and for the one before. All methods belong to the plenary's thread.
+
+    Args:
+        session: the plenary's.
+        handlers: of the page; they end with it.
+        jobs: makes the files.
+        book: the lessons in the teacher's language.
+    """
+
+    def __init__(
+        self,
+        client: viser.ClientHandle,
+        session: Session,
+        handlers: ActionHandlers,
+        jobs: Jobs,
+        summaries: Summaries,
+        book: LessonBook,
+        language: Language,
+    ) -> None:
+        self._client, self._session, self._summaries = client, session, summaries
+        self._lessons = book.lessons
+        self._language: Language = language
+        self._jobs = JobWatch(jobs, session.wake, lambda job: self._notify(tr("The export failed"), tr(job.message)))
+        handlers.add(MakeReport, self._make)
+
+    def build(self) -> None:
+        """Add the buttons. The caller has opened the container."""
+        self._row(
+            N_("class report"),
+            N_(
+                "Every question with its counts, the challenges that were passed, and the reports handed in; as ZIP these alone, one file "
+                "a student, for lwr-duet grade."
+            ),
+            0,
+        )
+        last = self._summaries()[1]
+        if last is not None:
+            day = time.strftime("%Y-%m-%d, %H:%M", time.localtime(last.saved))
+            ended = tr("The class before this one ended at {when}.", when=day)
+            self._client.gui.add_html(macros("page/panels/pills.html").note(ended))
+            self._row(N_("its report"), N_("The same for the class before this one."), 1)
+
+    def _row(self, label: str, hint: str, which: int) -> None:
+        ChoiceButtons(
+            self._client.gui,
+            label,
+            {kind: MakeReport(self._client.client_id, which, kind) for kind in KINDS},
+            hint,
+            self._session.post,
+        )
+
+    def _make(self, action: MakeReport) -> None:
+        if action.client != self._client.client_id:
+            # Asked for by a teacher who has given the controls away meanwhile.
+            return
+        set_language(self._language)
+        summary = self._summaries()[action.which]
+        if summary is None or summary.empty:
+            self._notify(tr("There is nothing to report yet"), tr("Let the class answer a question first."))
+        elif action.kind == "ZIP" and not summary.hand_ins:
+            self._notify(tr("There is nothing to report yet"), tr("reports handed in: {count}", count=0))
+        else:
+            self._submit(action.kind, summary)
+
+    def _submit(self, kind: str, summary: ClassSummary) -> None:
+        name = time.strftime(f"duet-class-%Y-%m-%d.{kind.lower()}", time.localtime(summary.saved))
+        send = partial(self._client.send_file_download, name, save_immediately=True)
+        if kind == "CSV":
+            self._jobs.submit("class table", send, class_table_bytes, summary, self._lessons)
+        else:
+            make = class_zip_bytes if kind == "ZIP" else class_report_bytes
+            self._jobs.submit("class report", send, make, summary, self._lessons, self._language)
+
+    def _notify(self, title: str, text: str) -> None:
+        self._client.add_notification(title, text, color="orange", auto_close_seconds=8.0)
+
+    def show(self) -> None:
+        """Hand over what is ready."""
+        self._jobs.collect()
+
+    def close(self) -> None:
+        """Drop what is being made."""
+        self._jobs.close()

@@ -1,0 +1,298 @@
+"""The state of a class: the students who are present, the question in the plenary, and the teacher's decisions."""
+
+from collections import Counter
+from dataclasses import dataclass, replace
+
+from app.features.lecture.ballots import Ballots
+from app.features.lecture.breakout_places import BreakoutPlaces
+from app.features.lecture.class_record import NEW_CLASS, ClassRecord
+from app.features.lecture.class_summary import AskedQuestion, ClassSummary, HandIn
+from app.features.lecture.student_work import ProgressBoard, StudentWork, clean_name
+from app.lessons.bookmark import OpenSteps, Phase
+from app.lessons.curve_drawing import Drawing, checked_curve
+from app.lessons.lesson import Lesson, LessonBook, Question, Step
+from app.lessons.outcomes import AnswerVerdict, StepOutcome
+from app.lessons.progress import LONGEST_REASON, Progress, StepProgress, from_json, to_json
+from app.lessons.step_view import StepPosition, answer_verdict
+from app.lessons.tally import Ballot, QuestionId, Switch, Tally, switches_between, tally_of
+from app.lessons.texts import fill
+from app.lessons.walkthrough import Walkthrough
+from app.page.panels.server_load import ServerLoad
+from app.plots.curve_chart import Curve
+from app.web.connection import FilteredConnection
+
+
+@dataclass(frozen=True, kw_only=True)
+class Poll:
+    """The question in the plenary, and how the class has answered.
+
+    Attributes:
+        question: lesson and step.
+        choices: what can be answered, as Markdown.
+        open: whether answers are taken: until the reveal, or until the outcome is in the plenary.
+        revealed: whether everybody sees the tally.
+        outcome: the measured result, line by line; empty before it is in the plenary.
+        right: the choice that the outcome confirms; None before it is in the plenary.
+        verdicts: on each choice; empty before the outcome is in the plenary.
+        drawing: what is drawn; None where no curve is asked for.
+        truth: what the curves are compared with; () before the outcome is in the plenary.
+        first: how the class answered when it was asked for the first time; None if it was not asked again.
+        switches: from the first round to this one.
+        round: from 1.
+        staged: indices of the answers with which the run is compared: the one chosen in the plenary, or all of a tie.
+        unseen: whether it stands on a projector before the reveal: without answers, with empty axes.
+        runs: whether a run answers it.
+    """
+
+    question: QuestionId
+    choices: tuple[str, ...]
+    tally: Tally
+    open: bool
+    revealed: bool
+    outcome: tuple[str, ...] = ()
+    right: int | None = None
+    verdicts: tuple[AnswerVerdict | None, ...] = ()
+    drawing: Drawing | None = None
+    truth: Curve = ()
+    first: Tally | None = None
+    switches: tuple[Switch, ...] = ()
+    round: int = 1
+    staged: tuple[int, ...] = ()
+    unseen: bool = False
+    runs: bool = True
+
+
+_Texts = tuple[tuple[str, ...], tuple[str, ...], tuple[AnswerVerdict | None, ...]]
+"""Choices, outcome and verdicts of a poll."""
+
+
+class Classroom:
+    """The class that the teacher leads. Belongs to the frame loop's thread.
+
+    Args:
+        most: breakout sessions at once.
+        record: of the class, which goes on from there.
+
+    Attributes:
+        free: whether the students explore; otherwise they follow.
+        paused: whether all sessions are paused.
+        waiting: how many students want to explore and cannot.
+        elsewhere: the students with breakout sessions in other processes.
+        load: of the server; None before it was measured.
+        ballots, places: the answers, and the breakout sessions' places.
+        work: what students have done in their own sessions, and have handed in.
+        board: how far those are who explore.
+        pace, wanted: the steps that are open to them, None for all; the student with the run to be shown, "" for none.
+    """
+
+    def __init__(self, most: int, record: ClassRecord = NEW_CLASS) -> None:
+        self.free, self.paused = record.free, False
+        self.waiting = 0
+        self.elsewhere: tuple[str, ...] = ()
+        self.load: ServerLoad | None = None
+        self.ballots, self.work = Ballots(record), StudentWork(record)
+        self.places = BreakoutPlaces(most)
+        self.places.groups |= record.groups
+        self.board, self.wanted = ProgressBoard(), ""
+        self.board.names |= record.names
+        self.pace: OpenSteps | None = record.pace
+        self._here: dict[int, tuple[str, FilteredConnection | None]] = {}
+        self._texts: dict[str, tuple[Step, StepOutcome | None, _Texts]] = {}
+
+    # ---- the students -------------------------------------------------------------------------------------------------------
+
+    def enter(self, client_id: int, student: str, origin: FilteredConnection | None = None) -> None:
+        """Add a student's connection. `student`: id of the tab; `origin`: the connection, where it can vote."""
+        self._here[client_id] = student, origin
+        self._look_at_voters(student)
+
+    def leave(self, client_id: int) -> None:
+        """Remove a connection, if it is a student's."""
+        self._here.pop(client_id, None)
+
+    def _look_at_voters(self, student: str) -> None:
+        """Note where a student comes from, before a vote counts."""
+        for one, origin in self._here.values():
+            if one == student and origin is not None:
+                self.ballots.note(student, origin)
+
+    @property
+    def here(self) -> tuple[str, ...]:
+        """All students, each once, in the order of arrival; those elsewhere at the end."""
+        return tuple(dict.fromkeys((*(student for student, _ in self._here.values()), *self.elsewhere)))
+
+    @property
+    def heads(self) -> tuple[int, int]:
+        """How many students there are in all, and in breakout sessions."""
+        return len(self.here), sum(self.groups.values())
+
+    @property
+    def groups(self) -> dict[str, int]:
+        """All groups that have a breakout session, and how many students of each are here; a student alone is a group of one."""
+        return Counter(self.places.groups[student] for student in self.here if self.places.holds(student))
+
+    # ---- follow me, or explore ---------------------------------------------------------------------------------------------
+
+    def explore(self) -> None:
+        """Send all students to breakout sessions; with a place for everybody there are no groups."""
+        if not self.free and len(self.here) <= self.places.most:
+            self.places.groups.clear()
+        self.free = True
+
+    def follow(self) -> None:
+        """Call all students back to the plenary."""
+        self.free, self.wanted = False, ""
+        self.places.take_all()
+
+    def settle(self, able: tuple[str, ...], now: float) -> None:
+        """While the class explores, give places to the students who are able to take one. `now`: the clock [s]."""
+        self.waiting = 0
+        if self.free:
+            self.places.give(able, now)
+            self.waiting = sum(not self.places.holds(student) for student in self.here)
+
+    # ---- the question ------------------------------------------------------------------------------------------------------
+
+    def poll(self, walk: Walkthrough | None, book: LessonBook | None = None) -> Poll | None:
+        """Return the question in the plenary; None if there is none.
+
+        Args:
+            walk: the plenary's; None while no lesson is open.
+            book: the lessons in the reader's language; None for the plenary's.
+        """
+        at = None if walk is None else walk.in_book(book)
+        if walk is None or at is None or at.step.question is None:
+            return None
+        lesson, step, done = at.lesson, at.step, walk.done
+        asked, question = at.step.question, (lesson.id, step.id)
+        if walk.phase is Phase.PREDICT and done.untouched and question in self.ballots.revealed:
+            # The teacher has begun the step again.
+            self.ballots.ask_again(question)
+        revealed, counts = question in self.ballots.revealed, self.ballots.counts(question, len(asked.choices), self.here)
+        known = None if walk.phase in (Phase.PREDICT, Phase.DO) else done.outcome
+        choices, outcome, verdicts = self._texts_of(lesson, step, asked, known)
+        return Poll(
+            question=question,
+            choices=choices,
+            tally=counts.newest,
+            open=done.outcome is None and not revealed,
+            revealed=revealed,
+            outcome=outcome,
+            right=None if known is None else asked.right,
+            verdicts=verdicts,
+            drawing=step.drawing,
+            truth=() if known is None else known.curve,
+            first=counts.first,
+            switches=counts.switches,
+            round=len(self.ballots.rounds_of(question)),
+            staged=_staged(walk, counts.newest, revealed),
+            runs=not step.concept and bool(step.measurements),
+        )
+
+    def _texts_of(self, lesson: Lesson, step: Step, asked: Question, outcome: StepOutcome | None) -> _Texts:
+        """Return the texts of a question, which are made once in every language and not in every frame."""
+        cached = self._texts.get(lesson.language)
+        if cached is not None and cached[0] is step and cached[1] is outcome:
+            return cached[2]
+        choices = tuple(fill(step, choice.text, None, lesson.language) for choice in asked.choices)
+        index = lesson.steps.index(step)
+        each = [] if outcome is None else [StepProgress(choice=i, outcome=outcome) for i in range(len(choices))]
+        verdicts = tuple(answer_verdict(StepPosition(lesson, step, index, Phase.OBSERVE, one, None)) for one in each)
+        texts = choices, () if outcome is None else outcome.lines(step, lesson.language), verdicts
+        self._texts[lesson.language] = step, outcome, texts
+        return texts
+
+    def answer(self, walk: Walkthrough | None, student: str, choice: int) -> bool:
+        """Take a student's answer to the question in the plenary; return whether it was taken."""
+        poll = self.poll(walk)
+        if poll is None or not poll.open or not 0 <= choice < len(poll.choices):
+            return False
+        self._look_at_voters(student)
+        return self.ballots.answer(poll.question, student, choice)
+
+    def draw(self, walk: Walkthrough | None, student: str, question: QuestionId, curve: Curve) -> bool:
+        """Take a student's curve for a question, if it is in the plenary; return whether it was taken."""
+        poll = self.poll(walk)
+        if poll is None or not poll.open or poll.question != question or poll.drawing is None:
+            return False
+        checked = checked_curve(poll.drawing, curve)
+        self._look_at_voters(student)
+        return checked is not None and self.ballots.draw(question, student, checked)
+
+    def give_reason(self, walk: Walkthrough | None, student: str, question: QuestionId, reason: str) -> None:
+        """Take the reason of an answer to the question in the plenary."""
+        poll = self.poll(walk)
+        if poll is not None and poll.open and poll.question == question:
+            self.ballots.give_reason(question, student, clean_name(reason, LONGEST_REASON))
+
+    def progress_of(self, student: str, walk: Walkthrough) -> str:
+        """Return the progress of a walkthrough, as JSON, at the plenary's step and with a student's own answers."""
+        progress = Progress(walk.lesson.id, walk.step.id)
+        for question, ballot in self.ballots.ballots_of(student).items():
+            progress.steps[question] = StepProgress(choice=ballot.choice, drawing=ballot.curve)
+        return to_json(progress)
+
+    # ---- what is left behind -----------------------------------------------------------------------------------------------
+
+    def note(self, group: str, progress: str, now: float) -> None:
+        """Take a group's progress, as JSON: each of its students has done it. `now`: the clock [s]."""
+        self.board.note(group, progress, now)
+        for student in self.places.members(group) or (group,):
+            self.work.note(student, progress)
+
+    def has_work(self, student: str) -> bool:
+        """Return whether a student has done something that can be handed in."""
+        return bool(self.work.progress_of(student) or self.ballots.ballots_of(student))
+
+    def hand_in(self, walk: Walkthrough | None, student: str, name: str, progress: str) -> bool:
+        """Take a student's report: what was done in the student's own session, and the answers given here; return whether there was any.
+
+        Args:
+            walk: the plenary's, for what came of the questions; None for none.
+            progress: of the student's own session, as JSON; "" in the plenary.
+        """
+        if progress:
+            self.work.note(student, progress)
+        if not self.has_work(student):
+            return False
+        steps = from_json(self.work.progress_of(student)).steps
+        ballots = self.ballots.ballots_of(student)
+        for question, ballot in ballots.items():
+            own = steps.get(question, StepProgress())
+            if own.outcome is None:
+                outcome = None if walk is None else walk.done_in(*question).outcome
+                choice = own.choice if ballot.choice is None else ballot.choice
+                mine = {"drawing": ballot.curve or own.drawing, "because": ballot.reason or own.because}
+                steps[question] = replace(own, choice=choice, outcome=outcome, **mine)
+        answers = {q: tuple(one.get(student, Ballot()).choice for one in self.ballots.rounds_of(q)) for q in ballots}
+        self.work.hand_in(student, HandIn(clean_name(name), to_json(Progress(steps=steps)), answers))
+        return True
+
+    def summary(self, book: LessonBook, now: float) -> ClassSummary:
+        """Return what the class leaves behind. `now`: [s since 1970]."""
+        steps = {(lesson.id, step.id): step for lesson in book.lessons for step in lesson.steps}
+        asked = [q for q in self.ballots.questions if q in steps and steps[q].question is not None]
+        rounds = {q: tuple(one for one in self.ballots.counted_rounds_of(q) if one) for q in asked}
+        hand_ins = sorted(self.work.hand_ins.values(), key=lambda one: (not one.name, one.name.casefold()))
+        return ClassSummary(
+            now,
+            len({student for given in rounds.values() for one in given for student in one}),
+            tuple(_asked(q, steps[q], rounds[q]) for q in asked),
+            {q: len(students) for q, students in self.work.passed.items()},
+            tuple(hand_ins),
+            self.ballots.paired(book, self.work.choices),
+        )
+
+
+def _asked(question: QuestionId, step: Step, rounds: tuple[dict[str, Ballot], ...]) -> AskedQuestion:
+    choices = 0 if step.question is None else len(step.question.choices)
+    switches = switches_between(rounds[0], rounds[-1]) if len(rounds) > 1 else ()
+    return AskedQuestion(question, tuple(tally_of(one, choices) for one in rounds), switches)
+
+
+def _staged(walk: Walkthrough, tally: Tally, revealed: bool) -> tuple[int, ...]:
+    """Return the answers with which the run is compared; the run that shows why an answer is wrong has one of them."""
+    choice = walk.done.choice
+    if choice is None:
+        return ()
+    return tally.favourites if revealed and choice in tally.favourites and not walk.showing else (choice,)

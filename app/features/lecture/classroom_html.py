@@ -1,0 +1,137 @@
+"""HTML of a lecture: the histogram, the headcount, the address, and the lines on a student's page."""
+
+from typing import Final
+
+from markupsafe import Markup
+
+from app.features.lecture.ballots import VoterCount
+from app.features.lecture.breakout_places import group_size
+from app.features.lecture.classroom import Classroom, Poll
+from app.features.lecture.tally_html import cloud_html, drawn_too, switches_text, tie_text
+from app.i18n.speaking import N_, spoken, tr
+from app.lessons.curve_drawing import drawing_svg, judge_drawing, median_curve
+from app.lessons.tally import Ballot
+from app.page.panels.server_load import load_pills
+from app.plots.curve_chart import Curve
+from app.text.templates import element, macros, tr_html
+from app.web.address import Address, qr_svg
+
+WATCHING: Final = N_("Another one of you operates it.")
+TAKE_OVER: Final = N_("Take over")
+
+_NONE: Final = Ballot()
+
+
+def poll_html(poll: Poll, live: bool = False) -> Markup:
+    """Return the histogram of the class's answers, and its curves as a cloud; once the outcome is known, with the measured result.
+
+    Args:
+        live: whether it is the teacher's, before the reveal.
+    """
+    tally = poll.tally
+    count = tr("{count} answered", count=tally.handed_in) + drawn_too(tally)
+    if live:
+        count += " · " + tr("{count} not yet", count=tally.waiting)
+    rounds = ([] if poll.first is None else [(1, poll.first)]) + [(poll.round, tally)]
+    words = _tie(poll), switches_text(poll.switches, poll.right)
+    cloud = cloud_html(poll.drawing, rounds, poll.truth, poll.unseen)
+    return macros("features/lecture/poll.html").poll(poll, count, rounds, words, cloud, live)
+
+
+def voters_html(voters: VoterCount) -> Markup:
+    """Return where the votes come from, for the teacher; "" before there are any."""
+    if not voters.votes:
+        return Markup()
+    pills = [("", tr("votes: {count}", count=voters.votes)), ("", tr("addresses: {count}", count=voters.addresses))]
+    if voters.pageless:
+        pills.append(("halt", tr("votes without a page: {count}", count=voters.pageless)))
+    return macros("page/panels/pills.html").in_class([pills])
+
+
+def _tie(poll: Poll) -> str:
+    """Return what is said to a tie, after the reveal with the answer that the run is compared with."""
+    text = tie_text(poll.tally)
+    if not text or not poll.revealed or not poll.staged or not poll.runs:
+        return text
+    staged, *others = poll.staged
+    if others:
+        return f"{text} {tr('The run is compared with each of them.')}"
+    return f"{text} {tr('The run is compared with answer {number}.', number=staged + 1)}"
+
+
+def tied_html(poll: Poll) -> Markup:
+    """Return the verdicts on the answers of a tie, in place of that on the one chosen on the stage; "" for no tie."""
+    if len(poll.staged) < 2:
+        return Markup()
+    verdicts = [(i, verdict) for i in poll.staged if poll.verdicts and (verdict := poll.verdicts[i]) is not None]
+    return macros("features/lecture/poll.html").tied(poll, _near(poll, median_curve(poll.tally.curves)), verdicts)
+
+
+def _near(poll: Poll, curve: Curve) -> Markup:
+    """Return how near a curve came; "" for no curve."""
+    if poll.drawing is None or not curve:
+        return Markup()
+    return macros("page/lessons/lesson.html").drawn(judge_drawing(poll.drawing, curve, poll.truth, spoken().language))
+
+
+def heads_html(classroom: Classroom, expected: int = 0) -> Markup:
+    """Return how many students there are, what they do, and how busy the server is. `expected`: students; 0 where it is not known."""
+    present, exploring = classroom.heads
+    students, places = max(present, expected), classroom.places.most
+    pills = [("", tr("students here: {count}", count=present))]
+    if classroom.free:
+        pills.append(("go", tr("exploring: {count}", count=exploring)))
+        if classroom.waiting:
+            pills.append(("halt", tr("without a place: {count}", count=classroom.waiting)))
+    elif present:
+        pills.append(("go", tr("all follow")))
+    if (size := group_size(students, places)) > 1:
+        said = tr("{students} students, room for {places}: groups of {size}", students=students, places=places, size=size)
+        pills.append(("halt", said))
+    if classroom.work.hand_ins:
+        pills.append(("go", tr("reports handed in: {count}", count=len(classroom.work.hand_ins))))
+    if classroom.paused:
+        pills.append(("halt", tr("everybody is paused")))
+    rows = [pills] if classroom.load is None else [pills, load_pills(classroom.load)]
+    return macros("page/panels/pills.html").in_class(rows, live=True)
+
+
+def banner_html(kind: str, text: str) -> Markup:
+    """Return the banner of a student's page; "" for no text."""
+    return element("div", text, class_=f"duet-banner {kind} duet-say") if text else Markup()
+
+
+def join_html(address: Address) -> Markup:
+    """Return the address for the teacher."""
+    if address.private:
+        hint = tr_html("Only this computer can open it. Start with <code>--host 0.0.0.0</code> to let the class in.")
+    else:
+        hint = tr(
+            "Students type it, or point a camera at the code. {link} is for a projector, without a clicker; it is not counted.",
+            link=f"{address.short}?screen=1",
+        )
+    return macros("features/lecture/invitation.html").join(address, hint, qr_svg(address.url, tr("QR code of the address")))
+
+
+def overlay_html(address: Address, joined: tuple[int, int] | None = None) -> Markup:
+    """Return the address for every screen. `joined`: see `joined_text`; None where that is not said."""
+    said = "" if joined is None else joined_text(*joined)
+    return macros("features/lecture/invitation.html").overlay(address, qr_svg(address.url, tr("QR code of the address")), said)
+
+
+def joined_text(here: int, expected: int) -> str:
+    """Return how many students are here, of how many; `expected`: 0 where the teacher has not said."""
+    return tr("{count} of {expected} are in", count=here, expected=expected) if expected else tr("{count} are in", count=here)
+
+
+def mine_html(poll: Poll, ballot: Ballot, first: Ballot = _NONE, keys: bool = True) -> Markup:
+    """Return the lines on what a student has handed in: what to do, and after the run the verdict.
+
+    Args:
+        first: what the student handed in when it was asked for the first time, if it was asked again.
+        keys: whether the reader has a keyboard.
+    """
+    curves, near = Markup(), Markup()
+    if poll.verdicts and poll.drawing is not None and ballot.curve:
+        curves, near = drawing_svg(poll.drawing, ballot.curve, poll.truth), _near(poll, ballot.curve)
+    return macros("features/lecture/poll.html").mine(poll, ballot, first, keys, curves, near)

@@ -1,0 +1,238 @@
+"""A lecture: one plenary session that all see and a teacher operates, and breakout sessions for the students."""
+
+import logging
+from collections.abc import Callable
+from math import inf
+from time import time
+
+import viser
+
+from app.features.lecture.audiences import SCREEN, SMALL, Audiences
+from app.features.lecture.breakout_sessions import BreakoutSessions, BreakoutWorkers, run_of
+from app.features.lecture.class_record import NEW_CLASS, class_of, interrupted
+from app.features.lecture.class_summary import ClassSummary
+from app.features.lecture.classroom import Classroom
+from app.features.lecture.leader import Leader
+from app.features.lecture.lecture_options import LectureOptions
+from app.features.lecture.lecture_pages import PlenaryAudiences, PlenaryControls
+from app.features.lecture.lecture_record import LectureRecorder
+from app.features.lecture.participant import Participant
+from app.features.lecture.presenter import INVITED, InvitedPages
+from app.features.lecture.teacher_control import TeacherControl
+from app.hosting.admission import Admission, Pieces
+from app.hosting.app_context import AppContext
+from app.hosting.frame_loop import Attention
+from app.hosting.teacher_key import is_teacher
+from app.hosting.visitor_record import VisitorRecord
+from app.i18n.reader_language import language_of, look_of, preferred
+from app.i18n.speaking import set_language
+from app.lessons.progress import SavedLesson
+from app.lessons.session.lesson_session import LessonSession
+from app.session.frame import Frame, make_frame
+from app.session.session import Session
+from app.settings import Look
+from app.web.address import Address
+
+log = logging.getLogger("duet.lecture")
+
+
+class LectureHost:
+    """All tabs see one plenary session, each in its own language and look. A teacher has the controls: by the key, or without one in the
+    first tab.
+
+    Attributes:
+        control: carries out the teacher's actions.
+    """
+
+    def __init__(self, context: AppContext) -> None:
+        self._context = context
+        record = interrupted(context.store)
+        room = (None if record is None else class_of(record)) or NEW_CLASS
+        self.classroom = Classroom(context.workload.places, room)
+        start = context.options.settings if record is None or record.state is None else record.settings
+        self.session = Session(start, context.wake, context.jobs, context.sources)
+        self.lessons = LessonSession(self.session, context.book.in_language(language_of(context.options.settings, "en")))
+        self.control, workers = TeacherControl(self.classroom, self.session, self.lessons), None
+        if context.link is not None:
+            context.link.wake = context.wake
+            workers = BreakoutWorkers(context.link, self.classroom, self.control.answers.put)
+        self._breakouts = BreakoutSessions(context, self.classroom, workers)
+        self.control.presenter.expected = context.options.of(LectureOptions).students
+        self._leader = Leader(context.options.key, room)
+        self._recorder = LectureRecorder(context, record, self.control, self._leader)
+        self.controls = PlenaryControls(context, self.control, self._summaries)
+        self.participants: dict[int, Participant] = {}
+        self.shared = PlenaryAudiences(context, self.control, self.participants)
+        self._attention, self._heard, self._told = Attention(), (0, 0), (None, None)
+        self.audiences = Audiences(context.server, self._look, self._leader.gone)
+        self.admission = Admission(context, self._admit, self._not_built)
+        # Nothing in the plenary can be operated.
+        context.server.gate.may_share = lambda client_id: False
+        # A teacher must be able to come back after a lost connection.
+        context.server.always_admits = lambda query: is_teacher(context.options.key, query)
+        # One student is one voter, however many tabs there are; a teacher may have several.
+        context.server.takes_over = lambda query: SCREEN not in query and not is_teacher(context.options.key, query)
+
+    def _look(self, client_id: int, query: dict[str, str], accept: str) -> Look | None:
+        """Return the look with which a browser watches; None for a page of its own: a teacher's, or a breakout session's."""
+        if self._leader.admits(client_id, query) or self._breakouts.expects(query):
+            return None
+        return look_of(query, preferred(accept), self._context.options.settings)
+
+    def close(self, goes_on: bool = False) -> None:
+        """Keep what every student has done, and close every session. `goes_on`: whether the lecture is left to the next server, as if this
+        one had broken off."""
+        self.admission.close()
+        if goes_on:
+            self._recorder.save(inf)
+        else:
+            self._recorder.close()
+        self._breakouts.close(self.participants.values())
+        self.session.close()
+        self._context.store.close()
+
+    # ---- frame by frame ----------------------------------------------------------------------------------------------------
+
+    def frame(self, now: float, elapsed: float) -> None:
+        """Advance the plenary and draw it for all; then every breakout session."""
+        set_language(self.controls.language)
+        self._connect()
+        set_language(self.controls.language)
+        teachers = [one for one in self.participants.values() if one.teacher]
+        if self.controls.operator is None and teachers:
+            self._build(teachers[0], self.controls.hand_over)
+        for one in teachers:
+            if one.takes_over:
+                one.takes_over = False
+                self._build(one, self.controls.take_over)
+        self.control.answers.do()
+        if self.controls.operator is not None and self.controls.language_changed:
+            self._build(self.controls.operator, self.controls.build_operator_page)
+        set_language(self.controls.language)
+        due = self._attention.due(now, False, self.session.paused, self._stirred())
+        workload = self._context.workload
+        self.classroom.places.most = workload.places
+        # The stage is a session beside those of the students.
+        self.classroom.load = self._breakouts.load(workload.report)._replace(places=workload.places + 1)
+        frame = make_frame(self.session, self.lessons.decide, now, elapsed, workload.budget)
+        workload.drew(self.session.stepping)
+        if self.classroom.paused and not self.classroom.free and not self.session.paused:
+            # The teacher has pressed Run in the plenary.
+            self.classroom.paused = False
+        self._breakouts.settle(self.participants.values(), self._begin)
+        self.control.presenter.screens = sum(one.screen and one.query[SCREEN] != SMALL for one in self.participants.values())
+        self.control.present()
+        if due:
+            self._show_plenary(frame)
+            self._attention.note(now, frame.state)
+        self._recorder.save(now)
+        self._tell_trouble()
+        if (run := run_of(self.participants.values(), self.classroom.wanted)) is not None:
+            self.control.answers.put(run)
+        self._breakouts.frames(list(self.participants.values()), now, elapsed)
+
+    def _tell_trouble(self) -> None:
+        """Say once to the teacher who has the controls what is wrong with the store."""
+        operation, trouble = self.controls.operation, self._context.store.trouble
+        if operation is not None and trouble is not None and (operation, trouble) != self._told:
+            set_language(self.controls.language)
+            self.session.notify(*trouble)
+        self._told = operation, trouble
+
+    def _stirred(self) -> bool:
+        """Return whether anything has come for the plenary, or from any browser, since the last frame."""
+        pages = [self._context.server.page_of(client_id) for client_id in self.participants]
+        heard, self._heard = self._heard, (len(pages), sum(page.heard for page in pages if page is not None))
+        return self.session.stirred or heard != self._heard
+
+    def _show_plenary(self, frame: Frame) -> None:
+        """Draw the plenary, first for the operator."""
+        operator = self.controls.operator
+        teachers = [one for one in self.participants.values() if one.page is not None]
+        for teacher in sorted(teachers, key=lambda one: one is not operator):
+            with self._context.apart("a frame of a teacher's page failed", teacher.client.client_id):
+                self._show_teacher(teacher, frame)
+        for audience, page in self.shared.pages.items():
+            poll = page.show(frame, self._address("screens"))
+            for one in self.shared.watchers(audience):
+                with self._context.apart("a frame of a student's page failed", one.client.client_id):
+                    one.show(self.classroom, poll, page.view, self.lessons)
+                    one.invite(self._address("all"))
+            page.flush()
+
+    def _show_teacher(self, teacher: Participant, frame: Frame) -> None:
+        page, operation = teacher.page, self.controls.operation
+        assert page is not None
+        poll = page.show(frame)
+        teacher.invite(self._address("teachers"))
+        if teacher is self.controls.operator and operation is not None:
+            with teacher.client.atomic():
+                operation.show(frame)
+        teacher.show_panel(poll)
+        page.flush()
+
+    def _summaries(self) -> tuple[ClassSummary, ClassSummary | None]:
+        """Return what this class leaves behind so far, and what the one before has left; a teacher without a key gets only the first."""
+        last = None if self._context.options.key is None else self._recorder.last_class
+        return self.classroom.summary(self._context.book, time()), last
+
+    def _address(self, pages: InvitedPages) -> Address | None:
+        """Return the address while such pages show it."""
+        shown = INVITED.index(self.control.presenter.inviting) >= INVITED.index(pages)
+        return self.controls.address if shown else None
+
+    # ---- connections -------------------------------------------------------------------------------------------------------
+
+    def _connect(self) -> None:
+        """Remove the browsers that have disconnected, and go on building the pages of those that have connected."""
+        arrivals, departures = self.admission.changes()
+        for client_id in departures:
+            participant = self.participants.pop(client_id, None)
+            self.classroom.leave(client_id)
+            if participant is not None:
+                self._breakouts.leave(participant)
+                if participant is self.controls.operator:
+                    self.controls.release()
+        self.shared.update(self.audiences)
+        for client in arrivals:
+            self.admission.come(client)
+        self.admission.advance()
+
+    def _admit(self, client: viser.ClientHandle) -> Pieces:
+        """Give a browser its page; one with a breakout session takes part once the page is whole."""
+        client_id = client.client_id
+        audience = self.audiences.audience_of(client_id)
+        participant = Participant(client, self._leader.holds(client_id), audience, self.control.answers.put)
+        if not participant.teacher and participant.audience is None and self._breakouts.expects(participant.query):
+            begin = self._begin(participant.id)
+            participant.group = self.classroom.places.groups[participant.id]
+            yield from self._breakouts.admit(participant, self.participants.values(), begin)
+            self.participants[client_id] = participant
+            self.classroom.enter(client_id, participant.id)
+            return
+        self.participants[client_id] = participant
+        if participant.teacher:
+            self._build(participant, self.controls.admit)
+        elif participant.audience is not None:
+            self._build(participant, self.shared.admit)
+        else:
+            # The place that it had when it connected has been taken meanwhile.
+            self._context.server.send_elsewhere(client)
+
+    def _begin(self, student: str) -> VisitorRecord:
+        """Return a breakout session like the plenary, in a lesson with the student's own answers."""
+        saved, own = self.lessons.saved(), None
+        if saved is not None and saved.open:
+            own = SavedLesson(self.classroom.progress_of(student, self.lessons.walk), saved.own, True)
+        return VisitorRecord({}, self.session.settings, own)
+
+    def _build(self, participant: Participant, build: Callable[[Participant], None]) -> None:
+        try:
+            build(participant)
+        except Exception:
+            self._not_built(participant.client)
+
+    def _not_built(self, client: viser.ClientHandle) -> None:
+        # A browser that has disconnected before its page was there is no error.
+        if client.client_id in self._context.server.get_clients():
+            log.exception("a page could not be built")

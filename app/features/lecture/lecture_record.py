@@ -1,0 +1,90 @@
+"""A lecture outlives a server that breaks off: the plenary, the answers and the lead are stored every second. Of one that has ended the
+summary is left."""
+
+from time import time
+from typing import Final
+
+from app.features.lecture.class_record import NAME, ClassRecord, class_of, last_class_of, with_class
+from app.features.lecture.class_summary import ClassSummary
+from app.features.lecture.classroom import Classroom
+from app.features.lecture.leader import Leader
+from app.features.lecture.teacher_control import TeacherControl
+from app.hosting.app_context import AppContext
+from app.hosting.visitor import run_again
+from app.hosting.visitor_record import VisitorRecord
+from app.lessons.lesson import LessonBook
+from app.settings import Settings
+
+SAVING: Final = 1.0
+"""Time from one record to the next [s]."""
+
+
+class LectureRecorder:
+    """Stores a lecture while it goes on, and its summary when it ends.
+
+    Args:
+        record: of the lecture that broke off, which goes on here; None for a new one.
+        control: of the plenary.
+    """
+
+    def __init__(self, context: AppContext, record: VisitorRecord | None, control: TeacherControl, leader: Leader) -> None:
+        self._store, self._book, self._leader, self._save_at = context.store, context.book, leader, 0.0
+        self._session, self._lessons, self._classroom = control.session, control.lessons, control.classroom
+        self._last_class = _summary_in(self._store.named(NAME), record is not None, self._book)
+        if record is not None and class_of(record) is not None:
+            if record.lessons is not None:
+                self._lessons.resume(record.lessons, reopen=True)
+            for _ in run_again(self._session, self._lessons, record):
+                pass
+
+    @property
+    def last_class(self) -> ClassSummary | None:
+        """Return what the class before this one has left behind, for as long as records are kept."""
+        last = self._last_class
+        return None if last is None or abs(time() - last.saved) > self._store.keep else last
+
+    def save(self, now: float) -> None:
+        """Hand over the lecture every `SAVING`. `now`: wall time [s]."""
+        if not self._store.lasting or now < self._save_at:
+            return
+        self._save_at = now + SAVING
+        ballots, work, (leader, students) = self._classroom.ballots, self._classroom.work, self._leader.tabs
+        rounds = ballots.rounds
+        record = ClassRecord(
+            saved=time(),
+            ballots={question: given[-1] for question, given in rounds.items()},
+            revealed=tuple(sorted(ballots.revealed)),
+            free=self._classroom.free,
+            leader=leader,
+            students=students,
+            earlier={question: given[:-1] for question, given in rounds.items() if len(given) > 1},
+            passed={question: tuple(sorted(passed)) for question, passed in work.passed.items()},
+            hand_ins=dict(work.hand_ins),
+            pages_only=ballots.pages_only,
+            pageless=tuple(sorted(ballots.pageless)),
+            names=dict(self._classroom.board.names),
+            pace=self._classroom.pace,
+            nearest=dict(work.nearest),
+            groups=dict(self._classroom.places.groups),
+        )
+        session = self._session
+        shared = VisitorRecord({}, session.settings, self._lessons.saved(), session.state())
+        self._store.save_named(NAME, with_class(shared, record, self.last_class))
+
+    def close(self) -> None:
+        summary = self._classroom.summary(self._book, time())
+        last = self.last_class if summary.empty else summary
+        self._store.save_named(NAME, with_class(VisitorRecord({}, Settings(), None), None, last))
+
+
+def _summary_in(record: VisitorRecord | None, goes_on: bool, book: LessonBook) -> ClassSummary | None:
+    """Return the summary of the last class that has ended. `goes_on`: whether the lecture of the record goes on."""
+    if record is None:
+        return None
+    room = class_of(record)
+    if room is not None and not goes_on:
+        # It broke off, and was not started again in time.
+        summary = Classroom(0, room).summary(book, room.saved)
+        if not summary.empty:
+            return summary
+    return last_class_of(record)

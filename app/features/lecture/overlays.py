@@ -1,0 +1,182 @@
+"""What lies over a page of a lecture: the address; and on a projector the question, the class's answers, the outcome or the explanation
+over a dimmed scene, a line below it, or the black picture."""
+
+import contextlib
+from collections.abc import Collection
+from typing import Final
+
+import viser
+from markupsafe import Markup
+
+from app.features.lecture.classroom import Poll
+from app.features.lecture.classroom_html import overlay_html, poll_html
+from app.features.lecture.presenter import ShownWork, Station, clock_text
+from app.features.lecture.tally_html import drawn_too
+from app.features.lecture.teacher_control import TeacherControl
+from app.i18n.speaking import tr
+from app.lessons.bookmark import Bookmark
+from app.lessons.curve_drawing import drawing_svg
+from app.lessons.lesson import LessonBook
+from app.lessons.step_view import StepView
+from app.lessons.tally import Tally
+from app.lessons.texts import fill
+from app.page.lessons.lesson_html import record_html
+from app.page.view import View
+from app.text.lesson_text import lesson_html
+from app.text.templates import element, macros
+from app.web.address import Address
+
+
+class Invitation:
+    """The address over a teacher's or a student's page. A page that opens while the address is shown does not get it."""
+
+    def __init__(self, gui: viser.GuiApi, view: View) -> None:
+        self._gui, self._view = gui, view
+        self._handles: dict[str, viser.GuiHtmlHandle] = {}
+        self._late, self._shown = True, False
+
+    def show(self, address: Address | None) -> None:
+        """Show the address; None takes it away."""
+        self._late = self._late and address is not None
+        if self._late or self._shown == (address is not None):
+            return
+        content = "" if address is None else overlay_html(address)
+        # A folded panel is not on the page; one of several is.
+        places = {"main": contextlib.nullcontext(), "plots": self._view.plots_tab, "lesson": self._view.lesson_panel.tab}
+        for name, place in places.items():
+            if place is not None and name not in self._handles:
+                with place:
+                    self._handles[name] = self._gui.add_html("")
+        for handle in self._handles.values():
+            handle.content = content
+        # What fails on its way is shown with the next frame.
+        self._shown = address is not None
+
+
+class ScreenView:
+    """What the projectors of one look show beside the plenary.
+
+    Args:
+        gui: of the projectors.
+        control: of the plenary.
+        book: the lessons in their language.
+    """
+
+    def __init__(self, gui: viser.GuiApi, control: TeacherControl, book: LessonBook) -> None:
+        self._control, self._book = control, book
+        self._over, self._cover = gui.add_html(""), gui.add_html("")
+        self._shown: object = None
+        self._covered: tuple[bool, Address | None, tuple[int, int]] = False, None, (0, 0)
+
+    def show(self, poll: Poll | None) -> None:
+        """Update what lies over the scene. `poll`: the question in the plenary, in the projector's language."""
+        presenter, lessons, record = self._control.presenter, self._control.lessons, self._control.record
+        left = presenter.left
+        # The curves of a whole class are not drawn in every frame.
+        class_says = poll, presenter.work, presenter.quotes, record
+        shown = presenter.station, presenter.panels, lessons.open, lessons.version, left, class_says
+        if shown == self._shown:
+            return
+        self._shown = shown
+        view = lessons.walk.view(self._book) if lessons.open else None
+        if presenter.work is not None:
+            self._over.content = work_html(presenter.work, self._book)
+        else:
+            self._over.content = screen_html(presenter.station, view, poll, left, presenter.panels, presenter.quotes, record)
+
+    def cover(self, address: Address | None) -> None:
+        """Make the projector black, or show the address with how many are here, or its picture again."""
+        presenter = self._control.presenter
+        joined = (0, 0) if address is None else (self._control.classroom.heads[0], presenter.expected)
+        covered = presenter.blank, address, joined
+        if covered != self._covered:
+            self._covered = covered
+            black = element("i", class_="duet-blank", hidden="") if presenter.blank else ""
+            self._cover.content = black + ("" if address is None else overlay_html(address, joined))
+
+
+CAPTIONS: Final = {Station.SCENE: "goal", Station.RUN: "do", Station.TRY: "challenge"}
+"""Stations with nothing over the scene, and the text of the step that stands below it."""
+
+
+def screen_html(
+    station: Station,
+    view: StepView | None,
+    poll: Poll | None,
+    left: int | None,
+    panels: bool,
+    quotes: Collection[str] = (),
+    record: float | None = None,
+) -> Markup:
+    """Return what lies over the scene on a projector; the script `presenter.js` shows it.
+
+    Args:
+        view: of the step; None while no lesson is open.
+        poll: the question on the stage.
+        left: seconds of the timer; None without one.
+        panels: whether the projector shows them beside the scene.
+        quotes: reasons of students for their answers.
+        record: the smallest d less d_m of the class in the step's duel [m]; None for none.
+    """
+    made, kinds = macros("features/lecture/screen.html"), f"at-{station} panels" if panels else f"at-{station}"
+    if view is not None and station not in CAPTIONS:
+        slide = made.head(view) + _slide(station, view, poll, quotes) + record_html(record) + _meter(poll, left)
+        return made.screen(f"slide {kinds}", slide)
+    if view is None or panels:
+        return made.screen(f"scene {kinds}", "")
+    texts = dict(view.texts)
+    counts = poll is not None and poll.open and (poll.tally.handed_in > 0 or left is not None)
+    caption = made.caption(view, texts.get(CAPTIONS[station]) or texts["goal"], record_html(record))
+    return made.screen(f"scene {kinds}", caption + _meter(poll, left) if counts else caption)
+
+
+def work_html(work: ShownWork, book: LessonBook) -> Markup:
+    """Return what one student has done, over the scene; of a run what step it belongs to, below the scene. `book`: of the projector."""
+    at = Bookmark(book).of(*work.step)
+    lesson, step, known = at.lesson, at.step, (at.lesson.id, at.step.id) == work.step
+    place, done = tr("Lesson {lesson} · step {step}", lesson=lesson.number, step=at.step_index + 1), work.done
+    made, screen = macros("features/lecture/board.html"), macros("features/lecture/screen.html").screen
+    if work.run or not known:
+        return screen("scene at-run", made.run(place if known else "", step.title if known else ""))
+    asked, language = step.question, lesson.language
+    question = "" if asked is None else lesson_html(fill(step, asked.text, None, language), step.setup.folder)
+    choices = () if asked is None else tuple(fill(step, choice.text, None, language) for choice in asked.choices)
+    svg = drawing_svg(step.drawing, done.drawing, ()) if step.drawing is not None and done.drawing else ""
+    outcome = () if done.outcome is None else done.outcome.lines(step, language)
+    return screen("slide at-work", made.work(place, step.title, question, choices, done.choice, svg, outcome))
+
+
+def _slide(station: Station, view: StepView, poll: Poll | None, quotes: Collection[str]) -> Markup:
+    made, texts = macros("features/lecture/screen.html"), dict(view.texts)
+    if station is Station.EXPLANATION:
+        return made.slide(view, "", "", texts.get("explain", ""), "text")
+    if station is Station.CHALLENGE:
+        return made.slide(view, "", "", texts.get("challenge", ""), "text task")
+    if poll is None:
+        answers = made.outcome(view)
+    else:
+        if station is Station.QUESTION or not (poll.revealed or poll.outcome):
+            # Rows with empty bars, which grow at the reveal, and empty axes.
+            none = Tally((0,) * len(poll.choices), 0, 0)
+            poll = Poll(
+                question=poll.question,
+                choices=poll.choices,
+                tally=none,
+                open=True,
+                revealed=False,
+                drawing=poll.drawing,
+                unseen=True,
+            )
+        answers = poll_html(poll) + made.quotes(quotes)
+    after = texts.get("observe", "") if station is Station.OUTCOME else ""
+    return made.slide(view, texts.get("predict", ""), answers, after, "text")
+
+
+def _meter(poll: Poll | None, left: int | None) -> Markup:
+    """Return how many have answered, and the timer; "" where there is nothing to count."""
+    if poll is None or not (poll.open or poll.revealed) or poll.outcome:
+        return Markup()
+    here = poll.tally.handed_in + poll.tally.waiting
+    left = left if poll.open else None
+    clock = None if left is None else clock_text(left)
+    return macros("features/lecture/screen.html").meter(poll.tally, here, drawn_too(poll.tally), left, clock)

@@ -1,0 +1,160 @@
+"""One browser in a lecture: who it belongs to, and what its page has beside the plenary."""
+
+import viser
+
+from app.features.lecture.audiences import SCREEN, Audience
+from app.features.lecture.class_messages import PostWork, Progressed
+from app.features.lecture.classroom import Classroom, Poll
+from app.features.lecture.classroom_html import WATCHING
+from app.features.lecture.overlays import Invitation
+from app.features.lecture.plenary_page import GroupMember, PlenaryPage
+from app.features.lecture.student_page import Answers, Banner, HandInBox
+from app.features.lecture.teacher_panel import AssistantPanel, TeacherPanel
+from app.hosting.visitor import Visitor
+from app.hosting.visitor_record import tab_id
+from app.i18n.speaking import tr
+from app.lessons.session.lesson_session import LessonSession
+from app.lessons.tally import Ballot
+from app.page.picture_size import canvas_size
+from app.page.view import View
+from app.session.session import Session
+from app.settings import LOOKS, Settings, from_query
+from app.theme import NARROW
+from app.web.address import Address
+from app.web.request import request_query
+from app.web.viser_internals import expand_for
+from scenes.settings import values
+
+
+class Participant:
+    """One browser.
+
+    Args:
+        teacher: whether it may lead.
+        audience: with which it watches the plenary; None for a page of its own.
+        post_work: takes what a student hands in.
+
+    Attributes:
+        id: of its tab, or of its connection if the tab has none.
+        lasting: whether the id outlives a reload.
+        screen: whether it is a projector, and no student's.
+        narrow: whether its window has no room for lesson, stage and controls beside each other.
+        page: the plenary on a teacher's own page; None for all others.
+        banner, answers, hand_in, panel, invitation: what it has beside the plenary; None for what it has not.
+        group: that has the student's breakout session; "" while the student sees the plenary.
+        mates: how many students of the group are here, with this one.
+        visitor: the breakout session of the one who operates it; None for all others.
+        member: the page of another member of the group; None for all others, and before there is anything to see.
+        takes_over: whether this browser wants to operate what another one does.
+        moved: whether it was asked to connect again.
+        worked: whether its student has done something that can be handed in.
+    """
+
+    def __init__(self, client: viser.ClientHandle, teacher: bool, audience: Audience | None, post_work: PostWork) -> None:
+        self.client, self.teacher, self.audience, self._post_work = client, teacher, audience, post_work
+        self.query = request_query(client)
+        tab = tab_id(self.query)
+        self.id, self.lasting = tab or f"tab {client.client_id}", tab is not None
+        self.screen, self.narrow, self.moved = SCREEN in self.query, canvas_size(client)[0] < NARROW, False
+        self.page: PlenaryPage | None = None
+        self.banner: Banner | None = None
+        self.answers: Answers | None = None
+        self.hand_in: HandInBox | None = None
+        self.panel: TeacherPanel | AssistantPanel | None = None
+        self.invitation: Invitation | None = None
+        self.group, self.mates, self.takes_over = "", 1, False
+        self.visitor: Visitor | None = None
+        self.member: GroupMember | None = None
+        # In another language the view is a new one, and has no banner yet.
+        self._view: View | None = None
+        self._shown: object = None
+        self.worked = False
+
+    def add_banner(self) -> None:
+        """Add what a student's page has at the top."""
+        self.banner = Banner(self.client.gui, self.ask_to_operate)
+        self.hand_in = HandInBox(self.client.gui, self._post_work, self.id, self.group)
+
+    def ask_to_operate(self) -> None:
+        """Have this browser operate what another one does; from any thread."""
+        self.takes_over = True
+
+    def dress(self, session: Session, start: Settings) -> None:
+        """Give a session the look that this browser's link asks for. `start`: settings for what the link leaves open."""
+        for key, value in values(from_query(self.query, start)[0]).items():
+            if key in LOOKS:
+                session.change(key, value)
+
+    def leave(self) -> None:
+        """Keep what a student has done in a session of their own, and drop what is being made for a teacher."""
+        if self.visitor is not None and not self.visitor.superseded and self.visitor.lessons.begun:
+            self._post_work(Progressed(self.group, self.visitor.lessons.walk.to_json()))
+        if isinstance(self.panel, TeacherPanel):
+            self.panel.close()
+
+    def invite(self, address: Address | None) -> None:
+        """Show the address over a page of the plenary; None takes it away."""
+        if self.invitation is not None:
+            with self.client.atomic():
+                self.invitation.show(address)
+
+    def show_panel(self, poll: Poll | None) -> None:
+        """Update a teacher's panel. `poll`: the question in the plenary."""
+        if self.panel is not None:
+            with self.client.atomic():
+                self.panel.show(poll)
+
+    def show(self, classroom: Classroom, poll: Poll | None, view: View, lessons: LessonSession) -> None:
+        """Update what a student's page has beside the plenary.
+
+        Args:
+            poll: the question in the plenary; None for none, and in a breakout session.
+            view, lessons: the plenary's, or those of the breakout session.
+        """
+        if self.group and self._view is not view:
+            self._view, self._shown = view, None
+            self.add_banner()
+        if self.banner is None or self.hand_in is None:
+            return
+        self.hand_in.post(lessons if self.group else None, self.member is None)
+        report = classroom.work.hand_ins.get(self.id)
+        self.worked = self.worked or report is not None or classroom.has_work(self.id) or classroom.has_work(self.group)
+        line, tab = self._line(classroom), view.lesson_panel.tab if lessons.open and self.narrow else None
+        mine = Ballot() if poll is None else classroom.ballots.ballot_of(poll.question, self.id)
+        answered = None if self.answers is None else (lessons.open, poll, mine, view.lesson_panel.tab)
+        offers = self.member is not None
+        shown = line, tab, answered, self.worked, report
+        # Opening a batch for each of thirty pages in every frame would cost a message each.
+        if shown == self._shown:
+            return
+        self._shown = shown
+        with self.client.atomic():
+            self.banner.show(*line, tab, offers)
+            if offers and tab is not None and view.lesson_panel.panel is not None:
+                # The banner stands in it, and on a phone it is folded.
+                self.client.gui.main_panel.minimize()
+                expand_for(self.client, view.lesson_panel.panel)
+            self.hand_in.show(self.worked, report, tab)
+            if self.answers is not None:
+                if self.narrow:
+                    self.answers.fold(lessons.open)
+                first = Ballot() if poll is None else classroom.ballots.first_ballot_of(poll.question, self.id)
+                self.answers.show(poll, mine, first)
+
+    def _line(self, classroom: Classroom) -> tuple[str, str]:
+        """Return kind and text of the banner."""
+        own = "own" if self.member is None else "own watches"
+        if classroom.paused:
+            return f"{own} halt" if self.group else "halt", tr("The teacher has paused everybody.")
+        if self.group:
+            name = classroom.board.name_of(self.group)
+            pace = () if classroom.pace is None else (tr(classroom.pace.words),)
+            if self.mates == 1:
+                begin = (tr("Explore freely: this is your own session, and its settings are kept for the next time."),)
+            else:
+                who = tr("You operate it.") if self.member is None else tr(WATCHING)
+                begin = (tr("You are {count} at this robot, and answer together.", count=self.mates), who)
+            return own, " ".join((*begin, *pace, tr("For the teacher you are {name}.", name=name)))
+        if classroom.free and not self.lasting:
+            return "wait", tr("Your browser blocks storage for this page, so you can only watch.")
+        return "follow", tr("You follow the teacher: everybody sees this stage.")

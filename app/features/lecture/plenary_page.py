@@ -1,0 +1,138 @@
+"""The pages of those who watch: the plenary of a lecture in the language and look of one audience, or of one teacher, with the class's
+answers; and the session of a group, which another member operates."""
+
+from collections.abc import Callable
+
+import viser
+
+from app.features.lecture.audiences import Audience
+from app.features.lecture.classroom import Poll
+from app.features.lecture.classroom_html import WATCHING, poll_html, tied_html
+from app.features.lecture.overlays import ScreenView
+from app.features.lecture.teacher_control import TeacherControl
+from app.hosting.app_context import AppContext
+from app.hosting.visitor import Visitor
+from app.i18n.reader_language import look_of
+from app.i18n.speaking import set_language, tr
+from app.lessons.lesson import LessonBook
+from app.page.lessons.lesson_html import record_html
+from app.page.lessons.lesson_panel import ORDER
+from app.page.view import View
+from app.session.frame import Frame
+from app.settings import Language, Look
+from app.web.address import Address
+from app.web.request import browser_language, request_query
+
+
+class PlenaryPage:
+    """A page that shows the plenary. Belongs to the frame loop's thread.
+
+    Args:
+        host: the audience, or the teacher's client.
+        control: of the plenary.
+        book: the lessons, in English.
+        look: of the page; None for that of the stage's settings, which is the operator's.
+        clients: returns the clients to which the camera belongs.
+
+    Attributes:
+        language, book: of the page, and the lessons in it.
+    """
+
+    def __init__(
+        self,
+        host: Audience | viser.ClientHandle,
+        control: TeacherControl,
+        book: LessonBook,
+        language: Language,
+        look: Look | None,
+        clients: Callable[[], list[viser.ClientHandle]],
+    ) -> None:
+        self._host, self._control, self.book = host, control, book.in_language(language)
+        self._clients, self._drawn = clients, False
+        self.language: Language = language
+        set_language(language)
+        projects = isinstance(host, Audience) and host.screen
+        with host.atomic():
+            self.view = View(host, control.session, clients, control.lessons, look, self.book, folds=False)
+            self._screen = ScreenView(host.gui, control, self.book) if projects else None
+        self._poll: viser.GuiHtmlHandle | None = None
+        self._shown: tuple[Poll | None, float | None] = None, None
+
+    def show(self, frame: Frame, address: Address | None = None) -> Poll | None:
+        """Draw a frame; return the question on the stage, in this language; its tally is shown after the reveal. A projector that is
+        frozen keeps its picture, and only what covers it changes.
+
+        Args:
+            address: that a projector shows; None for none.
+        """
+        set_language(self.language)
+        presenter = self._control.presenter
+        if self._screen is not None:
+            self._screen.cover(address)
+            if presenter.frozen and self._drawn:
+                return None
+        self._drawn = True
+        poll, record = self._control.poll(self.book), self._control.record
+        with self._host.atomic():
+            if self._screen is not None:
+                if self.view.bare == presenter.panels:
+                    self.view.bare = not self.view.bare
+                    for client in self._clients():
+                        # The panels take their room from the canvas, so that the view has to be fitted again.
+                        self.view.welcome(client)
+                self._screen.show(poll)
+            self.view.show(frame)
+            tab, gui = self.view.lesson_panel.tab, self._host.gui
+            if self._poll is None and tab is not None:
+                with tab:
+                    self._poll = gui.add_html("", order=ORDER["verdict"] - 0.5)
+            # The curves of a whole class are not drawn in every frame.
+            if self._poll is not None and (poll, record) != self._shown:
+                self._shown = poll, record
+                answers = poll_html(poll) + tied_html(poll) if poll is not None and poll.revealed else ""
+                self._poll.content = answers + record_html(record)
+        return poll
+
+    def flush(self) -> None:
+        """Send the frame at once."""
+        self._host.flush()
+
+
+class GroupMember:
+    """The session of a group in a member's own language and look. Belongs to the frame loop's thread.
+
+    Args:
+        lead: the member who operates it.
+
+    Attributes:
+        view, language, lessons: what is seen of it.
+    """
+
+    def __init__(self, context: AppContext, client: viser.ClientHandle, lead: Visitor) -> None:
+        self.client, self._context = client, context
+        self._session, self.lessons = lead.session, lead.lessons
+        look = look_of(request_query(client), browser_language(client), context.options.settings)
+        self.language, book = look.language, context.book.in_language(look.language)
+        set_language(self.language)
+        with client.atomic():
+            # After a page of an earlier session.
+            client.gui.reset()
+            self.view = View(
+                client, lead.session, lambda: [client], lead.lessons, look, book, folds=False, tip=lambda _: tr(WATCHING)
+            )
+            self.view.welcome(client)
+
+    def watches(self, lead: Visitor) -> bool:
+        """Return whether it still shows the session and the lessons of who operates; in another language these are new ones."""
+        return self._session is lead.session and self.lessons is lead.lessons
+
+    def act(self) -> None:
+        """Do nothing: the page has nothing to operate."""
+
+    def show(self, frame: Frame) -> None:
+        """Draw a frame."""
+        set_language(self.language)
+        with self._context.apart("a frame of a member's page failed", self.client.client_id):
+            with self.client.atomic():
+                self.view.show(frame)
+            self.client.flush()

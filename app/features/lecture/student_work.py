@@ -1,0 +1,168 @@
+"""What students have done in sessions of their own, and the reports that they have handed in, by the id of each student's tab; and the
+board of how far each is: a row for each, under an invented name, and a column for each step of a lesson."""
+
+from collections.abc import Mapping
+from random import SystemRandom
+from typing import Final, NamedTuple
+
+from app.features.lecture.class_record import NEW_CLASS, ClassRecord
+from app.features.lecture.class_summary import HandIn
+from app.lessons.bookmark import Bookmark, is_finished
+from app.lessons.progress import Progress, StepProgress, from_json
+from app.lessons.tally import QuestionId
+from app.web.traffic_limits import remember
+
+LONGEST_NAME: Final = 60
+"""Characters of a name."""
+
+MOST: Final = 1000
+"""Students of whom the newest work is kept; the one that was kept longest makes room."""
+
+
+class StudentWork:
+    """Progress, passed challenges and handed-in reports. What a student has done is in a report only if the student hands it in.
+
+    Args:
+        record: of the class, which goes on from there.
+
+    Attributes:
+        passed: the students who have passed each challenge.
+        hand_ins: all reports, by student; see `hand_in`.
+        nearest: lesson and step of a duel → the smallest d less d_m of all students' pushes [m].
+    """
+
+    def __init__(self, record: ClassRecord = NEW_CLASS) -> None:
+        self.passed = {question: set(students) for question, students in record.passed.items()}
+        self.hand_ins, self.nearest = dict(record.hand_ins), dict(record.nearest)
+        # What is handed in again is no less than before.
+        self._progress = {student: report.progress for student, report in record.hand_ins.items()}
+
+    def note(self, student: str, progress: str) -> None:
+        """Take a student's progress, as JSON, in place of an earlier one; a challenge once passed stays passed, and a record is kept."""
+        remember(self._progress, student, progress, MOST)
+        for question, done in from_json(progress).steps.items():
+            if done.passed:
+                self.passed.setdefault(question, set()).add(student)
+            if done.tries:
+                nearest = min(one.measured for one in done.tries)
+                self.nearest[question] = min(nearest, self.nearest.get(question, nearest))
+
+    def progress_of(self, student: str) -> str:
+        """Return a student's newest progress as JSON; "" for none."""
+        return self._progress.get(student, "")
+
+    @property
+    def choices(self) -> dict[QuestionId, dict[str, int]]:
+        """Return the answers of all students in sessions of their own, by question and student."""
+        found: dict[QuestionId, dict[str, int]] = {}
+        for student, progress in self._progress.items():
+            for question, done in from_json(progress).steps.items():
+                if done.choice is not None:
+                    found.setdefault(question, {})[student] = done.choice
+        return found
+
+    def hand_in(self, student: str, report: HandIn | None) -> None:
+        """Take a report in place of the student's earlier one; None takes that back."""
+        if report is None:
+            self.hand_ins.pop(student, None)
+        else:
+            remember(self.hand_ins, student, report, MOST)
+
+
+def clean_name(text: str, longest: int = LONGEST_NAME) -> str:
+    """Return a name, or another text of at most so many characters, on one line, without characters that are not seen."""
+    line = " ".join(text.split())
+    return "".join(character for character in line if character.isprintable())[:longest].strip()
+
+
+NAMES: Final = tuple(
+    "Abel Agnesi Apollonius Archimedes Aryabhata Banach Bernoulli Bhaskara Bolzano Brahmagupta Cantor Cartwright Cauchy Cayley Châtelet "  # noqa: SIM905
+    "Chebyshev Clairaut Descartes Diophantus Dirichlet Eratosthenes Erdős Euclid Euler Fermat Fibonacci Fourier Galois Gauss Germain Gödel "
+    "Grassmann Green Hamilton Heron Hilbert Hopper Hypatia Jacobi Kepler Khayyam Klein Kovalevskaya Lagrange Laplace Legendre Leibniz Liu "
+    "Lovelace Madhava Menger Mirzakhani Möbius Napier Newton Noether Pascal Peano Plemelj Poincaré Ptolemy Pythagoras Ramanujan Riemann "
+    "Robinson Seki Somerville Stokes Sylvester Thales Turing Vega Viète Weierstrass Wronski Zu".split()
+)
+"""Mathematicians, so many that a lecture hall needs no number behind a name."""
+
+STUCK: Final = 180.0
+"""Time in one place of one step, from which a student is stuck there [s]."""
+
+
+class Cell(NamedTuple):
+    """One student's step. `tries`: at its challenge; `here`: whether the student is there; `minutes`: for how long stuck, 0 for not."""
+
+    finished: bool = False
+    tries: int = 0
+    here: bool = False
+    minutes: int = 0
+
+
+class BoardRow(NamedTuple):
+    """One student, or a group of `members`. `lesson`: number of the lesson where they are, 0 for the board's."""
+
+    name: str
+    cells: tuple[Cell, ...]
+    lesson: int = 0
+    members: int = 1
+
+
+class ProgressBoard:
+    """Belongs to the plenary's thread. `names`: the invented names by student."""
+
+    def __init__(self) -> None:
+        self.names: dict[str, str] = {}
+        self._drawn: list[str] = []
+        self._seen: dict[str, tuple[Progress, object, float]] = {}
+
+    # ---- invented names ----------------------------------------------------------------------------------------------------
+
+    def name_of(self, student: str) -> str:
+        """Return a student's invented name, drawn once."""
+        if student not in self.names:
+            turn, taken = 0, set(self.names.values())
+            while not self._drawn:
+                turn += 1
+                names = (name if turn == 1 else f"{name} {turn}" for name in SystemRandom().sample(NAMES, len(NAMES)))
+                self._drawn = [name for name in names if name not in taken]
+            self.names[student] = self._drawn.pop()
+        return self.names[student]
+
+    def student_of(self, name: str) -> str | None:
+        """Return the student with an invented name; None for none."""
+        return next((student for student, own in self.names.items() if own == name), None)
+
+    # ---- progress ----------------------------------------------------------------------------------------------------------
+
+    def note(self, student: str, progress: str, now: float) -> None:
+        """Take a student's progress, as JSON. `now`: the clock [s]."""
+        self.name_of(student)
+        seen = from_json(progress)
+        place = seen.lesson, seen.step, seen.phase, seen.at(seen.lesson, seen.step).passed
+        before = self._seen.get(student)
+        self._seen[student] = seen, place, before[2] if before is not None and before[1] == place else now
+
+    def progress_of(self, student: str) -> Progress:
+        """Return a student's newest progress."""
+        return self._seen[student][0] if student in self._seen else Progress()
+
+    def rows(self, groups: Mapping[str, int], at: Bookmark, now: float) -> tuple[BoardRow, ...]:
+        """Return the rows of those who explore, by name.
+
+        Args:
+            groups: how many students each has.
+            at: the lesson of the board, and the step where all begin.
+            now: the clock [s].
+        """
+        return tuple(sorted(self._row(group, at, now)._replace(members=members) for group, members in groups.items()))
+
+    def _row(self, student: str, at: Bookmark, now: float) -> BoardRow:
+        lesson, begin = at.lesson, (at.lesson.id, at.step.id)
+        seen, _, since = self._seen.setdefault(student, (Progress(*begin), None, now))
+        minutes = int((now - since) // 60.0) if now - since >= STUCK else 0
+        cells: list[Cell] = []
+        for step in lesson.steps:
+            done = seen.steps.get((lesson.id, step.id), StepProgress())
+            finished, here = is_finished(step, done), (seen.lesson, seen.step) == (lesson.id, step.id)
+            cells.append(Cell(finished, done.attempts, here, minutes if here and not finished else 0))
+        elsewhere = next((one.number for one in at.book.lessons if one.id == seen.lesson != lesson.id), 0)
+        return BoardRow(self.name_of(student), tuple(cells), elsewhere)

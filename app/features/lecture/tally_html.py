@@ -1,0 +1,61 @@
+"""The answers of a class as bars, curves and words; a question that was asked again has two bars an answer, the first round's pale."""
+
+from collections import Counter
+from collections.abc import Sequence
+
+from markupsafe import Markup
+
+from app.i18n.speaking import tr
+from app.lessons.curve_drawing import Drawing, drawing_svg, median_curve
+from app.lessons.tally import Switch, Tally
+from app.plots.curve_chart import Curve
+from app.text.templates import macros
+
+
+def cloud_html(drawing: Drawing | None, rounds: Sequence[tuple[int, Tally]], truth: Curve = (), asked: bool = False) -> Markup:
+    """Return the class's curves over one another, their medians, and the truth once it is known; "" without a curve, unless `asked` shows
+    the empty axes."""
+    number, newest = rounds[-1]
+    earlier, curves = rounds[0][1].curves if len(rounds) > 1 else (), newest.curves
+    if drawing is None or not (curves or earlier or asked):
+        return Markup()
+    said = "" if asked else tr("{count} drawn", count=len(curves))
+    if earlier:
+        first = tr("pale: round {number} ({count})", number=rounds[0][0], count=len(earlier))
+        said = f"{first} · {tr('strong: round {number} ({count})', number=number, count=len(curves))}"
+    svg = drawing_svg(drawing, median_curve(curves), truth, curves, earlier)
+    return macros("features/lecture/tally.html").cloud(svg, said)
+
+
+def drawn_too(tally: Tally) -> str:
+    """Return how many have chosen an answer and how many have drawn, to follow how many have done either; "" where there is no drawing."""
+    return f" ({tr('{chosen} chose, {drawn} drew', chosen=tally.answered, drawn=len(tally.curves))})" if tally.curves else ""
+
+
+def tie_text(tally: Tally) -> str:
+    """Return that the most frequent answers are as many; "" where one is ahead."""
+    if len(tally.favourites) < 2:
+        return ""
+    *others, last = (str(i + 1) for i in tally.favourites)
+    answers = tr("{one} and {other}", one=", ".join(others), other=last)
+    return tr("A tie: answers {answers}, votes for each: {count}.", answers=answers, count=max(tally.counts))
+
+
+def switches_text(switches: Sequence[Switch], right: int | None) -> str:
+    """Return how many have changed their answer, to which, and from and to the right one once it is known; "" if none answered twice."""
+    both = sum(one.students for one in switches)
+    moved = [one for one in switches if one.before != one.after]
+    if not both:
+        return ""
+    changed = sum(one.students for one in moved)
+    text = tr("Answered both times: {both}, another answer the second time: {changed}.", both=both, changed=changed)
+    to = Counter[int]()
+    for one in moved:
+        to[one.after] += one.students
+    for number, count in sorted(to.items()):
+        text += " " + tr("To answer {number}: {count}.", number=number + 1, count=count)
+    if right is None or not moved:
+        return text
+    gained = sum(one.students for one in moved if one.after == right)
+    lost = sum(one.students for one in moved if one.before == right)
+    return f"{text} {tr('From wrong to right: {gained}; from right to wrong: {lost}.', gained=gained, lost=lost)}"

@@ -1,0 +1,61 @@
+"""All guests of one process, who are brought to their hosts."""
+
+from collections.abc import Collection, Mapping
+
+import viser
+
+from app.features.second_person.guest import Guest, place_of
+from app.hosting.admission import Pieces
+from app.hosting.app_context import AppContext
+from app.hosting.visitor import Visitor
+from app.hosting.worker_messages import Announced
+from app.settings import JOIN
+
+
+class Guests:
+    """See `app.hosting.joining_pages.JoiningPages`."""
+
+    def __init__(self, context: AppContext) -> None:
+        self._context = context
+        self._guests: dict[int, Guest] = {}
+        self._announced: set[str] = set()
+
+    def expects(self, query: Mapping[str, str]) -> bool:
+        """True if a link is an invitation."""
+        return JOIN in query
+
+    def build(self, client: viser.ClientHandle, visitors: Collection[Visitor]) -> Pieces:
+        """Build a guest's page piece by piece."""
+        guest = Guest(self._context, client)
+        try:
+            yield from guest.build(_hosts(visitors).get(guest.word))
+        except BaseException:
+            guest.leave()
+            raise
+        self._guests[client.client_id] = guest
+
+    def leave(self, client_id: int) -> None:
+        """Take a guest who has gone out of the host's session."""
+        if client_id in self._guests:
+            self._guests.pop(client_id).leave()
+
+    def follow(self, visitors: Collection[Visitor]) -> None:
+        """Bring every guest to their host; other processes are told which hosts are here, and send their guests."""
+        hosts = _hosts(visitors)
+        for guest in self._guests.values():
+            guest.follow(hosts.get(guest.word))
+        if self._context.link is not None:
+            for word in hosts.keys() - self._announced:
+                self._announced.add(word)
+                self._context.link.send(Announced(word))
+
+    def receive(self, word: str) -> None:
+        """Send the guests of a host away who is in another process."""
+        for guest in self._guests.values():
+            if guest.word == word:
+                guest.come_again()
+
+
+def _hosts(visitors: Collection[Visitor]) -> dict[str, Visitor]:
+    """The visitors who have invited a guest, by the word of the invitation."""
+    return {place_of(one).word: one for one in visitors if place_of(one).word and not one.superseded}

@@ -1,0 +1,53 @@
+"""What a guest holds of a session: the arm that keeps its place."""
+
+from collections.abc import Callable
+
+from app.session.actions import Action, ActionQueue
+from app.session.input_source import nudged
+from app.session.session import Session
+from app.settings import Settings
+from controllers.kinematics import Arm, Array
+from scenes.simulation import Simulation
+from scenes.targets import HandTarget, LinkTarget, Target
+
+
+class SecondHand:
+    """A guest's hand; to its handles the same as a session, see `app.page.handles.holder.Holder`.
+
+    Args:
+        session: of the host.
+        do: does what the guest's browser asks for.
+
+    Attributes:
+        posts: what waits to be done. It never comes to the session's own queue, where it could mean more than a pull.
+    """
+
+    def __init__(self, session: Session, do: Callable[[Action], object]) -> None:
+        self.session, self.posts = session, ActionQueue(do)
+
+    @property
+    def settings(self) -> Settings:
+        return self.session.settings
+
+    @property
+    def simulation(self) -> Simulation:
+        return self.session.simulation
+
+    @property
+    def arm(self) -> Arm:
+        return self.simulation.avoiding
+
+    @property
+    def held(self) -> Target | None:
+        return self.session.other_held
+
+    def hold(self, target: Target | None) -> None:
+        """Take hold, or (None) let go; where the hand is to be stays where it was moved."""
+        self.session.other_held = target if isinstance(target, (HandTarget, LinkTarget)) else None
+
+    def nudge(self, way: Array) -> None:
+        self.hold(nudged(self.simulation, self.arm, self.held, way))
+
+    def post(self, action: Action) -> None:
+        self.posts.put(action)
+        self.session.wake()

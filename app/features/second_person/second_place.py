@@ -1,0 +1,31 @@
+"""The place of a second person in a session: the word of the link that leads to it, and who has it."""
+
+from typing import ClassVar
+
+import msgspec
+
+
+class SecondPlace:
+    """See the module; a part of a session, see `app.session.parts`.
+
+    Attributes:
+        word: of the link; "" without an invitation.
+        guest: the page of the person who has the place; None while it is free.
+    """
+
+    name: ClassVar[str] = "invitation"
+    """Earlier releases stored the word as a field of this name."""
+
+    def __init__(self) -> None:
+        self.word = ""
+        self.guest: object = None
+
+    def saved(self) -> bytes:
+        return msgspec.msgpack.encode(self.word) if self.word else b""
+
+    def restore(self, saved: bytes) -> None:
+        """Open the same link again; the part of a damaged record opens none."""
+        try:
+            self.word = msgspec.msgpack.decode(saved, type=str)
+        except msgspec.MsgspecError:
+            self.word = ""

@@ -1,0 +1,17 @@
+"""Grids of settings over a scene, as one table and its maps, on all cores or on a Dask cluster."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Final
+
+from app.feature import Command, Feature
+
+
+def _commands(features: Sequence[Feature]) -> Mapping[str, Command]:
+    del features
+    from app.features.sweep.command import Sweep, sweep
+
+    return {"sweep": Command(Sweep, sweep)}
+
+
+SWEEP: Final = Feature("sweep", texts=Path(__file__).parent, commands=_commands)

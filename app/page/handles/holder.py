@@ -1,0 +1,45 @@
+"""Who moves something on the stage by handles and keys."""
+
+from typing import Protocol
+
+from app.session.actions import Action
+from app.settings import Settings
+from controllers.kinematics import Arm, Array
+from scenes.simulation import Simulation
+from scenes.targets import Target
+
+
+class Holder(Protocol):
+    """A person with a hand on an arm, a ball or a figure; a `Session` is its visitor's."""
+
+    @property
+    def settings(self) -> Settings:
+        """Settings of the run, and of the page."""
+        ...
+
+    @property
+    def simulation(self) -> Simulation:
+        """The run."""
+        ...
+
+    @property
+    def arm(self) -> Arm:
+        """The arm that this person may hold."""
+        ...
+
+    @property
+    def held(self) -> Target | None:
+        """What they hold, and where; None while they hold nothing."""
+        ...
+
+    def hold(self, target: Target | None) -> None:
+        """Hold something from the next step on; None lets go."""
+        ...
+
+    def nudge(self, way: Array) -> None:
+        """Move what they hold by (3,) [m], world."""
+        ...
+
+    def post(self, action: Action) -> None:
+        """Queue what their browser asks for; from any thread."""
+        ...

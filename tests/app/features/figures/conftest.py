@@ -1,0 +1,58 @@
+"""The figures drawn once for all tests, and their numbers."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.features.figures import equal_safety
+from app.features.figures.command import Figures, draw_figures
+from app.features.figures.figure_list import CATALOGUE, FigureEntry
+from controllers.kinematics import Array
+from scenes.law_knobs import knobs
+
+KNOBS = tuple(knob for knob in knobs() if knob.law in ("smooth_priority", "barrier_qp", "intermediate_value"))
+"""Of the figure at equal safety, which would take half of the time for all figures with the knobs of all laws."""
+
+
+def entry(name: str) -> FigureEntry:
+    return next(entry for entry in CATALOGUE if entry.name == name)
+
+
+@dataclass(frozen=True)
+class Table:
+    settings: dict[str, str]
+    columns: dict[str, list[str]]
+
+    def __getitem__(self, name: str) -> Array:
+        return np.array([float(cell) if cell else np.nan for cell in self.columns[name]])
+
+
+Numbers = Callable[[str], Table]
+"""Name of a figure → its numbers."""
+
+
+def read(text: str) -> Table:
+    """The content of a CSV file whose cells hold no commas."""
+    lines = text.splitlines()
+    head = [line for line in lines if line.startswith("# ")]
+    rows = [line.split(",") for line in lines[len(head) :]]
+    assert all(len(row) == len(rows[0]) for row in rows)
+    settings = {key: value for key, _, value in (line[2:].partition(" = ") for line in head)}
+    return Table(settings, {name: [row[i] for row in rows[1:]] for i, name in enumerate(rows[0])})
+
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("figures")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(equal_safety, "knobs", lambda: KNOBS)
+        assert draw_figures(Figures(out=out, quick=True, workers=1)) == 0
+    return out
+
+
+@pytest.fixture(scope="session")
+def table(folder: Path) -> Numbers:
+    return lambda name: read((folder / f"{entry(name).stem}.csv").read_text(encoding="utf-8"))

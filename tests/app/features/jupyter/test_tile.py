@@ -1,0 +1,90 @@
+"""The tile in a real Jupyter server: it is found, it serves the page and its websocket, and no request gets past the login."""
+
+import json
+import socket
+import subprocess
+import sys
+from urllib.parse import urlsplit
+
+import msgspec
+import pytest
+import websockets
+from websockets.sync.client import connect
+from websockets.typing import Origin, Subprotocol
+
+from app.web.headless_client import CAMERA
+from app.web.viser_internals import VISER_VERSION
+from tests.app.features.jupyter.conftest import TOKEN, JupyterServer
+from tests.blocking_client import BlockingClient
+from tests.browser import PageAt, until, wait_ready
+
+LOAD = """
+import sys
+from importlib.metadata import entry_points
+(entry,) = entry_points(group="jupyter_serverproxy_servers", name="duet")
+assert entry.load()()["command"]
+print(*({name.partition(".")[0] for name in sys.modules} & {"viser", "numpy", "tornado", "jupyter_server", "IPython", "traitlets"}))
+"""
+"""What the tile brings into a Jupyter server, …"""
+
+START = "import sys, app.start, app.cli.main; print(*({'IPython', 'jupyter_server', 'tornado', 'traitlets'} & set(sys.modules)))"
+"""… and Jupyter into Duet."""
+
+
+@pytest.mark.parametrize("code", [LOAD, START])
+def test_neither_brings_the_other_with_it(code: str) -> None:
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True)
+    assert done.stdout.strip() == ""
+
+
+def test_the_launcher_shows_it_with_our_mark(jupyter: JupyterServer) -> None:
+    _, _, answer = jupyter.get("server-proxy/servers-info")
+    (tile,) = [one for one in json.loads(answer)["server_processes"] if one["name"] == "duet"]
+    assert tile["launcher_entry"]["title"] == "Duet"
+    # JupyterLab draws a picture for these categories only.
+    assert tile["launcher_entry"]["category"] in ("Notebook", "Console")
+    path = urlsplit(tile["launcher_entry"]["icon_url"]).path.removeprefix(jupyter.folder)
+    status, _, icon = jupyter.get(path)
+    assert status == 200 and icon.startswith(b"<svg")
+
+
+@pytest.mark.parametrize("token", ["", "wrong"])
+def test_without_the_login_there_is_neither_page_nor_websocket(jupyter: JupyterServer, token: str) -> None:
+    _, url, page = jupyter.get("duet/", token)
+    assert "/login?" in url and b"duet-loading" not in page
+    with pytest.raises(websockets.InvalidStatus, match="403"):
+        BlockingClient(jupyter.url + "duet", query=f"token={token}")
+
+
+@pytest.mark.thorough
+def test_a_browser_under_the_hubs_name_sees_the_arms_and_a_foreign_page_does_not(jupyter: JupyterServer, page_at: PageAt) -> None:
+    page = page_at(700, 500)
+    page.goto(f"{jupyter.origin}{jupyter.folder}duet/?n=8&panel=all&token={TOKEN}")
+    wait_ready(page, "/room")
+    link = page.locator(".duet-link input")
+    link.wait_for(state="attached")
+    until(page, lambda: link.input_value().startswith(f"{jupyter.origin}{jupyter.folder}duet/?"), "the link")
+    # What comes through the login brings the tile's proof, and may write a law.
+    page.get_by_role("tab", name="Compare").click()
+    page.locator(".duet-law textarea").wait_for(state="attached")
+    cookies = "; ".join(f"{one.get('name')}={one.get('value')}" for one in page.context.cookies())
+    assert first_message(jupyter, jupyter.origin, cookies)
+    for origin, brought in ((jupyter.origin, ""), ("http://evil.example", cookies)):
+        with pytest.raises(websockets.InvalidStatus, match="403"):
+            first_message(jupyter, origin, brought)
+
+
+def first_message(jupyter: JupyterServer, origin: str, cookies: str) -> bytes | str:
+    """Return what a browser is sent first that opens the tile's websocket under the hub's name."""
+    with connect(
+        f"{jupyter.origin.replace('http', 'ws')}{jupyter.folder}duet/",
+        sock=socket.create_connection(("127.0.0.1", jupyter.port)),
+        origin=Origin(origin),
+        subprotocols=[Subprotocol(f"viser-v{VISER_VERSION}")],
+        additional_headers={"Cookie": cookies},
+        open_timeout=60.0,
+        proxy=None,
+    ) as connection:
+        # Who says nothing is sent away.
+        connection.send(msgspec.msgpack.encode(CAMERA))
+        return connection.recv(60.0)

@@ -1,0 +1,276 @@
+"""The lab report: everything that was done is in it, with the student's own run; nothing in it runs, and it fits on paper."""
+
+import pickle
+import re
+from dataclasses import replace
+from pathlib import Path
+from unittest.mock import MagicMock
+
+import pytest
+
+from app.features.exports.export_queue import ExportQueue
+from app.features.exports.exports_panel import ExportsPanel
+from app.features.exports.plot_pictures import inline_svg
+from app.features.lab_report.lab_report import (
+    Done,
+    ReportEntry,
+    done_in,
+    lab_bytes,
+    recorded_of,
+    report_html,
+    report_title,
+    rich_html,
+    step_entry,
+)
+from app.features.lab_report.lab_report_box import LabReportBox, ask_report
+from app.features.lab_report.report_html import LOCKED
+from app.hosting.session_store import SessionStore
+from app.hosting.visitor import open_link
+from app.hosting.visitor_record import VisitorRecord
+from app.lessons.bookmark import Phase
+from app.lessons.progress import LONGEST_REASON, MOST_WORDS, StepProgress
+from app.lessons.reference_runs import simulated
+from app.lessons.session.lesson_actions import Choose, Draw, Press
+from app.lessons.session.lesson_session import LessonSession
+from app.page.lessons.lesson_panel import LessonPanel
+from app.page.panel_context import PanelContext
+from app.page.panels.replay_bar import ReplayBar
+from app.plots.curve_chart import COLUMNS
+from app.session.action_handlers import ActionHandlers
+from app.session.frame import freeze
+from app.session.replay_player import ReplayPlayer
+from app.session.session import Session
+from app.settings import Settings
+from scenes.rerun import rerun
+from tests.app.html_reader import HtmlReader
+from tests.app.inline import Inline
+from tests.app.lessons.helpers import much_done, our_book
+from tests.app.lessons.test_languages import attempts
+from tests.app.recording.runs import piece
+from tests.app.stores import find
+from tests.browser import PageAt, screenshot
+from tests.scenes.helpers import given_settings
+
+BOOK = our_book()
+NASTY = "<script>alert(1)</script><img src=x onerror=alert(2)>\"'&"
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"><path d="M0 0h1"/></svg>'
+
+
+def entry(own: str = "", right: bool = True) -> ReportEntry:
+    return step_entry(Done(*much_done(own, right)))
+
+
+def full(text: str) -> str:
+    return report_html(text, [replace(entry(text), settings="n = 2", plot=SVG)], Settings(), about=text)
+
+
+def test_a_nasty_text_is_shown_as_it_was_written() -> None:
+    assert HtmlReader(full(NASTY)).text.count(NASTY) == 5
+    assert LOCKED in full(NASTY)
+
+
+def test_everything_that_was_done_is_in_it() -> None:
+    run = Settings(run=given_settings(dm=0.2))
+    text = HtmlReader(report_html("My report", [replace(entry("I thought so."), settings="n = 2")], run)).text
+    rows = ("Question", "Prediction", "Drawn", "Reason and outcome", "Measured", "Verdict", "Challenge", "Settings")
+    parts = ("My report", "4.2", *rows, "In my own words", "I thought so.", "✓ right", "your curve", "✓ d ≥ 150 mm", "n = 2")
+    more = ("attempts: 3", "✓ passed", "200 mm", "Hold (Fig. 5)", "Made by Duet")
+    assert [part for part in (*parts, *more) if part not in text] == []
+    assert "✗ not so" in report_html("r", [entry(right=False)], None) and "<table" not in report_html("r", [entry()], None)
+
+
+def test_what_is_empty_or_has_no_effect_is_left_out() -> None:
+    lesson = BOOK.lessons[BOOK.index("limits")]
+    index = next(i for i, step in enumerate(lesson.steps) if step.question is None and step.challenge is None)
+    page = report_html("r", [step_entry(Done(lesson, index, StepProgress()))], None)
+    assert "<dt>" not in page and "<table" not in page and "<figure" not in page
+    text = report_html("r", [], Settings(run=given_settings(law="potential_field")))
+    assert "<td>η</td>" in text and "<td>d<sub>m</sub></td>" not in text
+    assert "<td>d<sub>m</sub></td><td>150\N{NO-BREAK SPACE}mm</td>" in report_html("r", [], Settings())
+
+
+def test_formulas_of_the_lesson_are_drawn_but_never_those_of_a_student() -> None:
+    one = entry("me $x$")
+    page = report_html("r $x$", [replace(one, view=replace(one.view, texts=(("predict", "why $x$"),)))], None, about="who $x$")
+    assert "why <svg" in page and "why $x$" not in page and page.count("me $x$") == 2 and "who $x$" in page
+
+
+HEAD = '<svg xmlns="http://www.w3.org/2000/svg"'
+
+
+def test_only_plain_pictures_are_put_in() -> None:
+    active = (f"{HEAD}><script>1</script></svg>", f'{HEAD} onload="1"/>', f"{HEAD}><foreignObject/></svg>")
+    for svg in ("no picture", "<p>x</p>", *active, f"{SVG}<b>x</b>"):
+        with pytest.raises(ValueError, match="a plot is no"):
+            report_html("r", [replace(entry(), plot=svg)], None)
+
+
+def test_it_prints_on_paper(page_at: PageAt, tmp_path: Path) -> None:
+    recorded, _ = piece("hold", 3.0)
+    plots = [inline_svg(recorded, "p1", only=("lambda",)), inline_svg(recorded, "p2", only=("speeds",)), *[""] * 4]
+    entries = [replace(entry("word " * 40, i % 2 == 0), plot=plot) for i, plot in enumerate(plots)]
+    path = tmp_path / "report.html"
+    path.write_text(report_html("Lab report", entries, Settings(), about=NASTY), encoding="utf-8")
+    page = page_at(820, 1000)
+    page.goto(path.as_uri())
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    assert page.locator("figure:not(.drawing) svg").count() == 2 and page.locator("article").count() == 6
+    screenshot(page, "report")
+    printed = page.pdf(prefer_css_page_size=True)
+    assert 2 <= len(re.findall(rb"/Type /Page\b", printed)) <= 7
+
+
+@pytest.fixture(scope="module")
+def run() -> LessonSession:
+    """Lesson 1, its first step seen to its end, with a wrong answer; only to be read."""
+    run = LessonSession(Session(Settings()), BOOK)
+    run.enter(0)
+    run.act(Choose(3))
+    run._runner.further.result(60.0)
+    run.act(Press("run"))
+    while run.walk.phase is Phase.DO:
+        run._session.advance(0.05)
+        run.decide()
+    run.walk.write(f"I did not expect that.\n{NASTY}")
+    run.walk.give_reason(f"no joint is locked {NASTY}", "redundancy", "freedom")
+    return run
+
+
+def steps_of(run: LessonSession, only: str | None = None) -> tuple[Done, ...]:
+    return done_in(run.book.lessons, run.walk.done_in, run.seen, only)
+
+
+def made(done: tuple[Done, ...]) -> str:
+    return lab_bytes(done, "en").decode()
+
+
+def test_prediction_outcome_plots_settings_and_own_words(run: LessonSession) -> None:
+    (done,) = steps_of(run)
+    page = made((done,))
+    question = done.step.question
+    assert question is not None and done.progress.outcome is not None and not done.progress.outcome.reference
+    for part in (
+        "<h1>Lab report: lesson 1, Redundancy and null space</h1>",
+        "<h3>1.1  What is left over</h3>",
+        "✗ not so</span>In 7: every joint can still be moved.",
+        *done.progress.outcome.lines(done.step, "en"),
+        "scene set to “One arm alone (eqs 1–8)”",
+        "I did not expect that.\n&lt;script&gt;alert(1)&lt;/script&gt;",
+    ):
+        assert part in page.replace("&#39;", "'").replace("\N{NO-BREAK SPACE}", " ")
+    assert page.count("<figure>") == 1 and "hand error" in page and "elbow angle" in page
+    assert "because" not in made((replace(done, progress=replace(done.progress, because="")),)).casefold()
+    reason, _, measured = page.partition('<div class="beside"><div><b>Because</b><p>no joint is locked &lt;script&gt;')[
+        2
+    ].partition("<b>")
+    assert reason and measured.startswith("Measured</b><ul><li>Ways to move"), "reason and outcome stand side by side"
+    assert LOCKED in page and NASTY not in page and not re.search(r"""(src|href)=["']?(https?:)?//""", page)
+
+
+def test_the_run_in_it_is_the_students_own_and_else_the_same_one_again(run: LessonSession) -> None:
+    (done,) = steps_of(run)
+    assert done.seen is not None
+    again = recorded_of(done.step.setup)
+    assert again is not None
+    table = rerun(again).table
+    assert table.tobytes() == simulated(done.step.setup).history.table(len(table)).tobytes()
+    assert rerun(done.seen).table[: len(table)].tobytes() == table.tobytes()
+    assert made((replace(done, seen=None),)).count("<figure>") == 1
+    # What a hand was in cannot be made again, and what was not seen is not shown.
+    yours = next(i for i, step in enumerate(done.lesson.steps) if step.yours)
+    progress = replace(done.progress, choice=None, outcome=None)
+    assert made((Done(done.lesson, yours, progress),)).count("<figure>") == 0
+
+
+def test_a_curve_that_was_drawn_stands_beside_the_true_one() -> None:
+    run = LessonSession(Session(Settings()), BOOK)
+    run.enter("lambda", 1)
+    run.act(Draw("lambda", "tail", (1.0,) * COLUMNS))
+    assert run.walk.done.untouched, "drawn for another step"
+    run.act(Draw("lambda", "curve", (1.0,) * COLUMNS))
+    page = made(steps_of(run))
+    assert "<dt>Drawn</dt>" in page and "your curve" not in page and "by the formula" not in page
+    run.walk.next()
+    run.walk.next()
+    page = made(steps_of(run))
+    assert "your curve" in page and "by the formula" in page and "Your curve is off by 0.76 on average." in page
+
+
+def test_only_what_was_done_is_in_it(run: LessonSession) -> None:
+    assert [(one.lesson.number, one.index) for one in steps_of(run)] == [(1, 0)]
+    assert steps_of(run, BOOK.lessons[1].id) == () and len(steps_of(run, BOOK.lessons[0].id)) == 1
+    assert not LessonSession(Session(Settings()), BOOK).begun and run.begun
+    both = (*steps_of(run), Done(BOOK.lessons[1], 0, steps_of(run)[0].progress))
+    assert report_title(both) == "Lab report"
+
+
+def test_formulas_are_drawn_and_paragraphs_kept() -> None:
+    assert "<svg" in rich_html(r"speed $\lambda v$") and "<p>" not in rich_html("one line")
+    assert rich_html("2 d_m < J_d") == "2 d<sub>m</sub> &lt; J<sub>d</sub>" and rich_html("my_law.py") == "my_law.py"
+    assert rich_html("a\n\nb").split() == ["<p>a</p>", "<p>b</p>"] and "<svg" in rich_html("$$x$$")
+
+
+def test_it_is_made_as_a_file_in_the_background(run: LessonSession) -> None:
+    background = Inline()
+    queue = ExportQueue(run._session, ReplayPlayer(run._session, background, run._session.wake))
+    ask_report(queue, run._session, ())
+    assert [title for title, _ in run._session.notices] == ["There is nothing to report yet"] and not background.waiting()
+    ask_report(queue, run._session, steps_of(run))
+    assert queue.busy == "the lab report"
+    (job,) = background.waiting()
+    # It goes to another process, with what was written until now.
+    pickle.loads(pickle.dumps(job.arguments))
+    before = run.walk.done.words
+    run.walk.write("later")
+    background.work()
+    run.walk.write(before)
+    queue.player.advance(0.0)
+    ((name, content),) = queue.take_files()
+    assert name == "duet-lab-report-lesson-1.html" and b"I did not expect" in content and b"later" not in content
+
+
+def test_words_and_runs_survive_a_reload_and_a_reset_spares_the_words(run: LessonSession) -> None:
+    store, query = SessionStore(), {"resume": "0123456789abcdef"}
+    store.save(VisitorRecord(query, Settings(), run.saved()))
+    back = LessonSession(Session(Settings()), BOOK)
+    assert open_link(back, query, find(store, query)) == ()
+    assert back.walk.done.words == run.walk.done.words and back.seen == run.seen
+    assert back.walk.done.because == run.walk.done.because != ""
+    back.act(Press("reset"))
+    assert back.walk.done.words == run.walk.done.words and back.walk.done.choice is None and not back.walk.done.because
+    back.walk.give_reason("y" * (LONGEST_REASON + 1), BOOK.lessons[2].id, BOOK.lessons[2].steps[0].id)
+    assert len(back.walk.done_in(BOOK.lessons[2].id, BOOK.lessons[2].steps[0].id).because) == LONGEST_REASON
+    back.walk.write("x" * (MOST_WORDS + 1), BOOK.lessons[2].id, BOOK.lessons[2].steps[0].id)
+    assert len(back.walk.done_in(BOOK.lessons[2].id, BOOK.lessons[2].steps[0].id).words) == MOST_WORDS
+
+
+def test_ones_own_words_make_room_for_the_list_of_lessons() -> None:
+    session, client = Session(Settings()), MagicMock()
+    run = LessonSession(session, BOOK)
+    run.enter(0)
+    while run.walk.phase is not run.walk.phases[-1]:
+        if run.walk.locked:
+            run.walk.choose(0)
+        assert run.walk.next()
+    panel, frame = LessonPanel(MagicMock(), run, 340.0, True), freeze(session, 0.0)
+    panel.show(frame)
+    page = PanelContext(
+        client, session, MagicMock(lessons=run, lesson_panel=panel), ActionHandlers(), MagicMock(), MagicMock(), True
+    )
+    page.made.append(ReplayBar(MagicMock(), session, page.handlers))
+    page.made.append(ExportsPanel(page))
+    report = LabReportBox(page)
+    report.show(frame)
+    box = client.gui.add_text.return_value
+    assert box.visible is True
+    run.act(Press("list"))
+    report.show(frame)
+    assert box.visible is False
+
+
+def test_the_report_says_what_the_tests_of_a_law_found_in_its_language() -> None:
+    lesson = our_book("de").lessons[our_book("de").index("limits")]
+    step = next(place for place, one in enumerate(lesson.steps) if one.id == "own_law")
+    (attempt,) = [made for made in attempts(lesson.steps[step]) if made.judgements]
+    page = lab_bytes([Done(lesson, step, StepProgress(attempts=1, last=attempt))], "de").decode()
+    assert "Lässt die Aufgabe in Ruhe" in page and "Kommt heraus" in page and "gets out" not in page.lower()

@@ -1,0 +1,26 @@
+"""The scripts and style sheets of a class are on every page, behind the core's."""
+
+import re
+from urllib.request import urlopen
+
+from app.features.lecture import LECTURE, STATIC
+from tests.app.conftest import OpenHouse
+
+
+def test_every_script_and_style_sheet_is_on_the_page(house: OpenHouse) -> None:
+    assert LECTURE.assets is not None
+    assets = LECTURE.assets()
+    assert {*assets.scripts} == {*STATIC.glob("*.js")} and {*assets.styles} == {*STATIC.glob("*.css")}
+    with urlopen(house().url, timeout=60.0) as answer:
+        page = answer.read().decode()
+    places = [page.find(file.read_text(encoding="utf-8")) for file in (*assets.styles, *assets.scripts)]
+    assert min(places) > 0 and places == sorted(places)
+    # The words of a class are added to a table that is there already.
+    assert page.index("duet.holders = {") < page.index("duet.holders;\n")
+
+
+def test_the_banner_that_sticks_is_not_opaque() -> None:
+    # Chromium takes the scene above the sheet for covered by an opaque one, now and then: a browser shows it too seldom for a test.
+    sheet = (STATIC / "class.css").read_text(encoding="utf-8")
+    (sticks,) = re.findall(r"\[data-duet-holds~=banner\]\{([^}]*)\}", sheet)
+    assert "position:sticky" in sticks and re.search(r"opacity:\.9\d*", sticks)

@@ -1,0 +1,134 @@
+"""The board of those who work alone, without a page: invented names, steps, who is stuck; the pace; and what is shown of one of them."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from app.features.lecture.overlays import work_html
+from app.features.lecture.presenter import ShownWork
+from app.features.lecture.student_work import NAMES, STUCK, Cell, ProgressBoard
+from app.lessons.bookmark import Bookmark, OpenSteps, open_steps_from_text
+from app.lessons.lesson import Lesson
+from app.lessons.progress import StepProgress
+from app.lessons.session.lesson_actions import Choose, Enter, GoTo, Press
+from app.lessons.session.lesson_session import LessonSession
+from app.plots.curve_chart import COLUMNS
+from app.session.session import Session
+from app.settings import Settings
+from controllers.errors import BadSetting
+from tests.app.lessons.helpers import our_book
+
+BOOK = our_book()
+LESSON = BOOK.lessons[0]
+BEGIN = Bookmark(BOOK)
+
+
+def progress(lesson: Lesson, step: int, **done: object) -> str:
+    name = lesson.steps[step].id
+    entry = {"lesson": lesson.id, "step": name, **done}
+    return json.dumps({"version": 1, "lesson": lesson.id, "step": name, "phase": "do", "steps": [entry]})
+
+
+def test_names_are_drawn_once_and_no_two_are_alike() -> None:
+    board = ProgressBoard()
+    students = [f"student {i}" for i in range(2 * len(NAMES) + 5)]
+    names = [board.name_of(student) for student in students]
+    assert len(set(names)) == len(names) and set(NAMES) <= set(names) and names != sorted(names)
+    assert [board.name_of(student) for student in students] == names and board.student_of(names[7]) == students[7]
+    # A class that goes on after a crash keeps them, and draws none twice.
+    later = ProgressBoard()
+    later.names = dict(board.names)
+    more = [later.name_of(f"late {i}") for i in range(len(NAMES))]
+    assert later.names.items() >= board.names.items() and not set(more) & set(names)
+    assert later.student_of("nobody") is None
+
+
+def test_a_row_says_what_is_passed_tried_and_where_somebody_is_stuck() -> None:
+    board = ProgressBoard()
+
+    def row(now: float) -> tuple[Cell, ...]:
+        (one,) = board.rows({"ann": 1}, BEGIN, now)
+        assert one.name == board.name_of("ann") and one.lesson == 0
+        return one.cells
+
+    fresh = (False, 0, False, 0)
+    assert row(10.0) == ((False, 0, True, 0), fresh, fresh)
+    assert row(10.0 + STUCK)[0] == (False, 0, True, 3)
+    board.note("ann", progress(LESSON, 0, attempts=2, choice=1), 200.0)
+    assert row(201.0)[0] == (False, 2, True, 0)
+    # A try more is no step on; a challenge that is passed is one.
+    board.note("ann", progress(LESSON, 0, attempts=3, choice=1), 200.0 + STUCK)
+    assert row(201.0 + STUCK)[0] == (False, 3, True, 3)
+    board.note("ann", progress(LESSON, 0, attempts=4, choice=1, passed=True), 500.0)
+    assert row(500.0 + 2 * STUCK)[0] == (True, 4, True, 0)
+    board.note("ann", progress(BOOK.lessons[3], 0), 600.0)
+    assert board.rows({"ann": 1}, BEGIN, 601.0)[0].lesson == 4
+    board.note("ann", "no progress at all", 700.0)
+    assert row(701.0)[1:] == (fresh, fresh)
+
+
+@pytest.mark.parametrize(
+    ("text", "steps"), [("2", (1, 1)), (" 2 - 3 ", (1, 2)), ("1–3", (0, 2)), ("2-", (1, 1)), ("", None), ("  ", None)]
+)
+def test_a_pace_is_typed_as_numbers_of_steps(text: str, steps: tuple[int, int] | None) -> None:
+    assert open_steps_from_text(text, LESSON) == (None if steps is None else OpenSteps(LESSON.id, 1, *steps))
+
+
+@pytest.mark.parametrize("text", ["0", "4", "3-2", "2-9", "two", "-2", "2-3-4", "٢", "1" * 1000])
+def test_what_is_no_pace_says_what_is_one(text: str) -> None:
+    with pytest.raises(BadSetting, match=r"written 2 or 2-3; this lesson has 1 to 3"):
+        open_steps_from_text(text, LESSON)
+    with pytest.raises(BadSetting, match=r"This lesson has one step"):
+        open_steps_from_text(text, replace(LESSON, steps=LESSON.steps[:1]))
+
+
+def test_a_step_that_is_not_open_is_refused_however_it_is_asked_for() -> None:
+    session = Session(Settings())
+    lessons, notices = LessonSession(session, BOOK), session.notices
+    lessons.enter(0, 0)
+    lessons.pace = OpenSteps(LESSON.id, 1, 1, 2)
+
+    def where() -> tuple[str, int]:
+        lessons.decide()
+        return lessons.walk.lesson.id, lessons.walk.step_index
+
+    assert where() == (LESSON.id, 1)
+    assert notices.pop() == ("Your teacher has not opened this step", "Lesson 1: steps 2 to 3 only.")
+    for asked in (GoTo(None, 0), Press("back"), GoTo(3, 0), Enter(5)):
+        lessons.act(asked)
+        # Neither is a step that is not open answered before the next frame.
+        lessons.act(Choose(0))
+        assert lessons.walk.done_in(LESSON.id, LESSON.steps[0].id).untouched
+        lessons.act(Press("reset"))
+        assert where() == (LESSON.id, 1) and notices.pop()[0].startswith("Your teacher"), asked
+    lessons.act(GoTo(None, 2))
+    assert where() == (LESSON.id, 2) and not notices
+    lessons.act(GoTo(None, 0))
+    assert where() == (LESSON.id, 2) and notices.pop(), "who is in an open step stays there"
+    lessons.pace = OpenSteps(LESSON.id, 1, 1, 1)
+    assert where() == (LESSON.id, 1)
+    lessons.act(Choose(0))
+    lessons.pace = None
+    lessons.act(GoTo(3, 0))
+    assert where() == (BOOK.lessons[3].id, 0)
+
+
+def test_what_one_student_has_done_is_shown_without_a_name() -> None:
+    lesson = BOOK.lessons[3]
+    index, step = next((i, step) for i, step in enumerate(lesson.steps) if step.drawing is not None)
+    place = lesson.id, step.id
+    curve = (0.5,) * COLUMNS
+    shown = work_html(ShownWork(place, StepProgress(choice=1, drawing=curve)), BOOK)
+    assert (
+        "One of you" in shown
+        and f"Lesson 4 · step {index + 1}" in shown
+        and "<figure" in shown
+        and shown.count('class="mine"') == 1
+    )
+    assert "<figure" not in work_html(ShownWork(place, StepProgress(choice=1)), BOOK)
+    works = [ShownWork(place, done) for done in (StepProgress(), StepProgress(choice=1), StepProgress(drawing=curve))]
+    assert ["Not answered yet." in work_html(work, BOOK) for work in works] == [True, False, False]
+    run = work_html(ShownWork(place, StepProgress(), run=True), BOOK)
+    assert "at-run" in run and step.title in run
+    assert "Lesson" not in work_html(ShownWork(("no", "lesson"), StepProgress(), run=True), BOOK)

@@ -1,0 +1,54 @@
+"""Guests in worker processes: they come to the worker of their host, also after that has been replaced."""
+
+from contextlib import ExitStack
+
+import pytest
+
+from app.features.second_person.second_place import SecondPlace
+from app.hosting.visitor_record import VisitorRecord
+from app.session.parts import SessionParts
+from app.settings import JOIN
+from tests.app.features.second_person.test_guests import INVITE, ON_STAGE, came_again, enter, see, word_on
+from tests.app.hosting.test_workers import HOLD, come, pause, wait_for_second_worker, worker_of
+from tests.app.page.helpers import click, shown
+from tests.app.served import Serve, kept
+
+pytestmark = [pytest.mark.slow, pytest.mark.thorough]
+
+HOST, GUEST_TAB = 10, 11
+
+
+def word_in(record: VisitorRecord) -> str:
+    """The word of the invitation that a record keeps."""
+    parts = SessionParts()
+    parts.restore(record.parts)
+    return parts.of(SecondPlace).word
+
+
+def test_a_guest_comes_to_the_worker_of_the_host_also_after_it_was_killed(serve: Serve) -> None:
+    served = serve("--workers", "2", "--sessions", "4")
+    with ExitStack() as opened:
+        first = opened.enter_context(come(served, 0))
+        second = opened.enter_context(come(served, 1))
+        wait_for_second_worker(served)
+        host = opened.enter_context(come(served, HOST, HOLD))
+        # The host is the newest, and is not where the first tab is.
+        place = worker_of(served, host)
+        assert place != worker_of(served, first)
+        second.close()
+        pause(host)
+        click(host, INVITE)
+        word = word_on(host)
+        guest = opened.enter_context(served.come(f"{JOIN}={word}&resume={GUEST_TAB:032d}", lambda v: ON_STAGE in shown(v)))
+        assert worker_of(served, guest) == place
+        host.wait_for(lambda _: (left := kept(served.store, f"{HOST:032d}")) is not None and word_in(left) == word)
+        # The worker is killed; the guest, who is back before the host, gets in after them.
+        served.replace(place)
+        guest = enter(opened, served.url, word, GUEST_TAB)
+        see(guest, "This invitation is not open")
+        host = opened.enter_context(come(served, HOST, HOLD))
+        guest = came_again(opened, guest, served.url, word, GUEST_TAB)
+        see(guest, ON_STAGE)
+        see(host, "The second person is here")
+        assert word_on(host) == word
+        assert worker_of(served, guest) == worker_of(served, host) != place

@@ -1,0 +1,72 @@
+"""Two people hold an arm each: the guest moves the ring of the silver hand, and the run is made again to the last bit."""
+
+import numpy as np
+
+from app.features.second_person.second_hand import SecondHand
+from app.session.replay import Replay, make_film
+from app.session.session import Session
+from app.settings import Settings
+from scenes.inputs_file import recorded_bytes, recorded_from
+from scenes.settings import RunSettings
+from scenes.targets import HandTarget, LinkTarget, PairTarget
+from tests.scenes.helpers import place_of
+
+BOTH = Settings(run=RunSettings(scene="hold", avoid="both"))
+
+
+def two() -> tuple[Session, SecondHand]:
+    session = Session(BOTH)
+    return session, SecondHand(session, lambda action: None)
+
+
+def test_the_guest_moves_the_ring_and_neither_arm_touches_the_other() -> None:
+    session, guest = two()
+    before = place_of(session.simulation)
+    assert guest.arm is session.simulation.avoiding and session.arm is session.simulation.guided
+    # They come for each other.
+    mine, theirs = (session.simulation.kinematics.hand_pose(one).translation.copy() for one in (session.arm, guest.arm))
+    guest.hold(HandTarget(mine))
+    session.hold(HandTarget(theirs))
+    nearest = np.inf
+    for _ in range(500):
+        session.advance(0.01)
+        nearest = min(nearest, session.simulation.sample().distance)
+    assert nearest > 0.0, "both gave way"
+    moved = place_of(session.simulation)
+    assert np.linalg.norm(moved - before) > 0.1
+    # Let go, the ring stays where it was left.
+    guest.hold(None)
+    session.advance(0.1)
+    place = place_of(session.simulation)
+    assert np.array_equal(place, moved) and guest.held is None
+    recorded = session.inputs.window(60.0)
+    assert recorded is not None
+    again = recorded_from(recorded_bytes(recorded), "two")
+    replay = Replay(make_film(again))
+    replay.seek(replay.end)
+    assert np.array_equal(replay.simulation.positions, session.simulation.positions)
+
+
+def test_a_pull_at_the_silver_hand_moves_its_ring_and_a_nudge_too() -> None:
+    session, guest = two()
+    session.change("autopilot", False)
+    start = place_of(session.simulation)
+    hand = session.simulation.kinematics.hand_pose(guest.arm).translation.copy()
+    guest.hold(LinkTarget(7, np.zeros(3), hand + np.array([0.0, 0.0, 0.1])))
+    for _ in range(50):
+        session.advance(0.01)
+    assert place_of(session.simulation)[2] > start[2]
+    guest.nudge(np.array([0.02, 0.0, 0.0]))
+    assert isinstance(guest.held, HandTarget) and isinstance(session.target(), PairTarget)
+    # Where a second person can hold nothing, what they held has no meaning.
+    session.change("scene", "ball")
+    assert not isinstance(session.target(), PairTarget)
+
+
+def test_a_reset_ends_what_either_of_two_people_holds() -> None:
+    session, guest = two()
+    place = place_of(session.simulation)
+    guest.hold(HandTarget(place + np.array([0.0, 0.0, 0.2])))
+    session.hold(HandTarget(place))
+    session.reset()
+    assert session.held is None and guest.held is None

@@ -1,0 +1,17 @@
+"""The word of an invitation outlives the server, also where an earlier release has stored it."""
+
+import msgspec
+
+from app.features.second_person.second_place import SecondPlace
+from app.session.parts import SessionParts
+
+
+def test_the_word_comes_back_and_a_damaged_part_opens_no_link() -> None:
+    parts = SessionParts()
+    parts.of(SecondPlace).word = "5f3a"
+    # As the field `invitation` of a record was stored.
+    assert parts.saved() == {"invitation": msgspec.msgpack.encode("5f3a")}
+    for saved, word in ((parts.saved(), "5f3a"), ({"invitation": b"\xc1"}, ""), ({}, "")):
+        again = SessionParts()
+        again.restore(saved)
+        assert again.of(SecondPlace).word == word

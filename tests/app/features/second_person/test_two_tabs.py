@@ -1,0 +1,72 @@
+"""Two people at one experiment, in two tabs: one invites, the other one comes by the link and pulls the silver arm with the mouse."""
+
+import numpy as np
+
+from app.settings import Settings
+from scenes.settings import RunSettings
+from scenes.targets import LinkTarget
+from tests.app.conftest import OpenHouse, ask
+from tests.app.page.by_hand import grab, visit
+from tests.browser import CAMERA, PageAt, screenshot, settled_view, until, wait_ready, world_position, world_to_px
+
+HAND_LINK = "/arms/{}/base/j1/j2/j3/j4/j5/j6"
+SENTENCE = "#duet-overlay h2"
+
+
+def test_a_second_person_comes_by_the_link_and_pulls_the_silver_arm(house: OpenHouse, page_at: PageAt) -> None:
+    mine = page_at(1440, 900)
+    session = visit(mine, house(Settings(run=RunSettings(scene="hold", avoid="both"))), "autopilot=0")
+    mine.get_by_role("button", name="Two people, one arm each").click()
+    mine.get_by_role("button", name="Invite a second person").click()
+    box = mine.get_by_label("Link for the second person")
+    box.wait_for()
+    link = box.input_value()
+    assert mine.locator(".duet-join svg[role=img]").is_visible()
+    screenshot(mine, "two-invited")
+
+    theirs = page_at(1024, 768, fresh=True, locale="de-DE")
+    theirs.goto(f"{link}&theme=dark")
+    wait_ready(theirs, "/room")
+    silver, orange = (HAND_LINK.format(arm.name) for arm in (session.simulation.avoiding, session.arm))
+    theirs.get_by_text("Sie halten den silbernen Arm").first.wait_for()
+    mine.get_by_text("The second person is here").first.wait_for()
+    view = settled_view(theirs)
+    before = ask(session, lambda s: s.simulation.positions.copy())
+    # The orange arm is not theirs.
+    theirs.mouse.move(*world_to_px(theirs, world_position(theirs, orange)))
+    x, y = grab(theirs, silver, lambda: isinstance(session.other_held, LinkTarget))
+    for step in range(1, 13):
+        theirs.mouse.move(x + 6.0 * step, y - 2.0 * step)
+    moved = session.simulation.avoiding.joints
+    until(
+        theirs,
+        lambda: ask(session, lambda s: np.abs(s.simulation.positions - before)[moved].max() > 0.05),
+        "the silver arm moves",
+    )
+    until(mine, lambda: mine.evaluate("!!__viserMutable.nodeRefFromName['/other_grip/point']?.visible"), "the mark at the host's")
+    screenshot(mine, "two-host")
+    screenshot(theirs, "two-guest")
+    assert np.allclose(theirs.evaluate(CAMERA), view, atol=1e-6), "a view does not move under the mouse"
+    theirs.mouse.up()
+    until(theirs, lambda: session.other_held is None, "letting go")
+    # The keys move their arm, and pause nothing.
+    theirs.keyboard.press("Space")
+    theirs.keyboard.press("ArrowUp")
+    until(theirs, lambda: session.other_held is not None, "a nudge")
+    assert not session.paused and session.held is None
+
+    mine.get_by_role("button", name="End the invitation").click()
+    theirs.locator(SENTENCE, has_text="Diese Einladung wurde beendet.").wait_for()
+    screenshot(theirs, "two-ended")
+    theirs.set_viewport_size({"width": 390, "height": 844})
+    screenshot(theirs, "two-ended-phone")
+    # Invited again, on a phone.
+    mine.get_by_role("button", name="Invite a second person").click()
+    until(mine, lambda: box.is_visible() and box.input_value() != link, "another link")
+    theirs.goto(box.input_value())
+    theirs.get_by_text("Sie halten den silbernen Arm").first.wait_for()
+    settled_view(theirs)
+    screenshot(theirs, "two-guest-phone")
+    mine.goto("about:blank")
+    theirs.locator(SENTENCE, has_text="Ihr Gegenüber ist gerade nicht da").wait_for()
+    screenshot(theirs, "two-away-phone")

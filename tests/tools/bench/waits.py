@@ -1,0 +1,55 @@
+"""How long a person waits for a run at the command line, and for the curves of "what if"."""
+
+import subprocess
+import time
+from typing import Final
+
+from app.features.bench.figures_table import BenchRows
+from app.runtime.job_pool import JobPool
+from app.session.session import Session
+from app.settings import Settings
+from controllers.own_packages import own_command
+from scenes.experiments import HOLD
+from scenes.settings import changed
+
+PAST: Final = 30.0
+"""How much of a run "what if" simulates again [s]."""
+
+
+def measure_waits() -> BenchRows:
+    """Yield both."""
+    yield "run of 46 s", measure_run()
+    yield "what if, 30 s again", measure_what_if()
+
+
+def measure_run() -> dict[str, float]:
+    """Return how long `lwr-duet run` takes for 46 s of the hold experiment, and how much of it is start-up [s]."""
+    times: list[float] = []
+    for seconds in ("46", "0.005"):
+        begin = time.perf_counter()
+        command = own_command("app.__main__", "run", "--scene", HOLD, "--seconds", seconds)
+        subprocess.run(command, check=True, capture_output=True)
+        times.append(time.perf_counter() - begin)
+    return {"wall_s": times[0], "start_s": times[1]}
+
+
+def measure_what_if() -> dict[str, float]:
+    """Return the time from a slider's last move until the curves of "what if" can be drawn [s]."""
+    background = JobPool()
+    session = Session(changed(Settings(), "whatif", True), background=background)
+    try:
+        while session.simulation.time < PAST:
+            session.advance(0.05)
+        figures: dict[str, float] = {}
+        for name, distance in (("first_s", 0.12), ("later_s", 0.17)):
+            answer = session.studies.questions.what_if
+            session.change("dm", distance)
+            begin = time.perf_counter()
+            while session.studies.questions.what_if is answer and time.perf_counter() - begin < PAST:
+                time.sleep(1.0 / 32.0)
+                session.advance(1.0 / 32.0)
+            figures[name] = time.perf_counter() - begin
+        return figures
+    finally:
+        session.close()
+        background.close()
