@@ -1,0 +1,34 @@
+"""The features: a folder each, in one tuple; no file of the core imports any of them."""
+
+from pathlib import Path
+
+from app import features
+from app.features import FEATURES
+from tests.test_imports import ROOT
+from tests.test_rooms import arrows
+
+FOLDER = Path(features.__file__).parent
+
+COMPOSING = {"app/__main__.py", "app/serve_worker.py", "app/lwr_duet/__init__.py"}
+"""Where a process begins: they import the tuple, or what a notebook asks for, and no room imports them."""
+
+
+def test_every_folder_is_a_place_in_the_tuple_and_says_what_it_is() -> None:
+    names = [feature.name for feature in FEATURES]
+    assert sorted(names) == sorted(path.parent.name for path in FOLDER.glob("*/__init__.py"))
+    assert [name for name in names if not (FOLDER / name / "README.md").read_text(encoding="utf-8").startswith("# ")] == []
+
+
+def test_no_file_of_the_core_imports_a_feature() -> None:
+    of_features = {file for file in arrows() if file.startswith("app/features/")}
+    assert len(of_features) > 50
+    core = {file: targets for file, targets in arrows().items() if file not in of_features}
+    assert {file for file, targets in core.items() if targets & of_features} == COMPOSING
+    assert {file for file, targets in core.items() if targets & (COMPOSING - {"app/__main__.py"})} == set()
+
+
+def test_what_a_folder_holds_it_alone_holds() -> None:
+    """Scripts, style sheets and templates of a feature are not among those of the core."""
+    core = {path.name for kind in ("js", "css", "html") for path in (ROOT / "app" / "page").rglob(f"*.{kind}")}
+    own = {path.name for kind in ("js", "css", "html") for path in FOLDER.rglob(f"*.{kind}")}
+    assert own and not own & core
