@@ -5,9 +5,11 @@ costs nothing to import.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from app.text.document_list import DocumentFile
 
 if TYPE_CHECKING:
     # What a command of the core needs to know of a feature loads no page.
@@ -39,6 +41,7 @@ class Feature:
     Attributes:
         name: of its folder in `app/features`.
         texts: folder with a catalogue a language, `de.toml` and so on, for the texts of this feature alone.
+        documents: last part of the address → document that the page offers.
         commands: name → command; given are all features, for a command that starts a page.
         panels: what makes the panels of a visitor who operates a session. Those of the lowest feature are made first.
         assets: scripts and style sheets of every page.
@@ -49,6 +52,7 @@ class Feature:
 
     name: str
     texts: Path | None = None
+    documents: Mapping[str, DocumentFile] = field(default_factory=dict)
     commands: "Callable[[Sequence[Feature]], Mapping[str, Command]] | None" = None
     panels: "Callable[[], Sequence[PanelMaker]] | None" = None
     assets: "Callable[[], PageAssets] | None" = None

@@ -25,7 +25,8 @@ from app.page.page_assets import loading_html, page_assets
 from app.runtime.job_pool import JobPool, Jobs
 from app.runtime.throttled_log import ThrottledLog
 from app.session.input_source import find_input_sources
-from app.text.documents import DOCUMENTS, PREFIX, document_page
+from app.text.document_list import DOCUMENTS
+from app.text.documents import PREFIX, document_page
 from app.web.server import DuetServer
 
 log = logging.getLogger("duet.hosts")

@@ -15,7 +15,11 @@ from app.settings import Settings, from_query
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-DOCUMENTS = {path.name: path.read_text(encoding="utf-8") for path in (ROOT / "app" / "documents").glob("*.md")}
+FILES = {
+    path.name: path
+    for path in (*(ROOT / "app" / "documents").glob("*.md"), *(one.file for f in FEATURES for one in f.documents.values()))
+}
+DOCUMENTS = {name: path.read_text(encoding="utf-8") for name, path in FILES.items()}
 TEXTS = README + "".join(DOCUMENTS.values())
 OURS = re.sub(r"^(?:dask|docker|echo|podman|sudo) (?:.*\\\n)*.*$|`(?:docker|wsl) [^`]*`", "", TEXTS, flags=re.MULTILINE)
 """Without the commands of other programs."""
@@ -60,7 +64,7 @@ def test_every_option_is_in_the_help_of_a_command(capsys: pytest.CaptureFixture[
 
 @pytest.mark.parametrize("name", ["README.md", *DOCUMENTS])
 def test_every_link_and_picture_leads_to_a_file(name: str) -> None:
-    folder, text = (ROOT, README) if name == "README.md" else (ROOT / "app" / "documents", DOCUMENTS[name])
+    folder, text = (ROOT, README) if name == "README.md" else (FILES[name].parent, DOCUMENTS[name])
     links = [link for link in re.findall(r"\]\(([^)\s]+)\)", text) if not link.startswith("https://")]
     assert [link for link in links if not (folder / link).is_file()] == []
 

@@ -16,6 +16,7 @@ from app.features.marks import MARKS
 from app.features.second_person import SECOND_PERSON
 from app.features.sweep import SWEEP
 from app.i18n.catalogue import add_catalogues
+from app.text.document_list import add_documents
 
 FEATURES: Final[tuple[Feature, ...]] = (
     BENCH,
@@ -32,5 +33,6 @@ FEATURES: Final[tuple[Feature, ...]] = (
     SWEEP,
 )
 
-# Every process that uses a feature imports this package first, and with it the texts of all of them.
+# Every process that uses a feature imports this package first, and with it the texts and documents of all of them.
 add_catalogues(feature.texts for feature in FEATURES if feature.texts is not None)
+add_documents({name: one for feature in FEATURES for name, one in feature.documents.items()})

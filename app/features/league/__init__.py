@@ -5,6 +5,8 @@ from pathlib import Path
 from typing import Final
 
 from app.feature import Command, Feature
+from app.i18n.speaking import N_
+from app.text.document_list import DocumentFile
 
 
 def _commands(features: Sequence[Feature]) -> Mapping[str, Command]:
@@ -14,4 +16,8 @@ def _commands(features: Sequence[Feature]) -> Mapping[str, Command]:
     return {"league": Command(League, league)}
 
 
-LEAGUE: Final = Feature("league", texts=Path(__file__).parent, commands=_commands)
+_HERE: Final = Path(__file__).parent
+
+_DOCUMENTS: Final = {"league": DocumentFile(_HERE / "league.md", N_("The league"))}
+
+LEAGUE: Final = Feature("league", texts=_HERE, documents=_DOCUMENTS, commands=_commands)

@@ -4,6 +4,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.feature import Feature
+from app.i18n.speaking import N_
+from app.text.document_list import DocumentFile
 
 STATIC: Final = Path(__file__).parent / "static"
 
@@ -43,4 +45,11 @@ def _host(context: "AppContext") -> "Host | None":
     return BreakoutHost(context, context.link)
 
 
-LECTURE: Final = Feature("lecture", texts=Path(__file__).parent, assets=_assets, options=_options, host=_host)
+_HERE: Final = Path(__file__).parent
+
+_DOCUMENTS: Final = {
+    "class": DocumentFile(_HERE / "class.md", N_("For a class")),
+    "lecture-plan": DocumentFile(_HERE / "lecture-plan.md", N_("A lecture plan")),
+}
+
+LECTURE: Final = Feature("lecture", texts=_HERE, documents=_DOCUMENTS, assets=_assets, options=_options, host=_host)

@@ -184,7 +184,7 @@ COLUMNS: Final = (
 
 
 def class_table_bytes(summary: ClassSummary, lessons: Sequence[Lesson]) -> bytes:
-    """Return the table as CSV in UTF-8, with the mark by which spreadsheets know it; for the columns see `app/documents/class.md`."""
+    """Return the table as CSV in UTF-8, with the mark by which spreadsheets know it; for the columns see `class.md`."""
     set_language("en")
     found = (*_rows(summary, lessons), *_gain_rows(summary, lessons))
     rows = ([*(cells.get(column, "") for column in COLUMNS), *marks] for cells, marks in found)

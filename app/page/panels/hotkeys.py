@@ -22,7 +22,8 @@ from app.session.actions import (
     SwingElbow,
     Toggle,
 )
-from app.text.documents import DOCUMENTS, PREFIX
+from app.text.document_list import DOCUMENTS
+from app.text.documents import PREFIX
 from app.text.templates import macros
 from app.web.control_events import on_press
 from app.web.viser_internals import HotkeyKey
@@ -135,6 +136,6 @@ KEY_NAMES: Final = (N_("Space"), N_("Page ↑"), N_("Page ↓"))
 def help_html(instead: tuple[Hotkey[Any], ...] = ()) -> Markup:
     """Return the table as HTML. `instead`: keys that mean something else on this page."""
     rows = (*instead, *keys_of(hotkeys(), instead), *keys_of(LESSON_KEYS, instead))
-    documents = [(name, title) for name, (_, title) in DOCUMENTS.items()]
+    documents = [(name, one.title) for name, one in DOCUMENTS.items()]
     answers = min(len(EXPERIMENTS), 9)
     return macros("page/panels/help.html").help(rows, KEY_NAMES, answers, documents, PREFIX, spoken().language)

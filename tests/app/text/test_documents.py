@@ -9,11 +9,13 @@ from collections.abc import Callable
 import pytest
 
 from app.i18n.catalogue import words_of
-from app.text.documents import DOCUMENTS, FOLDER, document_html, document_page
+from app.text.document_list import DOCUMENTS
+from app.text.documents import document_html, document_page
 from app.text.lesson_text import lesson_html
 from tests.app.conftest import OpenHouse
 from tests.app.html_reader import HtmlReader
 from tests.app.i18n.conftest import untranslated
+from tests.test_imports import ROOT
 
 
 @pytest.mark.parametrize("name", DOCUMENTS)
@@ -22,7 +24,7 @@ def test_every_document_is_whole(name: str) -> None:
     # Nothing comes from elsewhere, and what it points to on this server exists.
     here = {link for link in read.links if not link.startswith(("https://", "data:"))}
     assert here <= {"../", *DOCUMENTS}
-    title = (FOLDER / DOCUMENTS[name][0]).read_text(encoding="utf-8").splitlines()[0].removeprefix("# ")
+    title = DOCUMENTS[name].file.read_text(encoding="utf-8").splitlines()[0].removeprefix("# ")
     assert title.replace("`", "") in read.text
 
 
@@ -33,7 +35,7 @@ def test_what_stands_around_a_document_is_in_the_readers_language(name: str) -> 
     assert '<html lang="en">' in page and '<main lang="en">' in page
     assert untranslated(re.sub(r"<style>.*?</style>", "", frame, flags=re.DOTALL)) == []
     german = document_page(name, "de").decode()
-    assert '<html lang="de">' in german and words_of("de")(DOCUMENTS[name][1]) in german
+    assert '<html lang="de">' in german and words_of("de")(DOCUMENTS[name].title) in german
     assert 'lang="en"' not in document_page(name).decode().split("<main")[1]
 
 
@@ -78,11 +80,11 @@ def test_the_server_gives_them_out(house: OpenHouse) -> None:
 
 
 def test_what_is_cited_is_this_version_and_names_both_licences() -> None:
-    text = (FOLDER / DOCUMENTS["cite"][0]).read_text(encoding="utf-8")
-    project = tomllib.loads((FOLDER.parent / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    text = DOCUMENTS["cite"].file.read_text(encoding="utf-8")
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert re.findall(r"version = \{(.*?)\}", text) == [project["version"]]
     entries = dict(re.findall(r"^@(\w+)\{(\w+),$", text, re.MULTILINE))
     # Both entries are whole: as many braces open as close.
     assert set(entries) == {"software", "inproceedings"} and text.count("{") == text.count("}")
-    for path in (FOLDER.parent / "README.md", FOLDER / "lessons" / "README.md"):
+    for path in (ROOT / "README.md", ROOT / "app" / "lessons" / "README.md"):
         assert "CC BY 4.0" in path.read_text(encoding="utf-8") and "cite.md" in path.read_text(encoding="utf-8")

@@ -14,17 +14,16 @@ import websockets
 from jupyter_client.manager import start_new_kernel
 from playwright.sync_api import expect
 
-from app.features.jupyter import duet, notebook_run
+from app.features.jupyter import JUPYTER, duet, notebook_run
 from controllers.errors import BadSetting, DuetError
 from tests.app.features.jupyter.conftest import TOKEN, JupyterServer, environment
 from tests.app.served import has_arms
 from tests.blocking_client import BlockingClient
 from tests.browser import PageAt, screenshot, until
-from tests.test_imports import ROOT
 
 pytestmark = pytest.mark.thorough
 
-DOCUMENT = (ROOT / "app" / "documents" / "jupyter.md").read_text(encoding="utf-8")
+DOCUMENT = JUPYTER.documents["jupyter"].file.read_text(encoding="utf-8")
 EXAMPLE, *CELLS = re.findall(r"^```ipython\n(.*?)^```", DOCUMENT, flags=re.MULTILINE | re.DOTALL)
 
 Execute = Callable[[str], tuple[str, list[str]]]

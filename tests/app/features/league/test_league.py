@@ -12,12 +12,11 @@ import pytest
 
 from app.__main__ import run_command as main
 from app.custom_law.fence import FenceLimits
-from app.features.league import command, entrants, league_page
+from app.features.league import LEAGUE, command, entrants, league_page
 from app.features.league.entrants import Entrant, played
 from app.features.league.league_files import PART, Played
 from app.features.league.league_page import COLUMNS, league_rows
 from app.runtime.terminal import INTERRUPTED
-from app.text.documents import FOLDER
 from controllers.errors import LazyText
 from scenes import league_runs as league
 from scenes.experiments import HOLD
@@ -217,7 +216,7 @@ def test_a_row_is_the_worst_of_its_runs_and_its_error_against_the_paper() -> Non
 
 @pytest.mark.thorough
 def test_the_document_has_the_tables_of_the_built_in_laws() -> None:
-    text = (FOLDER / "documents" / "league.md").read_text(encoding="utf-8")
+    text = LEAGUE.documents["league"].file.read_text(encoding="utf-8")
     tables = re.findall(r"^### (.+)\n\n((?:\|.*\n)+)", text, re.MULTILINE)
     assert [title for title, _ in tables] == [f"{title}, {robot} robots" for title in LEVELS.values() for robot in ROBOTS]
     found = {title: {row.split(" | ")[0].removeprefix("| "): row for row in table.splitlines()[2:]} for title, table in tables}

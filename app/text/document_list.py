@@ -1,0 +1,53 @@
+"""The documents that the page offers, by the last part of their address; what draws them is in `app.text.documents`."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from app.i18n.speaking import N_
+
+_APP: Final = Path(__file__).parents[1]
+
+
+class DocumentFile(NamedTuple):
+    """A document.
+
+    Attributes:
+        file: Markdown.
+        title: what it is called in the list of documents, in English, for `tr`.
+    """
+
+    file: Path
+    title: str
+
+
+DOCUMENTS: Final[dict[str, DocumentFile]] = {
+    name: DocumentFile(_APP / file, title)
+    for name, file, title in (
+        ("page", "documents/page.md", N_("The page")),
+        ("model", "documents/model.md", N_("The model")),
+        ("commands", "documents/commands.md", N_("Without a page")),
+        ("lessons", "lessons/README.md", N_("How to write a lesson")),
+        ("accessibility", "documents/accessibility.md", N_("Accessibility")),
+        ("cite", "documents/cite.md", N_("How to cite, and licences")),
+        ("code", "documents/code.md", N_("The code")),
+        ("recipes", "documents/recipes.md", N_("Recipes")),
+        ("examples", "documents/examples.md", N_("Examples")),
+        ("decisions", "documents/decisions.md", N_("Decisions")),
+        ("changes", "documents/changes.md", N_("Changes")),
+    )
+}
+"""Last part of the address → document: those of the core, and those that `add_documents` has added."""
+
+_AFTER: Final = "commands"
+"""The documents of features stand behind this one, before those for people who write lessons or code."""
+
+
+def add_documents(documents: Mapping[str, DocumentFile]) -> None:
+    """Also offer these documents."""
+    known = {name: one for name, one in DOCUMENTS.items() if name not in documents}
+    DOCUMENTS.clear()
+    for name, one in known.items():
+        DOCUMENTS[name] = one
+        if name == _AFTER:
+            DOCUMENTS.update(documents)
