@@ -42,7 +42,7 @@ class Feature:
         name: of its folder in `app/features`.
         texts: folder with a catalogue a language, `de.toml` and so on, for the texts of this feature alone.
         documents: last part of the address → document that the page offers.
-        commands: name → command; given are all features, for a command that starts a page.
+        commands: name → command.
         panels: what makes the panels of a visitor who operates a session. Those of the lowest feature are made first.
         assets: scripts and style sheets of every page.
         options: a dataclass that adds its fields to the options of `lwr-duet serve`.
@@ -53,7 +53,7 @@ class Feature:
     name: str
     texts: Path | None = None
     documents: Mapping[str, DocumentFile] = field(default_factory=dict)
-    commands: "Callable[[Sequence[Feature]], Mapping[str, Command]] | None" = None
+    commands: Callable[[], Mapping[str, Command]] | None = None
     panels: "Callable[[], Sequence[PanelMaker]] | None" = None
     assets: "Callable[[], PageAssets] | None" = None
     options: "Callable[[], type[FeatureOptions]] | None" = None

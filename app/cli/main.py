@@ -35,7 +35,7 @@ def commands_with(features: Sequence[Feature]) -> dict[str, Command]:
     commands = {"serve": Command(serve_with(features), partial(serve, features=features)), **_COMMANDS}
     for feature in features:
         if feature.commands is not None:
-            commands |= feature.commands(features)
+            commands |= feature.commands()
     return commands
 
 

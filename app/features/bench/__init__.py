@@ -1,14 +1,13 @@
 """What a step and one visitor cost."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
 from app.feature import Command, Feature
 
 
-def _commands(features: Sequence[Feature]) -> Mapping[str, Command]:
-    del features
+def _commands() -> Mapping[str, Command]:
     from app.features.bench.command import Bench, bench
 
     return {"bench": Command(Bench, bench)}

@@ -1,14 +1,13 @@
 """The paper's figures and ours, drawn from runs: `lwr-duet figures`. No browser, no graphics card."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
 from app.feature import Command, Feature
 
 
-def _commands(features: Sequence[Feature]) -> Mapping[str, Command]:
-    del features
+def _commands() -> Mapping[str, Command]:
     from app.features.figures.command import Figures, draw_figures
 
     return {"figures": Command(Figures, draw_figures)}

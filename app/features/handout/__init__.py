@@ -1,14 +1,13 @@
 """Lessons on paper: pages to print, with a teacher's copy, and questions for Moodle."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
 from app.feature import Command, Feature
 
 
-def _commands(features: Sequence[Feature]) -> Mapping[str, Command]:
-    del features
+def _commands() -> Mapping[str, Command]:
     from app.features.handout.command import Handout, handout
 
     return {"handout": Command(Handout, handout)}

@@ -1,6 +1,6 @@
 """The league of laws: every law in the same runs, as tables, pictures and one page."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
@@ -9,8 +9,7 @@ from app.i18n.speaking import N_
 from app.text.document_list import DocumentFile
 
 
-def _commands(features: Sequence[Feature]) -> Mapping[str, Command]:
-    del features
+def _commands() -> Mapping[str, Command]:
     from app.features.league.command import League, league
 
     return {"league": Command(League, league)}

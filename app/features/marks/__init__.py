@@ -1,14 +1,13 @@
 """Marks for what a class hands in: points of laws and lab reports, tables for other systems, and a page of feedback for every student."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
 from app.feature import Command, Feature
 
 
-def _commands(features: Sequence[Feature]) -> Mapping[str, Command]:
-    del features
+def _commands() -> Mapping[str, Command]:
     from app.features.marks.command import Grade, grade
 
     return {"grade": Command(Grade, grade)}

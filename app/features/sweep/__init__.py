@@ -1,14 +1,13 @@
 """Grids of settings over a scene, as one table and its maps, on all cores or on a Dask cluster."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
 from app.feature import Command, Feature
 
 
-def _commands(features: Sequence[Feature]) -> Mapping[str, Command]:
-    del features
+def _commands() -> Mapping[str, Command]:
     from app.features.sweep.command import Sweep, sweep
 
     return {"sweep": Command(Sweep, sweep)}

@@ -21,8 +21,7 @@ FILES = {
         from app.feature import Command, Feature
 
 
-        def _commands(features: Sequence[Feature]) -> Mapping[str, Command]:
-            del features
+        def _commands() -> Mapping[str, Command]:
             from app.features.made_up.command import Halved, print_half
 
             return {"halved": Command(Halved, print_half)}

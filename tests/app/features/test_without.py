@@ -122,7 +122,7 @@ def test_what_is_left_works(name: str, tmp_path: Path) -> None:
     do(tmp_path, *COPY, "-c", IMPORT_ALL)
     said = do(tmp_path, *COPY, "-m", "app", "--help")
     for feature in FEATURES:
-        commands = {} if feature.commands is None else feature.commands(FEATURES)
+        commands = {} if feature.commands is None else feature.commands()
         assert all((f" {command} " in said) == (feature.name not in gone) for command in commands), feature.name
     assert "--port" in do(tmp_path, *COPY, "-m", "app", "serve", "--help")
     assert '"d_min"' in do(tmp_path, *COPY, "-m", "app", "run", "--seconds", "0.2")
