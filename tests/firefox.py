@@ -19,7 +19,7 @@ from tests.browser import free_port
 from tests.fonts import font_environment
 from tests.system_packages import install_package
 
-TIMEOUT: Final = 90.0
+TIMEOUT: Final = 180.0
 """Longest time for anything that is waited for [s]."""
 
 # Firefox prints what it thinks of a machine without a graphics card; viser's own build has one message of its own.
