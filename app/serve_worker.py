@@ -78,7 +78,6 @@ def main() -> int:
 
 def _start(start: WorkerStart, channel: int, pipe: MessagePipe, link: WorkerLink) -> "App":
     # Imported here, so that the dispatcher hears of a library that the system lacks.
-    from app.features import FEATURES
     from app.runtime.shared_jobs import JobClient
     from app.start import start_app
     from scenes.robots.robot_files import take_over
@@ -88,7 +87,7 @@ def _start(start: WorkerStart, channel: int, pipe: MessagePipe, link: WorkerLink
     assert start.jobs is not None
     jobs = JobClient(start.jobs, lambda: pipe.send(messages.StartJobs()))
     listener = HandedOverListener(channel, (start.options.host, start.options.port))
-    app = start_app(start.options, listener, start.run, jobs, link, FEATURES)
+    app = start_app(start.options, start.features, listener, start.run, jobs, link)
     app.server.count_changed = lambda count: pipe.send(messages.ClientCount(count))
     return app
 

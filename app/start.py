@@ -79,19 +79,19 @@ class App:
 
 def start_app(
     options: ServeOptions,
+    features: Sequence[Feature],
     listener: socket.socket | None = None,
     run: str = "",
     jobs: Jobs | None = None,
     link: WorkerLink | None = None,
-    features: Sequence[Feature] = (),
 ) -> App:
     """Start to serve the page.
 
     Args:
+        features: beside the core; () for the core alone.
         listener, run: see `DuetServer`; given in a worker, where the dispatcher holds the lock of the file.
         jobs: runs what takes longer than a frame; None for a pool of this process.
         link: to the other processes of the server.
-        features: beside the core.
 
     Raises:
         PortInUse, BadSetting: see `app.web.server.DuetServer`.

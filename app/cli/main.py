@@ -39,11 +39,11 @@ def commands_with(features: Sequence[Feature]) -> dict[str, Command]:
     return commands
 
 
-def main(arguments: list[str] | None = None, features: Sequence[Feature] = ()) -> int:
+def main(arguments: list[str] | None, features: Sequence[Feature]) -> int:
     """Run the command line and return its exit code: 0, or 2 after one line on stderr that says what is wrong.
 
     Args:
-        arguments: without the program's name; those of this process by default.
+        arguments: without the program's name; None for those of this process.
         features: add their commands to those of the core.
     """
     arguments = list(sys.argv[1:] if arguments is None else arguments)

@@ -67,14 +67,13 @@ class Serve:
     open: bool = True
     """Open the browser."""
     sessions: int | Literal["auto"] = "auto"
-    """Most tabs with a session of their own at once; in a lecture, most students who explore by themselves. `auto`: as many as this
-    machine carries at 20 frames a second; the start says about how many that is."""
+    """Most tabs with a session of their own at once. `auto`: as many as this machine carries at 20 frames a second; the start says
+    about how many that is."""
     workers: int | Literal["auto"] = "auto"
     """Processes that share the visitors, started as they are needed; `auto` for as many as the machine has cores."""
     key: str | None = None
-    """Visitors who open the page with ?key=KEY are teachers: they see the notes to the lessons, and lead the class in a lecture.
-    12 characters or more; `auto` makes one and prints the link. Without this option, the environment variable DUET_KEY, which the list of
-    processes does not show."""
+    """Visitors who open the page with ?key=KEY are teachers: they see the notes to the lessons. 12 characters or more; `auto` makes one
+    and prints the link. Without this option, the environment variable DUET_KEY, which the list of processes does not show."""
     allow_origin: tyro.conf.UseAppendAction[tuple[str, ...]] = ()
     """A further web address under which the page may be opened, such as https://duet.example.org behind a proxy; may be given several
     times."""
@@ -113,12 +112,12 @@ def serve_with(features: Sequence[Feature]) -> type[Serve]:
     return make_dataclass("Serve", added, bases=(Serve,), frozen=True, namespace={"__doc__": Serve.__doc__})
 
 
-def serve(command: Serve, features: Sequence[Feature] = ()) -> int:
+def serve(command: Serve, features: Sequence[Feature]) -> int:
     """Serve the page until Ctrl+C or SIGTERM; return the exit code.
 
     Args:
         command: an object of `serve_with` the features.
-        features: beside the core; workers have all.
+        features: beside the core.
 
     Raises:
         BadSetting, BadInputFile, PortInUse, StoreRefused: before anything is served.
@@ -176,7 +175,7 @@ def serve(command: Serve, features: Sequence[Feature] = ()) -> int:
             if workers == 1:
                 _serve_alone(command, options, listener, features)
             else:
-                _serve_with_workers(command, options, listener, workers)
+                _serve_with_workers(command, options, listener, features, workers)
     except KeyboardInterrupt:
         return INTERRUPTED
     return 0
@@ -265,7 +264,7 @@ def _serve_alone(command: Serve, options: ServeOptions, listener: socket.socket,
     with ending_at_once():
         from app.start import start_app
 
-        app = start_app(options, listener, features=features)
+        app = start_app(options, features, listener)
     try:
         _announce(command, options, app.context.workload.places)
         app.wait()
@@ -273,7 +272,9 @@ def _serve_alone(command: Serve, options: ServeOptions, listener: socket.socket,
         app.close(terminated())
 
 
-def _serve_with_workers(command: Serve, options: ServeOptions, listener: socket.socket, most: int) -> None:
+def _serve_with_workers(
+    command: Serve, options: ServeOptions, listener: socket.socket, features: Sequence[Feature], most: int
+) -> None:
     """Serve the page in worker processes until Ctrl+C."""
     # The robots that were read from files are known to this process only.
     given = None
@@ -281,7 +282,7 @@ def _serve_with_workers(command: Serve, options: ServeOptions, listener: socket.
         from scenes.robots.robot_files import given_at_start
 
         given = given_at_start()
-    dispatcher = Dispatcher(listener, WorkerStart(options, given), most)
+    dispatcher = Dispatcher(listener, WorkerStart(options, given, tuple(features)), most)
     try:
         dispatcher.run(lambda places: _announce(command, options, places))
     except BaseException as error:

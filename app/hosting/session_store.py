@@ -118,7 +118,7 @@ class SessionStore:
             self._file.put(name, record)
 
     def named(self, name: str) -> VisitorRecord | None:
-        """Newest record of a name, see `save_named`; None if there is none. Waits for the disk."""
+        """Newest record of a name, see `save_named`; None if nothing was saved. Waits for the disk."""
         return None if self._file is None else self._file.ask(name).result()
 
     def recall(self, query: Mapping[str, str]) -> Generator[None, None, VisitorRecord | None]:

@@ -24,6 +24,7 @@ class WorkerStart:
     Attributes:
         options: those of the server, with the address to which the dispatcher's socket is bound.
         given: what only the command line knows of robots; None for nothing.
+        features: those of the server, each an `app.feature.Feature`.
         run: see `app.web.server.DuetServer`; chosen by the dispatcher.
         jobs: the pool of jobs that all workers share; chosen by the dispatcher.
         index: of the worker, from 0; chosen by the dispatcher.
@@ -31,6 +32,7 @@ class WorkerStart:
 
     options: ServeOptions
     given: "GivenAtStart | None" = None
+    features: tuple[Any, ...] = ()
     run: str = ""
     jobs: JobAddress | None = None
     index: int = 0

@@ -22,7 +22,7 @@ class Used(NamedTuple):
 
 
 def used_by_tree(pid: int) -> Used:
-    """Return what a process and its descendants use."""
+    """Processor time and memory of a process and its descendants."""
     parents: dict[int, int] = {}
     ticks: dict[int, int] = {}
     for path in Path("/proc").glob("[0-9]*/stat"):

@@ -36,7 +36,7 @@ def serving(sessions: int = 8) -> Iterator[tuple[int, str, float]]:
 
 
 def measure_visitor(seconds: float, query: str = "") -> dict[str, float]:
-    """Return what one visitor costs a server that was started by `lwr-duet serve`: CPU, messages, bytes and frames.
+    """Costs of one visitor for a server that was started by `lwr-duet serve`: CPU, messages, bytes and frames.
 
     Args:
         seconds: duration of the measurement [s].

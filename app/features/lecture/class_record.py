@@ -27,7 +27,7 @@ class ClassRecord:
         ballots: question → id of a student's tab → what was handed in.
         revealed: the questions with a tally that everybody sees.
         free: whether the students explore.
-        leader: id of the tab that leads; None for none.
+        leader: id of the tab that leads; None while no tab leads.
         students: ids of the tabs that do not lead.
         earlier: question → the ballots of its rounds before the newest one, oldest first.
         passed: lesson and step → ids of the tabs that have passed the challenge.
@@ -75,7 +75,7 @@ def last_class_of(record: VisitorRecord) -> ClassSummary | None:
 
 
 def interrupted(store: SessionStore) -> VisitorRecord | None:
-    """Shared session that broke off less than `AWAY` ago, which goes on; None if there is none. Waits for the disk."""
+    """Shared session that broke off less than `AWAY` ago, which goes on; None otherwise. Waits for the disk."""
     record = store.named(NAME)
     room = None if record is None else class_of(record)
     return record if room is not None and abs(time() - room.saved) < AWAY else None

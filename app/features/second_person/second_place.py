@@ -6,7 +6,7 @@ import msgspec
 
 
 class SecondPlace:
-    """See the module; a part of a session, see `app.session.parts`.
+    """A part of a session, see `app.session.parts`.
 
     Attributes:
         word: of the link; "" without an invitation.

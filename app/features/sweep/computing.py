@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def computing(workers: int, scheduler: str | None) -> AbstractContextManager[ComputeMany[Any]]:
-    """Return what computes, once entered: processes of this computer, 0 for one a core, or the workers of a Dask scheduler.
+    """Context that computes: processes of this computer, 0 for one a core, or the workers of a Dask scheduler.
 
     Raises:
         BadSetting: both are given, or the number cannot be; once entered, as `on_dask`.

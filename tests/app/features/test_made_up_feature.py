@@ -1,12 +1,13 @@
 """A feature is a folder and its place in the tuple: one that the product has never heard of is added to a copy of the tree, found in each
 of its places, and taken out again."""
 
+import sys
 import textwrap
 from pathlib import Path
 
 import pytest
 
-from tests.app.features.test_without import COPY, do, left_without
+from tests.app.features.test_without import do, left_without
 
 pytestmark = pytest.mark.thorough
 
@@ -132,11 +133,11 @@ def test_a_made_up_feature_is_a_folder_and_a_place_in_the_tuple(tmp_path: Path) 
     assert first in before
     added = "from app.features.made_up import MADE_UP\n"
     listed.write_text(added + before.replace(first, f"{first}    MADE_UP,\n"), encoding="utf-8")
-    assert " halved " in do(tmp_path, *COPY, "-m", "app", "--help")
-    assert do(tmp_path, *COPY, "-m", "app", "halved", "--distance", "0.3") == "0.15\n"
-    assert do(tmp_path, *COPY, "-c", VISIT, str(tmp_path / "store")) == "it is there\n"
+    assert " halved " in do(tmp_path, sys.executable, "-m", "app", "--help")
+    assert do(tmp_path, sys.executable, "-m", "app", "halved", "--distance", "0.3") == "0.15\n"
+    assert do(tmp_path, sys.executable, "-c", VISIT, str(tmp_path / "store")) == "it is there\n"
     # Deleted again, all is as it was: also for the visitor whose record has its part.
     left_without(tmp_path, {"made_up"})
     assert listed.read_text(encoding="utf-8") == before
-    assert " halved " not in do(tmp_path, *COPY, "-m", "app", "--help")
-    assert "d_min" in do(tmp_path, *COPY, "-m", "app", "run", "--seconds", "0.1")
+    assert " halved " not in do(tmp_path, sys.executable, "-m", "app", "--help")
+    assert "d_min" in do(tmp_path, sys.executable, "-m", "app", "run", "--seconds", "0.1")

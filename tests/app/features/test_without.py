@@ -18,8 +18,6 @@ pytestmark = pytest.mark.thorough
 PATIENCE = 1200.0
 NAMES = [feature.name for feature in FEATURES]
 ALL = "all"
-COPY = (sys.executable,)
-"""What runs Python on the copy; `do` sees to it that its own files are found."""
 
 IMPORT_ALL = """
 import importlib, pkgutil
@@ -56,12 +54,12 @@ print("it moves")
 """
 
 
-OF_THE_CORE = (
-    "tests/controllers",
-    "tests/test_imports.py",
-    *(f"tests/app/{room}" for room in ("session", "plots", "stage", "text")),
-)
-"""Tests of rooms that every feature uses."""
+def _has_tests(folder: Path) -> bool:
+    return folder.is_dir() and folder.name != "features" and any(folder.rglob("test_*.py"))
+
+
+QUICK = ("controllers", "scenes", *sorted(f"app/{path.name}" for path in (ROOT / "tests" / "app").iterdir() if _has_tests(path)))
+"""Folders with tests of the core, tried one by one."""
 
 
 def users(of: str) -> set[str]:
@@ -127,22 +125,30 @@ def do(folder: Path, *command: str) -> str:
 def test_what_is_left_works(name: str, tmp_path: Path) -> None:
     gone = set(NAMES) if name == ALL else {name, *users(name)}
     left_without(tmp_path, gone)
-    assert do(tmp_path, *COPY, "-c", "import app; print(app.__file__)").startswith(str(tmp_path))
-    do(tmp_path, *COPY, "-c", IMPORT_ALL)
-    said = do(tmp_path, *COPY, "-m", "app", "--help")
+    assert do(tmp_path, sys.executable, "-c", "import app; print(app.__file__)").startswith(str(tmp_path))
+    do(tmp_path, sys.executable, "-c", IMPORT_ALL)
+    said = do(tmp_path, sys.executable, "-m", "app", "--help")
     for feature in FEATURES:
         commands = {} if feature.commands is None else feature.commands()
         assert all((f" {command} " in said) == (feature.name not in gone) for command in commands), feature.name
-    assert "--port" in do(tmp_path, *COPY, "-m", "app", "serve", "--help")
-    assert '"d_min"' in do(tmp_path, *COPY, "-m", "app", "run", "--seconds", "0.2")
-    assert do(tmp_path, *COPY, "-c", VISIT) == "it moves\n"
+    assert "--port" in do(tmp_path, sys.executable, "-m", "app", "serve", "--help")
+    assert '"d_min"' in do(tmp_path, sys.executable, "-m", "app", "run", "--seconds", "0.2")
+    assert do(tmp_path, sys.executable, "-c", VISIT) == "it moves\n"
 
 
-@pytest.mark.timeout(3.0 * PATIENCE)
-def test_the_quick_tests_of_the_core_pass_without_any_feature(tmp_path: Path) -> None:
-    left_without(tmp_path, set(NAMES))
-    shutil.rmtree(tmp_path / "tests" / "app" / "features")
-    do(tmp_path, *COPY, "-m", "pytest", "-q", "-n", "2", "-m", "not slow and not thorough", *OF_THE_CORE)
+@pytest.fixture(scope="module")
+def core(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the tree without any feature, and without their tests."""
+    folder = tmp_path_factory.mktemp("core")
+    left_without(folder, set(NAMES))
+    shutil.rmtree(folder / "tests" / "app" / "features")
+    return folder
+
+
+@pytest.mark.timeout(PATIENCE)
+@pytest.mark.parametrize("tests", QUICK)
+def test_the_quick_tests_of_the_core_pass_without_any_feature(core: Path, tests: str) -> None:
+    do(core, sys.executable, "-m", "pytest", "-q", "-n", "0", "-m", "not slow and not thorough", f"tests/{tests}")
 
 
 def test_positive_control_a_feature_that_the_core_needs_is_found(tmp_path: Path) -> None:
@@ -150,7 +156,7 @@ def test_positive_control_a_feature_that_the_core_needs_is_found(tmp_path: Path)
     path = tmp_path / "app" / "theme.py"
     path.write_text(f"from app.features.{NAMES[0]} import feature\n{path.read_text(encoding='utf-8')}", encoding="utf-8")
     with pytest.raises(AssertionError, match=f"app.features.{NAMES[0]}"):
-        do(tmp_path, *COPY, "-c", IMPORT_ALL)
+        do(tmp_path, sys.executable, "-c", IMPORT_ALL)
 
 
 def test_the_features_stand_in_their_order() -> None:

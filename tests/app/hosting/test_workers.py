@@ -20,6 +20,7 @@ from urllib.request import urlopen
 
 import pytest
 
+from app.features import FEATURES
 from app.hosting import worker_process
 from app.hosting.dispatcher import MOST_OF_ADDRESS, MOST_OF_TAB, tab_of
 from app.hosting.serve_options import ServeOptions
@@ -240,7 +241,7 @@ class Group:
         self._thread = opened.enter_context(ThreadPoolExecutor(1))
         self.loop = asyncio.new_event_loop()
         opened.callback(self.loop.close)
-        start = WorkerStart(ServeOptions(port=listener.getsockname()[1]))
+        start = WorkerStart(ServeOptions(port=listener.getsockname()[1]), features=FEATURES)
         self.group = WorkerGroup(self.loop, start, most)
         opened.callback(self.group.close)
 
