@@ -104,13 +104,15 @@ def messages() -> dict[str, Path]:
     """Every English text that the page says → folder of the catalogue that translates it.
 
     Formulas, numbers and names of symbols are left out.
-    A text that one feature alone says stands in the catalogue of that feature; every other one in that of the core.
+    What the core says stands in its catalogue; what features alone say in that of the lowest of them.
     """
     said: dict[str, set[Path]] = {}
     for path, found in (*_of_tables(), *_of_sources(), *_of_templates(), *_of_errors()):
         if _has_words(found):
             said.setdefault(found, set()).add(_catalogue_of(path))
-    return {found: next(iter(places)) if len(places) == 1 else FOLDER for found, places in sorted(said.items())}
+    # The core is below all features, and the last feature of the tuple is the lowest.
+    below = (FOLDER, *(feature.texts for feature in reversed(FEATURES) if feature.texts is not None))
+    return {found: next(folder for folder in below if folder in places) for found, places in sorted(said.items())}
 
 
 def _catalogue_of(path: Path) -> Path:
