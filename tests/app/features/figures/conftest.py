@@ -1,7 +1,7 @@
 """The numbers of the figures, each computed once for all tests, and the files of all figures."""
 
 import io
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -48,21 +48,16 @@ def read(text: str) -> Table:
 
 
 @pytest.fixture(scope="session")
-def plan() -> Iterator[Plan]:
-    """Runs that all figures of the tests share."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(equal_safety, "knobs", lambda: KNOBS)
-        yield Plan(quick=True)
-
-
-@pytest.fixture(scope="session")
-def csv_file(plan: Plan) -> Callable[[str], str]:
-    """Name of a figure → content of its CSV file; each is computed once."""
+def csv_file() -> Callable[[str], str]:
+    """Name of a figure → content of its CSV file; each is computed once, and all share their runs."""
+    plan = Plan(quick=True)
 
     @cache
     def drawn(name: str) -> str:
         out = io.StringIO()
-        write_csv(out, entry(name).draw(plan))
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(equal_safety, "knobs", lambda: KNOBS)
+            write_csv(out, entry(name).draw(plan))
         return out.getvalue()
 
     return drawn
