@@ -278,6 +278,7 @@ def test_a_notebook_beside_an_app_of_its_own_finds_duet(installed: str, request:
     assert f"'app', which this Python has given to {folder / 'app.py'}. Restart the kernel" in error
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("installed", ["command", "editable"])
 def test_the_command_finds_its_own_files_whatever_the_path_says(
     installed: str, request: pytest.FixtureRequest, tmp_path: Path

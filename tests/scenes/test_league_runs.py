@@ -65,6 +65,7 @@ def test_what_an_unprotected_arm_loses() -> None:
     assert figures.d_min < 0.0 and figures.lost == pytest.approx(CRITICAL_DISTANCE - figures.d_min)
 
 
+@pytest.mark.thorough
 def test_at_equal_safety_the_public_persons_keep_the_distance_on_average() -> None:
     event = Event("hold", "ideal", "equal")
     schedule = replace(SHORT, speeds=(0.3, 0.5), word="pear")

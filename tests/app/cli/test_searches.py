@@ -129,6 +129,7 @@ def test_a_broken_run_comes_with_the_command_that_repeats_it(
 CLOSEST = ["falsify", "--pairs", "single", "--v", "0.05", "--dt", "0.01", "--workers", "1"]
 
 
+@pytest.mark.thorough
 def test_the_closest_pair_is_broken_and_its_run_can_be_made_again(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     out = tmp_path / "worst.duet.npz"
     assert main([*CLOSEST, "--starts", "1", "--skip", "6", "--seconds", "600", "--out", str(out)]) == 1

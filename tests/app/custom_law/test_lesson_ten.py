@@ -22,6 +22,7 @@ def mended(path: Path, text: bytes, name: str) -> TrialResult:
     return TrialResult(name, b"MU = 0.06 " in text, f"{name} is named")
 
 
+@pytest.mark.thorough
 def test_ones_custom_law_is_broken_mended_tested_and_passes(
     house: OpenHouse, page_at: PageAt, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

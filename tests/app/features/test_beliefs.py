@@ -42,6 +42,7 @@ def replies(lesson: Lesson) -> list[str]:
     return [choice.reply[:20] for step in lesson.steps if step.question is not None for choice in step.question.choices]
 
 
+@pytest.mark.thorough
 def test_ten_questions_with_a_belief_each_in_every_language_and_every_path_goes_as_declared() -> None:
     assert (FIRST.asked, LAST_TEST.asked, FIRST.id + LAST) == ("first", "last", LAST_TEST.id)
     beliefs = set[str]()

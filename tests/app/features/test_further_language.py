@@ -9,6 +9,8 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
 
+import pytest
+
 from app.__main__ import run_command as main
 from app.features import FEATURES
 from app.features.jupyter.duet import cell_html
@@ -52,6 +54,7 @@ def answers(folder: Path) -> dict[str, object]:
     }
 
 
+@pytest.mark.thorough
 def test_a_further_language_is_one_entry_its_catalogue_and_its_lessons(tmp_path: Path) -> None:
     app, out = tmp_path / "app", tmp_path / "out"
     # With what Python has compiled, which holds as long as a file is the same.

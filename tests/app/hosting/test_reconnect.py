@@ -143,6 +143,7 @@ def test_the_health_names_what_is_wrong_with_the_store(house: OpenHouse, tmp_pat
     assert state_with(tmp_path / "file" / "store") == {**well, "problem": "File exists"}
 
 
+@pytest.mark.thorough
 def test_four_dropped_connections_lose_nothing(
     house: OpenHouse, tab: Callable[..., Tab], caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -109,6 +109,7 @@ def test_two_servers_have_their_own_ports_and_files_and_find_them_again(
     assert len(list((tmp_path / "tmp").glob(f"duet-*/{LOCK}"))) == (0 if workers == "1" else 1)
 
 
+@pytest.mark.thorough
 def test_a_port_and_a_file_that_are_named_are_refused_where_they_are_taken(start: Callable[..., Started], tmp_path: Path) -> None:
     store = str(tmp_path / "class.sqlite")
     first = start("--workers", "1", "--store", store)

@@ -2,6 +2,8 @@
 
 from collections.abc import Iterator
 
+import pytest
+
 from app.lessons.loading import load_lessons
 from app.text.lesson_text import plain
 from tests.app.conftest import Arrive, Guest, OpenHouse, ask
@@ -54,6 +56,7 @@ def test_in_pseudo_nothing_is_left_untranslated(house: OpenHouse, arrive: Arrive
     assert_all_said(guest.visitor)
 
 
+@pytest.mark.thorough
 def test_a_bad_link_is_named_controls_work_and_the_language_changes_on_the_page(house: OpenHouse, arrive: Arrive) -> None:
     guest = arrive(house(), "lang=sl&dm=9")
     visitor = guest.visitor

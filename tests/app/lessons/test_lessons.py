@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from _pytest.mark import ParameterSet
 
 from app.lessons import check, reference_runs
 from app.lessons.check import Walk, check_lesson, table_text
@@ -58,7 +59,15 @@ def value_with(setup: Setup, name: str, **changes: object) -> Value:
     return measured(setup.with_changes(tuple(changes.items())), name)
 
 
-@pytest.mark.parametrize("lesson", LESSONS, ids=lambda lesson: lesson.id)
+LONGEST = ("lambda", "limits", "redundancy")
+"""Lessons whose walks take the most time; they are in the thorough part."""
+
+
+def with_mark(lesson: Lesson) -> ParameterSet:
+    return pytest.param(lesson, id=lesson.id, marks=[pytest.mark.thorough] if lesson.id in LONGEST else [])
+
+
+@pytest.mark.parametrize("lesson", [with_mark(lesson) for lesson in LESSONS])
 def test_the_right_path_passes_and_wrong_ones_fail_for_the_right_reason(lesson: Lesson) -> None:
     assert [walk for walk in check_lesson(our_book(), lesson) if not walk.ok] == []
     for step in lesson.steps:

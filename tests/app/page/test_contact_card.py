@@ -337,6 +337,7 @@ def test_numbers_of_formulas_stand_by_their_own_symbols(page_at: PageAt) -> None
 LAW = ("#duet-contact .curve", "#duet-contact text.lam", "#duet-contact text.rest", "#duet-contact .term", "#duet-contact .trend")
 
 
+@pytest.mark.thorough
 def test_the_card_keeps_back_what_a_lesson_asks_and_d_lights_up_in_its_formulas(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1280, 800)
     session, run = enter(page, house(), "lesson=3&step=1&lang=en")

@@ -37,6 +37,7 @@ def near(curve: tuple[float | None, ...], expected: float, columns: slice) -> bo
     return len(curve) == COLUMNS and all(v is not None and abs(v - expected) < 0.03 for v in curve[columns])
 
 
+@pytest.mark.thorough
 def test_by_mouse_finger_and_keys_the_truth_over_it_and_the_arm_that_obeys(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1000, 760, fresh=True)
     opened = house()

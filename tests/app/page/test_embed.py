@@ -50,6 +50,7 @@ def around(tmp_path: Path) -> Iterator[tuple[str, Around]]:
         server.shutdown()
 
 
+@pytest.mark.thorough
 def test_a_lesson_runs_in_a_frame(house: OpenHouse, page_at: PageAt, around: tuple[str, Around]) -> None:
     origin, write = around
     opened: App = house(embed_origins=(origin,))

@@ -32,6 +32,7 @@ def bad_values(key: str, present: Any) -> list[Any]:
     )
 
 
+@pytest.mark.thorough
 def test_every_control_changes_one_setting_of_one_visitor_and_no_bad_value_gets_in(house: OpenHouse, arrive: Arrive) -> None:
     assert sorted(ON_PAGE) == sorted(set(SPECS) - {"speed", "plot"}), "every setting has its place"
     opened = house()

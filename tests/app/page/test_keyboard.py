@@ -25,6 +25,7 @@ SENTENCE = re.compile(
 ARROWS = "!!__viserMutable.nodeRefFromName['/gizmo/hand']"
 
 
+@pytest.mark.thorough
 def test_every_key_on_the_canvas_and_none_in_an_input(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(900, 640)
     # At rest, so that the camera has nothing to follow.

@@ -156,6 +156,7 @@ def test_the_run_that_shows_why_stands_beside_no_numbers_of_the_questions_run() 
     assert walk.show_why() and not blocks_html(walk.view(), (), False, True)["after"]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("ghost", ["off", "frozen", "own"])
 def test_the_panel_goes_on_after_a_skipped_lever_whatever_ghost_is_chosen(ghost: str) -> None:
     session = Session(Settings())

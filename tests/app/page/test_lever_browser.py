@@ -1,5 +1,6 @@
 """A visitor who is λ, in a real browser: from the first page, by mouse, finger and keys, against the paper's law."""
 
+import pytest
 from playwright.sync_api import Page, expect
 
 from app.lessons.bookmark import Phase
@@ -19,6 +20,7 @@ def on_lever(page: Page, shares: tuple[float, ...]) -> list[tuple[float, float]]
     return [(left + wide / 2, top + 11 + (1.0 - share) * (high - 22)) for share in shares]
 
 
+@pytest.mark.thorough
 def test_be_lambda_yourself(house: OpenHouse, page_at: PageAt) -> None:
     page, opened = page_at(1440, 900, newcomer=True), house()
     session = visit(page, opened, "theme=light")

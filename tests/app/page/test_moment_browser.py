@@ -118,6 +118,7 @@ def test_after_a_run_the_page_stands_at_its_moment(house: OpenHouse, page_at: Pa
     until(page, lambda: pseudo(page, "body", "::after", "content") in ("none", "normal"), "no name over the scene")
 
 
+@pytest.mark.thorough
 def test_a_jump_is_an_edge_has_its_steps_and_a_drag_over_a_plot_shows_another_moment(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1024, 768)
     session = visit(page, house(), "law=strict_switched&pairs=single&plot=rates&speed=2")

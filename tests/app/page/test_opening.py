@@ -68,6 +68,7 @@ def test_viser_s_own_page_is_never_seen(
     screenshot(page, f"opened-{width}")
 
 
+@pytest.mark.thorough
 def test_a_folder_opens_by_keys_and_the_note_goes(house: OpenHouse, page_at: PageAt) -> None:
     page = page_at(1024, 768)
     # What is said at the beginning goes by itself, on a busy machine perhaps before everything has been loaded.

@@ -1,6 +1,7 @@
 """Every scene in a real browser by its key; ball and figure follow a real mouse, as the hand does in `test_mouse_on_handles`."""
 
 import numpy as np
+import pytest
 from playwright.sync_api import Page
 
 from app.session.session import Session
@@ -63,6 +64,7 @@ def let_go(page: Page, session: Session, what: str) -> None:
     until(page, lambda: session.held is None, f"letting go of the {what}")
 
 
+@pytest.mark.thorough
 def test_every_scene_is_entered_its_ball_or_figure_pulled_and_two_makes_are_drawn_where_they_are(
     house: OpenHouse, page_at: PageAt
 ) -> None:

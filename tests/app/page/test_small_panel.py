@@ -11,6 +11,7 @@ from tests.app.page.helpers import ON_PAGE, bodies, page_label
 from tests.browser import CAMERA, PageAt, screenshot, settled_view, until
 
 
+@pytest.mark.thorough
 def test_a_phone_begins_with_few_controls_and_its_browser_keeps_all(house: OpenHouse, page_at: PageAt) -> None:
     page, opened = page_at(390, 844), house()
     session = visit(page, opened, "panel=small")

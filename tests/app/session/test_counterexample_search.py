@@ -93,6 +93,7 @@ def press_row(visitor: BlockingClient, label: str, button: str) -> None:
     visitor.set_value(label, button)
 
 
+@pytest.mark.thorough
 def test_a_link_replays_its_run_on_the_page_and_a_damaged_one_is_named(house: OpenHouse, arrive: Arrive) -> None:
     app = house()
     attack = attack_of(given_settings(dt=0.02), ",".join(["0.1"] * 14 + ["0.5"] * 9))

@@ -69,6 +69,7 @@ ACTIONS: st.SearchStrategy[Callable[[Session], object]] = st.one_of(
 GHOSTS = st.none() | st.sampled_from(tuple(ghosts()))
 
 
+@pytest.mark.thorough
 @settings(max_examples=40)
 @given(st.lists(st.tuples(ACTIONS, GHOSTS), min_size=5, max_size=25))
 def test_whatever_is_done_in_any_scene_the_run_does_not_notice(actions: list[tuple[Any, Any]]) -> None:

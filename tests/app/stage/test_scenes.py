@@ -90,6 +90,7 @@ def test_the_panel_and_the_camera_follow_the_scene(one: Guest, monkeypatch: pyte
     assert one.visitor.received.messages["SetCameraPositionMessage"] == before
 
 
+@pytest.mark.thorough
 def test_another_look_reaches_every_part(one: Guest) -> None:
     one.ask(lambda s: s.change("profile", "projector"))
     for scene in SCENES:

@@ -1,5 +1,7 @@
 """The server in a real browser: tabs that come, lose their connection, find the room full, and drag."""
 
+import pytest
+
 from app.hosting.visitor_record import tab_id
 from app.page import STATIC
 from app.web.connection import FilteredConnection
@@ -12,6 +14,7 @@ from tests.browser import PageAt, screenshot
 RESUME, TEACHER_KEY = PageAssets((STATIC / "resume.js",)), PageAssets((STATIC / "teacher_key.js",))
 
 
+@pytest.mark.thorough
 def test_the_full_page_lets_in_by_itself_and_a_teacher_at_once(start: Start, page_at: PageAt) -> None:
     server = start(max_clients=1, assets=TEACHER_KEY)
     server.always_admits = lambda query: query.get("key") == "chalk-and-talk"
@@ -65,6 +68,7 @@ def test_a_tab_that_draws_nothing_and_stores_nothing_says_hello_and_its_name(sta
         assert server.client_id(tab) not in server.get_clients()
 
 
+@pytest.mark.thorough
 def test_a_lost_connection_is_said_and_taken_back_and_a_tab_that_was_doubled_too_often_stays_away(
     start: Start, page_at: PageAt
 ) -> None:

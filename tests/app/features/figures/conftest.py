@@ -1,7 +1,9 @@
-"""The figures drawn once for all tests, and their numbers."""
+"""The numbers of the figures, each computed once for all tests, and the files of all figures."""
 
+import io
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +11,7 @@ import pytest
 
 from app.features.figures import equal_safety
 from app.features.figures.command import Figures, draw_figures
+from app.features.figures.drawn_figure import Plan, write_csv
 from app.features.figures.figure_list import CATALOGUE, FigureEntry
 from controllers.kinematics import Array
 from scenes.law_knobs import knobs
@@ -45,14 +48,31 @@ def read(text: str) -> Table:
 
 
 @pytest.fixture(scope="session")
+def csv_file() -> Callable[[str], str]:
+    """Name of a figure → content of its CSV file; each is computed once, and all share their runs."""
+    plan = Plan(quick=True)
+
+    @cache
+    def drawn(name: str) -> str:
+        out = io.StringIO()
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(equal_safety, "knobs", lambda: KNOBS)
+            write_csv(out, entry(name).draw(plan))
+        return out.getvalue()
+
+    return drawn
+
+
+@pytest.fixture(scope="session")
+def table(csv_file: Callable[[str], str]) -> Numbers:
+    return lambda name: read(csv_file(name))
+
+
+@pytest.fixture(scope="session")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """All files of all figures, as the command writes them."""
     out = tmp_path_factory.mktemp("figures")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(equal_safety, "knobs", lambda: KNOBS)
         assert draw_figures(Figures(out=out, quick=True, workers=1)) == 0
     return out
-
-
-@pytest.fixture(scope="session")
-def table(folder: Path) -> Numbers:
-    return lambda name: read((folder / f"{entry(name).stem}.csv").read_text(encoding="utf-8"))

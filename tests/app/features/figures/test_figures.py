@@ -39,8 +39,7 @@ def csv_text(figure: FigureEntry, plan: Plan) -> str:
     return out.getvalue()
 
 
-@pytest.mark.parametrize("figure", CATALOGUE, ids=lambda e: e.name)
-def test_files(figure: FigureEntry, folder: Path) -> None:
+def check_files(figure: FigureEntry, folder: Path) -> None:
     with Image.open(folder / f"{figure.stem}.png") as picture:
         assert picture.width >= 1000 and picture.height >= 500
         assert np.asarray(picture.convert("L")).std() > 10.0
@@ -49,6 +48,18 @@ def test_files(figure: FigureEntry, folder: Path) -> None:
     if figure.name != "scheme":
         table = read((folder / f"{figure.stem}.csv").read_text(encoding="utf-8"))
         assert table.settings and next(iter(table.columns.values()))
+
+
+def test_the_files_of_two_figures(tmp_path: Path) -> None:
+    assert draw_figures(Figures(only="activation,hold", out=tmp_path, quick=True, workers=1)) == 0
+    for name in ("activation", "hold"):
+        check_files(entry(name), tmp_path)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("figure", CATALOGUE, ids=lambda e: e.name)
+def test_files(figure: FigureEntry, folder: Path) -> None:
+    check_files(figure, folder)
 
 
 OF_OTHER_TESTS = ("equal_safety", "setup", "film")
@@ -100,8 +111,8 @@ def test_activation(table: Numbers) -> None:
     assert [rows[f"lambda_n{n}"][at] for n in (1, 2, 10)] == pytest.approx([0.5, 0.25, 2.0**-10])
 
 
-def test_scheme(folder: Path) -> None:
-    lines = (folder / "fig4_scheme.csv").read_text(encoding="utf-8").splitlines()
+def test_scheme(csv_file: Callable[[str], str]) -> None:
+    lines = csv_file("scheme").splitlines()
     assert lines[0] == "from,to,signal,meaning"
     ends = [line.split(",")[:2] for line in lines[1:]]
     for column in (0, 1):
@@ -177,6 +188,7 @@ def test_laws(table: Numbers) -> None:
     assert by_dt["strict_switched"][coarse] / by_dt["strict_switched"][fine] < 1.3
 
 
+@pytest.mark.thorough
 def test_the_report_says_what_jumps_in_a_law_whose_acceleration_grows(folder: Path) -> None:
     report = (folder / "report.md").read_text(encoding="utf-8")
     said = {line[2:].partition(":")[0]: line for line in report.splitlines() if "the largest q̈ is at" in line}
@@ -232,6 +244,7 @@ def test_stability(table: Numbers) -> None:
     assert (rows["survival"] > 0.0).all() and (rows["survival"] <= 1.0).all()
 
 
+@pytest.mark.thorough
 def test_report_has_a_section_a_figure_and_the_numbers_of_the_files(folder: Path, table: Numbers) -> None:
     text = (folder / "report.md").read_text(encoding="utf-8")
     sections = re.split(r"^## ", text, flags=re.MULTILINE)[1:]
@@ -268,6 +281,7 @@ def test_no_such_figure(only: str) -> None:
         assert figure.name in message and (not figure.number or str(figure.number) in message)
 
 
+@pytest.mark.thorough
 def test_only_what_is_asked_for_and_the_same_drawings_each_time(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

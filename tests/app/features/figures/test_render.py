@@ -83,6 +83,7 @@ def test_light_comes_from_above_and_casts_a_shadow() -> None:
     assert (shaded[both_red, 0] <= alone[both_red, 0] + 1.0).all()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("makes", ["lwr", "panda_ur5"])
 def test_links_are_where_the_joints_put_them(makes: str) -> None:
     room = build_room("torso", makes)

@@ -75,6 +75,7 @@ def secrets_of(lesson: str) -> list[str]:
     return [" ".join(line.split(" ")[1:5]) for line in lines if not set(line) & set("#*`$“”")] + ["Usually believed", "Watch out"]
 
 
+@pytest.mark.thorough
 def test_only_the_key_opens_the_notes_and_a_wrong_one_is_named(house: OpenHouse, come: Come) -> None:
     classroom = Class(house, come)
     opened, host, teacher = classroom.opened, classroom.host, classroom.teacher
@@ -268,6 +269,7 @@ def test_two_students_and_a_teacher_do_not_reach_each_other(house: OpenHouse, co
     bo.wait_for(lambda _: sessions_of(host)[b].settings.run.law.critical_distance == 0.2, WAIT)
 
 
+@pytest.mark.thorough
 def test_more_students_than_places_explore_in_groups_of_which_one_operates(
     house: OpenHouse, come: Come, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -152,6 +152,7 @@ def test_every_file_costs_one_row(tmp_path: Path, capfd: pytest.CaptureFixture[s
     assert f"{len(rows)}/{len(rows)} " in progress and "\n'=1+1.py" not in progress
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("isolated", [True, False])
 def test_all_that_a_file_has_started_goes_with_it(isolated: bool) -> None:
     # `_nothing_is_left` looks for what remains.

@@ -1,6 +1,7 @@
 """Two people at one experiment, in two tabs: one invites, the other one comes by the link and pulls the silver arm with the mouse."""
 
 import numpy as np
+import pytest
 
 from app.settings import Settings
 from scenes.settings import RunSettings
@@ -13,6 +14,7 @@ HAND_LINK = "/arms/{}/base/j1/j2/j3/j4/j5/j6"
 SENTENCE = "#duet-overlay h2"
 
 
+@pytest.mark.thorough
 def test_a_second_person_comes_by_the_link_and_pulls_the_silver_arm(house: OpenHouse, page_at: PageAt) -> None:
     mine = page_at(1440, 900)
     session = visit(mine, house(Settings(run=RunSettings(scene="hold", avoid="both"))), "autopilot=0")

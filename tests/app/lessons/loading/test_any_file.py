@@ -51,6 +51,7 @@ def load_text(folder: Path, text: str) -> tuple[Lesson | None, int]:
     return (book.lessons[0], 0) if book.lessons else (None, book.problems[0].line)
 
 
+@pytest.mark.thorough
 @given(text=broken())
 @settings(max_examples=200)
 def test_a_broken_file_never_raises_and_is_named_with_a_line_of_its_own(
@@ -116,6 +117,7 @@ print(*(str(problem) for problem in book.problems), sep="\\n")
 """
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names")
 def test_nothing_waits_for_a_pipe_or_reads_a_device_and_the_other_lessons_still_load(tmp_path: Path) -> None:
     folder, pipe, table = tmp_path / "lessons", tmp_path / "pipe", tmp_path / "table"
