@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from app.hosting.app_context import AppContext
     from app.hosting.host import Host
     from app.hosting.joining_pages import JoiningPages
-    from app.hosting.serve_options import FeatureOptions
+    from app.hosting.parking import Parking
+    from app.hosting.serve_options import FeatureOptions, ServeOptions
     from app.page.panel_context import PanelMaker
     from app.web.pages import PageAssets
 
@@ -48,6 +49,7 @@ class Feature:
         options: a dataclass that adds its fields to the options of `lwr-duet serve`.
         host: makes the host of a server that is started with the feature's options, or returns None.
         joining: makes the pages of people who join a visitor's private session by a link.
+        store: makes what keeps the sessions of visitors who are away, and perhaps more.
     """
 
     name: str
@@ -59,3 +61,4 @@ class Feature:
     options: "Callable[[], type[FeatureOptions]] | None" = None
     host: "Callable[[AppContext], Host | None] | None" = None
     joining: "Callable[[AppContext], JoiningPages] | None" = None
+    store: "Callable[[ServeOptions], Parking] | None" = None

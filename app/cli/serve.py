@@ -5,7 +5,7 @@ import signal
 import socket
 import webbrowser
 from collections.abc import Sequence
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from dataclasses import dataclass, field, make_dataclass, replace
 from pathlib import Path
 from typing import Final, Literal
@@ -17,8 +17,6 @@ from app.cli.options import AllOptions, Flat, settings_of_options
 from app.feature import Feature
 from app.hosting.dispatcher import Dispatcher
 from app.hosting.serve_options import FeatureOptions, ServeOptions
-from app.hosting.store_choice import chosen_store
-from app.hosting.store_file import StoreLock, usual_path
 from app.hosting.teacher_key import AUTO, chosen_key
 from app.hosting.worker_messages import WorkerStart
 from app.runtime.progress import cores
@@ -43,17 +41,8 @@ KEY_VARIABLE: Final = "DUET_KEY"
 USUAL_PORT: Final = 8080
 """Port of a server that is not told one, unless another program has it."""
 
-MEMORY: Final = "memory"
-"""In place of a file: visitors' work is kept no longer than the server runs."""
-
 MOST_WORKERS: Final = 8
 """Processes that `--workers auto` starts at most."""
-
-LONGEST_KEEP: Final = 24.0 * 366.0
-"""[hours]"""
-
-SMALLEST_STORE: Final = 1.0
-"""[MB]"""
 
 
 @dataclass(frozen=True)
@@ -91,13 +80,6 @@ class Serve:
     """A law of your own, see `new-law`: it runs instead of ours, and is loaded again whenever it is saved."""
     edit_law: bool = False
     """Edit that file, or my_law.py of this folder, on the page: in lesson 10 and in Compare, on this computer only."""
-    store: str | None = None
-    """File that keeps what visitors do when the server ends, or `memory` to keep it no longer than the server runs; without this
-    option a file in your home folder, or one beside it while another server has that."""
-    keep: float = ServeOptions.keep / 3600.0
-    """How long a visitor's work is kept after the last visit [hours]."""
-    store_size: float = ServeOptions.most_bytes / 1e6
-    """Largest size of that file [MB]; beyond it the work of those who left first is deleted."""
     lessons: Path | None = None
     """Folder of lessons beside our own; see app/lessons/README.md."""
     playlist: Path | None = None
@@ -120,17 +102,14 @@ def serve(command: Serve, features: Sequence[Feature]) -> int:
         features: beside the core.
 
     Raises:
-        BadSetting, BadInputFile, PortInUse, StoreRefused: before anything is served.
+        BadSetting, BadInputFile, PortInUse: before anything is served.
+        DuetError: see `FeatureOptions.held`.
     """
     if isinstance(command.sessions, int) and command.sessions < 1:
         raise BadSetting("--sessions must be at least 1, or auto.")
     of_features: tuple[FeatureOptions, ...] = tuple(getattr(command, one.name) for one in features if one.options is not None)
     for one in of_features:
         one.check()
-    if not 0.0 < command.keep <= LONGEST_KEEP:
-        raise BadSetting(f"--keep = {command.keep:g} h is not possible; give hours up to {LONGEST_KEEP:g}, or --store memory.")
-    if not command.store_size >= SMALLEST_STORE:
-        raise BadSetting(f"--store-size must be at least {SMALLEST_STORE:g} MB.")
     if command.lessons is not None and not os.path.isdir(command.lessons):
         raise BadSetting(f"lessons = {command.lessons}: there is no such folder; name one with lesson files.")
     if command.playlist is not None and not os.path.isfile(command.playlist):
@@ -159,9 +138,6 @@ def serve(command: Serve, features: Sequence[Feature]) -> int:
         lessons=command.lessons,
         playlist=command.playlist,
         ahead=True,
-        store=None if command.store in (None, MEMORY) else Path(command.store),
-        keep=3600.0 * command.keep,
-        most_bytes=round(1e6 * command.store_size),
         loops=min(workers, cores()),
         features=of_features,
     )
@@ -171,7 +147,7 @@ def serve(command: Serve, features: Sequence[Feature]) -> int:
             listener = (listen_near if command.port == "auto" else listen)(options.host, options.port)
             held.callback(listener.close)
             options = replace(options, port=listener.getsockname()[1])
-            options = _with_store(command, options, held)
+            options = replace(options, features=tuple(one.held(options.port, held) for one in of_features))
             if workers == 1:
                 _serve_alone(command, options, listener, features)
             else:
@@ -179,24 +155,6 @@ def serve(command: Serve, features: Sequence[Feature]) -> int:
     except KeyboardInterrupt:
         return INTERRUPTED
     return 0
-
-
-def _with_store(command: Serve, options: ServeOptions, held: ExitStack) -> ServeOptions:
-    """Return the options with the file of the visitors, which is locked until `held` ends.
-
-    Raises:
-        StoreRefused: another server has the file that is named, or it is not a store.
-    """
-    # Where there can be no lock there can be no file, which the workers say.
-    with suppress(OSError):
-        if options.store is not None:
-            held.callback(StoreLock(options.store).release)
-        elif command.store is None:
-            options = replace(options, store=usual_path())
-            path, lock = chosen_store(usual_path(), options.port)
-            held.callback(lock.release)
-            options = replace(options, store=path)
-    return options
 
 
 def _draw_given_robots() -> None:
@@ -299,8 +257,6 @@ def _announce(command: Serve, options: ServeOptions, places: int) -> None:
     print(f"Duet is at {link if made or not key else link.partition('=')[0] + '=KEY'}   (Ctrl+C ends it)", flush=True)
     if command.port == "auto" and port != USUAL_PORT:
         print(f"Port {USUAL_PORT} is taken by another program, so this Duet has port {port}.", flush=True)
-    if command.store is None and options.store is not None and options.store != usual_path():
-        print(f"This Duet keeps its visitors in {options.store}: others have their own files there.", flush=True)
     for line in (line for one in options.features for line in one.said_at_start(command.host, port, places)):
         print(line, flush=True)
     if command.sessions == "auto":

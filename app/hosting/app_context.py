@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
+from app.hosting.parking import Parking
 from app.hosting.serve_options import ServeOptions
-from app.hosting.session_store import SessionStore
 from app.hosting.worker_messages import WorkerLink
 from app.hosting.workload import Workload
 from app.lessons.lesson import LessonBook
@@ -27,7 +27,7 @@ class AppContext:
         jobs: computes in the background for all sessions.
         sources: input sources beside the built-in ones.
         library: of the lessons and of the teacher's notes, which are not read where there is no key.
-        store: what visitors who have gone left behind.
+        store: what visitors who are away left behind.
         workload: what the rounds take, and how many private sessions there may be at once.
         errors: logs what fails in the pages' frames.
         panels: makes the panels that features add to the page of a visitor who operates a session.
@@ -40,7 +40,7 @@ class AppContext:
     jobs: Jobs
     sources: InputSources
     library: Library
-    store: SessionStore
+    store: Parking
     workload: Workload
     errors: ThrottledLog
     panels: tuple[PanelMaker, ...] = ()

@@ -6,12 +6,10 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable
-from contextlib import closing, suppress
+from contextlib import suppress
 from pathlib import Path
 from urllib.request import urlopen
 
-from app.hosting.store_file import StoreFile
-from app.hosting.visitor_record import VisitorRecord, visitor_from_bytes
 from app.runtime.terminal import TERMINATED
 from app.web.headless_client import HeadlessClient
 from app.web.server import MOVED_CODE
@@ -20,13 +18,6 @@ from tests.app.web.conftest import ended
 from tests.blocking_client import BlockingClient
 
 Serve = Callable[..., "Served"]
-
-
-def kept(store: Path, tab: str) -> VisitorRecord | None:
-    """What the file of a server, which may be running, has of a tab."""
-    with closing(StoreFile(store, 10**9)) as file:
-        found = file.read(tab)
-        return None if found is None else visitor_from_bytes(found[1])
 
 
 def has_arms(visitor: HeadlessClient) -> bool:

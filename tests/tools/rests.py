@@ -16,8 +16,9 @@ from typing import Final
 
 from websockets.exceptions import WebSocketException
 
-from app.hosting.store_file import StoreFile
-from app.hosting.visitor_record import VisitorRecord, visitor_from_bytes
+from app.features.store.record_bytes import visitor_from_bytes
+from app.features.store.store_file import StoreFile
+from app.hosting.visitor_record import VisitorRecord
 from app.lessons.progress import StepProgress, from_json
 from app.page.panels.hotkeys import hotkeys
 from app.plots.curve_chart import COLUMNS

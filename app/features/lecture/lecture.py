@@ -19,6 +19,7 @@ from app.features.lecture.lecture_record import LectureRecorder
 from app.features.lecture.participant import Participant
 from app.features.lecture.presenter import INVITED, InvitedPages
 from app.features.lecture.teacher_control import TeacherControl
+from app.features.store.session_store import store_of
 from app.hosting.admission import Admission, Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.frame_loop import Attention
@@ -46,7 +47,7 @@ class LectureHost:
 
     def __init__(self, context: AppContext) -> None:
         self._context = context
-        record = interrupted(context.store)
+        record = interrupted(store_of(context))
         room = (None if record is None else class_of(record)) or NEW_CLASS
         self.classroom = Classroom(context.workload.places, room)
         start = context.options.settings if record is None or record.state is None else record.settings

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import urllib.request
 import webbrowser
+from collections.abc import Sequence
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, cast
@@ -20,8 +21,10 @@ import pytest
 
 from app.__main__ import run_command as main
 from app.cli.main import commands_with
+from app.cli.main import main as command_line
 from app.cli.options import PLACES, AllOptions, RunOptions, settings_of_options
 from app.cli.serve import Serve
+from app.feature import Feature
 from app.features import FEATURES
 from app.hosting.serve_options import ServeOptions
 from app.hosting.teacher_key import SHORTEST
@@ -44,8 +47,8 @@ def run(capsys: pytest.CaptureFixture[str], *options: str) -> dict[str, Any]:
     return json.loads(capsys.readouterr().out)
 
 
-def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    assert main(list(arguments)) == 2
+def refused(capsys: pytest.CaptureFixture[str], *arguments: str, features: Sequence[Feature] = FEATURES) -> str:
+    assert command_line(list(arguments), features) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
     lines = captured.err.splitlines()
@@ -172,10 +175,12 @@ ERRORS = {
 
 @pytest.mark.parametrize("arguments", ERRORS)
 def test_one_line_says_what_is_wrong(capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: str) -> None:
-    assert_said(capsys, tmp_path, arguments, ERRORS[arguments])
+    assert_said(capsys, tmp_path, arguments, ERRORS[arguments], ())
 
 
-def assert_said(capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: str, parts: str) -> None:
+def assert_said(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: str, parts: str, features: Sequence[Feature] = FEATURES
+) -> None:
     """Run a command that is refused, and find the parts in its line; {} is a folder with some files."""
     for name, content in (
         ("short", b"t,x,y\n0,0,0\n"),
@@ -184,14 +189,14 @@ def assert_said(capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: s
         ("hand", b"t,x,y,z\n0,0.3,0.1,1\n"),
     ):
         (tmp_path / f"{name}.csv").write_bytes(content)
-    line = refused(capsys, *arguments.replace("{}", str(tmp_path)).split())
+    line = refused(capsys, *arguments.replace("{}", str(tmp_path)).split(), features=features)
     assert all(part in line for part in parts.split("|")), line
 
 
 def test_a_busy_port_names_the_port_and_the_remedy(capsys: pytest.CaptureFixture[str]) -> None:
     with socket.create_server(("127.0.0.1", 0)) as holder:
         port = holder.getsockname()[1]
-        line = refused(capsys, "serve", "--no-open", "--store", "memory", "--port", str(port))
+        line = refused(capsys, "serve", "--no-open", "--port", str(port), features=())
     assert str(port) in line and f"--port {port % 65535 + 1}" in line
 
 
@@ -217,7 +222,7 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr(webbrowser, "open", lambda link: opened.append(link))
     monkeypatch.setattr(App, "wait", wait)
-    assert main(["serve", "--store", "memory", "--port", "0", "--key", "auto", "--workers", "1"]) == INTERRUPTED
+    assert command_line(["serve", "--workers", "1", "--port", "0", "--key", "auto"], ()) == INTERRUPTED
     link, status = opened
     assert link.startswith("http://127.0.0.1:") and len(link.partition("/?key=")[2]) >= SHORTEST
     assert "key=auto" not in link and status == "200"
@@ -226,7 +231,7 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
     # A key that was given is not in the log of a service.
     monkeypatch.setenv("DUET_KEY", "chalk-and-talk")
     for given in (["--key", "white-chalk-dust"], []):
-        assert main(["serve", "--store", "memory", "--port", "0", "--workers", "1", *given]) == INTERRUPTED
+        assert command_line(["serve", "--workers", "1", "--port", "0", *given], ()) == INTERRUPTED
         given_link, said = opened[-2], capsys.readouterr().out
         assert given_link.endswith("/?key=" + (given[-1] if given else "chalk-and-talk")) and "chalk" not in said
         assert "/?key=KEY " in said
@@ -234,8 +239,7 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
     port = int(link.split(":")[2].split("/")[0])
     with socket.socket() as probe:
         assert probe.connect_ex(("127.0.0.1", port)) != 0, "the port is still served"
-    alone = ["serve", "--store", "memory", "--port", "0", "--no-open", "--workers", "1"]
-    assert main([*alone, "--sessions", "3"]) == INTERRUPTED
+    assert command_line(["serve", "--workers", "1", "--port", "0", "--no-open", "--sessions", "3"], ()) == INTERRUPTED
     assert len(opened) == 7 and "carries" not in capsys.readouterr().out
 
 

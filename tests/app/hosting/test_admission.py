@@ -12,6 +12,7 @@ import viser
 from numpy.testing import assert_array_equal
 from viser import _gui_api, _gui_handles, _icons
 
+from app.features.store.store_options import StoreOptions
 from app.hosting import admission, preparation
 from app.hosting.preparation import Preparation, mesh_makers
 from app.hosting.visitor import Visitor
@@ -85,7 +86,7 @@ def test_a_page_is_built_in_its_own_language_though_others_are_drawn_meanwhile(b
 def test_tabs_that_wait_for_their_pages_go_to_another_worker_when_it_serves(by_hand: Made, tmp_path: Path, lasting: bool) -> None:
     sent: list[object] = []
     link = WorkerLink(0, sent.append)
-    opened = by_hand(sessions=8, link=link, store=tmp_path / "store" if lasting else None)
+    opened = by_hand(sessions=8, link=link, features=(StoreOptions(file=tmp_path / "store" if lasting else None),))
     names = [f"resume={number:032d}" for number in range(6)]
     first = opened.let_in(names[0])
     opened.let_in(names[5]).close()

@@ -27,9 +27,10 @@ from app.hosting.serve_options import ServeOptions
 from app.hosting.worker_group import FEW, MOST_SILENT, MOST_STARTING, MOST_STOPPING, WorkerGroup
 from app.hosting.worker_messages import WorkerStart
 from app.settings import JOIN
+from tests.app.features.store.kept import kept
 from tests.app.page.helpers import hotkey_uuid
 from tests.app.runtime.processes import gone, until
-from tests.app.served import Serve, Served, kept
+from tests.app.served import Serve, Served
 from tests.blocking_client import BlockingClient
 
 pytestmark = pytest.mark.slow

@@ -24,10 +24,11 @@ from app.settings import Settings
 from app.web.server import MOVED_CODE
 from tests.app.conftest import Made
 from tests.app.features.lecture.lecture_room import choose, command, drawn_name, sees, sessions_of, tab_of
+from tests.app.features.store.kept import kept
 from tests.app.hosting.test_workers import worker_of
 from tests.app.page.helpers import bodies, buttons, click, open_lessons, shown
 from tests.app.runtime.processes import until
-from tests.app.served import Serve, Served, has_arms, kept
+from tests.app.served import Serve, Served, has_arms
 from tests.app.web.conftest import ended
 from tests.blocking_client import BlockingClient
 

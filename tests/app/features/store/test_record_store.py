@@ -13,14 +13,14 @@ from pathlib import Path
 import pytest
 
 from app.__main__ import run_command as main
-from app.hosting.record_writer import AGAIN, RecordWriter
-from app.hosting.session_store import SessionStore
-from app.hosting.sqlite_pages import PAGE
-from app.hosting.store_file import VERSION, Change, StoreFile, StoreLock, StoreRefused
+from app.features.store.record_writer import AGAIN, RecordWriter
+from app.features.store.session_store import SessionStore
+from app.features.store.sqlite_pages import PAGE
+from app.features.store.store_file import VERSION, Change, StoreFile, StoreLock, StoreRefused
 from app.hosting.visitor_record import VisitorRecord
 from app.settings import Settings
 from scenes.settings import changed
-from tests.app.hosting.test_session_store import content, record_of, session_of, tab
+from tests.app.features.store.test_session_store import content, record_of, session_of, tab
 from tests.app.stores import find
 
 DAY = 86_400.0

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Final
 
-from app.hosting.store_file import StoreLock, StoreTaken
+from app.features.store.store_file import StoreLock, StoreTaken
 
 MOST_SERVERS: Final = 32
 """Files that are tried; one for each server at once."""

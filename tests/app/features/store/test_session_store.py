@@ -10,20 +10,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.hosting.session_store import AWAY, MOST_RECORDS, MOST_SESSIONS, SessionStore
-from app.hosting.visitor import open_link, run_again
-from app.hosting.visitor_record import (
+from app.features.store.record_bytes import (
     DamagedRecord,
-    VisitorRecord,
     joined_record,
-    part_of,
     record_from_bytes,
     record_to_bytes,
-    same_tab,
     split_record,
     visitor_from_bytes,
-    with_part,
 )
+from app.features.store.session_store import MOST_RECORDS, SessionStore
+from app.hosting.parking import AWAY
+from app.hosting.visitor import open_link, run_again
+from app.hosting.visitor_record import VisitorRecord, part_of, with_part
 from app.lessons.bookmark import Phase
 from app.lessons.loading import load_lessons
 from app.lessons.progress import SavedLesson
@@ -43,49 +41,14 @@ LINK = {"resume": TAB, "dm": "0.2", "window": "800x600"}
 LESSONS = cast(LessonSession, None)
 
 
-class NotedSession(Session):
-    closed = False
-
-    def close(self) -> None:
-        self.closed = True
-
-
-def test_a_live_session_is_claimed_once_by_its_own_tab_and_link_for_ten_minutes() -> None:
-    now = 0.0
-    store = SessionStore(clock=lambda: now)
-
-    def park(query: dict[str, str]) -> NotedSession:
-        session = NotedSession(Settings())
-        store.park(query, session, LESSONS)
-        return session
-
-    assert AWAY == 600.0
-    session = park(LINK)
-    now = AWAY
+def test_nothing_is_read_where_the_live_session_waits() -> None:
+    store, session = SessionStore(), Session(Settings())
     store.save(VisitorRecord(LINK, Settings(), None))
-    assert find(store, LINK) is None, "nothing is read where the live session waits"
-    claimed = store.claim({**LINK, "window": "390x844"})
-    assert find(store, LINK) is not None
-    assert claimed is not None and claimed[0] is session and not store._parked and store.claim(LINK) is None
-    session = park(LINK)
-    now += AWAY + 0.1
-    assert store.claim(LINK) is None and session.closed, "too late"
-    session = park(LINK)
-    assert store.claim({**LINK, "dm": "0.3"}) is None and session.closed, "another link"
-    assert park({"dm": "0.2"}).closed and park({"resume": "short"}).closed and not store._parked, "no valid tab"
-    sessions = []
-    for number in range(MOST_SESSIONS + 2):
-        now += 1.0
-        sessions.append(park({"resume": f"{number:016d}"}))
-    assert [one.closed for one in sessions] == [True] * 2 + [False] * MOST_SESSIONS
-    again = park({"resume": f"{5:016d}"})
-    assert sessions[5].closed and len(store._parked) == MOST_SESSIONS
-    now += AWAY - 5.5
-    store.tidy()
-    assert [one.closed for one in sessions] == [True] * 4 + [False, True] + [False] * 4
+    store.park(LINK, session, LESSONS)
+    assert find(store, LINK) is None and find(store, {**LINK, "dm": "0.3"}) is not None
+    assert store.alone_has(LINK) and store.claim({**LINK, "window": "390x844"}) == (session, LESSONS)
+    assert find(store, LINK) is not None and store.alone_has(LINK) and not store.alone_has({"resume": TAB[::-1]})
     store.close()
-    assert not store._parked and again.closed and all(one.closed for one in sessions)
-    assert same_tab(LINK, {**LINK, "window": "1x1"}) and not same_tab({}, {}) and not same_tab(LINK, {"resume": TAB})
 
 
 @pytest.mark.parametrize("keep", [AWAY, math.inf])
@@ -105,18 +68,6 @@ def test_a_record_is_found_by_its_own_tab_with_any_link(keep: float) -> None:
     for number in range(MOST_RECORDS):
         store.save(VisitorRecord({"resume": f"{number:016d}"}, Settings(), None))
     assert find(store, LINK) is None and find(store, {"resume": f"{0:016d}"}) is not None
-
-
-@pytest.mark.parametrize(("lesson", "open"), [("3", True), ("4", False)])
-def test_by_the_same_lesson_link_a_tab_is_where_it_was_and_by_another_one_keeps_its_progress(lesson: str, open: bool) -> None:
-    book = load_lessons()
-    run = LessonSession(Session(Settings()), book)
-    run.enter(2)
-    run.walk.choose(1)
-    place = run.walk.lesson.id, run.walk.step.id
-    back = LessonSession(Session(Settings()), book)
-    assert open_link(back, {"lesson": lesson}, VisitorRecord({"lesson": "3"}, Settings(), run.saved())) == ()
-    assert back.walk.done_in(*place).choice == 1 and ((back.walk.lesson.id, back.walk.step.id) == place) == open
 
 
 def tab(number: int) -> str:

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 from app.cli import serve
-from app.hosting.store_choice import MOST_SERVERS, chosen_store
-from app.hosting.store_file import StoreLock, StoreRefused, StoreTaken
+from app.features.store.store_choice import MOST_SERVERS, chosen_store
+from app.features.store.store_file import StoreLock, StoreRefused, StoreTaken
 from app.runtime.temporary_folder import LOCK
 from app.web.listening import MOST_TRIED, PortInUse, listen_near
 from tests.app.runtime.processes import gone, until

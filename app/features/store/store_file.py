@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 
 import platformdirs
 
-from app.hosting.sqlite_pages import PAGE, Pages, is_whole
+from app.features.store.sqlite_pages import PAGE, Pages, is_whole
 from controllers.errors import DuetError
 
 APPLICATION: Final = 0x44754574
@@ -132,7 +132,7 @@ class StoreFile:
         most_bytes: beyond this the tabs that were saved longest ago are deleted.
 
     Raises:
-        Unusable: what is there is damaged, or not of this version; see `app.hosting.store_mending`.
+        Unusable: what is there is damaged, or not of this version; see `app.features.store.store_mending`.
         sqlite3.Error, OSError: the file cannot be opened, or is damaged, see `is_passing`.
     """
 

@@ -9,8 +9,8 @@ from glob import escape
 from pathlib import Path
 from typing import Final
 
-from app.hosting.sqlite_pages import Pages, is_whole
-from app.hosting.store_file import Change, StoreFile, is_passing
+from app.features.store.sqlite_pages import Pages, is_whole
+from app.features.store.store_file import Change, StoreFile, is_passing
 
 _DATE: Final = "%Y%m%d-%H%M%S"
 

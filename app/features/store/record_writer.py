@@ -12,18 +12,17 @@ from math import inf
 from pathlib import Path
 from typing import Final
 
-from app.hosting.store_file import Change, StoreFile, StoreLock, is_passing, still_reads
-from app.hosting.store_mending import is_usable, last_aside, mending, set_aside
-from app.hosting.visitor_record import (
+from app.features.store.record_bytes import (
     DamagedRecord,
-    VisitorRecord,
     joined_record,
     record_from_bytes,
     record_to_bytes,
     split_record,
-    tab_id,
     visitor_from_bytes,
 )
+from app.features.store.store_file import Change, StoreFile, StoreLock, is_passing, still_reads
+from app.features.store.store_mending import is_usable, last_aside, mending, set_aside
+from app.hosting.visitor_record import VisitorRecord, tab_id
 from app.runtime.throttled_log import ThrottledLog
 from app.web.traffic_limits import remember
 from scenes.inputs import Recorded
