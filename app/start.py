@@ -12,12 +12,12 @@ from app.feature import Feature
 from app.hosting.app_context import AppContext
 from app.hosting.frame_loop import FrameLoop
 from app.hosting.host import Host
+from app.hosting.joining_pages import Joining
 from app.hosting.parking import Parking
 from app.hosting.preparation import Preparation
 from app.hosting.private_host import PrivateHost
 from app.hosting.serve_options import ServeOptions
 from app.hosting.teacher_key import Guesses, is_teacher
-from app.hosting.worker_messages import WorkerLink
 from app.hosting.workload import Workload, places, step_seconds
 from app.lessons.library import Library
 from app.page.page_assets import loading_html, page_assets
@@ -82,7 +82,7 @@ def start_app(
     listener: socket.socket | None = None,
     run: str = "",
     jobs: Jobs | None = None,
-    link: WorkerLink | None = None,
+    started_with: Sequence[object] = (),
 ) -> App:
     """Start to serve the page.
 
@@ -90,7 +90,7 @@ def start_app(
         features: beside the core; () for the core alone.
         listener, run: see `DuetServer`.
         jobs: runs what takes longer than a frame; None for a pool of this process.
-        link: to the other processes of the server.
+        started_with: see `AppContext.given`.
 
     Raises:
         PortInUse, BadSetting: see `app.web.server.DuetServer`.
@@ -124,12 +124,13 @@ def start_app(
         for problem in library.book.problems:
             log.warning("a lesson was left out: %s", problem)
         kept = next((one.store(options) for one in features if one.store is not None), None) or Parking()
-        server.app_state = lambda: {**kept.health, **workload.everywhere._asdict()}
+        server.app_state = lambda: {**kept.health, **workload.report._asdict()}
         server.may_measure = partial(is_teacher, options.key)
         server.proof = options.proof
         errors = ThrottledLog(log)
         panels = tuple(made for one in reversed(features) if one.panels is not None for made in one.panels())
-        context = AppContext(server, options, jobs or JobPool(), sources, library, kept, workload, errors, panels, link)
+        given = Joining(tuple(one.joining for one in features if one.joining is not None)), *started_with
+        context = AppContext(server, options, jobs or JobPool(), sources, library, kept, workload, errors, panels, given)
         if shared is None:
             # A shared session goes on with the lessons that it began with.
             library.watch(context.wake)
@@ -143,4 +144,4 @@ def _host(context: AppContext, features: Sequence[Feature]) -> Host:
     """Return the host of the first feature that has one for these options; else one of private sessions."""
     hosts = (one.host(context) for one in features if one.host is not None)
     found = next((host for host in hosts if host is not None), None)
-    return found or PrivateHost(context, [one.joining for one in features if one.joining is not None])
+    return found or PrivateHost(context)

@@ -1,12 +1,12 @@
 """`lwr-duet serve`: the page."""
 
 import os
-import signal
 import socket
 import webbrowser
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, make_dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Final, Literal
 from urllib.parse import quote
@@ -15,11 +15,8 @@ import tyro
 
 from app.cli.options import AllOptions, Flat, settings_of_options
 from app.feature import Feature
-from app.hosting.dispatcher import Dispatcher
 from app.hosting.serve_options import FeatureOptions, ServeOptions
 from app.hosting.teacher_key import AUTO, chosen_key
-from app.hosting.worker_messages import WorkerStart
-from app.runtime.progress import cores
 from app.runtime.temporary_folder import remove_abandoned
 from app.runtime.terminal import INTERRUPTED, ending_at_once, terminated
 from app.settings import Settings
@@ -41,9 +38,6 @@ KEY_VARIABLE: Final = "DUET_KEY"
 USUAL_PORT: Final = 8080
 """Port of a server that is not told one, unless another program has it."""
 
-MOST_WORKERS: Final = 8
-"""Processes that `--workers auto` starts at most."""
-
 
 @dataclass(frozen=True)
 class Serve:
@@ -58,8 +52,6 @@ class Serve:
     sessions: int | Literal["auto"] = "auto"
     """Most tabs with a session of their own at once. `auto`: as many as this machine carries at 20 frames a second; the start says
     about how many that is."""
-    workers: int | Literal["auto"] = "auto"
-    """Processes that share the visitors, started as they are needed; `auto` for as many as the machine has cores."""
     key: str | None = None
     """Visitors who open the page with ?key=KEY are teachers: they see the notes to the lessons. 12 characters or more; `auto` makes one
     and prints the link. Without this option, the environment variable DUET_KEY, which the list of processes does not show."""
@@ -118,7 +110,6 @@ def serve(command: Serve, features: Sequence[Feature]) -> int:
     _draw_given_robots()
     given = command.key or os.environ.get(KEY_VARIABLE)
     key = chosen_key(None if given is None else readable(given))
-    workers = _workers(command)
     options = ServeOptions(
         host=command.host,
         port=USUAL_PORT if command.port == "auto" else command.port,
@@ -138,7 +129,6 @@ def serve(command: Serve, features: Sequence[Feature]) -> int:
         lessons=command.lessons,
         playlist=command.playlist,
         ahead=True,
-        loops=min(workers, cores()),
         features=of_features,
     )
     remove_abandoned()
@@ -148,10 +138,10 @@ def serve(command: Serve, features: Sequence[Feature]) -> int:
             held.callback(listener.close)
             options = replace(options, port=listener.getsockname()[1])
             options = replace(options, features=tuple(one.held(options.port, held) for one in of_features))
-            if workers == 1:
-                _serve_alone(command, options, listener, features)
-            else:
-                _serve_with_workers(command, options, listener, features, workers)
+            announce = partial(_announce, command, options)
+            started = (one.start(options, listener, features, announce) for one in features if one.start is not None)
+            if not any(started):
+                _serve_here(options, listener, features, announce)
     except KeyboardInterrupt:
         return INTERRUPTED
     return 0
@@ -194,59 +184,19 @@ def _edited_law(command: Serve, of_features: Sequence[FeatureOptions]) -> Path |
     return (command.law_file or EDITED).absolute()
 
 
-def _workers(command: Serve) -> int:
-    """Return how many processes may share the visitors.
-
-    Raises:
-        BadSetting: the option is not a number of processes, or there can be one only.
-    """
-    reason = (
-        "one process reads the camera"
-        if command.camera is not None or command.video is not None
-        else "this system cannot hand connections over"
-        if not hasattr(socket, "send_fds")
-        else ""
-    )
-    if command.workers == "auto":
-        return 1 if reason else min(cores(), MOST_WORKERS)
-    if command.workers < 1 or (reason and command.workers > 1):
-        raise BadSetting(f"--workers must be 1 here: {reason}." if reason else "--workers must be at least 1.")
-    return command.workers
-
-
-def _serve_alone(command: Serve, options: ServeOptions, listener: socket.socket, features: Sequence[Feature]) -> None:
+def _serve_here(
+    options: ServeOptions, listener: socket.socket, features: Sequence[Feature], announce: Callable[[int], None]
+) -> None:
     """Serve the page in this process until Ctrl+C."""
-    if hasattr(signal, "SIGUSR1"):
-        # There are no workers to replace.
-        signal.signal(signal.SIGUSR1, signal.SIG_IGN)
     with ending_at_once():
         from app.start import start_app
 
         app = start_app(options, features, listener)
     try:
-        _announce(command, options, app.context.workload.places)
+        announce(app.context.workload.places)
         app.wait()
     finally:
         app.close(terminated())
-
-
-def _serve_with_workers(
-    command: Serve, options: ServeOptions, listener: socket.socket, features: Sequence[Feature], most: int
-) -> None:
-    """Serve the page in worker processes until Ctrl+C."""
-    # The robots that were read from files are known to this process only.
-    given = None
-    if added_choices():
-        from scenes.robots.robot_files import given_at_start
-
-        given = given_at_start()
-    dispatcher = Dispatcher(listener, WorkerStart(options, given, tuple(features)), most)
-    try:
-        dispatcher.run(lambda places: _announce(command, options, places))
-    except BaseException as error:
-        # After a fault a shared session goes on with the next server, as it does after SIGTERM.
-        dispatcher.close(isinstance(error, Exception) or terminated())
-        raise
 
 
 def _announce(command: Serve, options: ServeOptions, places: int) -> None:

@@ -16,6 +16,7 @@ from app.features.marks import MARKS
 from app.features.second_person import SECOND_PERSON
 from app.features.store import STORE
 from app.features.sweep import SWEEP
+from app.features.workers import WORKERS
 from app.i18n.catalogue import add_catalogues
 from app.text.document_list import add_documents
 
@@ -32,6 +33,7 @@ FEATURES: Final[tuple[Feature, ...]] = (
     FIGURES,
     SECOND_PERSON,
     SWEEP,
+    WORKERS,
     STORE,
 )
 

@@ -1,4 +1,4 @@
-"""What a server is started with, from the command over the dispatcher to its workers. Imports nothing slow."""
+"""What a server is started with. Imports nothing slow."""
 
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -12,7 +12,7 @@ T = TypeVar("T", bound="FeatureOptions")
 
 @dataclass(frozen=True)
 class FeatureOptions:
-    """What `lwr-duet serve` is told of one feature: its dataclass adds fields that have a default. It is pickled to the workers."""
+    """What `lwr-duet serve` is told of one feature: its dataclass adds fields that have a default. It can be pickled."""
 
     @property
     def shared_by(self) -> str:
@@ -67,7 +67,7 @@ class ServeOptions:
         lessons: folder of lessons beside our own; None for none.
         playlist: TOML file that names the lessons that are shown; None for all.
         ahead: whether to prepare what is slow the first time.
-        loops: processes that share the sessions, each with a frame loop and a core of its own.
+        loops: frame loops that share the sessions, each with a core of its own.
         features: what is asked of features, at most one of each type.
     """
 

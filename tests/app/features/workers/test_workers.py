@@ -21,16 +21,16 @@ from urllib.request import urlopen
 import pytest
 
 from app.features import FEATURES
-from app.hosting import worker_process
-from app.hosting.dispatcher import MOST_OF_ADDRESS, MOST_OF_TAB, tab_of
+from app.features.workers import worker_process
+from app.features.workers.dispatcher import MOST_OF_ADDRESS, MOST_OF_TAB, tab_of
+from app.features.workers.worker_group import FEW, MOST_SILENT, MOST_STARTING, MOST_STOPPING, WorkerGroup
+from app.features.workers.worker_messages import WorkerStart
 from app.hosting.serve_options import ServeOptions
-from app.hosting.worker_group import FEW, MOST_SILENT, MOST_STARTING, MOST_STOPPING, WorkerGroup
-from app.hosting.worker_messages import WorkerStart
 from app.settings import JOIN
 from tests.app.features.store.kept import kept
+from tests.app.features.workers.served import Serve, Served
 from tests.app.page.helpers import hotkey_uuid
 from tests.app.runtime.processes import gone, until
-from tests.app.served import Serve, Served
 from tests.blocking_client import BlockingClient
 
 pytestmark = pytest.mark.slow
@@ -225,8 +225,8 @@ def real(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
     command = worker_process.subprocess.Popen
 
     def start(parts: list[str], **options: Any) -> Any:
-        descriptors = parts[parts.index("app.serve_worker") + 1 :]
-        idle = [sys.executable, "-m", "tests.app.hosting.idle_worker", *descriptors]
+        descriptors = parts[parts.index("app.features.workers.serve_worker") + 1 :]
+        idle = [sys.executable, "-m", "tests.app.features.workers.idle_worker", *descriptors]
         return command(parts if chosen.is_set() else idle, **options)
 
     monkeypatch.setattr(worker_process, "subprocess", SimpleNamespace(**{**vars(subprocess), "Popen": start}))
@@ -307,8 +307,8 @@ def test_a_worker_that_hangs_is_replaced_and_one_that_works_is_not() -> None:
 
 @pytest.mark.usefixtures("real")
 def test_a_look_that_is_late_says_nothing_of_the_workers(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("app.hosting.worker_group.LOOK", 0.1)
-    monkeypatch.setattr("app.hosting.worker_group.LATE", 0.5)
+    monkeypatch.setattr("app.features.workers.worker_group.LOOK", 0.1)
+    monkeypatch.setattr("app.features.workers.worker_group.LATE", 0.5)
     looks: list[float] = []
     with ExitStack() as opened:
         dispatcher = Group(opened)
@@ -339,7 +339,7 @@ def test_a_newcomer_goes_to_a_worker_that_serves_and_one_whose_frames_alone_hang
 ) -> None:
     (tmp_path / "sitecustomize.py").write_text(HANGING, encoding="utf-8")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
-    monkeypatch.setattr("app.hosting.worker_group.LOOK", 1.0)
+    monkeypatch.setattr("app.features.workers.worker_group.LOOK", 1.0)
     with ExitStack() as opened:
         dispatcher = Group(opened, most=2)
         group, hear_until = dispatcher.group, dispatcher.hear_until

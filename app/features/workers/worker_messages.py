@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
+from app.features.workers.job_address import JobAddress
 from app.hosting.serve_options import ServeOptions
-from app.runtime.job_address import JobAddress
 
 if TYPE_CHECKING:
     from scenes.robots.robot_files import GivenAtStart

@@ -9,10 +9,10 @@ from multiprocessing.connection import Connection
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from app.hosting import worker_messages as messages
-from app.hosting.worker_messages import PULSE, WorkerLink, WorkerStart
+from app.features.workers import worker_messages as messages
+from app.features.workers.handed_over import HandedOverListener
+from app.features.workers.worker_messages import PULSE, WorkerLink, WorkerStart
 from app.runtime.terminal import write_log
-from app.web.listening import HandedOverListener
 from controllers.errors import DuetError
 from controllers.system_libraries import naming_missing_library
 
@@ -78,7 +78,7 @@ def main() -> int:
 
 def _start(start: WorkerStart, channel: int, pipe: MessagePipe, link: WorkerLink) -> "App":
     # Imported here, so that the dispatcher hears of a library that the system lacks.
-    from app.runtime.shared_jobs import JobClient
+    from app.features.workers.shared_jobs import JobClient
     from app.start import start_app
     from scenes.robots.robot_files import take_over
 
@@ -87,15 +87,16 @@ def _start(start: WorkerStart, channel: int, pipe: MessagePipe, link: WorkerLink
     assert start.jobs is not None
     jobs = JobClient(start.jobs, lambda: pipe.send(messages.StartJobs()))
     listener = HandedOverListener(channel, (start.options.host, start.options.port))
-    app = start_app(start.options, start.features, listener, start.run, jobs, link)
+    app = start_app(start.options, start.features, listener, start.run, jobs, (link,))
     app.server.count_changed = lambda count: pipe.send(messages.ClientCount(count))
     return app
 
 
 def _obey(app: "App", pipe: MessagePipe, link: WorkerLink) -> bool:
     """Do what the dispatcher says until the end; return whether a shared session goes on with the next server."""
-    from app.page.panels.server_load import ServerLoad
+    from app.features.workers.shared_load import LoadOfAll
 
+    load = LoadOfAll(app)
     pulse = 0.0
     while True:
         if monotonic() >= pulse:
@@ -108,7 +109,7 @@ def _obey(app: "App", pipe: MessagePipe, link: WorkerLink) -> bool:
             case messages.Stop(goes_on):
                 return goes_on
             case messages.LoadElsewhere(reports):
-                app.context.workload.elsewhere = tuple(ServerLoad(*report) for report in reports)
+                load.note(reports)
             case messages.ClientCount(count):
                 app.server.elsewhere = count
             case bytes() | messages.Replaced() | messages.MakeRoom() | messages.Announced():

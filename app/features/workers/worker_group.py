@@ -9,10 +9,10 @@ from dataclasses import replace
 from time import monotonic
 from typing import Any, Final
 
-from app.hosting import worker_messages as messages
-from app.hosting.worker_messages import WorkerStart
-from app.hosting.worker_process import WorkerProcess
-from app.runtime.job_address import JobAddress, start_job_server
+from app.features.workers import worker_messages as messages
+from app.features.workers.job_address import JobAddress, start_job_server
+from app.features.workers.worker_messages import WorkerStart
+from app.features.workers.worker_process import WorkerProcess
 from app.runtime.temporary_folder import TemporaryFolder
 from app.web.traffic_limits import remember
 from controllers.errors import DuetError

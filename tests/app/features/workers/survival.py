@@ -1,4 +1,5 @@
-"""A long class with trouble: `python -m tests.tools.survival --sessions 30 --minutes 10` prints figures, and ends with 1 after a loss.
+"""A long class with trouble: `python -m tests.app.features.workers.survival --sessions 30 --minutes 10` prints figures, and ends with 1
+after a loss.
 
 Visitors in private sessions pull the arm and change the experiment while each worker is killed once, all workers are renewed, lines
 break off in the middle of a pull, and many tabs come and go. With `--kills 200` they rest instead, do one thing, and all workers are
@@ -24,9 +25,9 @@ from websockets.exceptions import WebSocketException
 
 from app.settings import Settings
 from scenes.settings import specs
-from tests.app.served import Served
+from tests.app.features.workers.rests import kill_after_rests
+from tests.app.features.workers.served import Served
 from tests.blocking_client import OperatingClient
-from tests.tools.rests import kill_after_rests
 
 EXPERIMENTS: Final = ("master_slave", "hold", "ball", "imitation", "solo")
 PLACE: Final = (0.3, 0.0, 1.0)

@@ -13,8 +13,8 @@ from collections.abc import Callable
 from time import monotonic
 from typing import Any, Final
 
-from app.hosting.worker_group import WorkerGroup
-from app.hosting.worker_messages import WorkerStart
+from app.features.workers.worker_group import WorkerGroup
+from app.features.workers.worker_messages import WorkerStart
 from app.settings import JOIN
 from app.web.traffic_limits import BoundedQueue
 

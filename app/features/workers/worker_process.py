@@ -7,8 +7,8 @@ from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from typing import Any, Final
 
-from app.hosting.worker_messages import ClientCount, WorkerStart
-from app.web.listening import hand_over
+from app.features.workers.handed_over import hand_over
+from app.features.workers.worker_messages import ClientCount, WorkerStart
 from app.web.traffic_limits import BoundedQueue, remember
 from controllers.own_packages import own_command
 
@@ -47,7 +47,7 @@ class WorkerProcess:
             control, other = map(opened.enter_context, Pipe())
             numbers = theirs.fileno(), other.fileno()
             # In a group of its own: Ctrl+C in the terminal is for the dispatcher.
-            command = own_command("app.serve_worker", *map(str, numbers))
+            command = own_command("app.features.workers.serve_worker", *map(str, numbers))
             self.process = subprocess.Popen(command, pass_fds=numbers, stdin=subprocess.DEVNULL, process_group=0)
             theirs.close()
             other.close()

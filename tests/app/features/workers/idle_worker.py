@@ -3,7 +3,7 @@
 import sys
 from multiprocessing.connection import Connection
 
-from app.hosting import worker_messages as messages
+from app.features.workers import worker_messages as messages
 
 
 def main(control: int) -> None:

@@ -14,7 +14,7 @@ from queue import SimpleQueue
 from time import monotonic
 from typing import Any, Final, NamedTuple
 
-from app.runtime.job_address import JobAddress
+from app.features.workers.job_address import JobAddress
 from app.runtime.job_pool import BUSY, ENDED, FAILED, MOST_WAITING, Job, JobPool, Jobs, State
 from app.runtime.terminal import write_log
 from scenes.robots.robot_files import given_at_start, take_over

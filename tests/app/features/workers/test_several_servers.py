@@ -3,7 +3,6 @@
 import os
 import re
 import signal
-import socket
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -13,10 +12,8 @@ from pathlib import Path
 import pytest
 
 from app.cli import serve
-from app.features.store.store_choice import MOST_SERVERS, chosen_store
-from app.features.store.store_file import StoreLock, StoreRefused, StoreTaken
+from app.features.store.store_file import StoreLock, StoreTaken
 from app.runtime.temporary_folder import LOCK
-from app.web.listening import MOST_TRIED, PortInUse, listen_near
 from tests.app.runtime.processes import gone, until
 
 pytestmark = pytest.mark.slow
@@ -117,49 +114,3 @@ def test_a_port_and_a_file_that_are_named_are_refused_where_they_are_taken(start
     assert f"port {first.port} on 127.0.0.1 is already in use" in taken.errors
     taken = start("--workers", "1", "--store", store)
     assert taken.process.wait(60.0) == 2 and "Another server keeps its visitors in" in taken.errors
-
-
-def test_which_file_a_server_has(tmp_path: Path) -> None:
-    usual = tmp_path / "state" / "visitors.sqlite"
-    with ExitStack() as held:
-
-        def take(port: int) -> tuple[str, StoreLock]:
-            path, lock = chosen_store(usual, port)
-            return path.name, lock
-
-        name, first = take(8080)
-        other, second = take(8081)
-        assert (name, other) == ("visitors.sqlite", "visitors-2.sqlite")
-        first.release()
-        second.release()
-        # By its port; another port takes the first one that is free.
-        name, second = take(8081)
-        assert name == "visitors-2.sqlite"
-        name, third = take(9000)
-        assert name == "visitors.sqlite"
-        second.release()
-        name, fourth = take(8080)
-        assert name == "visitors-2.sqlite"
-        for lock in (third, fourth):
-            held.callback(lock.release)
-        for number in range(3, MOST_SERVERS + 1):
-            name, lock = take(9000 + number)
-            assert name == f"visitors-{number}.sqlite"
-            held.callback(lock.release)
-        with pytest.raises(StoreTaken, match=f"{MOST_SERVERS} servers keep their visitors in .*--store memory"):
-            take(9999)
-    usual.write_text("a letter", encoding="utf-8")
-    with pytest.raises(StoreRefused, match="is not a store of Duet"):
-        chosen_store(usual, 7000)
-
-
-def test_the_next_free_port_is_taken() -> None:
-    with ExitStack() as opened:
-        first = opened.enter_context(socket.create_server(("127.0.0.1", 0))).getsockname()[1]
-        near = opened.enter_context(listen_near("127.0.0.1", first))
-        assert first < near.getsockname()[1] < first + MOST_TRIED
-        for port in range(first + 1, first + MOST_TRIED):
-            with suppress(OSError):
-                opened.enter_context(socket.create_server(("127.0.0.1", port)))
-        with pytest.raises(PortInUse):
-            listen_near("127.0.0.1", first)

@@ -22,8 +22,8 @@ from app.hosting.visitor_record import VisitorRecord
 from app.lessons.progress import StepProgress, from_json
 from app.page.panels.hotkeys import hotkeys
 from app.plots.curve_chart import COLUMNS
+from tests.app.features.workers.served import Served
 from tests.app.page.helpers import bodies, buttons, shown
-from tests.app.served import Served
 from tests.blocking_client import OperatingClient
 
 ALLOWED: Final = 2.0

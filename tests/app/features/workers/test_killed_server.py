@@ -8,8 +8,8 @@ import pytest
 from app.hosting.visitor_record import VisitorRecord
 from app.lessons.progress import Progress, from_json
 from tests.app.features.store.kept import kept
+from tests.app.features.workers.served import Serve
 from tests.app.page.helpers import buttons, click, hotkey_uuid
-from tests.app.served import Serve
 from tests.blocking_client import BlockingClient
 
 pytestmark = pytest.mark.thorough

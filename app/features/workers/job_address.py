@@ -15,10 +15,10 @@ class JobAddress(NamedTuple):
 
 
 def start_job_server(address: JobAddress) -> "subprocess.Popen[bytes]":
-    """Start a process that runs jobs until its standard input is closed; see `app.runtime.shared_jobs.main`."""
+    """Start a process that runs jobs until its standard input is closed; see `app.features.workers.shared_jobs.main`."""
     # An earlier one may have been killed.
     Path(address.path).unlink(missing_ok=True)
-    process = subprocess.Popen(own_command("app.runtime.shared_jobs"), stdin=subprocess.PIPE, process_group=0)
+    process = subprocess.Popen(own_command("app.features.workers.shared_jobs"), stdin=subprocess.PIPE, process_group=0)
     assert process.stdin is not None
     process.stdin.write(f"{address.path} {address.secret.hex()}\n".encode())
     process.stdin.flush()

@@ -1,12 +1,12 @@
-"""Thirty visitors live through killed workers, renewals, lost lines, and tabs that come and go; see `tests.tools.survival`."""
+"""Thirty visitors live through killed workers, renewals, lost lines, and tabs that come and go; see `survival.py`."""
 
 import asyncio
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from tests.app.served import Serve
-from tests.tools.survival import survive
+from tests.app.features.workers.served import Serve
+from tests.app.features.workers.survival import survive
 
 pytestmark = pytest.mark.thorough
 
