@@ -26,4 +26,7 @@ def _store(options: "ServeOptions") -> "Parking":
     return SessionStore(mine.seconds, file=file)
 
 
+IN_MEMORY: Final = ("--store", "memory")
+"""Options of a server that keeps its visitors' work no longer than it runs."""
+
 STORE: Final = Feature("store", texts=Path(__file__).parent, options=_options, store=_store)

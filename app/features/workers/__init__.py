@@ -35,4 +35,7 @@ def _host(context: "AppContext") -> "Host | None":
     return None if link is None else WorkerHost(context, link)
 
 
+ONE_PROCESS: Final = ("--workers", "1")
+"""Options of a server in one process."""
+
 WORKERS: Final = Feature("workers", options=_options, start=_start, host=_host)

@@ -1,12 +1,19 @@
 """The live session of a visitor who is away waits for the own tab and link, for a while, in a bounded number."""
 
+from collections.abc import Iterator
 from typing import cast
 
+import pytest
+
 from app.hosting.parking import AWAY, MOST_SESSIONS, Parking
+from app.hosting.serve_options import ServeOptions
 from app.hosting.visitor_record import same_tab
 from app.lessons.session.lesson_session import LessonSession
+from app.runtime.job_pool import JobPool
 from app.session.session import Session
 from app.settings import Settings
+from app.start import start_app
+from tests.app.conftest import ByHand, private_of
 
 TAB = "0123456789abcdef0123456789abcdef"
 LINK = {"resume": TAB, "dm": "0.2", "window": "800x600"}
@@ -53,3 +60,35 @@ def test_a_live_session_is_claimed_once_by_its_own_tab_and_link_for_ten_minutes(
     parking.close()
     assert not parking._parked and again.closed and all(one.closed for one in sessions)
     assert same_tab(LINK, {**LINK, "window": "1x1"}) and not same_tab({}, {}) and not same_tab(LINK, {"resume": TAB})
+
+
+@pytest.fixture
+def bare(jobs: JobPool) -> Iterator[ByHand]:
+    """A house without any feature."""
+    house = start_app(ServeOptions(sessions=8), jobs=jobs, features=())
+    opened = ByHand(house)
+    yield opened
+    for visitor in opened.visitors:
+        visitor.close()
+    house.close()
+
+
+@pytest.mark.slow
+def test_without_any_feature_a_tab_that_reconnects_has_its_session(bare: ByHand) -> None:
+    link, visitors = f"n=8&resume={TAB}", private_of(bare).visitors
+    page = bare.let_in(link)
+    (session,) = (one.session for one in visitors.values())
+    session.change("dm", 0.2)
+    bare.leave(page)
+    bare.frames()
+    assert not visitors and bare.house.context.store.alone_has({"resume": TAB})
+    bare.let_in(link)
+    assert [one.session for one in visitors.values()] == [session]
+    for _ in range(32):
+        bare.frame()
+    steps = session.simulation.steps
+    # Its connection is not yet known to be lost: a new session goes on from there.
+    bare.let_in(link)
+    later = list(visitors.values())[-1].session
+    assert later is not session and later.settings == session.settings
+    assert later.simulation.steps >= steps > 100
