@@ -130,7 +130,9 @@ def start_app(
         errors = ThrottledLog(log)
         panels = tuple(made for one in reversed(features) if one.panels is not None for made in one.panels())
         given = Joining(tuple(one.joining for one in features if one.joining is not None)), *started_with
-        context = AppContext(server, options, jobs or JobPool(), sources, library, kept, workload, errors, panels, given)
+        context = AppContext(
+            server, options, jobs or JobPool(), sources, library, kept, workload, errors, panels, started_with=given
+        )
         if shared is None:
             # A shared session goes on with the lessons that it began with.
             library.watch(context.wake)

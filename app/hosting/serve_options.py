@@ -24,6 +24,11 @@ class FeatureOptions:
         """Pages that may be open at once; None for as many as there are private sessions."""
         return None
 
+    @property
+    def one_process(self) -> str:
+        """Why one process has to serve all pages, such as "one process reads the camera"; "" if several can."""
+        return ""
+
     def check(self) -> None:
         """Refuse what is not possible, before anything is served.
 

@@ -29,13 +29,12 @@ class WorkerOptions(FeatureOptions):
         Raises:
             BadSetting: more than one is asked for, and only one is possible.
         """
-        reason = (
-            "one process reads the camera"
-            if options.camera is not None or options.video is not None
-            else "this system cannot hand connections over"
-            if not hasattr(socket, "send_fds")
-            else ""
-        )
+        reasons = [one.one_process for one in options.features if one.one_process]
+        if options.camera is not None or options.video is not None:
+            reasons.append("one process reads the camera")
+        if not hasattr(socket, "send_fds"):
+            reasons.append("this system cannot hand connections over")
+        reason = reasons[0] if reasons else ""
         if self.workers == "auto":
             return 1 if reason else min(cores(), MOST_WORKERS)
         if reason and self.workers > 1:
