@@ -2,6 +2,8 @@
 
 import pickle
 import socket
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -53,3 +55,10 @@ def test_alone_or_behind_the_door_the_app_gets_all_that_the_command_was_given(
     assert (store.seconds, store.most_bytes) == (7200.0, 20_000_000)
     features = tuple(WorkerOptions(2) if isinstance(each, WorkerOptions) else each for each in one.features)
     assert two == replace(one, features=features, loops=min(2, cores()))
+
+
+def test_the_process_that_listens_loads_nothing_heavy() -> None:
+    heavy = "{'matplotlib', 'numba', 'numpy', 'pinocchio', 'viser', 'trimesh'}"
+    code = f"import sys, app.features.workers.start; print(*sorted({heavy} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    assert (done.stdout.strip(), done.stderr) == ("", "")
