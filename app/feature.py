@@ -4,6 +4,7 @@ A feature is a folder. Its `__init__.py` makes one `Feature`. The members are fu
 costs nothing to import.
 """
 
+import socket
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,7 +17,8 @@ if TYPE_CHECKING:
     from app.hosting.app_context import AppContext
     from app.hosting.host import Host
     from app.hosting.joining_pages import JoiningPages
-    from app.hosting.serve_options import FeatureOptions
+    from app.hosting.parking import Parking
+    from app.hosting.serve_options import FeatureOptions, ServeOptions
     from app.page.panel_context import PanelMaker
     from app.web.pages import PageAssets
 
@@ -46,8 +48,11 @@ class Feature:
         panels: what makes the panels of a visitor who operates a session. Those of the lowest feature are made first.
         assets: scripts and style sheets of every page.
         options: a dataclass that adds its fields to the options of `lwr-duet serve`.
+        start: serves a page on a socket that listens, and calls a function with the number of places when it does; returns False at
+            once if the page is to be served in this process.
         host: makes the host of a server that is started with the feature's options, or returns None.
         joining: makes the pages of people who join a visitor's private session by a link.
+        store: makes what keeps the sessions of visitors who are away, and perhaps more.
     """
 
     name: str
@@ -57,5 +62,7 @@ class Feature:
     panels: "Callable[[], Sequence[PanelMaker]] | None" = None
     assets: "Callable[[], PageAssets] | None" = None
     options: "Callable[[], type[FeatureOptions]] | None" = None
+    start: "Callable[[ServeOptions, socket.socket, Sequence[Feature], Callable[[int], None]], bool] | None" = None
     host: "Callable[[AppContext], Host | None] | None" = None
     joining: "Callable[[AppContext], JoiningPages] | None" = None
+    store: "Callable[[ServeOptions], Parking] | None" = None

@@ -12,13 +12,12 @@ from app.feature import Feature
 from app.hosting.app_context import AppContext
 from app.hosting.frame_loop import FrameLoop
 from app.hosting.host import Host
+from app.hosting.joining_pages import Joining
+from app.hosting.parking import Parking
 from app.hosting.preparation import Preparation
 from app.hosting.private_host import PrivateHost
-from app.hosting.record_writer import RecordWriter
 from app.hosting.serve_options import ServeOptions
-from app.hosting.session_store import SessionStore
 from app.hosting.teacher_key import Guesses, is_teacher
-from app.hosting.worker_messages import WorkerLink
 from app.hosting.workload import Workload, places, step_seconds
 from app.lessons.library import Library
 from app.page.page_assets import loading_html, page_assets
@@ -83,20 +82,20 @@ def start_app(
     listener: socket.socket | None = None,
     run: str = "",
     jobs: Jobs | None = None,
-    link: WorkerLink | None = None,
+    started_with: Sequence[object] = (),
 ) -> App:
     """Start to serve the page.
 
     Args:
         features: beside the core; () for the core alone.
-        listener, run: see `DuetServer`; given in a worker, where the dispatcher holds the lock of the file.
+        listener, run: see `DuetServer`.
         jobs: runs what takes longer than a frame; None for a pool of this process.
-        link: to the other processes of the server.
+        started_with: see `AppContext.given`.
 
     Raises:
         PortInUse, BadSetting: see `app.web.server.DuetServer`.
         BadSetting, BadInputFile, MissingPackage: see `find_input_sources`.
-        StoreRefused: another server or program has the file.
+        DuetError: see `Feature.store`.
     """
     shared, added = options.shared, (one.assets() for one in features if one.assets is not None)
     with ExitStack() as opened:
@@ -124,15 +123,16 @@ def start_app(
         opened.callback(library.close)
         for problem in library.book.problems:
             log.warning("a lesson was left out: %s", problem)
-        owned = listener is None
-        file = None if options.store is None else RecordWriter(options.store, options.keep, options.most_bytes, owned=owned)
-        kept = SessionStore(options.keep, file=file)
-        server.app_state = lambda: {"store": kept.state._asdict(), **workload.everywhere._asdict()}
+        kept = next((one.store(options) for one in features if one.store is not None), None) or Parking()
+        server.app_state = lambda: {**kept.health, **workload.report._asdict()}
         server.may_measure = partial(is_teacher, options.key)
         server.proof = options.proof
         errors = ThrottledLog(log)
         panels = tuple(made for one in reversed(features) if one.panels is not None for made in one.panels())
-        context = AppContext(server, options, jobs or JobPool(), sources, library, kept, workload, errors, panels, link)
+        given = Joining(tuple(one.joining for one in features if one.joining is not None)), *started_with
+        context = AppContext(
+            server, options, jobs or JobPool(), sources, library, kept, workload, errors, panels, started_with=given
+        )
         if shared is None:
             # A shared session goes on with the lessons that it began with.
             library.watch(context.wake)
@@ -146,4 +146,4 @@ def _host(context: AppContext, features: Sequence[Feature]) -> Host:
     """Return the host of the first feature that has one for these options; else one of private sessions."""
     hosts = (one.host(context) for one in features if one.host is not None)
     found = next((host for host in hosts if host is not None), None)
-    return found or PrivateHost(context, [one.joining for one in features if one.joining is not None])
+    return found or PrivateHost(context)

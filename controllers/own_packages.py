@@ -3,7 +3,7 @@
 Their names (`app`, `controllers`, `scenes`) are those of many other programs. A process that we start must import the very same
 files as this one, in any folder, from a wheel, an editable install or a checkout. So it is started by this file, as a script:
 
-    python -P …/controllers/own_packages.py app.serve_worker ARGUMENTS
+    python -P …/controllers/own_packages.py MODULE ARGUMENTS
 
 `-P` keeps the current folder off the path, where a `random.py` would take the place of the standard library's. Then it calls `main()`
 of the module that is named. `lwr_duet` uses the same finder in a notebook. Imports nothing of ours, and nothing slow.

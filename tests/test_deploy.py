@@ -17,7 +17,8 @@ import tyro
 from jupyter_client.kernelspec import KernelSpecManager
 from jupyter_client.manager import KernelManager
 
-from app.cli.serve import Serve
+from app.cli.serve import serve_with
+from app.features import FEATURES
 from app.runtime.terminal import TERMINATED
 from app.web.origin_policy import check_origin
 from tests.blocking_client import BlockingClient
@@ -100,7 +101,7 @@ def test_what_the_container_starts_is_healthy_until_it_is_stopped(tmp_path: Path
 
 def test_the_unit_starts_what_the_command_line_knows_and_takes_its_exit_code(tmp_path: Path) -> None:
     settings = dict(line.split("=", 1) for line in UNIT.read_text(encoding="utf-8").splitlines() if re.match(r"\w+=", line))
-    serve = tyro.cli(Serve, args=in_this_place(settings["ExecStart"].split(), tmp_path)[4:])
+    serve = tyro.cli(serve_with(FEATURES), args=in_this_place(settings["ExecStart"].split(), tmp_path)[4:])
     for address in serve.allow_origin:
         check_origin(address)
     assert serve.allow_origin and not serve.open

@@ -11,7 +11,7 @@ import pytest
 from tests.test_imports import ROOT, imported
 
 ROOMS = (
-    *("lwr_duet", "__main__", "serve_worker", "features", "cli", "start", "feature"),
+    *("lwr_duet", "__main__", "features", "cli", "start", "feature"),
     *("hosting", "page", "recording", "lessons", "plots", "stage", "session", "custom_law"),
     *("text", "web", "i18n", "runtime", "theme", "settings", "version"),
 )

@@ -1,12 +1,12 @@
 """`lwr-duet serve`: the page."""
 
 import os
-import signal
 import socket
 import webbrowser
-from collections.abc import Sequence
-from contextlib import ExitStack, suppress
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field, make_dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Final, Literal
 from urllib.parse import quote
@@ -15,13 +15,8 @@ import tyro
 
 from app.cli.options import AllOptions, Flat, settings_of_options
 from app.feature import Feature
-from app.hosting.dispatcher import Dispatcher
 from app.hosting.serve_options import FeatureOptions, ServeOptions
-from app.hosting.store_choice import chosen_store
-from app.hosting.store_file import StoreLock, usual_path
 from app.hosting.teacher_key import AUTO, chosen_key
-from app.hosting.worker_messages import WorkerStart
-from app.runtime.progress import cores
 from app.runtime.temporary_folder import remove_abandoned
 from app.runtime.terminal import INTERRUPTED, ending_at_once, terminated
 from app.settings import Settings
@@ -43,18 +38,6 @@ KEY_VARIABLE: Final = "DUET_KEY"
 USUAL_PORT: Final = 8080
 """Port of a server that is not told one, unless another program has it."""
 
-MEMORY: Final = "memory"
-"""In place of a file: visitors' work is kept no longer than the server runs."""
-
-MOST_WORKERS: Final = 8
-"""Processes that `--workers auto` starts at most."""
-
-LONGEST_KEEP: Final = 24.0 * 366.0
-"""[hours]"""
-
-SMALLEST_STORE: Final = 1.0
-"""[MB]"""
-
 
 @dataclass(frozen=True)
 class Serve:
@@ -69,8 +52,6 @@ class Serve:
     sessions: int | Literal["auto"] = "auto"
     """Most tabs with a session of their own at once. `auto`: as many as this machine carries at 20 frames a second; the start says
     about how many that is."""
-    workers: int | Literal["auto"] = "auto"
-    """Processes that share the visitors, started as they are needed; `auto` for as many as the machine has cores."""
     key: str | None = None
     """Visitors who open the page with ?key=KEY are teachers: they see the notes to the lessons. 12 characters or more; `auto` makes one
     and prints the link. Without this option, the environment variable DUET_KEY, which the list of processes does not show."""
@@ -91,13 +72,6 @@ class Serve:
     """A law of your own, see `new-law`: it runs instead of ours, and is loaded again whenever it is saved."""
     edit_law: bool = False
     """Edit that file, or my_law.py of this folder, on the page: in lesson 10 and in Compare, on this computer only."""
-    store: str | None = None
-    """File that keeps what visitors do when the server ends, or `memory` to keep it no longer than the server runs; without this
-    option a file in your home folder, or one beside it while another server has that."""
-    keep: float = ServeOptions.keep / 3600.0
-    """How long a visitor's work is kept after the last visit [hours]."""
-    store_size: float = ServeOptions.most_bytes / 1e6
-    """Largest size of that file [MB]; beyond it the work of those who left first is deleted."""
     lessons: Path | None = None
     """Folder of lessons beside our own; see app/lessons/README.md."""
     playlist: Path | None = None
@@ -120,17 +94,14 @@ def serve(command: Serve, features: Sequence[Feature]) -> int:
         features: beside the core.
 
     Raises:
-        BadSetting, BadInputFile, PortInUse, StoreRefused: before anything is served.
+        BadSetting, BadInputFile, PortInUse: before anything is served.
+        DuetError: see `FeatureOptions.held`.
     """
     if isinstance(command.sessions, int) and command.sessions < 1:
         raise BadSetting("--sessions must be at least 1, or auto.")
     of_features: tuple[FeatureOptions, ...] = tuple(getattr(command, one.name) for one in features if one.options is not None)
     for one in of_features:
         one.check()
-    if not 0.0 < command.keep <= LONGEST_KEEP:
-        raise BadSetting(f"--keep = {command.keep:g} h is not possible; give hours up to {LONGEST_KEEP:g}, or --store memory.")
-    if not command.store_size >= SMALLEST_STORE:
-        raise BadSetting(f"--store-size must be at least {SMALLEST_STORE:g} MB.")
     if command.lessons is not None and not os.path.isdir(command.lessons):
         raise BadSetting(f"lessons = {command.lessons}: there is no such folder; name one with lesson files.")
     if command.playlist is not None and not os.path.isfile(command.playlist):
@@ -139,7 +110,6 @@ def serve(command: Serve, features: Sequence[Feature]) -> int:
     _draw_given_robots()
     given = command.key or os.environ.get(KEY_VARIABLE)
     key = chosen_key(None if given is None else readable(given))
-    workers = _workers(command)
     options = ServeOptions(
         host=command.host,
         port=USUAL_PORT if command.port == "auto" else command.port,
@@ -159,10 +129,6 @@ def serve(command: Serve, features: Sequence[Feature]) -> int:
         lessons=command.lessons,
         playlist=command.playlist,
         ahead=True,
-        store=None if command.store in (None, MEMORY) else Path(command.store),
-        keep=3600.0 * command.keep,
-        most_bytes=round(1e6 * command.store_size),
-        loops=min(workers, cores()),
         features=of_features,
     )
     remove_abandoned()
@@ -171,32 +137,14 @@ def serve(command: Serve, features: Sequence[Feature]) -> int:
             listener = (listen_near if command.port == "auto" else listen)(options.host, options.port)
             held.callback(listener.close)
             options = replace(options, port=listener.getsockname()[1])
-            options = _with_store(command, options, held)
-            if workers == 1:
-                _serve_alone(command, options, listener, features)
-            else:
-                _serve_with_workers(command, options, listener, features, workers)
+            options = replace(options, features=tuple(one.held(options.port, held) for one in of_features))
+            announce = partial(_announce, command, options)
+            started = (one.start(options, listener, features, announce) for one in features if one.start is not None)
+            if not any(started):
+                _serve_here(options, listener, features, announce)
     except KeyboardInterrupt:
         return INTERRUPTED
     return 0
-
-
-def _with_store(command: Serve, options: ServeOptions, held: ExitStack) -> ServeOptions:
-    """Return the options with the file of the visitors, which is locked until `held` ends.
-
-    Raises:
-        StoreRefused: another server has the file that is named, or it is not a store.
-    """
-    # Where there can be no lock there can be no file, which the workers say.
-    with suppress(OSError):
-        if options.store is not None:
-            held.callback(StoreLock(options.store).release)
-        elif command.store is None:
-            options = replace(options, store=usual_path())
-            path, lock = chosen_store(usual_path(), options.port)
-            held.callback(lock.release)
-            options = replace(options, store=path)
-    return options
 
 
 def _draw_given_robots() -> None:
@@ -236,59 +184,19 @@ def _edited_law(command: Serve, of_features: Sequence[FeatureOptions]) -> Path |
     return (command.law_file or EDITED).absolute()
 
 
-def _workers(command: Serve) -> int:
-    """Return how many processes may share the visitors.
-
-    Raises:
-        BadSetting: the option is not a number of processes, or there can be one only.
-    """
-    reason = (
-        "one process reads the camera"
-        if command.camera is not None or command.video is not None
-        else "this system cannot hand connections over"
-        if not hasattr(socket, "send_fds")
-        else ""
-    )
-    if command.workers == "auto":
-        return 1 if reason else min(cores(), MOST_WORKERS)
-    if command.workers < 1 or (reason and command.workers > 1):
-        raise BadSetting(f"--workers must be 1 here: {reason}." if reason else "--workers must be at least 1.")
-    return command.workers
-
-
-def _serve_alone(command: Serve, options: ServeOptions, listener: socket.socket, features: Sequence[Feature]) -> None:
+def _serve_here(
+    options: ServeOptions, listener: socket.socket, features: Sequence[Feature], announce: Callable[[int], None]
+) -> None:
     """Serve the page in this process until Ctrl+C."""
-    if hasattr(signal, "SIGUSR1"):
-        # There are no workers to replace.
-        signal.signal(signal.SIGUSR1, signal.SIG_IGN)
     with ending_at_once():
         from app.start import start_app
 
         app = start_app(options, features, listener)
     try:
-        _announce(command, options, app.context.workload.places)
+        announce(app.context.workload.places)
         app.wait()
     finally:
         app.close(terminated())
-
-
-def _serve_with_workers(
-    command: Serve, options: ServeOptions, listener: socket.socket, features: Sequence[Feature], most: int
-) -> None:
-    """Serve the page in worker processes until Ctrl+C."""
-    # The robots that were read from files are known to this process only.
-    given = None
-    if added_choices():
-        from scenes.robots.robot_files import given_at_start
-
-        given = given_at_start()
-    dispatcher = Dispatcher(listener, WorkerStart(options, given, tuple(features)), most)
-    try:
-        dispatcher.run(lambda places: _announce(command, options, places))
-    except BaseException as error:
-        # After a fault a shared session goes on with the next server, as it does after SIGTERM.
-        dispatcher.close(isinstance(error, Exception) or terminated())
-        raise
 
 
 def _announce(command: Serve, options: ServeOptions, places: int) -> None:
@@ -299,8 +207,6 @@ def _announce(command: Serve, options: ServeOptions, places: int) -> None:
     print(f"Duet is at {link if made or not key else link.partition('=')[0] + '=KEY'}   (Ctrl+C ends it)", flush=True)
     if command.port == "auto" and port != USUAL_PORT:
         print(f"Port {USUAL_PORT} is taken by another program, so this Duet has port {port}.", flush=True)
-    if command.store is None and options.store is not None and options.store != usual_path():
-        print(f"This Duet keeps its visitors in {options.store}: others have their own files there.", flush=True)
     for line in (line for one in options.features for line in one.said_at_start(command.host, port, places)):
         print(line, flush=True)
     if command.sessions == "auto":

@@ -14,7 +14,9 @@ from app.features.league import LEAGUE
 from app.features.lecture import LECTURE
 from app.features.marks import MARKS
 from app.features.second_person import SECOND_PERSON
+from app.features.store import STORE
 from app.features.sweep import SWEEP
+from app.features.workers import WORKERS
 from app.i18n.catalogue import add_catalogues
 from app.text.document_list import add_documents
 
@@ -31,6 +33,8 @@ FEATURES: Final[tuple[Feature, ...]] = (
     FIGURES,
     SECOND_PERSON,
     SWEEP,
+    WORKERS,
+    STORE,
 )
 
 # Every process that uses a feature imports this package first, and with it the texts and documents of all of them.

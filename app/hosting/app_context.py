@@ -4,10 +4,10 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import TypeVar
 
+from app.hosting.parking import Parking
 from app.hosting.serve_options import ServeOptions
-from app.hosting.session_store import SessionStore
-from app.hosting.worker_messages import WorkerLink
 from app.hosting.workload import Workload
 from app.lessons.lesson import LessonBook
 from app.lessons.library import Library
@@ -16,6 +16,8 @@ from app.runtime.job_pool import Jobs
 from app.runtime.throttled_log import ThrottledLog
 from app.session.input_source import InputSources
 from app.web.server import DuetServer
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -27,11 +29,11 @@ class AppContext:
         jobs: computes in the background for all sessions.
         sources: input sources beside the built-in ones.
         library: of the lessons and of the teacher's notes, which are not read where there is no key.
-        store: what visitors who have gone left behind.
+        store: what visitors who are away left behind.
         workload: what the rounds take, and how many private sessions there may be at once.
         errors: logs what fails in the pages' frames.
         panels: makes the panels that features add to the page of a visitor who operates a session.
-        link: to the other processes of the server; None where there is one process.
+        started_with: objects for hosts and pages, at most one of each type: from who starts the app, see `given`.
         frame_due: set to ask for a frame at once.
     """
 
@@ -40,12 +42,16 @@ class AppContext:
     jobs: Jobs
     sources: InputSources
     library: Library
-    store: SessionStore
+    store: Parking
     workload: Workload
     errors: ThrottledLog
     panels: tuple[PanelMaker, ...] = ()
-    link: WorkerLink | None = None
+    started_with: tuple[object, ...] = ()
     frame_due: threading.Event = field(default_factory=threading.Event)
+
+    def given(self, kind: type[T]) -> T | None:
+        """The object of a type among `started_with`; None if there is no such object."""
+        return next((one for one in self.started_with if isinstance(one, kind)), None)
 
     @property
     def book(self) -> LessonBook:

@@ -1,12 +1,21 @@
 """Pages of people who join a visitor's private session instead of having one of their own; a feature makes them."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
 from typing import Protocol
 
 import viser
 
 from app.hosting.admission import Pieces
+from app.hosting.app_context import AppContext
 from app.hosting.visitor import Visitor
+
+
+@dataclass(frozen=True)
+class Joining:
+    """What makes the pages of a private host, one of each feature that has such pages; see `AppContext.given`."""
+
+    makers: "tuple[Callable[[AppContext], JoiningPages], ...]" = ()
 
 
 class JoiningPages(Protocol):
@@ -32,6 +41,10 @@ class JoiningPages(Protocol):
         """Add every page to `Visitor.beside` of its visitor, who may have gone or come back; called before every round of frames."""
         ...
 
-    def receive(self, word: str) -> None:
-        """Another worker has announced the word of a link, see `Announced`."""
+    def words(self, visitors: Collection[Visitor]) -> Collection[str]:
+        """Words of the links that lead to visitors of this host, see `app.settings.JOIN`."""
+        ...
+
+    def opened_elsewhere(self, word: str) -> None:
+        """The link of a word leads to a visitor of another host of this server."""
         ...

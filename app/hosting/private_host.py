@@ -1,17 +1,16 @@
 """A private session for every tab."""
 
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 
 import viser
 
 from app.hosting.admission import Admission, Pieces
 from app.hosting.app_context import AppContext
-from app.hosting.joining_pages import JoiningPages
+from app.hosting.joining_pages import Joining, JoiningPages
 from app.hosting.teacher_key import is_mistaken
 from app.hosting.visitor import Visitor
 from app.hosting.visitor_record import same_tab, tab_id
-from app.hosting.worker_messages import Announced, LetGo, MakeRoom, WorkerLink
 from app.page.panels.teachers_tab import name_mistake
 from app.settings import from_query
 from app.web.request import request_query
@@ -22,17 +21,16 @@ log = logging.getLogger("duet.hosts")
 class PrivateHost:
     """Every tab has its own session, except those that join another one's.
 
-    Args:
-        joining: makes the pages of those.
-
     Attributes:
         visitors: by client id, once their pages are built.
+        joining: the pages of those who join.
     """
 
-    def __init__(self, context: AppContext, joining: Sequence[Callable[[AppContext], JoiningPages]] = ()) -> None:
-        self._context = context
+    def __init__(self, context: AppContext) -> None:
+        self.context = context
         self.visitors: dict[int, Visitor] = {}
-        self._joining = tuple(make(context) for make in joining)
+        joining = context.given(Joining) or Joining()
+        self.joining = tuple(make(context) for make in joining.makers)
         self.admission = Admission(context, self._admit, lambda _: log.exception("a visitor's page could not be built"))
 
     def close(self, goes_on: bool = False) -> None:
@@ -42,56 +40,46 @@ class PrivateHost:
         for visitor in self.visitors.values():
             visitor.save()
             visitor.session.close()
-        self._context.store.close()
+        self.context.store.close()
 
     def frame(self, now: float, elapsed: float) -> None:
         """Advance and draw every session."""
+        self.connect()
+        self.context.server.max_clients = self.context.workload.places
+        self.admission.advance()
+        self.join()
+        for client_id, visitor in list(self.visitors.items()):
+            with self.context.apart("a frame of a visitor's page failed", client_id):
+                visitor.frame(now, elapsed)
+
+    def connect(self) -> None:
+        """Close the pages of browsers that have disconnected; those that have connected wait for theirs."""
         arrivals, departures = self.admission.changes()
-        self._context.store.tidy()
+        self.context.store.tidy()
         for client_id in departures:
-            self._context.errors.forget(client_id)
-            for pages in self._joining:
+            self.context.errors.forget(client_id)
+            for pages in self.joining:
                 pages.leave(client_id)
             if client_id in self.visitors:
                 self.visitors.pop(client_id).leave()
         for client in arrivals:
             self.admission.come(client)
-        if self._context.link is not None:
-            self._listen(self._context.link)
-        self._context.server.max_clients = self._context.workload.places
-        self.admission.advance()
+
+    def join(self) -> None:
+        """Bring the pages of those who join to their visitors."""
         for visitor in self.visitors.values():
             visitor.beside = ()
-        for pages in self._joining:
+        for pages in self.joining:
             pages.follow(self.visitors.values())
-        for client_id, visitor in list(self.visitors.items()):
-            with self._context.apart("a frame of a visitor's page failed", client_id):
-                visitor.frame(now, elapsed)
 
-    def _listen(self, link: WorkerLink) -> None:
-        """Hear what other workers announce, and send tabs that wait for their pages to another worker, once one has more room."""
-        for message in link.received():
-            if isinstance(message, Announced):
-                for pages in self._joining:
-                    pages.receive(message.word)
-            elif isinstance(message, MakeRoom):
-                too_many = self._context.server.count_clients() - message.share
-                for client in self.admission.send_on(too_many, self._may_go):
-                    link.send(LetGo(tab_id(request_query(client)) or ""))
-                    self._context.server.send_elsewhere(client)
-
-    def _joined(self, query: Mapping[str, str]) -> JoiningPages | None:
+    def joined(self, query: Mapping[str, str]) -> JoiningPages | None:
         """The pages to which a link belongs; None if it asks for a session of its own."""
-        return next((pages for pages in self._joining if pages.expects(query)), None)
-
-    def _may_go(self, client: viser.ClientHandle) -> bool:
-        query = request_query(client)
-        return self._joined(query) is None and not self._context.store.alone_has(query)
+        return next((pages for pages in self.joining if pages.expects(query)), None)
 
     def _admit(self, client: viser.ClientHandle) -> Pieces:
         """Build a visitor's page piece by piece; it is drawn once it is whole."""
-        context, query = self._context, request_query(client)
-        joined = self._joined(query)
+        context, query = self.context, request_query(client)
+        joined = self.joined(query)
         if joined is not None:
             yield from joined.build(client, self.visitors.values())
             return
@@ -101,7 +89,8 @@ class PrivateHost:
         before = [one for one in self.visitors.values() if tab and not one.superseded and tab_id(one.query) == tab]
         for visitor in before:
             visitor.save()
-        record = yield from context.store.recall(query)
+        # What goes on at this connection is known without a store.
+        record = before[-1].record() if before else (yield from context.store.recall(query))
         if record is not None and record.state is not None and same_tab(record.query, query):
             settings = record.settings
         visitor = Visitor(context, client, settings, problems, record, private=True)

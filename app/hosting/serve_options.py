@@ -1,8 +1,9 @@
-"""What a server is started with, from the command over the dispatcher to its workers. Imports nothing slow."""
+"""What a server is started with. Imports nothing slow."""
 
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeVar
+from typing import Self, TypeVar
 
 from app.settings import Settings
 
@@ -11,7 +12,7 @@ T = TypeVar("T", bound="FeatureOptions")
 
 @dataclass(frozen=True)
 class FeatureOptions:
-    """What `lwr-duet serve` is told of one feature: its dataclass adds fields that have a default. It is pickled to the workers."""
+    """What `lwr-duet serve` is told of one feature: its dataclass adds fields that have a default. It can be pickled."""
 
     @property
     def shared_by(self) -> str:
@@ -23,12 +24,30 @@ class FeatureOptions:
         """Pages that may be open at once; None for as many as there are private sessions."""
         return None
 
+    @property
+    def one_process(self) -> str:
+        """Why one process has to serve all pages, such as "one process reads the camera"; "" if several can."""
+        return ""
+
     def check(self) -> None:
         """Refuse what is not possible, before anything is served.
 
         Raises:
             BadSetting: of an option.
         """
+
+    def held(self, port: int, until: ExitStack) -> Self:
+        """Take what the server holds while it runs, such as the lock of a file; return these options for what serves.
+
+        Args:
+            port: at which the server listens.
+            until: the server's end.
+
+        Raises:
+            DuetError: another server has it.
+        """
+        del port, until
+        return self
 
     def said_at_start(self, host: str, port: int, places: int) -> tuple[str, ...]:
         """Lines that the start prints. `places`: private sessions at once."""
@@ -53,10 +72,7 @@ class ServeOptions:
         lessons: folder of lessons beside our own; None for none.
         playlist: TOML file that names the lessons that are shown; None for all.
         ahead: whether to prepare what is slow the first time.
-        store: file in which what visitors do outlives the server; None for memory alone.
-        keep: how long it is kept after their last visit [s].
-        most_bytes: of the file.
-        loops: processes that share the sessions, each with a frame loop and a core of its own.
+        loops: frame loops that share the sessions, each with a core of its own.
         features: what is asked of features, at most one of each type.
     """
 
@@ -77,9 +93,6 @@ class ServeOptions:
     lessons: Path | None = None
     playlist: Path | None = None
     ahead: bool = False
-    store: Path | None = None
-    keep: float = 24.0 * 3600.0
-    most_bytes: int = 500_000_000
     loops: int = 1
     features: tuple[FeatureOptions, ...] = ()
 

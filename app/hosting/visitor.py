@@ -239,13 +239,15 @@ class Visitor:
             self.session.notify(*trouble)
         self._trouble = trouble
 
+    def record(self) -> VisitorRecord:
+        """What this visitor can come back to."""
+        session = self.session
+        return VisitorRecord(self.query, session.settings, self.lessons.saved(), session.state(), session.parts.saved())
+
     def save(self) -> None:
         """Keep settings and progress in the store, unless they have gone on at a later connection of the same tab."""
-        if self.superseded:
-            return
-        session, saved = self.session, self.lessons.saved()
-        record = VisitorRecord(self.query, session.settings, saved, session.state(), session.parts.saved())
-        self._context.store.save(record)
+        if not self.superseded:
+            self._context.store.save(self.record())
 
     def leave(self) -> None:
         """Close the page after its connection has gone, and keep in the store what the visitor may come back for."""

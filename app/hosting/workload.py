@@ -4,7 +4,7 @@ import math
 import time
 from typing import Final
 
-from app.page.panels.server_load import ServerLoad, combined
+from app.page.panels.server_load import ServerLoad
 from app.session.clock import SLOWEST, budget_of
 from controllers.compiled import GAIN, all_loaded
 from scenes.settings import RunSettings
@@ -27,30 +27,22 @@ class Workload:
     """Belongs to the frame loop's thread; `places` and `report` may be read from any.
 
     Args:
-        places: sessions at once in all processes; to begin with, where they are corrected.
-        loops: processes that share them, each with a frame loop.
+        places: sessions at once; to begin with, where they are corrected.
+        loops: frame loops that share them.
         corrected: whether the measured rounds correct them.
 
     Attributes:
         sessions: that had a frame in the last round.
-        report: of this process, for the teacher.
-        elsewhere: reports of the other processes.
+        report: of this frame loop, for the teacher.
     """
 
     def __init__(self, places: int, loops: int = 1, corrected: bool = False) -> None:
         self.places, self._loops, self._corrected = places, loops, corrected
         self.report = ServerLoad(0, 0, max(places // loops, 1), 0)
-        self.elsewhere: tuple[ServerLoad, ...] = ()
         self._drawn, self._stepping = 0, 0.0
         self.sessions = 0
         self._work = self._drawing = self._mean_sessions = self._interval = 0.0
         self._since_report = 0.0
-
-    @property
-    def everywhere(self) -> ServerLoad:
-        """How busy all processes are; one that has drawn nothing yet is not the slowest."""
-        reports = [self.report, *self.elsewhere]
-        return combined([one for one in reports if one.frames] or reports)
 
     @property
     def budget(self) -> float:
@@ -110,7 +102,7 @@ def places(step: float, loops: int = 1) -> int:
 
     Args:
         step: see `step_seconds` [s].
-        loops: processes with a frame loop each, and a core for each.
+        loops: frame loops, and a core for each.
     """
     session = (SLOWEST / RunSettings().dt + DRAWING) * step
     return affordable(session) * loops

@@ -1,13 +1,12 @@
-"""Where connections come from: a listening socket, bound before viser starts, so that a failure can be reported; or another process."""
+"""The listening socket from which connections come, bound before viser starts, so that a failure can be reported."""
 
 from __future__ import annotations
 
-import asyncio
 import contextlib
 import errno
 import socket
 import sys
-from typing import Any, Final
+from typing import Final
 
 from controllers.errors import BadSetting, DuetError
 
@@ -84,56 +83,3 @@ def url_of(host: str, port: int) -> str:
     """Return the address to open in a browser on this computer."""
     name = "localhost" if host in ("0.0.0.0", "::", "") else f"[{host}]" if ":" in host else host
     return f"http://{name}:{port}"
-
-
-class HandedOverListener(socket.socket):
-    """Stands in for a listening socket in a server that does not accept connections itself.
-
-    Args:
-        channel: descriptor of the Unix socket from which the connections' descriptors are read.
-        address: at which the other process listens.
-    """
-
-    def __init__(self, channel: int, address: tuple[str, int]) -> None:
-        super().__init__(fileno=channel)
-        self._address = address
-
-    def getsockname(self) -> tuple[str, int]:
-        """Return the address at which browsers connect."""
-        return self._address
-
-    def listen(self, backlog: int = 0, /) -> None:
-        """Do nothing: the other process listens."""
-
-    def accept(self) -> tuple[socket.socket, Any]:
-        """Return the next connection and where it comes from, as `socket.accept` does.
-
-        Raises:
-            BlockingIOError: there is none now.
-            ConnectionAbortedError: the browser has gone meanwhile.
-            OSError: this process has no free descriptor.
-        """
-        data, descriptors, _, _ = socket.recv_fds(self, 1, 1)
-        if not data:
-            # The other process has ended; the event loop would be called for this without end.
-            asyncio.get_running_loop().remove_reader(self.fileno())
-            raise BlockingIOError
-        if not descriptors:
-            # The system keeps what this process has no free descriptor for; asyncio pauses for this error.
-            raise OSError(errno.EMFILE, "no descriptor is free")
-        connection = socket.socket(fileno=descriptors[0])
-        try:
-            return connection, connection.getpeername()
-        except OSError as error:
-            connection.close()
-            raise ConnectionAbortedError from error
-
-
-def hand_over(connection: socket.socket, channel: socket.socket) -> None:
-    """Give a connection to the process at the other end of a Unix socket, and let go of it.
-
-    Raises:
-        OSError: the other process has ended.
-    """
-    with connection:
-        socket.send_fds(channel, [b"c"], [connection.fileno()])

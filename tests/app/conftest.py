@@ -1,10 +1,9 @@
 """Apps and visitors that are closed at the end, and a way to ask a session something between two frames."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, TypeVar
 
 import pytest
@@ -13,7 +12,6 @@ from app.features import FEATURES
 from app.hosting.private_host import PrivateHost
 from app.hosting.serve_options import ServeOptions
 from app.hosting.visitor import Visitor
-from app.hosting.worker_messages import WorkerLink
 from app.i18n.speaking import set_language
 from app.lessons.session.lesson_session import LessonSession
 from app.runtime.job_pool import JobPool
@@ -23,7 +21,7 @@ from app.settings import Settings
 from app.start import App, start_app
 from tests.app.posted_call import post_call
 from tests.app.runtime.processes import until
-from tests.app.served import Serve, Served, has_arms
+from tests.app.served import has_arms
 from tests.blocking_client import BlockingClient
 
 T = TypeVar("T")
@@ -129,27 +127,15 @@ def house(request: pytest.FixtureRequest, jobs: JobPool) -> OpenHouse:
 
     def make(
         settings: Settings | None = None,
-        link: WorkerLink | None = None,
+        started_with: Sequence[object] = (),
         sessions: int | None = 24,
         jobs: JobPool = jobs,
         **options: Any,
     ) -> App:
         given = ServeOptions(settings=settings or Settings(), sessions=sessions, **options)
-        opened = start_app(given, jobs=jobs, link=link, features=FEATURES)
+        opened = start_app(given, jobs=jobs, started_with=started_with, features=FEATURES)
         request.addfinalizer(opened.close)
         return opened
-
-    return make
-
-
-@pytest.fixture
-def serve(request: pytest.FixtureRequest, tmp_path: Path) -> Serve:
-    """`serve("--workers", "2")` starts the command with the test's store."""
-
-    def make(*options: str) -> Served:
-        served = Served(tmp_path, *options)
-        request.addfinalizer(served.close)
-        return served
 
     return make
 

@@ -2,11 +2,11 @@
 
 from collections.abc import Mapping
 
-from app.hosting.session_store import SessionStore
+from app.hosting.parking import Parking
 from app.hosting.visitor_record import VisitorRecord
 
 
-def find(store: SessionStore, query: Mapping[str, str]) -> VisitorRecord | None:
+def find(store: Parking, query: Mapping[str, str]) -> VisitorRecord | None:
     search = store.recall(query)
     while True:
         try:

@@ -235,10 +235,10 @@ def test_a_loop_that_cannot_be_compiled_is_one_line_in_the_log_and_the_run_goes_
     assert "cannot be compiled (TypingError: " in line and done.stdout.endswith("compiled.py False\n")
 
 
-def test_the_listening_process_loads_no_compiler_and_every_loop_comes_with_the_simulation() -> None:
+def test_the_command_loads_no_compiler_and_every_loop_comes_with_the_simulation() -> None:
     """A loop that came later, with an experiment, would stay Python where the others have been loaded."""
     code = (
-        "import sys, app.hosting.dispatcher, app.start; print('numba' in sys.modules); from controllers import compiled; "
+        "import sys, app.cli.serve, app.start; print('numba' in sys.modules); from controllers import compiled; "
         "print(*sorted({made.python.__module__ for made in compiled._loops}))"
     )
     with_compiler, modules = subprocess.run(

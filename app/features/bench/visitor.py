@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from typing import Final
 
 from app.features.bench.process_use import used_by_tree
+from app.features.store import IN_MEMORY
 from app.web.headless_client import HeadlessClient
 from controllers.own_packages import own_command
 
@@ -23,7 +24,7 @@ FULL_PAGE: Final = "scene=imitation&plot=follow&ghost=unprotected"
 @contextmanager
 def serving(sessions: int = 8) -> Iterator[tuple[int, str, float]]:
     """Run `lwr-duet serve` while open; gives its process, its address, and the time that it took to say so [s]."""
-    options = ("--port", "0", "--no-open", "--store", "memory", "--sessions", str(sessions))
+    options = ("--port", "0", "--no-open", *IN_MEMORY, "--sessions", str(sessions))
     command = own_command("app.__main__", "serve", *options)
     begin = time.perf_counter()
     with subprocess.Popen(command, stdout=subprocess.PIPE, encoding="utf-8") as server:

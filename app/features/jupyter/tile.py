@@ -1,4 +1,5 @@
-"""The tile in Jupyter's launcher: the entry point by which jupyter-server-proxy finds Duet. It imports nothing of Duet, nor of Jupyter."""
+"""The tile in Jupyter's launcher: the entry point by which jupyter-server-proxy finds Duet. It imports nothing of Jupyter,
+and of Duet no more than its list of features."""
 
 import secrets
 import sys
@@ -6,13 +7,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
+from app.features.store import IN_MEMORY
+from app.features.workers import ONE_PROCESS
+
 ICON: Final = Path(__file__).parents[2] / "web" / "static" / "mark.svg"
 """Our mark, for the launcher."""
 
 
 def tile() -> dict[str, Any]:
     """Return how jupyter-server-proxy starts Duet, and how it shows it."""
-    made = proxied(("--store", "memory", "--workers", "1", "--edit-law"))
+    made = proxied((*IN_MEMORY, *ONE_PROCESS, "--edit-law"))
     # Only what comes through this notebook server, and its login, has the secret; and who comes so can run programs here anyway.
     secret = secrets.token_urlsafe(32)
     made["environment"] = {"DUET_PROOF": secret}

@@ -37,12 +37,12 @@ def _host(context: "AppContext") -> "Host | None":
 
     from app.features.lecture.breakout_host import BreakoutHost
     from app.features.lecture.lecture import LectureHost
+    from app.features.workers.worker_messages import WorkerLink
     from app.runtime.throttled_log import ThrottledLog
 
     context = replace(context, errors=ThrottledLog(logging.getLogger("duet.lecture")))
-    if context.link is None or context.link.index == 0:
-        return LectureHost(context)
-    return BreakoutHost(context, context.link)
+    link = context.given(WorkerLink)
+    return LectureHost(context, link) if link is None or link.index == 0 else BreakoutHost(context, link)
 
 
 _HERE: Final = Path(__file__).parent

@@ -10,10 +10,10 @@ from app.features.lecture.class_summary import HandIn
 from app.features.lecture.classroom import Classroom
 from app.features.lecture.participant import Participant
 from app.features.lecture.student_work import clean_name
+from app.features.workers.worker_messages import Replaced, WorkerLink
 from app.hosting.admission import Admission, Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.visitor_record import tab_id
-from app.hosting.worker_messages import Replaced, WorkerLink
 from app.session.actions import Action, ActionQueue
 from app.web.request import request_query
 

@@ -11,13 +11,14 @@ from app.features.lecture.class_messages import ClassState, Exploring, PostWork,
 from app.features.lecture.classroom import Classroom
 from app.features.lecture.participant import Participant
 from app.features.lecture.plenary_page import GroupMember
+from app.features.workers.shared_load import combined
+from app.features.workers.worker_messages import ForgetTabs, Replaced, WorkerLink
 from app.hosting.admission import Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.visitor import Visitor
 from app.hosting.visitor_record import VisitorRecord, tab_id
-from app.hosting.worker_messages import ForgetTabs, Replaced, WorkerLink
 from app.i18n.speaking import set_language
-from app.page.panels.server_load import ServerLoad, combined
+from app.page.panels.server_load import ServerLoad
 from app.session.actions import RestoreSettings
 from app.settings import LOOKS
 

@@ -6,7 +6,8 @@ from time import time
 from typing import Final
 
 from app.features.lecture.class_summary import ClassSummary, HandIn
-from app.hosting.session_store import AWAY, SessionStore
+from app.features.store.session_store import SessionStore
+from app.hosting.parking import AWAY
 from app.hosting.visitor_record import VisitorRecord, part_of, with_part
 from app.lessons.bookmark import OpenSteps
 from app.lessons.tally import Ballot, QuestionId

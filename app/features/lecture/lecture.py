@@ -19,6 +19,8 @@ from app.features.lecture.lecture_record import LectureRecorder
 from app.features.lecture.participant import Participant
 from app.features.lecture.presenter import INVITED, InvitedPages
 from app.features.lecture.teacher_control import TeacherControl
+from app.features.store.session_store import store_of
+from app.features.workers.worker_messages import WorkerLink
 from app.hosting.admission import Admission, Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.frame_loop import Attention
@@ -40,22 +42,25 @@ class LectureHost:
     """All tabs see one plenary session, each in its own language and look. A teacher has the controls: by the key, or without one in the
     first tab.
 
+    Args:
+        link: to the processes that have the breakout sessions; None if this one has them.
+
     Attributes:
         control: carries out the teacher's actions.
     """
 
-    def __init__(self, context: AppContext) -> None:
+    def __init__(self, context: AppContext, link: WorkerLink | None = None) -> None:
         self._context = context
-        record = interrupted(context.store)
+        record = interrupted(store_of(context))
         room = (None if record is None else class_of(record)) or NEW_CLASS
         self.classroom = Classroom(context.workload.places, room)
         start = context.options.settings if record is None or record.state is None else record.settings
         self.session = Session(start, context.wake, context.jobs, context.sources)
         self.lessons = LessonSession(self.session, context.book.in_language(language_of(context.options.settings, "en")))
         self.control, workers = TeacherControl(self.classroom, self.session, self.lessons), None
-        if context.link is not None:
-            context.link.wake = context.wake
-            workers = BreakoutWorkers(context.link, self.classroom, self.control.answers.put)
+        if link is not None:
+            link.wake = context.wake
+            workers = BreakoutWorkers(link, self.classroom, self.control.answers.put)
         self._breakouts = BreakoutSessions(context, self.classroom, workers)
         self.control.presenter.expected = context.options.of(LectureOptions).students
         self._leader = Leader(context.options.key, room)

@@ -9,6 +9,7 @@ from app.features.lecture.class_summary import ClassSummary
 from app.features.lecture.classroom import Classroom
 from app.features.lecture.leader import Leader
 from app.features.lecture.teacher_control import TeacherControl
+from app.features.store.session_store import store_of
 from app.hosting.app_context import AppContext
 from app.hosting.visitor import run_again
 from app.hosting.visitor_record import VisitorRecord
@@ -28,7 +29,7 @@ class LectureRecorder:
     """
 
     def __init__(self, context: AppContext, record: VisitorRecord | None, control: TeacherControl, leader: Leader) -> None:
-        self._store, self._book, self._leader, self._save_at = context.store, context.book, leader, 0.0
+        self._store, self._book, self._leader, self._save_at = store_of(context), context.book, leader, 0.0
         self._session, self._lessons, self._classroom = control.session, control.lessons, control.classroom
         self._last_class = _summary_in(self._store.named(NAME), record is not None, self._book)
         if record is not None and class_of(record) is not None:

@@ -8,7 +8,6 @@ from app.features.second_person.guest import Guest, place_of
 from app.hosting.admission import Pieces
 from app.hosting.app_context import AppContext
 from app.hosting.visitor import Visitor
-from app.hosting.worker_messages import Announced
 from app.settings import JOIN
 
 
@@ -18,7 +17,6 @@ class Guests:
     def __init__(self, context: AppContext) -> None:
         self._context = context
         self._guests: dict[int, Guest] = {}
-        self._announced: set[str] = set()
 
     def expects(self, query: Mapping[str, str]) -> bool:
         """True if a link is an invitation."""
@@ -40,16 +38,16 @@ class Guests:
             self._guests.pop(client_id).leave()
 
     def follow(self, visitors: Collection[Visitor]) -> None:
-        """Bring every guest to their host; other processes are told which hosts are here, and send their guests."""
+        """Bring every guest to their host."""
         hosts = _hosts(visitors)
         for guest in self._guests.values():
             guest.follow(hosts.get(guest.word))
-        if self._context.link is not None:
-            for word in hosts.keys() - self._announced:
-                self._announced.add(word)
-                self._context.link.send(Announced(word))
 
-    def receive(self, word: str) -> None:
+    def words(self, visitors: Collection[Visitor]) -> Collection[str]:
+        """Words of the invitations that are open here."""
+        return _hosts(visitors)
+
+    def opened_elsewhere(self, word: str) -> None:
         """Send the guests of a host away who is in another process."""
         for guest in self._guests.values():
             if guest.word == word:

@@ -1,6 +1,5 @@
 """What a teacher is shown of the server: frames a second, sessions, load."""
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 from app.i18n.speaking import tr
@@ -20,12 +19,6 @@ class ServerLoad(NamedTuple):
     sessions: int
     places: int
     load: int
-
-
-def combined(loads: Sequence[ServerLoad]) -> ServerLoad:
-    """Return several processes' load as one: the frames of the slowest, all sessions and places, the load of the busiest."""
-    frames, sessions, places, load = zip(*loads, strict=True)
-    return ServerLoad(min(frames), sum(sessions), sum(places), max(load))
 
 
 def load_pills(load: ServerLoad) -> list[tuple[str, str]]:

@@ -3,14 +3,14 @@
 import hashlib
 import json
 import os
-import pickle
 import re
 import socket
 import subprocess
 import sys
 import urllib.request
 import webbrowser
-from dataclasses import fields, replace
+from collections.abc import Sequence
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, cast
 
@@ -20,13 +20,13 @@ import pytest
 
 from app.__main__ import run_command as main
 from app.cli.main import commands_with
+from app.cli.main import main as command_line
 from app.cli.options import PLACES, AllOptions, RunOptions, settings_of_options
 from app.cli.serve import Serve
+from app.feature import Feature
 from app.features import FEATURES
 from app.hosting.serve_options import ServeOptions
 from app.hosting.teacher_key import SHORTEST
-from app.hosting.worker_messages import WorkerStart
-from app.runtime.progress import cores
 from app.runtime.terminal import INTERRUPTED
 from app.settings import Settings, from_query
 from app.start import App
@@ -44,8 +44,8 @@ def run(capsys: pytest.CaptureFixture[str], *options: str) -> dict[str, Any]:
     return json.loads(capsys.readouterr().out)
 
 
-def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    assert main(list(arguments)) == 2
+def refused(capsys: pytest.CaptureFixture[str], *arguments: str, features: Sequence[Feature] = FEATURES) -> str:
+    assert command_line(list(arguments), features) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
     lines = captured.err.splitlines()
@@ -155,8 +155,8 @@ ERRORS = {
     "serve --theme pink": "theme = 'pink'|light|dark",
     "serve --port 70000": "port 70000",
     "serve --port 0 --host no.such.host.invalid": "no.such.host.invalid|127.0.0.1",
-    "serve --workers 1 --port 0 --allow-origin duet.example.org": "duet.example.org|https://",
-    "serve --workers 1 --allow-origin https://b.org/duet": "'https://b.org/duet' has a path|give https://b.org",
+    "serve --port 0 --allow-origin duet.example.org": "duet.example.org|https://",
+    "serve --allow-origin https://b.org/duet": "'https://b.org/duet' has a path|give https://b.org",
     **{
         f"serve --edit-law {option}": f"--edit-law is not possible with {option.partition(' https')[0]}|Leave out"
         for option in ("--host 0.0.0.0", "--allow-origin https://b.org", "--embed-origin https://b.org")
@@ -172,10 +172,12 @@ ERRORS = {
 
 @pytest.mark.parametrize("arguments", ERRORS)
 def test_one_line_says_what_is_wrong(capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: str) -> None:
-    assert_said(capsys, tmp_path, arguments, ERRORS[arguments])
+    assert_said(capsys, tmp_path, arguments, ERRORS[arguments], ())
 
 
-def assert_said(capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: str, parts: str) -> None:
+def assert_said(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: str, parts: str, features: Sequence[Feature] = FEATURES
+) -> None:
     """Run a command that is refused, and find the parts in its line; {} is a folder with some files."""
     for name, content in (
         ("short", b"t,x,y\n0,0,0\n"),
@@ -184,14 +186,14 @@ def assert_said(capsys: pytest.CaptureFixture[str], tmp_path: Path, arguments: s
         ("hand", b"t,x,y,z\n0,0.3,0.1,1\n"),
     ):
         (tmp_path / f"{name}.csv").write_bytes(content)
-    line = refused(capsys, *arguments.replace("{}", str(tmp_path)).split())
+    line = refused(capsys, *arguments.replace("{}", str(tmp_path)).split(), features=features)
     assert all(part in line for part in parts.split("|")), line
 
 
 def test_a_busy_port_names_the_port_and_the_remedy(capsys: pytest.CaptureFixture[str]) -> None:
     with socket.create_server(("127.0.0.1", 0)) as holder:
         port = holder.getsockname()[1]
-        line = refused(capsys, "serve", "--no-open", "--store", "memory", "--port", str(port))
+        line = refused(capsys, "serve", "--no-open", "--port", str(port), features=())
     assert str(port) in line and f"--port {port % 65535 + 1}" in line
 
 
@@ -217,7 +219,7 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
 
     monkeypatch.setattr(webbrowser, "open", lambda link: opened.append(link))
     monkeypatch.setattr(App, "wait", wait)
-    assert main(["serve", "--store", "memory", "--port", "0", "--key", "auto", "--workers", "1"]) == INTERRUPTED
+    assert command_line(["serve", "--port", "0", "--key", "auto"], ()) == INTERRUPTED
     link, status = opened
     assert link.startswith("http://127.0.0.1:") and len(link.partition("/?key=")[2]) >= SHORTEST
     assert "key=auto" not in link and status == "200"
@@ -226,7 +228,7 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
     # A key that was given is not in the log of a service.
     monkeypatch.setenv("DUET_KEY", "chalk-and-talk")
     for given in (["--key", "white-chalk-dust"], []):
-        assert main(["serve", "--store", "memory", "--port", "0", "--workers", "1", *given]) == INTERRUPTED
+        assert command_line(["serve", "--port", "0", *given], ()) == INTERRUPTED
         given_link, said = opened[-2], capsys.readouterr().out
         assert given_link.endswith("/?key=" + (given[-1] if given else "chalk-and-talk")) and "chalk" not in said
         assert "/?key=KEY " in said
@@ -234,8 +236,7 @@ def test_serve_opens_the_page_and_ends_with_ctrl_c(monkeypatch: pytest.MonkeyPat
     port = int(link.split(":")[2].split("/")[0])
     with socket.socket() as probe:
         assert probe.connect_ex(("127.0.0.1", port)) != 0, "the port is still served"
-    alone = ["serve", "--store", "memory", "--port", "0", "--no-open", "--workers", "1"]
-    assert main([*alone, "--sessions", "3"]) == INTERRUPTED
+    assert command_line(["serve", "--port", "0", "--no-open", "--sessions", "3"], ()) == INTERRUPTED
     assert len(opened) == 7 and "carries" not in capsys.readouterr().out
 
 
@@ -248,40 +249,34 @@ HELP = {
 }
 
 
-def test_alone_or_behind_the_door_the_app_gets_all_that_the_command_was_given(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_the_app_gets_all_that_the_command_was_given(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     served: list[ServeOptions] = []
 
-    def alone(options: ServeOptions, *_: object, **__: object) -> App:
+    def start(options: ServeOptions, *_: object, **__: object) -> App:
         served.append(options)
         raise KeyboardInterrupt
 
-    def behind(_: socket.socket, start: WorkerStart, most: int) -> None:
-        # As the messages to a worker carry it.
-        alone(pickle.loads(pickle.dumps(start)).options)
-
-    monkeypatch.setattr("app.start.start_app", alone)
-    monkeypatch.setattr("app.cli.serve.Dispatcher", behind)
-    files = {f"--{name}": str(tmp_path / name) for name in ("bvh", "pose-model", "law-file", "store")}
-    (tmp_path / "playlist").touch()
-    files["--playlist"] = str(tmp_path / "playlist")
-    others = "--sessions 3 --keep 2 --store-size 20 --dm 0.2 --key chalk-and-talk --host 127.0.0.2"
-    here = ["--port", str(free_port()), "--lessons", str(tmp_path), "--allow-origin", "https://duet.example.org"]
-    here += ["--embed-origin", "https://moodle.example.org"]
-    given = ["serve", *(word for pair in files.items() for word in pair), *others.split(), *here]
-    assert main([*given, "--camera", "1", "--video", str(tmp_path / "video")]) == INTERRUPTED
-    assert main([*given, "--workers", "2"]) == INTERRUPTED
-    one, two = served
-    usual = ServeOptions()
+    monkeypatch.setattr("app.start.start_app", start)
+    assert command_line(["serve", *all_options(tmp_path), "--camera", "1", "--video", str(tmp_path / "video")], ()) == INTERRUPTED
+    usual, (one,) = ServeOptions(), served
     equal = {each.name for each in fields(usual) if getattr(one, each.name) == getattr(usual, each.name)}
-    assert equal - {"features"} == {"loops", "edited_law", "proof"}
-    assert two == replace(one, camera=None, video=None, loops=min(2, cores()))
+    assert equal == {"features", "loops", "edited_law", "proof"}
     monkeypatch.setenv("DUET_PROOF", "of-the-tile")
-    assert main(["serve", "--edit-law", "--workers", "1"]) == INTERRUPTED
-    assert (served[2].edited_law, served[2].proof) == (Path("my_law.py").absolute(), "of-the-tile")
+    assert command_line(["serve", "--edit-law"], ()) == INTERRUPTED
+    assert (served[1].edited_law, served[1].proof) == (Path("my_law.py").absolute(), "of-the-tile")
     # The process of a law does not inherit it.
     assert "DUET_PROOF" not in os.environ
+
+
+def all_options(folder: Path) -> list[str]:
+    """Every option of `serve` that may go with several processes."""
+    files = {f"--{name}": str(folder / name) for name in ("bvh", "pose-model", "law-file")}
+    (folder / "playlist").touch()
+    files["--playlist"] = str(folder / "playlist")
+    others = "--sessions 3 --dm 0.2 --key chalk-and-talk --host 127.0.0.2"
+    here = ["--port", str(free_port()), "--lessons", str(folder), "--allow-origin", "https://duet.example.org"]
+    here += ["--embed-origin", "https://moodle.example.org"]
+    return [*(word for pair in files.items() for word in pair), *others.split(), *here]
 
 
 @pytest.mark.parametrize("command", HELP)

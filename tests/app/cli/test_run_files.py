@@ -217,7 +217,7 @@ def test_a_file_in_other_units_is_one_line_before_any_work(
 ) -> None:
     path = tmp_path / "tiny.urdf"
     path.write_text(arm_urdf(shape='<sphere radius="0.00005"/>'), encoding="utf-8")
-    more = ["--seconds", "1"] if command == "run" else ["--no-open", "--port", "0", "--store", "memory"]
+    more = ["--seconds", "1"] if command == "run" else ["--no-open", "--port", "0"]
     assert main([command, "--robot", str(path), *more]) == 2
     said = capsys.readouterr()
     assert said.out == "" and said.err.count("\n") == 1 and "link l1 are 0.0001 m large, and its arm is" in said.err

@@ -103,12 +103,13 @@ VISIT = """
 import sys
 from pathlib import Path
 from app.features import FEATURES
+from app.features.store.store_options import StoreOptions
 from app.hosting.serve_options import ServeOptions
 from app.start import start_app
 from tests.blocking_client import BlockingClient
 
 def visit(click, says):
-    app = start_app(ServeOptions(sessions=2, store=Path(sys.argv[1])), features=FEATURES)
+    app = start_app(ServeOptions(sessions=2, features=(StoreOptions(file=Path(sys.argv[1])),)), features=FEATURES)
     try:
         with BlockingClient(app.url, query="dm=0.2&lang=de&resume=" + "7" * 32) as visitor:
             visitor.wait_for(lambda v: "halbiere ihn" in str(v.mirror.gui), 120.0)

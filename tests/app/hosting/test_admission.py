@@ -15,18 +15,14 @@ from viser import _gui_api, _gui_handles, _icons
 from app.hosting import admission, preparation
 from app.hosting.preparation import Preparation, mesh_makers
 from app.hosting.visitor import Visitor
-from app.hosting.worker_messages import LetGo, MakeRoom, WorkerLink
 from app.lessons.lesson import NO_LESSONS
 from app.settings import Settings
-from app.web.pages import ELSEWHERE
-from app.web.server import MOVED_CODE
 from scenes import glb
 from scenes.robots import robot
 from scenes.room_shells import table_glb
 from scenes.settings import specs
 from tests.app.conftest import FRAME, Arrive, Made, OpenHouse, live_sessions, private_of, visitor_of
 from tests.app.inline import Inline
-from tests.app.web.conftest import ended
 
 
 @pytest.fixture
@@ -79,29 +75,6 @@ def test_a_page_is_built_in_its_own_language_though_others_are_drawn_meanwhile(b
     newcomer.wait_for(lambda v: len(v.mirror.commands) >= 14)
     labels = {str(element.get("label")) for element in list(newcomer.mirror.gui.values())}
     assert {"jezik", "prizor", "zakon"} <= labels and not {"Sprache", "Szene", "Gesetz"} & labels
-
-
-@pytest.mark.parametrize("lasting", [True, False])
-def test_tabs_that_wait_for_their_pages_go_to_another_worker_when_it_serves(by_hand: Made, tmp_path: Path, lasting: bool) -> None:
-    sent: list[object] = []
-    link = WorkerLink(0, sent.append)
-    opened = by_hand(sessions=8, link=link, store=tmp_path / "store" if lasting else None)
-    names = [f"resume={number:032d}" for number in range(6)]
-    first = opened.let_in(names[0])
-    opened.let_in(names[5]).close()
-    visitors = private_of(opened).visitors
-    while len(visitors) > 1:
-        opened.frame()
-    newcomers = [opened.come(name) for name in names[1:]]
-    link.put(MakeRoom(share=2))
-    opened.frames()
-    # Those that came last; one that has a page stays. Without a file, what the last one comes back for is here alone.
-    stays = 0 if lasting else 4
-    moved = [place for place in range(5) if place != stays]
-    for place in moved:
-        assert ended(newcomers[place]) == (MOVED_CODE, ELSEWHERE)
-    assert sent == [LetGo(names[1 + place].removeprefix("resume=")) for place in reversed(moved)]
-    assert len(visitors) == 2 and first.closed is None and newcomers[stays].closed is None
 
 
 def test_while_there_is_time_one_page_is_built_in_a_frame(by_hand: Made, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,22 +1,16 @@
 """A tab that is out of sight, or on which nothing happens, costs next to nothing, and is whole again at once."""
 
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from app.hosting.frame_loop import LIVELY, RESTING, UNSEEN, Attention
-from app.hosting.record_writer import BEAT
-from app.hosting.visitor import SAVING, SAVING_AT_REST
-from app.lessons.progress import from_json
 from app.session.actions import Pause, SetSetting
 from app.settings import Settings
 from app.web.pages import HIDDEN, SHOWN
 from scenes.settings import specs
 from tests.app.conftest import FRAME, ByHand, Made, visitor_of
-from tests.app.page.helpers import click
 from tests.app.runtime.processes import until
-from tests.app.stores import find
 from tests.blocking_client import BlockingClient
 
 
@@ -120,32 +114,3 @@ def test_a_paused_page_rests_until_its_visitor_does_anything(by_hand: Made) -> N
     steps = session.simulation.steps
     session.post(Pause())
     assert drawn(opened, 1.0) == 32 and session.simulation.steps > steps
-
-
-def test_a_page_at_rest_is_saved_seldom(by_hand: Made, tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    opened = by_hand(sessions=3, store=tmp_path / "store")
-    opened.let_in(f"resume={'0123456789abcdef' * 2}")
-    visitor, saved = visitor_of(opened), []
-    save = visitor.save
-    monkeypatch.setattr(visitor, "save", lambda: saved.append(opened.now) or save())
-    drawn(opened, 10.0)
-    assert len(saved) == pytest.approx(10.0 / SAVING, abs=1)
-    visitor.session.post(Pause())
-    drawn(opened, LIVELY + 2.0 * SAVING)
-    saved.clear()
-    drawn(opened, 2.0 * SAVING_AT_REST)
-    assert len(saved) == pytest.approx(2, abs=1)
-
-
-def test_after_a_rest_what_a_visitor_does_is_saved_at_once(by_hand: Made, tmp_path: Path) -> None:
-    opened, query = by_hand(sessions=3, store=tmp_path / "store"), {"resume": "0123456789abcdef" * 2}
-    page = opened.let_in(f"lesson=3&step=2&resume={query['resume']}")
-    for choice, rest in enumerate((0.0, 4.0, 25.0)):
-        drawn(opened, LIVELY + rest)
-        click(page, f"{choice + 1} ")
-        until(lambda: len(visitor_of(opened).session.posts) > 0)
-        # The writer takes up to `BEAT` more.
-        drawn(opened, 2.0 - BEAT)
-        record = find(opened.house.context.store, query)
-        assert record is not None and record.lessons is not None
-        assert [done.choice for done in from_json(record.lessons.progress).steps.values()] == [choice]

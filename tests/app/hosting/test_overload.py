@@ -16,7 +16,7 @@ from app.hosting.frame_loop import FrameLoop
 from app.hosting.workload import BAND, ENOUGH, Workload, affordable, places, step_seconds
 from app.page.operation import CALM
 from app.page.panels.controls import Controls
-from app.page.panels.server_load import ServerLoad, combined, load_pills
+from app.page.panels.server_load import ServerLoad, load_pills
 from app.session import session as session_module
 from app.session.actions import SetSetting
 from app.session.clock import FRAME, LEAST, SLOWEST
@@ -251,4 +251,3 @@ def test_more_than_the_machine_carries_is_seen_at_a_glance() -> None:
     calm, busy = ServerLoad(32, 5, 20, 40), ServerLoad(14, 28, 20, 140)
     assert load_pills(calm)[::2] == [("", "frames/s: 32"), ("go", "load: 40 %")]
     assert load_pills(busy)[2] == ("halt", "load: 140 %")
-    assert combined([calm, busy]) == ServerLoad(14, 33, 40, 140)

@@ -1,32 +1,25 @@
 """Connections that break: a tab that comes back finds everything as it was, and no other tab notices."""
 
 import gc
-import json
 import logging
 import os
-import sqlite3
 import threading
 from collections.abc import Callable
-from contextlib import closing, suppress
+from contextlib import suppress
 from operator import le
-from pathlib import Path
 from typing import Any
-from urllib.request import urlopen
 
 import msgspec
 import pytest
 
-from app.hosting import record_writer
-from app.hosting import visitor as visitor_module
-from app.hosting.store_file import StoreFile
 from app.lessons.bookmark import Phase
 from app.lessons.session.lesson_session import LessonSession
 from app.session.session import Session
 from app.settings import Settings
 from app.start import App
 from scenes.settings import changed
-from tests.app.conftest import Join, Made, OpenHouse, ask, live_sessions, private_of
-from tests.app.page.helpers import buttons, click, notes, page_label
+from tests.app.conftest import Made, OpenHouse, ask, live_sessions, private_of
+from tests.app.page.helpers import buttons, click, page_label
 from tests.blocking_client import BlockingClient
 
 WORD = "0123456789abcdef0123456789abcdef"
@@ -83,64 +76,10 @@ def tab(request: pytest.FixtureRequest) -> Callable[..., Tab]:
     return make
 
 
-def test_a_disk_that_cannot_be_written_is_said_once_and_the_session_goes_on(
-    house: OpenHouse, join: Join, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(record_writer, "AGAIN", 0.2)
-    monkeypatch.setattr(visitor_module, "SAVING", 0.1)
-    opened = house(store=tmp_path / "store")
-    store = opened.context.store
-    assert store._file is not None and store._file._file is not None
-    visitor = join(opened, f"resume={WORD}")
-    visitor.wait_for(lambda _: live_sessions(opened), 60.0)
-    (session,) = live_sessions(opened).values()
-    file = store._file._file
-    file.connection.execute("PRAGMA max_page_count = 1")
-    visitor.wait_for(lambda v: any("disk" in note for note in notes(v)), 60.0)
-    assert store._file._file is file, "it is still read"
-    file.connection.execute("PRAGMA max_page_count = 1000000")
-    steps = session.simulation.steps
-    visitor.wait_for(lambda _: not store.state.problem and session.simulation.steps > steps + 100, 60.0)
-    assert len([note for note in notes(visitor) if "disk" in note]) == 1
-
-
 def held() -> tuple[int, int]:
     """How many files and threads this process has."""
     gc.collect()
     return len(os.listdir("/proc/self/fd")) if os.path.isdir("/proc/self/fd") else 0, threading.active_count()
-
-
-def test_the_pages_say_that_the_store_was_damaged(house: OpenHouse, join: Join, tmp_path: Path) -> None:
-    opened = house(store=tmp_path / "store")
-    store = opened.context.store
-    assert store._file is not None and store._file._file is not None
-    visitor = join(opened, f"resume={WORD}")
-    assert not any("damaged" in note for note in notes(visitor))
-    with closing(sqlite3.connect(tmp_path / "store", timeout=60.0)) as file:
-        file.execute("DROP TABLE parts")
-    visitor.wait_for(lambda v: any("damaged" in note for note in notes(v)), 60.0)
-    later = join(opened, f"resume={WORD[::-1]}")
-    later.wait_for(lambda v: any("damaged" in note for note in notes(v)), 60.0)
-    assert store.state.set_aside and not store.state.problem
-    assert [len([note for note in notes(one) if "damaged" in note]) for one in (visitor, later)] == [1, 1]
-
-
-def test_the_health_names_what_is_wrong_with_the_store(house: OpenHouse, tmp_path: Path) -> None:
-    def state_with(store: Path | None) -> dict[str, object]:
-        with urlopen(f"{house(store=store).url}/healthz", timeout=60.0) as answer:
-            return json.load(answer)["store"]
-
-    whole, damaged = tmp_path / "whole", tmp_path / "damaged"
-    well = {"lasting": True, "problem": "", "set_aside": ""}
-    assert state_with(None) == {**well, "lasting": False}
-    assert state_with(whole) == well
-    StoreFile(damaged, 10**9).close()
-    damaged.write_bytes(damaged.read_bytes()[:9_000])
-    aside = str(state_with(damaged)["set_aside"])
-    assert (tmp_path / aside).stat().st_size == 9_000
-    (tmp_path / "file").touch()
-    # The path is the user's own.
-    assert state_with(tmp_path / "file" / "store") == {**well, "problem": "File exists"}
 
 
 @pytest.mark.thorough
@@ -247,4 +186,3 @@ def test_a_doubled_tab_does_not_undo_what_the_later_one_has_done(by_hand: Made) 
     opened.let_in(link)
     assert [one.session for one in host.visitors.values()] == [first, session] and session.settings == settings
     assert session.simulation.steps < steps
-    assert opened.house.context.store._records[WORD][0].settings == settings, "by another link only the record is found"

@@ -1,9 +1,8 @@
-"""What is computed beside the frames: a queue that keeps its promises, workers that die unnoticed, one pool for several processes."""
+"""What is computed beside the frames: a queue that keeps its promises, and workers that die unnoticed."""
 
 import logging
 import multiprocessing
 import os
-import secrets
 import subprocess
 import sys
 import threading
@@ -15,15 +14,12 @@ from typing import Any
 import pytest
 
 from app.runtime import job_pool
-from app.runtime.job_address import JobAddress, start_job_server
-from app.runtime.job_pool import BUSY, ENDED, Job, JobPool
-from app.runtime.shared_jobs import JobClient, JobServer
+from app.runtime.job_pool import BUSY, ENDED, Job, JobPool, Jobs
 from app.session.session import Session
 from tests.app.conftest import Join, OpenHouse, ask, live_sessions
 from tests.app.runtime.jobs import die, double, note, refuse, stumble, wait_for, who
 from tests.app.runtime.processes import gone, until
 from tests.blocking_client import BlockingClient
-from tests.test_imports import ROOT
 
 pytestmark = pytest.mark.slow
 
@@ -272,97 +268,16 @@ def test_a_house_computes_for_its_visitors_and_ends_it_all(house: OpenHouse, joi
     assert load(jobs)[1] == 0
 
 
-@pytest.fixture
-def address(tmp_path: Path) -> JobAddress:
-    return JobAddress(str(tmp_path / "jobs"), secrets.token_bytes(16))
+def test_a_running_job_is_stopped_by_a_newer_one(shared: JobPool, tmp_path: Path) -> None:
+    stop_by_a_newer_one(shared, tmp_path)
 
 
-@pytest.fixture
-def server(address: JobAddress) -> Iterator[JobServer]:
-    server = JobServer(address, 1)
-    yield server
-    server.close()
-
-
-@pytest.fixture
-def clients(address: JobAddress, server: JobServer) -> Iterator[tuple[JobClient, JobClient]]:
-    both = JobClient(address, lambda: None), JobClient(address, lambda: None)
-    yield both
-    for client in both:
-        client.close()
-
-
-def test_two_clients_share_one_pool_and_each_gets_its_own_results(
-    clients: tuple[JobClient, JobClient], server: JobServer, tmp_path: Path
-) -> None:
-    one, other = clients
-    news = threading.Event()
-    first, second = one.submit("me", "a", double, 1.0, wake=news.set), other.submit("me", "a", double, 2.0)
-    finish(first, second)
-    assert (first.result, second.result) == (2.0, 4.0) and news.wait(60.0)
-    failed = one.submit("me", "a", refuse), one.submit("me", "b", stumble), one.submit("me", "c", double, lambda: None)
-    finish(*failed)
-    assert [job.state for job in failed] == ["failed"] * 3 and all(job.message for job in failed)
-    assert server.pool.workers == 1 and load(server.pool) == (0, 0)
-    running = one.submit("me", "long", wait_for, tmp_path / "dispatcher")
-    begun(tmp_path)
-    waiting = other.submit("me", "b", note, tmp_path / "words", "other")
-    urgent = other.submit("me", "urgent", double, 3.0, urgent=True)
-    finish(urgent)
-    assert urgent.result == 6.0 and waiting.state == "waiting"
-    one.cancel("me")
-    finish(waiting)
-    assert running.state == "dropped" and (tmp_path / "words").read_text() == "other\n"
-
-
-@pytest.mark.parametrize("kind", ["pool", "client"])
-def test_a_running_job_is_stopped_by_a_newer_one(request: pytest.FixtureRequest, tmp_path: Path, kind: str) -> None:
-    jobs = request.getfixturevalue("shared") if kind == "pool" else request.getfixturevalue("clients")[0]
-    old = jobs.submit("me", "a", wait_for, tmp_path / "never")
-    begun(tmp_path)
+def stop_by_a_newer_one(jobs: Jobs, folder: Path) -> Job:
+    """Ask for a job in place of one that runs; return that."""
+    old = jobs.submit("me", "a", wait_for, folder / "never")
+    begun(folder)
     new = jobs.submit("me", "a", double, 4.0)
-    assert kind == "client" or old.state == "dropped"
+    assert old.state == "dropped"
     finish(new)
     assert new.result == 8.0 and old.state == "dropped" and old.result is None
-
-
-def test_a_client_that_goes_takes_its_jobs_along(clients: tuple[JobClient, JobClient], server: JobServer, tmp_path: Path) -> None:
-    one, other = clients
-    running = one.submit("me", "a", wait_for, tmp_path / "never")
-    begun(tmp_path)
-    one.close()
-    left = other.submit("me", "a", double, 5.0)
-    finish(left)
-    assert (running.state, left.result) == ("dropped", 10.0)
-    until(lambda: load(server.pool) == (0, 0))
-
-
-@pytest.mark.thorough
-def test_a_server_that_is_killed_is_started_again_with_the_next_job(
-    address: JobAddress, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # It has no current folder on its path, and what it computes here is a test's.
-    monkeypatch.setenv("PYTHONPATH", str(ROOT))
-    processes: list[subprocess.Popen[bytes]] = []
-
-    def start() -> None:
-        processes.append(start_job_server(address))
-
-    client = JobClient(address, start)
-    assert processes == []
-    try:
-        job = client.submit("me", "a", double, 1.0)
-        finish(job)
-        lost = client.submit("me", "a", wait_for, tmp_path / "never")
-        begun(tmp_path)
-        processes[0].kill()
-        finish(lost)
-        assert (lost.state, lost.message) == ("failed", ENDED)
-        again = client.submit("me", "a", double, 2.0)
-        finish(again)
-        assert (job.result, again.result, len(processes)) == (2.0, 4.0, 2)
-    finally:
-        client.close()
-        for process in processes:
-            process.kill()
-            process.communicate()
+    return old

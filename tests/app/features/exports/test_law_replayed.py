@@ -11,7 +11,7 @@ from app.features.exports.export_queue import ExportQueue, File
 from app.features.exports.player import player_html
 from app.features.exports.plot_pictures import picture_bytes
 from app.features.exports.recorded_curves import Curves
-from app.hosting.visitor_record import record_from_bytes, record_to_bytes
+from app.features.store.record_bytes import record_from_bytes, record_to_bytes
 from app.recording.run_file import load_run, saved_bytes
 from app.session.frame import freeze
 from app.session.session import Session

@@ -24,7 +24,7 @@ from app.features.lab_report.lab_report import (
 )
 from app.features.lab_report.lab_report_box import LabReportBox, ask_report
 from app.features.lab_report.report_html import LOCKED
-from app.hosting.session_store import SessionStore
+from app.features.store.session_store import SessionStore
 from app.hosting.visitor import open_link
 from app.hosting.visitor_record import VisitorRecord
 from app.lessons.bookmark import Phase

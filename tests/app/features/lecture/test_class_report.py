@@ -17,7 +17,7 @@ from app.features.lecture.class_report import COLUMNS, class_report_bytes, class
 from app.features.lecture.class_summary import ClassSummary, HandIn
 from app.features.lecture.classroom import Classroom
 from app.features.lecture.student_work import clean_name
-from app.hosting.visitor_record import record_from_bytes, record_to_bytes
+from app.features.store.record_bytes import record_from_bytes, record_to_bytes
 from app.i18n.catalogue import words_of
 from app.lessons.lesson import LessonBook
 from app.lessons.library import Library

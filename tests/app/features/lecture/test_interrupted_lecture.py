@@ -13,9 +13,10 @@ from app.features.lecture.class_record import NAME, ClassRecord, class_of, inter
 from app.features.lecture.class_summary import HandIn
 from app.features.lecture.lecture_record import _summary_in
 from app.features.lecture.teacher_control import Answer
-from app.hosting.record_writer import RecordWriter
-from app.hosting.session_store import SessionStore
-from app.hosting.visitor_record import VisitorRecord, record_to_bytes, visitor_from_bytes, with_part
+from app.features.store.record_bytes import record_to_bytes, visitor_from_bytes
+from app.features.store.record_writer import RecordWriter
+from app.features.store.session_store import SessionStore, store_of
+from app.hosting.visitor_record import VisitorRecord, with_part
 from app.lessons.bookmark import OpenSteps
 from app.lessons.progress import Progress, StepProgress, to_json
 from app.lessons.tally import Ballot
@@ -52,7 +53,7 @@ def test_a_lecture_that_breaks_off_goes_on_and_one_that_has_ended_does_not(house
     ask(host.session, lambda s: s.change("dm", 0.12))
 
     def stored() -> bool:
-        record = interrupted(first.context.store)
+        record = interrupted(store_of(first.context))
         room = None if record is None else class_of(record)
         return (
             record is not None
@@ -63,7 +64,7 @@ def test_a_lecture_that_breaks_off_goes_on_and_one_that_has_ended_does_not(house
         )
 
     teacher.wait_for(lambda _: stored())
-    record = interrupted(first.context.store)
+    record = interrupted(store_of(first.context))
     first.close()
     ended = house(lecture=True, store=path, key="chalk")
     assert not lecture_of(ended).lessons.open and not lecture_of(ended).classroom.ballots.rounds

@@ -7,8 +7,8 @@ import pytest
 
 from app.__main__ import run_command as main
 from app.features.lecture.lecture_options import LectureOptions
+from app.features.workers.worker_messages import WorkerStart
 from app.hosting.serve_options import ServeOptions
-from app.hosting.worker_messages import WorkerStart
 from app.runtime.terminal import INTERRUPTED
 from app.start import App
 from tests.app.cli.test_commands import refused
@@ -49,7 +49,7 @@ def test_alone_or_behind_the_door_the_app_gets_what_the_command_was_given(monkey
         alone(pickle.loads(pickle.dumps(start)).options)
 
     monkeypatch.setattr("app.start.start_app", alone)
-    monkeypatch.setattr("app.cli.serve.Dispatcher", behind)
+    monkeypatch.setattr("app.features.workers.start.Dispatcher", behind)
     given = ["serve", "--store", "memory", "--port", "0"]
     for workers in ("1", "2"):
         assert main([*given, "--lecture", "--watchers", "7", "--students", "60", "--workers", workers]) == INTERRUPTED

@@ -16,18 +16,20 @@ from app.features.lecture.class_messages import ClassState, Exploring, Present
 from app.features.lecture.class_summary import HandIn
 from app.features.lecture.classroom import Classroom
 from app.features.lecture.lecture import LectureHost
+from app.features.workers.worker_messages import ForTab, Replaced, WorkerLink
 from app.hosting import visitor as visitor_module
 from app.hosting.visitor_record import VisitorRecord
-from app.hosting.worker_messages import ForTab, Replaced, WorkerLink
 from app.page.panels.server_load import ServerLoad
 from app.settings import Settings
 from app.web.server import MOVED_CODE
 from tests.app.conftest import Made
 from tests.app.features.lecture.lecture_room import choose, command, drawn_name, sees, sessions_of, tab_of
-from tests.app.hosting.test_workers import worker_of
+from tests.app.features.store.kept import kept
+from tests.app.features.workers.served import Serve, Served
+from tests.app.features.workers.test_workers import worker_of
 from tests.app.page.helpers import bodies, buttons, click, open_lessons, shown
 from tests.app.runtime.processes import until
-from tests.app.served import Serve, Served, has_arms, kept
+from tests.app.served import has_arms
 from tests.app.web.conftest import ended
 from tests.blocking_client import BlockingClient
 
@@ -264,7 +266,9 @@ def test_what_a_student_did_last_is_kept_when_the_server_ends(
     for period in ("SAVING", "SAVING_AT_REST"):
         monkeypatch.setattr(visitor_module, period, inf)
     ann, link = tab_of("ann"), WorkerLink(1, lambda message: None) if elsewhere else None
-    opened = by_hand(lecture=True, key="chalk-and-talk", sessions=8, store=tmp_path / "store", link=link)
+    opened = by_hand(
+        lecture=True, key="chalk-and-talk", sessions=8, store=tmp_path / "store", started_with=() if link is None else (link,)
+    )
     host = opened.host
     assert isinstance(host, LectureHost | BreakoutHost)
     if link is not None:

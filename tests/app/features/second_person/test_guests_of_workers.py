@@ -10,9 +10,10 @@ from app.session.parts import SessionParts
 from app.session.session import Session
 from app.settings import JOIN, Settings
 from tests.app.features.second_person.test_guests import INVITE, ON_STAGE, came_again, enter, see, word_on
-from tests.app.hosting.test_workers import HOLD, come, pause, wait_for_second_worker, worker_of
+from tests.app.features.store.kept import kept
+from tests.app.features.workers.served import Serve
+from tests.app.features.workers.test_workers import HOLD, come, pause, wait_for_second_worker, worker_of
 from tests.app.page.helpers import click, shown
-from tests.app.served import Serve, kept
 
 pytestmark = [pytest.mark.slow, pytest.mark.thorough]
 

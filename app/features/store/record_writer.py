@@ -1,0 +1,290 @@
+"""Writes and reads visitors' records in a thread of its own, so that no frame waits for the disk."""
+
+import fcntl
+import logging
+import threading
+import time
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
+from contextlib import suppress
+from dataclasses import dataclass, field
+from math import inf
+from pathlib import Path
+from typing import Final
+
+from app.features.store.record_bytes import (
+    DamagedRecord,
+    joined_record,
+    record_from_bytes,
+    record_to_bytes,
+    split_record,
+    visitor_from_bytes,
+)
+from app.features.store.store_file import Change, StoreFile, StoreLock, is_passing, still_reads
+from app.features.store.store_mending import is_usable, last_aside, mending, set_aside
+from app.hosting.visitor_record import VisitorRecord, tab_id
+from app.runtime.throttled_log import ThrottledLog
+from app.web.traffic_limits import remember
+from scenes.inputs import Recorded
+
+log = logging.getLogger("duet.store")
+
+BEAT: Final = 0.5
+"""Time between two looks at what is to be written [s]."""
+
+AGAIN: Final = 5.0
+"""Time after which writing is tried again when it has failed [s]."""
+
+CLEANING: Final = 60.0
+"""Time between two looks for what is too old or too much [s]."""
+
+MOST_WAITING: Final = 32
+"""Records that wait for a disk that cannot be written; the oldest makes room."""
+
+
+@dataclass
+class _Written:
+    """What the file holds of a tab: its head as bytes, and its parts as the objects that they were made from."""
+
+    head: bytes = b""
+    parts: Mapping[str, Recorded | None] = field(default_factory=dict)
+    saved: float = 0.0
+
+
+class RecordWriter:
+    """Keeps records in a file. `put` and `ask` return at once, from any thread.
+
+    A file that cannot be used is set aside, and what can be read of it goes on; one that cannot be written is tried again every `AGAIN`.
+
+    Args:
+        path: of the file.
+        keep: how long a record is kept after its last change [s].
+        most_bytes: of the file.
+        owned: whether this process takes the lock of the file, or belongs to a server that holds it.
+        clock: returns the time [s since 1970].
+
+    Attributes:
+        problem: why records cannot be written now; "" if they can.
+        aside: name of the damaged file that was set aside last, and when [s since 1970]; "" and 0 if there is none.
+
+    Raises:
+        StoreRefused: another server or program has the file.
+    """
+
+    def __init__(
+        self, path: Path, keep: float, most_bytes: int, *, owned: bool = True, clock: Callable[[], float] = time.time
+    ) -> None:
+        self.path, self.problem, self.aside = path, "", ("", 0.0)
+        self._retention, self._most_bytes, self._owned, self._clock = keep, most_bytes, owned, clock
+        self._lock: StoreLock | None = None
+        self._file: StoreFile | None = None
+        self._waiting: dict[str, VisitorRecord] = {}
+        self._asked: list[tuple[str, Future[VisitorRecord | None]]] = []
+        self._written: dict[str, _Written] = {}
+        # Tabs that may have a record that could not be read: it is not overwritten.
+        self._unread: set[str] = set()
+        self._guard, self._wake, self._ended = threading.Lock(), threading.Event(), False
+        self._failed_at = self._cleaned_at = self._replaced_at = -inf
+        self._errors = ThrottledLog(log)
+        if owned:
+            # Where there can be no lock there can be no file, which is said below.
+            with suppress(OSError):
+                self._lock = StoreLock(path)
+        self._try(self._open)
+        self._thread = threading.Thread(target=self._run, name="duet-store", daemon=True)
+        self._thread.start()
+
+    def put(self, tab: str, record: VisitorRecord) -> None:
+        """Queue a record, which is written instead of the tab's earlier one."""
+        with self._guard:
+            remember(self._waiting, tab, record, MOST_WAITING if self.problem else inf)
+
+    def ask(self, tab: str) -> "Future[VisitorRecord | None]":
+        """Queue the reading of a tab's record; its result is None if there is none, or none that can be read."""
+        answer: Future[VisitorRecord | None] = Future()
+        with self._guard:
+            self._asked.append((tab, answer))
+        self._wake.set()
+        return answer
+
+    def close(self) -> None:
+        """Write everything that waits, and close the file."""
+        self._ended = True
+        self._wake.set()
+        self._thread.join()
+
+    # ---- in the thread -----------------------------------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        while not self._ended:
+            self._wake.wait(BEAT)
+            self._wake.clear()
+            self._turn()
+        for _ in range(2):
+            # Also into a file that is new since the first time.
+            self._failed_at = -inf
+            self._turn()
+        self._close_file()
+        if self._lock is not None:
+            self._lock.release()
+
+    def _turn(self) -> None:
+        now = self._clock()
+        # The clock may have been set back.
+        if abs(now - self._failed_at) >= AGAIN:
+            self._try(self._write)
+            if abs(now - self._cleaned_at) >= CLEANING:
+                self._cleaned_at = now
+                self._try(self._clean)
+        with self._guard:
+            asked, self._asked = self._asked, []
+        for tab, answer in asked:
+            answer.set_result(self._read(tab))
+
+    def _try(self, work: Callable[[], None]) -> None:
+        """Do something with the file; what goes wrong is said and tried again."""
+        try:
+            work()
+        except Exception as error:
+            self._failed(error)
+
+    def _failed(self, error: Exception) -> None:
+        """Set the file aside if its content is at fault; else try again later."""
+        if still_reads(error):
+            # Visitors who come back meanwhile are to find what they left.
+            self._wait(error)
+            return
+        found_open = self._file is not None and not self._file.is_replaced()
+        self._close_file()
+        # A second fault so soon is not the old file's.
+        if is_passing(error) or abs(self._clock() - self._replaced_at) < CLEANING:
+            self._wait(error)
+            return
+        try:
+            with mending(self.path):
+                # Another worker may have done it meanwhile.
+                if found_open or not is_usable(self.path, self._most_bytes):
+                    self._replaced_at = self._clock()
+                    aside, count = set_aside(self.path, self._most_bytes, self._replaced_at)
+                    log.warning(
+                        "the file of visitors %s is damaged (%s); it is now %s, and its %d readable records go on in a new one",
+                        *(self.path, error, aside.name, count),
+                    )
+            self._open()
+        except Exception as trouble:
+            self._wait(trouble)
+
+    def _wait(self, error: Exception) -> None:
+        self._failed_at = self._clock()
+        if not self.problem:
+            log.warning("visitors' records cannot be written to %s (%s); it is tried again", self.path, error)
+        # Without the path: anybody may read it.
+        self.problem = (error.strerror if isinstance(error, OSError) else None) or str(error)
+
+    def _open(self) -> None:
+        if self._lock is None and self._owned:
+            self._lock = StoreLock(self.path)
+        if self._file is not None and self._file.is_replaced():
+            # Another worker has found it damaged.
+            self._close_file()
+        if self._file is None:
+            with mending(self.path, fcntl.LOCK_SH):
+                self._file = StoreFile(self.path, self._most_bytes)
+            # By this process or another one.
+            self.aside = last_aside(self.path)
+            self._file.clean(self._clock(), self._retention)
+
+    def _close_file(self) -> None:
+        self._written.clear()
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+    def _write(self) -> None:
+        with self._guard:
+            waiting, self._waiting = self._waiting, {}
+        try:
+            self._open()
+            news = {tab: new for tab, record in waiting.items() if (new := self._news(tab, record)) is not None}
+            if news:
+                self._opened.write(change for change, _ in news.values())
+        except Exception:
+            with self._guard:
+                # What has come meanwhile is newer.
+                self._waiting = {**waiting, **self._waiting}
+            raise
+        self._written |= {tab: written for tab, (_, written) in news.items()}
+        if self.problem:
+            log.info("visitors' records are written to %s again", self.path)
+            self.problem = ""
+
+    def _news(self, tab: str, record: VisitorRecord) -> tuple[Change, _Written] | None:
+        """Return what is new of a record, and what the file then holds of it; None for nothing that can be written."""
+        before, now = self._written.get(tab), self._clock()
+        if before is None:
+            # One that was not written lately: the names of its parts are known.
+            if tab in self._unread and self._opened.read(tab) is not None:
+                return None
+            self._unread.discard(tab)
+            before = _Written(parts=dict.fromkeys(self._opened.names(tab)))
+        try:
+            whole, parts = split_record(record)
+            head = record_to_bytes(whole)
+            new = {name: record_to_bytes(piece) for name, piece in parts.items() if before.parts.get(name) is not piece}
+        except Exception as error:
+            self._errors.exception("a visitor's record cannot be written", error)
+            return None
+        gone = before.parts.keys() - parts.keys()
+        if head == before.head and not new and not gone and abs(now - before.saved) < CLEANING:
+            return None
+        return Change(tab, now, head, new, gone), _Written(head, parts, now)
+
+    def _clean(self) -> None:
+        now = self._clock()
+        self._written = {tab: one for tab, one in self._written.items() if abs(now - one.saved) < 2.0 * CLEANING}
+        if self._file is not None:
+            for tab in self._file.clean(now, self._retention):
+                self._written.pop(tab, None)
+
+    def _read(self, tab: str) -> VisitorRecord | None:
+        with self._guard:
+            waiting = self._waiting.get(tab)
+        if waiting is not None:
+            return waiting
+        try:
+            found = self._found(tab)
+            if found is None or found[0] < self._clock() - self._retention:
+                return None
+            record = visitor_from_bytes(found[1])
+            if tab_id(record.query) != tab_id({"resume": tab}):
+                raise DamagedRecord("it is of another tab")
+            parts: dict[str, Recorded] = {}
+            for name, content in found[2].items():
+                try:
+                    parts[name] = record_from_bytes(content, Recorded)
+                except DamagedRecord as error:
+                    log.warning("a part of a visitor's record in %s cannot be read (%s)", self.path, error)
+            self._written[tab] = _Written(found[1], parts, found[0])
+            return joined_record(record, parts)
+        except Exception as error:
+            log.warning("a visitor's record in %s cannot be read (%s)", self.path, error)
+            return None
+
+    def _found(self, tab: str) -> tuple[float, bytes, dict[str, bytes]] | None:
+        """Return what the file has of a tab; if it is damaged, what could be read of it."""
+        self._unread.add(tab)
+        try:
+            found = self._opened.read(tab)
+        except Exception as error:
+            if is_passing(error):
+                raise
+            self._failed(error)
+            found = self._opened.read(tab)
+        self._unread.discard(tab)
+        return found
+
+    @property
+    def _opened(self) -> StoreFile:
+        if self._file is None:
+            raise OSError(self.problem)
+        return self._file

@@ -1,0 +1,34 @@
+"""Which file a server keeps its visitors in where none is named: several servers of one computer have one each."""
+
+from pathlib import Path
+from typing import Final
+
+from app.features.store.store_file import StoreLock, StoreTaken
+
+MOST_SERVERS: Final = 32
+"""Files that are tried; one for each server at once."""
+
+
+def chosen_store(usual: Path, port: int) -> tuple[Path, StoreLock]:
+    """Take a file for the server at a port, and lock it.
+
+    It is the one that the last server at this port had, as browsers bring their work back to an address; else the first free one of
+    `usual` and its neighbours (`visitors.sqlite`, `visitors-2.sqlite`, …).
+
+    Raises:
+        StoreTaken: as many servers run as there are files.
+        StoreRefused: what is there is not a store.
+        OSError: there can be no file.
+    """
+    files = [usual, *(usual.with_stem(f"{usual.stem}-{number}") for number in range(2, MOST_SERVERS + 1))]
+    # The sort is stable: the others stay in their order.
+    for path in sorted(files, key=lambda path: StoreLock.last_port(path) != port):
+        try:
+            lock = StoreLock(path)
+        except StoreTaken:
+            continue
+        lock.note_port(port)
+        return path, lock
+    raise StoreTaken(
+        f"{MOST_SERVERS} servers keep their visitors in {usual.parent} already; end one of them, or give this one --store memory."
+    )

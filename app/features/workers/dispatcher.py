@@ -1,0 +1,151 @@
+"""The process that listens: it looks at the head of every request, and hands the connection to the worker that has the tab.
+
+What goes over a connection never passes here. Imports nothing slow, so that a single visitor pays nothing for it.
+"""
+
+import asyncio
+import logging
+import re
+import signal
+import socket
+import time
+from collections.abc import Callable
+from time import monotonic
+from typing import Any, Final
+
+from app.features.workers.worker_group import WorkerGroup
+from app.features.workers.worker_messages import WorkerStart
+from app.settings import JOIN
+from app.web.traffic_limits import BoundedQueue
+
+log = logging.getLogger("duet.workers")
+
+HEAD: Final = 8192
+"""What is read of a request to find the end of its head [bytes]; the worker gets a longer one as it is."""
+
+SLOW: Final = 10.0
+"""Time in which the head has to arrive [s]."""
+
+GLANCE: Final = 0.05
+"""Time between two looks at a head that has arrived in part [s]."""
+
+MOST_UNREAD, MOST_OF_ADDRESS, MOST_OF_TAB = 300, 150, 8
+"""Connections at once without a whole head: in all, from one address, and of one tab; the oldest makes room."""
+
+_WORD: Final = {
+    key: re.compile(rb"^[A-Z]+ [^ ]*[?&]" + key.encode() + rb"=([a-z0-9]{16,64})(?:[&# ]|$)") for key in ("resume", JOIN)
+}
+_REQUEST: Final = re.compile(rb"[A-Z-]+ [^ ]+ HTTP/1\.1\r?")
+_END: Final = re.compile(rb"\n\r?\n")
+
+
+def tab_of(line: bytes, key: str = "resume") -> str:
+    """Return the id of the tab in the first line of a request, or, with the key `JOIN`, the word of its link; "" if it has none."""
+    found = _WORD[key].match(line)
+    return found[1].decode() if found else ""
+
+
+class Dispatcher:
+    """Listens for a group of workers.
+
+    Args:
+        listener: a socket that listens.
+        start: what every worker serves.
+        most: see `WorkerGroup`.
+    """
+
+    def __init__(self, listener: socket.socket, start: WorkerStart, most: int) -> None:
+        listener.setblocking(False)
+        self._listener = listener
+        self._unread = BoundedQueue["asyncio.Task[Any]"](MOST_UNREAD, MOST_OF_ADDRESS, MOST_OF_TAB)
+        self._runner = asyncio.Runner()
+        self._group = WorkerGroup(self._runner.get_loop(), start, most)
+
+    def run(self, ready: Callable[[int], None]) -> None:
+        """Serve until an exception, such as Ctrl+C; renew the workers at every SIGUSR1.
+
+        Args:
+            ready: called once, when the first worker serves, with the number of places.
+
+        Raises:
+            DuetError: the first worker cannot start.
+        """
+        self._runner.run(self._serve(ready))
+
+    def close(self, goes_on: bool = False) -> None:
+        """Stop to listen, and end the workers when they have saved everything. `goes_on`: see `Stop`."""
+        self._listener.close()
+        self._runner.close()
+        # There is nothing to renew any more.
+        signal.signal(signal.SIGUSR1, signal.SIG_IGN)
+        self._group.close(goes_on)
+
+    async def _serve(self, ready: Callable[[int], None]) -> None:
+        loop = asyncio.get_running_loop()
+        loop.add_signal_handler(signal.SIGUSR1, self._group.renew)
+        loop.add_reader(self._listener, self._accept)
+        ready(await self._group.places)
+        await self._group.look_after()
+
+    def _accept(self) -> None:
+        try:
+            connection, (address, *_) = self._listener.accept()
+        except (BlockingIOError, ConnectionAbortedError):
+            return
+        except OSError as error:
+            # Without a free descriptor this would be tried again at once, and again.
+            log.warning("a connection cannot be accepted: %s", error)
+            time.sleep(GLANCE)
+            return
+        connection.setblocking(False)
+        self._enter(asyncio.get_running_loop().create_task(self._pass_on(connection, address)), address)
+
+    def _enter(self, waiting: "asyncio.Task[Any]", address: str, tab: str = "") -> None:
+        oldest = self._unread.enter(waiting, address, tab)
+        if oldest is not None:
+            oldest.cancel()
+
+    async def _pass_on(self, connection: socket.socket, address: str) -> None:
+        """Give a connection to the worker of its tab once the head of its request is here; drop one that is too slow, or makes room."""
+        this = asyncio.current_task()
+        assert this is not None
+        try:
+            async with asyncio.timeout(SLOW):
+                await _readable(connection)
+                line, whole = _begun(connection)
+                while not whole:
+                    self._enter(this, address, tab_of(line))
+                    # It would be readable all the time.
+                    await asyncio.sleep(GLANCE)
+                    line, whole = _begun(connection)
+        except (OSError, asyncio.CancelledError):
+            connection.close()
+            return
+        finally:
+            self._unread.leave(this)
+        tab = tab_of(line)
+        self._group.worker_of(tab, tab_of(line, JOIN)).take(connection, monotonic(), address, tab)
+
+
+async def _readable(connection: socket.socket) -> None:
+    """Return when something has arrived."""
+    loop, arrived = asyncio.get_running_loop(), asyncio.Event()
+    loop.add_reader(connection, arrived.set)
+    try:
+        await arrived.wait()
+    finally:
+        loop.remove_reader(connection)
+
+
+def _begun(connection: socket.socket) -> tuple[bytes, bool]:
+    """Return the first line of what has arrived, which stays to be read by the worker, and whether the head is whole.
+
+    Raises:
+        OSError: the browser has gone.
+    """
+    found = connection.recv(HEAD, socket.MSG_PEEK)
+    if not found:
+        raise ConnectionAbortedError
+    line, end, _ = found.partition(b"\n")
+    # What is no request has no head; the worker refuses it.
+    return line, bool(_END.search(found) or (end and not _REQUEST.fullmatch(line)) or len(found) == HEAD)

@@ -1,0 +1,25 @@
+"""Where processes find the pool of jobs that they share, and how it is started; imports nothing slow."""
+
+import subprocess
+from pathlib import Path
+from typing import NamedTuple
+
+from controllers.own_packages import own_command
+
+
+class JobAddress(NamedTuple):
+    """Path of a Unix socket, and the secret that both sides know."""
+
+    path: str
+    secret: bytes
+
+
+def start_job_server(address: JobAddress) -> "subprocess.Popen[bytes]":
+    """Start a process that runs jobs until its standard input is closed; see `app.features.workers.shared_jobs.main`."""
+    # An earlier one may have been killed.
+    Path(address.path).unlink(missing_ok=True)
+    process = subprocess.Popen(own_command("app.features.workers.shared_jobs"), stdin=subprocess.PIPE, process_group=0)
+    assert process.stdin is not None
+    process.stdin.write(f"{address.path} {address.secret.hex()}\n".encode())
+    process.stdin.flush()
+    return process

@@ -1,0 +1,50 @@
+"""Serves the page in worker processes; this process only listens. Imports nothing slow."""
+
+import signal
+import socket
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from app.feature import Feature
+from app.features.workers.dispatcher import Dispatcher
+from app.features.workers.worker_messages import WorkerStart
+from app.features.workers.worker_options import WorkerOptions
+from app.hosting.serve_options import ServeOptions
+from app.runtime.progress import cores
+from app.runtime.terminal import terminated
+from scenes.setting_spec import added_choices
+
+
+def serve_with_workers(
+    options: ServeOptions, listener: socket.socket, features: Sequence[Feature], announce: Callable[[int], None]
+) -> bool:
+    """Serve until Ctrl+C; return False at once if the page is to be served in this process.
+
+    Args:
+        features: those of the server.
+        announce: called once, when the first worker serves, with the number of places.
+
+    Raises:
+        BadSetting: see `WorkerOptions.count`.
+    """
+    most = options.of(WorkerOptions).count(options)
+    if most == 1:
+        if hasattr(signal, "SIGUSR1"):
+            # There are no workers to replace.
+            signal.signal(signal.SIGUSR1, signal.SIG_IGN)
+        return False
+    # The robots that were read from files are known to this process only.
+    given = None
+    if added_choices():
+        from scenes.robots.robot_files import given_at_start
+
+        given = given_at_start()
+    options = replace(options, loops=min(most, cores()))
+    dispatcher = Dispatcher(listener, WorkerStart(options, given, tuple(features)), most)
+    try:
+        dispatcher.run(announce)
+    except BaseException as error:
+        # After a fault a shared session goes on with the next server, as it does after SIGTERM.
+        dispatcher.close(isinstance(error, Exception) or terminated())
+        raise
+    return True

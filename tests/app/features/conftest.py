@@ -1,0 +1,23 @@
+"""Servers in processes of their own, for features that try what they do in several."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from tests.app.features.workers.served import Serve, Served
+
+
+@pytest.fixture
+def serve(request: pytest.FixtureRequest, tmp_path: Path) -> "Serve":
+    """`serve("--workers", "2")` starts the command with the test's store."""
+    # With the feature `workers` its tests go, too.
+    from tests.app.features.workers.served import Served
+
+    def make(*options: str) -> "Served":
+        served = Served(tmp_path, *options)
+        request.addfinalizer(served.close)
+        return served
+
+    return make

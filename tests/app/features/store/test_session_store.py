@@ -1,0 +1,248 @@
+"""What a visitor left behind: kept for the own tab, for a while, in a bounded number; a record goes on from its bytes to the same bits."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple, cast
+
+import msgspec
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from app.features.store.record_bytes import (
+    DamagedRecord,
+    joined_record,
+    record_from_bytes,
+    record_to_bytes,
+    split_record,
+    visitor_from_bytes,
+)
+from app.features.store.session_store import MOST_RECORDS, SessionStore
+from app.hosting.parking import AWAY
+from app.hosting.visitor import open_link, run_again
+from app.hosting.visitor_record import VisitorRecord, part_of, with_part
+from app.lessons.bookmark import Phase
+from app.lessons.loading import load_lessons
+from app.lessons.progress import SavedLesson
+from app.lessons.session.lesson_actions import Choose, Press
+from app.lessons.session.lesson_session import LessonSession
+from app.session.frame import make_frame
+from app.session.session import Session
+from app.settings import Settings
+from scenes.inputs import Recorded, RecordedPerson
+from scenes.rerun import rerun
+from scenes.settings import changed
+from tests.app.stores import find
+from tests.scenes.helpers import with_values
+
+TAB = "0123456789abcdef0123456789abcdef"
+LINK = {"resume": TAB, "dm": "0.2", "window": "800x600"}
+LESSONS = cast(LessonSession, None)
+
+
+def test_nothing_is_read_where_the_live_session_waits() -> None:
+    store, session = SessionStore(), Session(Settings())
+    store.save(VisitorRecord(LINK, Settings(), None))
+    store.park(LINK, session, LESSONS)
+    assert find(store, LINK) is None and find(store, {**LINK, "dm": "0.3"}) is not None
+    assert store.alone_has(LINK) and store.claim({**LINK, "window": "390x844"}) == (session, LESSONS)
+    assert find(store, LINK) is not None and store.alone_has(LINK) and not store.alone_has({"resume": TAB[::-1]})
+    store.close()
+
+
+@pytest.mark.parametrize("keep", [AWAY, math.inf])
+def test_a_record_is_found_by_its_own_tab_with_any_link(keep: float) -> None:
+    now = 0.0
+    store = SessionStore(keep, lambda: now)
+    mine, theirs = (
+        VisitorRecord({"resume": tab}, changed(Settings(), "dm", dm), None) for tab, dm in ((TAB, 0.11), ("f" * 16, 0.22))
+    )
+    for record in (mine, theirs, VisitorRecord({"resume": "../../etc"}, Settings(), None)):
+        store.save(record)
+    now = AWAY - 1.0
+    assert find(store, {**LINK, "lesson": "4"}) is mine and find(store, theirs.query) is theirs
+    assert find(store, {"resume": TAB[::-1]}) is find(store, {}) is find(store, {"resume": "../../etc"}) is None
+    now = AWAY + 1.0
+    assert (find(store, LINK) is mine) == (keep == math.inf)
+    for number in range(MOST_RECORDS):
+        store.save(VisitorRecord({"resume": f"{number:016d}"}, Settings(), None))
+    assert find(store, LINK) is None and find(store, {"resume": f"{0:016d}"}) is not None
+
+
+def tab(number: int) -> str:
+    return f"{number:016d}"
+
+
+def session_of(seconds: float = 1.5, **keys: object) -> Session:
+    """A session that has run so long, in parts as if it had been stored in between."""
+    session = Session(with_values(Settings(), **keys))
+    while session.simulation.time < seconds:
+        session.advance(0.05, 60.0)
+        session.state()
+    return session
+
+
+def record_of(session: Session, number: int = 0, lessons: SavedLesson | None = None) -> VisitorRecord:
+    return VisitorRecord({"resume": tab(number)}, session.settings, lessons, session.state())
+
+
+def again(record: VisitorRecord) -> VisitorRecord:
+    """The record after a way through its bytes."""
+    head, parts = split_record(record)
+    stored = {name: record_from_bytes(record_to_bytes(piece), Recorded) for name, piece in parts.items()}
+    return joined_record(visitor_from_bytes(record_to_bytes(head)), stored)
+
+
+def content(record: VisitorRecord) -> tuple[bytes, dict[str, bytes]]:
+    head, parts = split_record(record)
+    return record_to_bytes(head), {name: record_to_bytes(piece) for name, piece in parts.items()}
+
+
+@pytest.fixture(scope="module")
+def short() -> Session:
+    return session_of(0.6, ghost="unprotected")
+
+
+WORDS = st.text(st.characters(exclude_categories=["Cs"]), max_size=20)
+
+
+NAMES = st.from_regex(r"[a-z0-9-]{1,12}", fullmatch=True)
+
+
+STEPS = st.tuples(NAMES, NAMES)
+
+
+@given(
+    query=st.dictionaries(NAMES, WORDS, max_size=3),
+    progress=WORDS,
+    said=st.dictionaries(STEPS, st.lists(st.none() | st.floats(allow_nan=False), max_size=3).map(tuple), max_size=3),
+    names=st.lists(STEPS, max_size=2, unique=True),
+    dm=st.floats(0.03, 0.3),
+    flags=st.tuples(*[st.booleans()] * 3),
+)
+@settings(max_examples=25, deadline=None)
+def test_a_record_comes_back_as_it_was(short: Session, query, progress, said, names, dm, flags) -> None:
+    own, piece = changed(Settings(), "dm", dm), short.state().run.pieces[0]
+    hands, people = dict.fromkeys(names, piece), {name: RecordedPerson(piece) for name, _ in names}
+    lessons = SavedLesson(progress, own, flags[0], hands, own if flags[1] else None, people, said, flags[2])
+    record = VisitorRecord({"resume": tab(1), **query}, own, lessons, short.state())
+    back = again(record)
+    assert content(back) == content(record)
+    assert back.settings == own and back.lessons is not None
+    assert replace(back.lessons, seen={}, kept={}) == replace(lessons, seen={}, kept={})
+    assert back.lessons.seen.keys() == set(names) and "key" not in back.query
+
+
+RUNS = {
+    "hold, a ghost": {"ghost": "unprotected"},
+    "hold, a slow robot": {"dead": 0.02, "fps": 20.0},
+    "ball": {"scene": "ball", "ball": "cross"},
+    "master and slave": {"scene": "master_slave"},
+    "imitation": {"scene": "imitation", "law": "potential_field"},
+}
+
+
+@pytest.mark.parametrize("history", [0.0, 60.0])
+@pytest.mark.parametrize("keys", RUNS.values(), ids=list(RUNS))
+def test_a_session_goes_on_to_the_same_bits(keys: dict[str, object], history: float) -> None:
+    session = session_of(2.2, **keys)
+    session.change("dm", 0.13)
+    session.halt.set("visitor")
+    back = again(record_of(session))
+    assert back.state is not None
+    other = Session(back.settings)
+    list(other.go_on_from(back.state, history))
+    logged, kept = other.inputs.window(), session.inputs.window()
+    assert other.paused and logged is not None and kept is not None and logged.seconds == pytest.approx(kept.seconds)
+    if history:
+        assert other.simulation.history.table().tobytes() == session.simulation.history.table().tobytes()
+    for one in (session, other):
+        one.toggle_pause()
+        for _ in range(10):
+            one.advance(0.05, 60.0)
+    pairs = [(session.simulation, other.simulation), (session.ghost, other.ghost)]
+    for mine, theirs in [pair for pair in pairs if pair[0] is not None]:
+        assert theirs is not None and mine is not None and mine.steps > 500
+        assert (mine.steps, mine.time, mine.positions.tobytes()) == (theirs.steps, theirs.time, theirs.positions.tobytes())
+    recorded = other.inputs.window()
+    assert recorded is not None and recorded.begin == 0.0 and recorded.steps == other.simulation.steps
+    assert rerun(recorded).table[-1].tobytes() == other.simulation.history.table()[-1].tobytes()
+
+
+def test_where_a_piece_is_missing_only_the_newer_ones_count_and_what_is_damaged_is_noticed() -> None:
+    session = session_of(1.0)
+    record = record_of(session)
+    head, parts = split_record(record)
+    assert len(parts) > 10
+    names = sorted(parts)
+    del parts[names[3]]
+    back = joined_record(head, parts)
+    assert back.state is not None and back.state.run.pieces == tuple(parts[name] for name in names[4:])
+    data = record_to_bytes(head)
+    for damaged in (b"", data[:-5], data[:9] + bytes([data[9] ^ 1]) + data[10:], record_to_bytes({"query": 1})):
+        with pytest.raises(DamagedRecord):
+            visitor_from_bytes(damaged)
+
+
+@pytest.mark.parametrize("ghost", ["off", "unprotected"])
+def test_a_lessons_run_that_breaks_off_comes_to_the_same_outcome(ghost: str) -> None:
+    book, link = load_lessons(), {"resume": tab(1), "lesson": "3", "step": "2"}
+
+    def run(session: Session, lessons: LessonSession, until: Callable[[], bool]) -> None:
+        while not until():
+            make_frame(session, lessons.decide, 0.0, 0.05, 60.0)
+
+    session = Session(Settings())
+    lessons = LessonSession(session, book)
+    open_link(lessons, link, None)
+    lessons.act(Choose(1))
+    session.change("ghost", ghost)
+    lessons.act(Press("run"))
+    run(session, lessons, lambda: session.simulation.time > 1.0)
+    record = again(VisitorRecord(link, session.settings, lessons.saved(), session.state()))
+    other = Session(record.settings)
+    back = LessonSession(other, book)
+    assert open_link(back, link, record) == ()
+    list(run_again(other, back, record))
+    assert other.simulation.time == session.simulation.time and not other.paused
+    for one, way in ((session, lessons), (other, back)):
+        run(one, way, lambda way=way: way.walk.phase is Phase.OBSERVE)
+    assert back.walk.done.outcome == lessons.walk.done.outcome is not None
+    assert other.simulation.positions.tobytes() == session.simulation.positions.tobytes()
+    # Once measured, it is not measured again.
+    record = again(VisitorRecord(link, other.settings, back.saved(), other.state()))
+    third = Session(record.settings)
+    last = LessonSession(third, book)
+    open_link(last, link, record)
+    list(run_again(third, last, record))
+    assert record.lessons is not None and record.lessons.measured and third.paused
+    assert (last.walk.phase, last.walk.to_json()) == (Phase.OBSERVE, back.walk.to_json())
+
+
+class Marks(NamedTuple):
+    """What a feature may keep of a visitor."""
+
+    points: int
+    names: tuple[str, ...] = ()
+
+
+def test_a_record_keeps_the_parts_of_features_by_name(caplog: pytest.LogCaptureFixture) -> None:
+    plain = VisitorRecord({"resume": TAB}, Settings(), None)
+    record = again(with_part(with_part(plain, "marks", Marks(3, ("Ann",))), "other", Marks(1)))
+    assert part_of(record, "marks", Marks) == Marks(3, ("Ann",)) and part_of(record, "other", Marks) == Marks(1)
+    assert part_of(record, "none", Marks) is None and caplog.text == ""
+    assert part_of(record, "marks", int) is None and "“marks”" in caplog.text
+    assert again(with_part(with_part(record, "marks", None), "other", None)) == plain
+
+
+def test_the_parts_that_an_earlier_release_stored_as_fields_are_found() -> None:
+    plain = VisitorRecord({"resume": TAB}, Settings(), None)
+    stored = {**msgspec.to_builtins(plain), "marks": Marks(3), "empty": None}
+    del stored["parts"]
+    record = visitor_from_bytes(record_to_bytes(stored))
+    assert part_of(record, "marks", Marks) == Marks(3) and record.parts.keys() == {"marks"}
+    assert replace(record, parts={}) == plain
+    # A part of this release comes before a field of the same name.
+    both = {**stored, "parts": with_part(plain, "marks", Marks(5)).parts}
+    assert part_of(visitor_from_bytes(record_to_bytes(both)), "marks", Marks) == Marks(5)
