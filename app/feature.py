@@ -16,8 +16,10 @@ if TYPE_CHECKING:
     from app.hosting.app_context import AppContext
     from app.hosting.host import Host
     from app.hosting.joining_pages import JoiningPages
-    from app.hosting.serve_options import FeatureOptions
+    from app.hosting.opened_feature import OpenedFeature
+    from app.hosting.serve_options import FeatureOptions, ServeOptions
     from app.page.panel_context import PanelMaker
+    from app.recording.run_source import RunSource
     from app.web.pages import PageAssets
 
 
@@ -41,21 +43,27 @@ class Feature:
     Attributes:
         name: of its folder in `app/features`.
         texts: folder with a catalogue a language, `de.toml` and so on, for the texts of this feature alone.
+        choices: key of a setting → value → label of further choices.
         documents: last part of the address → document that the page offers.
         commands: name → command.
         panels: what makes the panels of a visitor who operates a session. Those of the lowest feature are made first.
         assets: scripts and style sheets of every page.
         options: a dataclass that adds its fields to the options of `lwr-duet serve`.
+        run_source: a dataclass that adds its fields to the options of `lwr-duet run`.
+        opened: opens what all sessions of a server share, before anything is served.
         host: makes the host of a server that is started with the feature's options, or returns None.
         joining: makes the pages of people who join a visitor's private session by a link.
     """
 
     name: str
     texts: Path | None = None
+    choices: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     documents: Mapping[str, DocumentFile] = field(default_factory=dict)
     commands: Callable[[], Mapping[str, Command]] | None = None
     panels: "Callable[[], Sequence[PanelMaker]] | None" = None
     assets: "Callable[[], PageAssets] | None" = None
     options: "Callable[[], type[FeatureOptions]] | None" = None
+    run_source: "Callable[[], type[RunSource]] | None" = None
+    opened: "Callable[[ServeOptions], OpenedFeature] | None" = None
     host: "Callable[[AppContext], Host | None] | None" = None
     joining: "Callable[[AppContext], JoiningPages] | None" = None

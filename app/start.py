@@ -12,6 +12,7 @@ from app.feature import Feature
 from app.hosting.app_context import AppContext
 from app.hosting.frame_loop import FrameLoop
 from app.hosting.host import Host
+from app.hosting.opened_feature import OpenedFeature
 from app.hosting.preparation import Preparation
 from app.hosting.private_host import PrivateHost
 from app.hosting.record_writer import RecordWriter
@@ -22,6 +23,7 @@ from app.hosting.worker_messages import WorkerLink
 from app.hosting.workload import Workload, places, step_seconds
 from app.lessons.library import Library
 from app.page.page_assets import loading_html, page_assets
+from app.page.panel_context import PanelMaker
 from app.runtime.job_pool import JobPool, Jobs
 from app.runtime.throttled_log import ThrottledLog
 from app.session.input_source import find_input_sources
@@ -72,7 +74,8 @@ class App:
         self.host.close(goes_on)
         self.context.library.close()
         self.context.jobs.close()
-        self.context.sources.close()
+        for one in self.context.opened:
+            one.close()
         self.server.stop()
         self._closed.set()
 
@@ -95,13 +98,20 @@ def start_app(
 
     Raises:
         PortInUse, BadSetting: see `app.web.server.DuetServer`.
-        BadSetting, BadInputFile, MissingPackage: see `find_input_sources`.
+        BadSetting, BadInputFile, MissingPackage: what the options name cannot be opened.
         StoreRefused: another server or program has the file.
     """
     shared, added = options.shared, (one.assets() for one in features if one.assets is not None)
     with ExitStack() as opened:
-        sources = find_input_sources(options.bvh, options.camera, options.video, options.pose_model, options.law_file)
-        opened.callback(sources.close)
+        sources = find_input_sources(options.law_file)
+        panels: list[PanelMaker] = []
+        of_server: list[OpenedFeature] = []
+        for feature in reversed(features):
+            panels += () if feature.panels is None else feature.panels()
+            if feature.opened is not None:
+                of_server.append(feature.opened(options))
+                opened.callback(of_server[-1].close)
+                panels += of_server[-1].panels
         sessions = places(step_seconds(), options.loops) if options.sessions is None else options.sessions
         workload = Workload(sessions, options.loops, corrected=options.sessions is None)
         server = DuetServer(
@@ -131,8 +141,9 @@ def start_app(
         server.may_measure = partial(is_teacher, options.key)
         server.proof = options.proof
         errors = ThrottledLog(log)
-        panels = tuple(made for one in reversed(features) if one.panels is not None for made in one.panels())
-        context = AppContext(server, options, jobs or JobPool(), sources, library, kept, workload, errors, panels, link)
+        context = AppContext(
+            server, options, jobs or JobPool(), sources, library, kept, workload, errors, tuple(panels), link, tuple(of_server)
+        )
         if shared is None:
             # A shared session goes on with the lessons that it began with.
             library.watch(context.wake)

@@ -81,7 +81,11 @@ StartOptions = _options(
         "below a header with the names of q's columns."
     },
 )
-AllOptions = _options(Settings, "AllOptions")
+
+
+def all_options() -> type:
+    """Options of all settings, of the run and of the page, with the choices that features offer."""
+    return _options(Settings, "AllOptions")
 
 
 def settings_of_options(options: object, start: Any) -> Any:

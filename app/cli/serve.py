@@ -8,12 +8,12 @@ from collections.abc import Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field, make_dataclass, replace
 from pathlib import Path
-from typing import Final, Literal
+from typing import Any, Final, Literal
 from urllib.parse import quote
 
 import tyro
 
-from app.cli.options import AllOptions, Flat, settings_of_options
+from app.cli.options import Flat, all_options, settings_of_options
 from app.feature import Feature
 from app.hosting.dispatcher import Dispatcher
 from app.hosting.serve_options import FeatureOptions, ServeOptions
@@ -79,14 +79,6 @@ class Serve:
     times."""
     embed_origin: tyro.conf.UseAppendAction[tuple[str, ...]] = ()
     """The web address of a page that may show this one in a frame, such as https://moodle.example.org; may be given several times."""
-    bvh: Path | None = None
-    """A person's recorded motion to imitate, as BVH; used when `source` is `file`."""
-    camera: int | None = None
-    """Number of a camera at this computer; its person is imitated when `source` is `camera` (needs the extra `camera`)."""
-    video: Path | None = None
-    """A video file instead of a camera."""
-    pose_model: Path | None = None
-    """MediaPipe's model that finds the person, a pose_landmarker .task file."""
     law_file: Path | None = None
     """A law of your own, see `new-law`: it runs instead of ours, and is loaded again whenever it is saved."""
     edit_law: bool = False
@@ -102,13 +94,18 @@ class Serve:
     """Folder of lessons beside our own; see app/lessons/README.md."""
     playlist: Path | None = None
     """TOML file that names the lessons and single steps that are shown, in order: ours, those of --lessons, and files."""
-    settings: Flat[AllOptions] = field(default_factory=AllOptions)  # type: ignore[valid-type]
+    settings: object = None
     """What the page shows at first."""
 
 
 def serve_with(features: Sequence[Feature]) -> type[Serve]:
     """Options of the command with those of the features, each a field of the feature's name."""
-    added = [(one.name, Flat[one.options()], field(default_factory=one.options())) for one in features if one.options is not None]
+    # Features may have added choices to settings since this file was imported.
+    settings = all_options()
+    added: list[tuple[str, Any, Any]] = [("settings", Flat[settings], field(default_factory=settings))]  # type: ignore[valid-type]
+    added += [
+        (one.name, Flat[one.options()], field(default_factory=one.options())) for one in features if one.options is not None
+    ]
     return make_dataclass("Serve", added, bases=(Serve,), frozen=True, namespace={"__doc__": Serve.__doc__})
 
 
@@ -139,7 +136,7 @@ def serve(command: Serve, features: Sequence[Feature]) -> int:
     _draw_given_robots()
     given = command.key or os.environ.get(KEY_VARIABLE)
     key = chosen_key(None if given is None else readable(given))
-    workers = _workers(command)
+    workers = _workers(command, of_features)
     options = ServeOptions(
         host=command.host,
         port=USUAL_PORT if command.port == "auto" else command.port,
@@ -148,10 +145,6 @@ def serve(command: Serve, features: Sequence[Feature]) -> int:
         key=key,
         allowed_origins=command.allow_origin,
         embed_origins=command.embed_origin,
-        bvh=command.bvh,
-        camera=command.camera,
-        video=command.video,
-        pose_model=command.pose_model,
         law_file=command.law_file,
         edited_law=_edited_law(command, of_features),
         # The processes of laws inherit the environment.
@@ -236,19 +229,16 @@ def _edited_law(command: Serve, of_features: Sequence[FeatureOptions]) -> Path |
     return (command.law_file or EDITED).absolute()
 
 
-def _workers(command: Serve) -> int:
+def _workers(command: Serve, of_features: Sequence[FeatureOptions]) -> int:
     """Return how many processes may share the visitors.
 
     Raises:
         BadSetting: the option is not a number of processes, or there can be one only.
     """
-    reason = (
-        "one process reads the camera"
-        if command.camera is not None or command.video is not None
-        else "this system cannot hand connections over"
-        if not hasattr(socket, "send_fds")
-        else ""
-    )
+    reasons = [one.one_process for one in of_features if one.one_process]
+    if not hasattr(socket, "send_fds"):
+        reasons.append("this system cannot hand connections over")
+    reason = reasons[0] if reasons else ""
     if command.workers == "auto":
         return 1 if reason else min(cores(), MOST_WORKERS)
     if command.workers < 1 or (reason and command.workers > 1):

@@ -13,10 +13,12 @@ from app.features.lab_report import LAB_REPORT
 from app.features.league import LEAGUE
 from app.features.lecture import LECTURE
 from app.features.marks import MARKS
+from app.features.person_files import PERSON_FILES
 from app.features.second_person import SECOND_PERSON
 from app.features.sweep import SWEEP
 from app.i18n.catalogue import add_catalogues
 from app.text.document_list import add_documents
+from scenes.setting_spec import offer_choices
 
 FEATURES: Final[tuple[Feature, ...]] = (
     BENCH,
@@ -31,8 +33,11 @@ FEATURES: Final[tuple[Feature, ...]] = (
     FIGURES,
     SECOND_PERSON,
     SWEEP,
+    PERSON_FILES,
 )
 
-# Every process that uses a feature imports this package first, and with it the texts and documents of all of them.
+# Every process that uses a feature imports this package first, and with it the texts, documents and choices of all of them.
 add_catalogues(feature.texts for feature in FEATURES if feature.texts is not None)
 add_documents({name: one for feature in FEATURES for name, one in feature.documents.items()})
+for feature in FEATURES:
+    offer_choices(feature.choices)

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
+from app.hosting.opened_feature import OpenedFeature
 from app.hosting.serve_options import ServeOptions
 from app.hosting.session_store import SessionStore
 from app.hosting.worker_messages import WorkerLink
@@ -25,13 +26,14 @@ class AppContext:
     Attributes:
         options: with which the server was started.
         jobs: computes in the background for all sessions.
-        sources: input sources beside the built-in ones.
+        sources: a law that is not built in.
         library: of the lessons and of the teacher's notes, which are not read where there is no key.
         store: what visitors who have gone left behind.
         workload: what the rounds take, and how many private sessions there may be at once.
         errors: logs what fails in the pages' frames.
         panels: makes the panels that features add to the page of a visitor who operates a session.
         link: to the other processes of the server; None where there is one process.
+        opened: what features have opened for the whole server; closed with it.
         frame_due: set to ask for a frame at once.
     """
 
@@ -45,6 +47,7 @@ class AppContext:
     errors: ThrottledLog
     panels: tuple[PanelMaker, ...] = ()
     link: WorkerLink | None = None
+    opened: tuple[OpenedFeature, ...] = ()
     frame_due: threading.Event = field(default_factory=threading.Event)
 
     @property

@@ -20,7 +20,7 @@ import pytest
 
 from app.__main__ import run_command as main
 from app.cli.main import commands_with
-from app.cli.options import PLACES, AllOptions, RunOptions, settings_of_options
+from app.cli.options import PLACES, RunOptions, all_options, settings_of_options
 from app.cli.serve import Serve
 from app.features import FEATURES
 from app.hosting.serve_options import ServeOptions
@@ -263,20 +263,20 @@ def test_alone_or_behind_the_door_the_app_gets_all_that_the_command_was_given(
 
     monkeypatch.setattr("app.start.start_app", alone)
     monkeypatch.setattr("app.cli.serve.Dispatcher", behind)
-    files = {f"--{name}": str(tmp_path / name) for name in ("bvh", "pose-model", "law-file", "store")}
+    files = {f"--{name}": str(tmp_path / name) for name in ("law-file", "store")}
     (tmp_path / "playlist").touch()
     files["--playlist"] = str(tmp_path / "playlist")
     others = "--sessions 3 --keep 2 --store-size 20 --dm 0.2 --key chalk-and-talk --host 127.0.0.2"
     here = ["--port", str(free_port()), "--lessons", str(tmp_path), "--allow-origin", "https://duet.example.org"]
     here += ["--embed-origin", "https://moodle.example.org"]
     given = ["serve", *(word for pair in files.items() for word in pair), *others.split(), *here]
-    assert main([*given, "--camera", "1", "--video", str(tmp_path / "video")]) == INTERRUPTED
+    assert main([*given, "--workers", "1"]) == INTERRUPTED
     assert main([*given, "--workers", "2"]) == INTERRUPTED
     one, two = served
     usual = ServeOptions()
     equal = {each.name for each in fields(usual) if getattr(one, each.name) == getattr(usual, each.name)}
     assert equal - {"features"} == {"loops", "edited_law", "proof"}
-    assert two == replace(one, camera=None, video=None, loops=min(2, cores()))
+    assert two == replace(one, loops=min(2, cores()))
     monkeypatch.setenv("DUET_PROOF", "of-the-tile")
     assert main(["serve", "--edit-law", "--workers", "1"]) == INTERRUPTED
     assert (served[2].edited_law, served[2].proof) == (Path("my_law.py").absolute(), "of-the-tile")
@@ -301,10 +301,11 @@ def test_the_command_line_loads_no_heavy_library() -> None:
 
 
 def test_every_setting_is_an_option_and_a_key_of_a_link_and_both_read_a_text_alike() -> None:
-    assert list(AllOptions.__dataclass_fields__) == [*specs(Settings), *PLACES]
+    options = all_options()
+    assert list(options.__dataclass_fields__) == [*specs(Settings), *PLACES]
     assert list(RunOptions.__dataclass_fields__) == [*specs(RunSettings), *PLACES]
     assert (
-        settings_of_options(AllOptions(), Settings()) == Settings()
+        settings_of_options(options(), Settings()) == Settings()
         and settings_of_options(RunOptions(), RunSettings()) == RunSettings()
     )
     for key, spec in specs(Settings).items():
@@ -318,7 +319,7 @@ def test_every_setting_is_an_option_and_a_key_of_a_link_and_both_read_a_text_ali
             text = f"{other:g}"
         from_link, problems = from_query({key: text}, Settings())
         option: Any = text == "1" if isinstance(present, bool) else text
-        from_option = settings_of_options(AllOptions(**{key: option}), Settings())
+        from_option = settings_of_options(options(**{key: option}), Settings())
         assert problems == () and from_link == from_option, key
         assert values(from_link)[key] != present or len(spec.choices) == 1, key
 
