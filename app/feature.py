@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.text.document_list import DocumentFile
+from scenes.given_robots import RobotReader
 
 if TYPE_CHECKING:
     # What a command of the core needs to know of a feature loads no page.
@@ -49,6 +50,7 @@ class Feature:
         panels: what makes the panels of a visitor who operates a session. Those of the lowest feature are made first.
         assets: scripts and style sheets of every page.
         options: a dataclass that adds its fields to the options of `lwr-duet serve`.
+        robot_reader: gives the robot of a file that the command line names, see `scenes.given_robots`.
         run_source: a dataclass that adds its fields to the options of `lwr-duet run`.
         opened: opens what all sessions of a server share, before anything is served.
         host: makes the host of a server that is started with the feature's options, or returns None.
@@ -63,6 +65,7 @@ class Feature:
     panels: "Callable[[], Sequence[PanelMaker]] | None" = None
     assets: "Callable[[], PageAssets] | None" = None
     options: "Callable[[], type[FeatureOptions]] | None" = None
+    robot_reader: RobotReader | None = None
     run_source: "Callable[[], type[RunSource]] | None" = None
     opened: "Callable[[ServeOptions], OpenedFeature] | None" = None
     host: "Callable[[AppContext], Host | None] | None" = None

@@ -9,7 +9,6 @@ import tyro
 
 from app.cli.custom_law import LawTest, NewLaw, law_test, new_law
 from app.cli.lessons import Lessons, NewLesson, lessons, new_lesson
-from app.cli.robots import Robots, robots
 from app.cli.run import run_with, simulate
 from app.cli.searches import Falsify, Hunt, falsify, hunt
 from app.cli.serve import serve, serve_with
@@ -20,7 +19,6 @@ from controllers.errors import DuetError
 _COMMANDS: Final[dict[str, Command]] = {
     "hunt": Command(Hunt, hunt),
     "falsify": Command(Falsify, falsify),
-    "robots": Command(Robots, robots),
     "lessons": Command(Lessons, lessons),
     "new-lesson": Command(NewLesson, new_lesson),
     "new-law": Command(NewLaw, new_law),

@@ -29,7 +29,7 @@ from app.web.listening import listen, listen_near, url_of
 from app.web.origin_policy import OriginPolicy
 from controllers.errors import BadSetting
 from scenes.files import readable
-from scenes.setting_spec import added_choices
+from scenes.given_robots import GIVEN, given_at_start
 
 PROOF_VARIABLE: Final = "DUET_PROOF"
 """Environment variable by which the tile of a notebook server hands over its secret, see `app.web.origin_policy.PROOF`."""
@@ -193,17 +193,17 @@ def _with_store(command: Serve, options: ServeOptions, held: ExitStack) -> Serve
 
 
 def _draw_given_robots() -> None:
-    """Build what is drawn of robots from files, so that a fault in a file is said now and not on a visitor's page.
+    """Build what is drawn of given robots, so that a fault in a file is said now and not on a visitor's page.
 
     Raises:
         BadInputFile: one of them cannot be drawn.
     """
-    if added_choices().get("robot"):
+    if GIVEN:
         with ending_at_once():
-            from scenes.robots.drawing import draw_file
+            from scenes.robots.drawing import draw_given
 
-            for name in added_choices()["robot"]:
-                draw_file(name)
+            for name in GIVEN:
+                draw_given(name)
 
 
 def _edited_law(command: Serve, of_features: Sequence[FeatureOptions]) -> Path | None:
@@ -267,12 +267,7 @@ def _serve_with_workers(
 ) -> None:
     """Serve the page in worker processes until Ctrl+C."""
     # The robots that were read from files are known to this process only.
-    given = None
-    if added_choices():
-        from scenes.robots.robot_files import given_at_start
-
-        given = given_at_start()
-    dispatcher = Dispatcher(listener, WorkerStart(options, given, tuple(features)), most)
+    dispatcher = Dispatcher(listener, WorkerStart(options, given_at_start(), tuple(features)), most)
     try:
         dispatcher.run(lambda places: _announce(command, options, places))
     except BaseException as error:

@@ -14,10 +14,12 @@ from app.features.league import LEAGUE
 from app.features.lecture import LECTURE
 from app.features.marks import MARKS
 from app.features.person_files import PERSON_FILES
+from app.features.robot_files import ROBOT_FILES
 from app.features.second_person import SECOND_PERSON
 from app.features.sweep import SWEEP
 from app.i18n.catalogue import add_catalogues
 from app.text.document_list import add_documents
+from scenes.given_robots import add_robot_reader
 from scenes.setting_spec import offer_choices
 
 FEATURES: Final[tuple[Feature, ...]] = (
@@ -34,10 +36,13 @@ FEATURES: Final[tuple[Feature, ...]] = (
     SECOND_PERSON,
     SWEEP,
     PERSON_FILES,
+    ROBOT_FILES,
 )
 
-# Every process that uses a feature imports this package first, and with it the texts, documents and choices of all of them.
+# Every process that uses a feature imports this package first, and with it the texts, documents, choices and readers of all of them.
 add_catalogues(feature.texts for feature in FEATURES if feature.texts is not None)
 add_documents({name: one for feature in FEATURES for name, one in feature.documents.items()})
 for feature in FEATURES:
     offer_choices(feature.choices)
+    if feature.robot_reader is not None:
+        add_robot_reader(feature.robot_reader)

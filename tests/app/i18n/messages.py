@@ -46,8 +46,7 @@ ON_THE_PAGE: Final = (
         "scenes/counterexample.py",
         "scenes/run_text.py",
         "scenes/inputs_file*.py",
-        # What reads a robot's file has errors of the command line.
-        "scenes/robots/[!jpu]*.py",
+        "scenes/robots/*.py",
     ),
     *("app/features/person_files/bvh*.py", "app/features/person_files/camera*.py"),
     *(
