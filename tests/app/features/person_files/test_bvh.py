@@ -17,6 +17,7 @@ from scenes.person.angles import arm_directions
 from scenes.person.clips import Clip
 from tests.app.features.person_files.bvh_text import BLENDER, MIXAMO, POSER, STYLES, write_bvh
 from tests.app.i18n.helpers import assert_said
+from tests.app.i18n.messages import messages
 from tests.scenes.person.strategies import SIDES
 
 
@@ -247,3 +248,7 @@ FAULTS: dict[str, Callable[[], object]] = {
 @pytest.mark.parametrize("name", FAULTS)
 def test_a_fault_is_said_in_the_page_s_language(name: str) -> None:
     assert_said(FAULTS[name])
+
+
+def test_its_errors_are_texts_of_the_page() -> None:
+    assert {"hips", "The video has ended.", "{name}, line {number}: {what}."} <= set(messages())
