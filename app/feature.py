@@ -11,15 +11,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.text.document_list import DocumentFile
+from scenes.given_robots import RobotReader
 
 if TYPE_CHECKING:
     # What a command of the core needs to know of a feature loads no page.
     from app.hosting.app_context import AppContext
     from app.hosting.host import Host
     from app.hosting.joining_pages import JoiningPages
+    from app.hosting.opened_feature import OpenedFeature
     from app.hosting.parking import Parking
     from app.hosting.serve_options import FeatureOptions, ServeOptions
     from app.page.panel_context import PanelMaker
+    from app.recording.run_source import RunSource
     from app.web.pages import PageAssets
 
 
@@ -43,6 +46,7 @@ class Feature:
     Attributes:
         name: of its folder in `app/features`.
         texts: folder with a catalogue a language, `de.toml` and so on, for the texts of this feature alone.
+        choices: key of a setting → value → label of further choices.
         documents: last part of the address → document that the page offers.
         commands: name → command.
         panels: what makes the panels of a visitor who operates a session. Those of the lowest feature are made first.
@@ -50,6 +54,9 @@ class Feature:
         options: a dataclass that adds its fields to the options of `lwr-duet serve`.
         start: serves a page on a socket that listens, and calls a function with the number of places when it does; returns False at
             once if the page is to be served in this process.
+        robot_reader: gives the robot of a file that the command line names, see `scenes.given_robots`.
+        run_source: a dataclass that adds its fields to the options of `lwr-duet run`.
+        opened: opens what all sessions of a server share, before anything is served.
         host: makes the host of a server that is started with the feature's options, or returns None.
         joining: makes the pages of people who join a visitor's private session by a link.
         store: makes what keeps the sessions of visitors who are away, and perhaps more.
@@ -57,12 +64,16 @@ class Feature:
 
     name: str
     texts: Path | None = None
+    choices: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     documents: Mapping[str, DocumentFile] = field(default_factory=dict)
     commands: Callable[[], Mapping[str, Command]] | None = None
     panels: "Callable[[], Sequence[PanelMaker]] | None" = None
     assets: "Callable[[], PageAssets] | None" = None
     options: "Callable[[], type[FeatureOptions]] | None" = None
     start: "Callable[[ServeOptions, socket.socket, Sequence[Feature], Callable[[int], None]], bool] | None" = None
+    robot_reader: RobotReader | None = None
+    run_source: "Callable[[], type[RunSource]] | None" = None
+    opened: "Callable[[ServeOptions], OpenedFeature] | None" = None
     host: "Callable[[AppContext], Host | None] | None" = None
     joining: "Callable[[AppContext], JoiningPages] | None" = None
     store: "Callable[[ServeOptions], Parking] | None" = None

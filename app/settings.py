@@ -40,8 +40,9 @@ Details = Literal[
 ]
 """What is shown beside the paper's pair of plots: λ, q, q̇ and speeds over time; desired and actual joints; λ(d) with a dot; all laws
 in one plot; distance against error over n and v, and law by law; which pair is closest; section III; single steps; laps of a circle."""
-Source = Literal["clips", "figure", "file", "camera"]
-"""Who is imitated: a built-in clip, the figure on the stage, a BVH file, or a camera at the server."""
+Source = str
+"""Who is imitated: "clips", a built-in clip; "figure", the figure on the stage; or a source that a feature offers."""
+BUILT_IN_SOURCES: Final = {"clips": "Built-in clip", "figure": "The figure: drag it"}
 
 
 def ghosts() -> dict[str, str]:
@@ -106,11 +107,10 @@ class PageSettings:
     )
     source: Source = ARMS.choice(
         "clips",
-        Source,
+        BUILT_IN_SOURCES.copy,
         "source",
         "person",
         "Who is imitated.",
-        *("Built-in clip", "The figure: drag it", "A BVH file", "A camera at the server"),
     )
 
 

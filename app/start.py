@@ -13,6 +13,7 @@ from app.hosting.app_context import AppContext
 from app.hosting.frame_loop import FrameLoop
 from app.hosting.host import Host
 from app.hosting.joining_pages import Joining
+from app.hosting.opened_feature import OpenedFeature
 from app.hosting.parking import Parking
 from app.hosting.preparation import Preparation
 from app.hosting.private_host import PrivateHost
@@ -21,6 +22,7 @@ from app.hosting.teacher_key import Guesses, is_teacher
 from app.hosting.workload import Workload, places, step_seconds
 from app.lessons.library import Library
 from app.page.page_assets import loading_html, page_assets
+from app.page.panel_context import PanelMaker
 from app.runtime.job_pool import JobPool, Jobs
 from app.runtime.throttled_log import ThrottledLog
 from app.session.input_source import find_input_sources
@@ -71,7 +73,8 @@ class App:
         self.host.close(goes_on)
         self.context.library.close()
         self.context.jobs.close()
-        self.context.sources.close()
+        for one in self.context.opened:
+            one.close()
         self.server.stop()
         self._closed.set()
 
@@ -94,13 +97,20 @@ def start_app(
 
     Raises:
         PortInUse, BadSetting: see `app.web.server.DuetServer`.
-        BadSetting, BadInputFile, MissingPackage: see `find_input_sources`.
+        BadSetting, BadInputFile, MissingPackage: what the options name cannot be opened.
         DuetError: see `Feature.store`.
     """
     shared, added = options.shared, (one.assets() for one in features if one.assets is not None)
     with ExitStack() as opened:
-        sources = find_input_sources(options.bvh, options.camera, options.video, options.pose_model, options.law_file)
-        opened.callback(sources.close)
+        sources = find_input_sources(options.law_file)
+        panels: list[PanelMaker] = []
+        of_server: list[OpenedFeature] = []
+        for feature in reversed(features):
+            panels += () if feature.panels is None else feature.panels()
+            if feature.opened is not None:
+                of_server.append(feature.opened(options))
+                opened.callback(of_server[-1].close)
+                panels += of_server[-1].panels
         sessions = places(step_seconds(), options.loops) if options.sessions is None else options.sessions
         workload = Workload(sessions, options.loops, corrected=options.sessions is None)
         server = DuetServer(
@@ -128,10 +138,19 @@ def start_app(
         server.may_measure = partial(is_teacher, options.key)
         server.proof = options.proof
         errors = ThrottledLog(log)
-        panels = tuple(made for one in reversed(features) if one.panels is not None for made in one.panels())
         given = Joining(tuple(one.joining for one in features if one.joining is not None)), *started_with
         context = AppContext(
-            server, options, jobs or JobPool(), sources, library, kept, workload, errors, panels, started_with=given
+            server,
+            options,
+            jobs or JobPool(),
+            sources,
+            library,
+            kept,
+            workload,
+            errors,
+            tuple(panels),
+            started_with=given,
+            opened=tuple(of_server),
         )
         if shared is None:
             # A shared session goes on with the lessons that it began with.

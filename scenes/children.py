@@ -20,7 +20,7 @@ from typing import Any, Final, TypeVar
 
 from controllers import own_packages
 from controllers.errors import DuetError
-from scenes.robots.robot_files import GivenAtStart, given_at_start
+from scenes.given_robots import GivenAtStart, given_at_start
 
 T = TypeVar("T")
 

@@ -11,9 +11,9 @@ from controllers.compiled import load_if_compiled
 from controllers.errors import BadSetting
 from controllers.kinematics import Array
 from controllers.laws.situation import Law
+from scenes.given_robots import GivenAtStart, take_over
 from scenes.history import COLUMN
 from scenes.recording import pair_label
-from scenes.robots.robot_files import GivenAtStart, take_over
 from scenes.roles import TargetSource
 from scenes.room import World
 from scenes.settings import RunSettings, specs

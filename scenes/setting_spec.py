@@ -204,6 +204,16 @@ _ADDED: Final[dict[str, dict[str, str]]] = {}
 """Key → value → label of the choices that were given at the start of this process."""
 
 
+_OFFERED: Final[dict[str, dict[str, str]]] = {}
+"""Key → value → label of the choices that other parts of the program add in every process."""
+
+
+def offer_choices(choices: Mapping[str, Mapping[str, str]]) -> None:
+    """Add choices to settings. `choices`: key of a setting → value → label; they follow the choices of its declaration."""
+    for key, labels in choices.items():
+        _OFFERED.setdefault(key, {}).update(labels)
+
+
 def add_choice(key: str, value: str, label: str) -> None:
     """Make one more value possible for a setting, in this process; only the command line may ask for it, never a visitor."""
     _ADDED.setdefault(key, {})[value] = label
@@ -221,10 +231,11 @@ def makes(robot: str) -> tuple[str, str]:
 
 
 def with_added(spec: Spec) -> Spec:
-    """Return the spec with the choices of this process: pairs of different makes, and what was given at its start."""
-    if spec.key not in ("robot", "rig"):
+    """Return the spec with the choices of this process: offered ones, pairs of different makes, and what was given at its start."""
+    added = _OFFERED.get(spec.key, {}) | _ADDED.get(spec.key, {})
+    if not added and spec.key != "robot":
         return spec
-    known = {**spec.options(), **_ADDED.get(spec.key, {})}
+    known = {**spec.options(), **added}
     if spec.key == "robot":
         known |= {f"{a}{PAIR}{b}": f"{known[a]} | {known[b]}" for a, b in permutations(tuple(known), 2)}
     return replace(spec, options=known.copy)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 RigName = Literal["torso", "table"]
 ArmName = Literal["left", "right"]
 RobotName = Literal["lwr", "panda", "ur5"]
-"""The makes that are always there; a robot from a file given at the start has a name of its own, see `scenes.robots.robot_files`."""
+"""The makes that are always there; a robot given at the start has a name of its own, see `scenes.given_robots`."""
 AvoidChoice = Literal["paper", "free", "guided", "both"]
 """The arms that avoid: as in the paper, the arm that is not held, the one that is held, or both."""
 StartName = Literal["usual", "between"]

@@ -25,7 +25,7 @@ except MissingLibrary as _missing:
     # pytest would show every other exception with its traceback.
     sys.exit(f"The tests cannot run: {_missing}")
 
-from scenes.robots.robot_files import FILES  # noqa: E402
+from scenes.given_robots import GIVEN  # noqa: E402
 from scenes.setting_spec import added_choices  # noqa: E402
 from tests.browser import FAILED, browser, browser_in, page_at, used_tabs  # noqa: E402
 
@@ -106,9 +106,9 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]):
 @pytest.fixture
 def registry() -> Iterator[None]:
     """Robots and bases that a test gives are not there for the next one."""
-    files, added = dict(FILES), {key: dict(found) for key, found in added_choices().items()}
+    files, added = dict(GIVEN), {key: dict(found) for key, found in added_choices().items()}
     yield
-    FILES.clear()
-    FILES.update(files)
+    GIVEN.clear()
+    GIVEN.update(files)
     added_choices().clear()
     added_choices().update(added)

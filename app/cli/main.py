@@ -9,8 +9,7 @@ import tyro
 
 from app.cli.custom_law import LawTest, NewLaw, law_test, new_law
 from app.cli.lessons import Lessons, NewLesson, lessons, new_lesson
-from app.cli.robots import Robots, robots
-from app.cli.run import RunCommand, simulate
+from app.cli.run import run_with, simulate
 from app.cli.searches import Falsify, Hunt, falsify, hunt
 from app.cli.serve import serve, serve_with
 from app.feature import Command, Feature
@@ -18,10 +17,8 @@ from app.runtime.terminal import write_log
 from controllers.errors import DuetError
 
 _COMMANDS: Final[dict[str, Command]] = {
-    "run": Command(RunCommand, simulate),
     "hunt": Command(Hunt, hunt),
     "falsify": Command(Falsify, falsify),
-    "robots": Command(Robots, robots),
     "lessons": Command(Lessons, lessons),
     "new-lesson": Command(NewLesson, new_lesson),
     "new-law": Command(NewLaw, new_law),
@@ -32,7 +29,11 @@ _COMMANDS: Final[dict[str, Command]] = {
 
 def commands_with(features: Sequence[Feature]) -> dict[str, Command]:
     """Return the commands of the core, and after them those of the features."""
-    commands = {"serve": Command(serve_with(features), partial(serve, features=features)), **_COMMANDS}
+    commands = {
+        "serve": Command(serve_with(features), partial(serve, features=features)),
+        "run": Command(run_with(features), partial(simulate, features=features)),
+        **_COMMANDS,
+    }
     for feature in features:
         if feature.commands is not None:
             commands |= feature.commands()

@@ -11,6 +11,7 @@ import tyro
 
 from app.settings import Settings
 from controllers.errors import BadSetting
+from scenes.given_robots import GIVEN, reads_robots, robot_from_file
 from scenes.setting_spec import PAIR, Spec, makes
 from scenes.settings import RobotName, RunSettings, changed, specs, values
 
@@ -81,7 +82,11 @@ StartOptions = _options(
         "below a header with the names of q's columns."
     },
 )
-AllOptions = _options(Settings, "AllOptions")
+
+
+def all_options() -> type:
+    """Options of all settings, of the run and of the page, with the choices that features offer."""
+    return _options(Settings, "AllOptions")
 
 
 def settings_of_options(options: object, start: Any) -> Any:
@@ -123,10 +128,7 @@ def _robot(both: str, sides: tuple[str, str], hands: tuple[str, str]) -> str:
     made: list[str] = []
     for side, text, hand in zip(("left", "right"), (sides[0] or usual[0], sides[1] or usual[1]), hands, strict=True):
         if _is_file(text):
-            # Robots take a while to load.
-            from scenes.robots.robot_files import register
-
-            text = register(Path(text), hand)
+            text = robot_from_file(Path(text), hand)
         elif hand:
             raise BadSetting(
                 f"hand-{side} = {hand!r}: the hand of the arm {text} is known; "
@@ -138,15 +140,13 @@ def _robot(both: str, sides: tuple[str, str], hands: tuple[str, str]) -> str:
 
 def _say_guesses(robot: str) -> None:
     """Say in a line each what was taken by guess in the files of the arms."""
-    from scenes.robots.robot_files import FILES
-
-    for line in dict.fromkeys(FILES[name].guesses for name in makes(robot) if name in FILES):
+    for line in dict.fromkeys(GIVEN[name].remark for name in makes(robot) if name in GIVEN):
         print(line, file=sys.stderr)
 
 
 def _is_file(text: str) -> bool:
     """Return whether an option names a file, not a robot."""
-    return "/" in text or "\\" in text or text.lower().endswith((".urdf", ".xacro", ".xml"))
+    return reads_robots() and ("/" in text or "\\" in text or text.lower().endswith((".urdf", ".xacro", ".xml")))
 
 
 Flat = tyro.conf.OmitArgPrefixes

@@ -5,16 +5,18 @@ import json
 import math
 import os
 import sys
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field, make_dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app.cli.options import Flat, StartOptions, settings_of_options
+from app.feature import Feature
+from app.recording.run_source import RunSource
 from app.runtime.progress import progress
 from app.runtime.terminal import ending_at_once
 from app.version import duet_version
 from controllers.errors import BadInputFile, BadSetting
-from scenes.experiments import IMITATION
 from scenes.files import check_writable, readable, written
 from scenes.settings import RunSettings, specs, values
 
@@ -31,12 +33,6 @@ class RunCommand:
     inputs: Path | None = None
     """CSV with the header t,x,y,z[,qw,qx,qy,qz]: where the person's hand wants to be; or the recorded inputs of an earlier run. Without
     it the autopilot moves what can be moved."""
-    bvh: Path | None = None
-    """In `imitation`: a person's recorded motion as BVH, instead of a built-in clip."""
-    video: Path | None = None
-    """In `imitation`: a person in a video file (needs the extra `camera`)."""
-    pose_model: Path | None = None
-    """MediaPipe's model that finds the person in the video."""
     csv: Path | None = None
     """Write every step to this CSV file."""
     law_file: Path | None = None
@@ -45,8 +41,19 @@ class RunCommand:
     """The experiment."""
 
 
-def simulate(command: RunCommand) -> int:
+def run_with(features: Sequence[Feature]) -> type[RunCommand]:
+    """Options of the command with those of the features, each a field of the feature's name."""
+    kinds = [(one.name, one.run_source()) for one in features if one.run_source is not None]
+    added = [(name, Flat[kind], field(default_factory=kind)) for name, kind in kinds]
+    return make_dataclass("RunCommand", added, bases=(RunCommand,), frozen=True, namespace={"__doc__": RunCommand.__doc__})
+
+
+def simulate(command: RunCommand, features: Sequence[Feature]) -> int:
     """Simulate, print the summary and return the exit code.
+
+    Args:
+        command: an object of `run_with` the features.
+        features: beside the core.
 
     Raises:
         BadSetting, BadInputFile: an option or a file is not possible, or a law file fails in the run.
@@ -65,10 +72,12 @@ def simulate(command: RunCommand) -> int:
     settings: RunSettings = settings_of_options(options, RunSettings())
     start = None if start_file is None else read_start(start_file, room_of(settings))
     check_length(settings, command.seconds)
-    source = _target_source(command, settings)
+    of_features: list[RunSource] = [getattr(command, one.name) for one in features if one.run_source is not None]
+    given = _given_sources(command, of_features)
+    source = _target_source(command, of_features, settings)
     if command.csv is not None:
         check_writable(command.csv, "csv")
-        read = (command.inputs, command.bvh, command.video, command.pose_model, command.law_file, start_file)
+        read = (command.inputs, *(path for one in of_features for path in one.read), command.law_file, start_file)
         there = [path for path in read if path is not None and os.path.exists(path)]
         if os.path.exists(command.csv) and any(os.path.samefile(command.csv, path) for path in there):
             raise BadSetting(f"csv = {command.csv}: the run reads this file; give another name.")
@@ -87,7 +96,7 @@ def simulate(command: RunCommand) -> int:
             **({"start_file": readable(start_file.name)} if start_file else {}),
             **(law_heading(law.file, law.sha256) if law is not None else {}),
             "seconds": command.seconds,
-            "inputs": next((readable(path.name) for path in (command.inputs, command.bvh, command.video) if path), "autopilot"),
+            "inputs": next((readable(path.name) for path in given.values()), "autopilot"),
         }
         with written(command.csv, "csv") as new, new.open("w", encoding="utf-8", newline="\n") as out:
             write_table(out, done.simulation, done.table, header)
@@ -110,34 +119,30 @@ def _start_file(command: RunCommand) -> Path | None:
     return path
 
 
-def _target_source(command: RunCommand, settings: RunSettings) -> "TargetSource | None":
-    """Return the source of the targets; None for the experiment's own."""
-    from app.session.input_source import MODEL_REMEDY, from_bvh
+def _given_sources(command: RunCommand, of_features: Sequence[RunSource]) -> dict[str, Path]:
+    """Option → file of the source that is named; empty if it is the experiment's own.
+
+    Raises:
+        BadSetting: several are named.
+    """
+    given = {} if command.inputs is None else {"inputs": command.inputs}
+    for one in of_features:
+        given |= one.given
+    if len(given) > 1:
+        raise BadSetting(f"{' and '.join(f'--{name}' for name in given)} are several sources for one person; give one of them.")
+    return given
+
+
+def _target_source(command: RunCommand, of_features: Sequence[RunSource], settings: RunSettings) -> "TargetSource | None":
+    """Source of the targets; None for the experiment's own."""
     from scenes.inputs_file import read_person
     from scenes.recording import Recording
     from scenes.sample_check import check_samples
 
-    given = [name for name in ("inputs", "bvh", "video") if getattr(command, name) is not None]
-    if len(given) > 1:
-        raise BadSetting(f"{' and '.join(f'--{name}' for name in given)} are several sources for one person; give one of them.")
-    if given and given[0] != "inputs" and settings.experiment.follows != "person":
-        raise BadSetting(f"--{given[0]} is a person to imitate; add --scene {IMITATION}.")
     if command.inputs is not None:
         person = read_person(command.inputs, settings)
         if isinstance(person, Recording):
             for doubt in check_samples(person, settings, command.seconds, str(command.inputs)):
                 print(f"lwr-duet: warning: {doubt}", file=sys.stderr)
         return person
-    if command.bvh is not None:
-        from scenes.person.bvh import read_bvh
-
-        return from_bvh(read_bvh(command.bvh))
-    if command.video is not None:
-        from scenes.person.camera import read_film
-        from scenes.person.film import open_detector, open_video
-        from scenes.person.source import PersonTarget
-
-        if command.pose_model is None:
-            raise BadSetting(f"A video needs a model that finds the person: {MODEL_REMEDY}.")
-        return PersonTarget(read_film(open_video(command.video), open_detector(command.pose_model)))
-    return None
+    return next((one.source(settings) for one in of_features if one.given), None)

@@ -8,12 +8,12 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field, make_dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Final, Literal
+from typing import Any, Final, Literal
 from urllib.parse import quote
 
 import tyro
 
-from app.cli.options import AllOptions, Flat, settings_of_options
+from app.cli.options import Flat, all_options, settings_of_options
 from app.feature import Feature
 from app.hosting.serve_options import FeatureOptions, ServeOptions
 from app.hosting.teacher_key import AUTO, chosen_key
@@ -24,7 +24,7 @@ from app.web.listening import listen, listen_near, url_of
 from app.web.origin_policy import OriginPolicy
 from controllers.errors import BadSetting
 from scenes.files import readable
-from scenes.setting_spec import added_choices
+from scenes.given_robots import GIVEN
 
 PROOF_VARIABLE: Final = "DUET_PROOF"
 """Environment variable by which the tile of a notebook server hands over its secret, see `app.web.origin_policy.PROOF`."""
@@ -60,14 +60,6 @@ class Serve:
     times."""
     embed_origin: tyro.conf.UseAppendAction[tuple[str, ...]] = ()
     """The web address of a page that may show this one in a frame, such as https://moodle.example.org; may be given several times."""
-    bvh: Path | None = None
-    """A person's recorded motion to imitate, as BVH; used when `source` is `file`."""
-    camera: int | None = None
-    """Number of a camera at this computer; its person is imitated when `source` is `camera` (needs the extra `camera`)."""
-    video: Path | None = None
-    """A video file instead of a camera."""
-    pose_model: Path | None = None
-    """MediaPipe's model that finds the person, a pose_landmarker .task file."""
     law_file: Path | None = None
     """A law of your own, see `new-law`: it runs instead of ours, and is loaded again whenever it is saved."""
     edit_law: bool = False
@@ -76,13 +68,18 @@ class Serve:
     """Folder of lessons beside our own; see app/lessons/README.md."""
     playlist: Path | None = None
     """TOML file that names the lessons and single steps that are shown, in order: ours, those of --lessons, and files."""
-    settings: Flat[AllOptions] = field(default_factory=AllOptions)  # type: ignore[valid-type]
+    settings: object = None
     """What the page shows at first."""
 
 
 def serve_with(features: Sequence[Feature]) -> type[Serve]:
     """Options of the command with those of the features, each a field of the feature's name."""
-    added = [(one.name, Flat[one.options()], field(default_factory=one.options())) for one in features if one.options is not None]
+    # Features may have added choices to settings since this file was imported.
+    settings = all_options()
+    added: list[tuple[str, Any, Any]] = [("settings", Flat[settings], field(default_factory=settings))]  # type: ignore[valid-type]
+    added += [
+        (one.name, Flat[one.options()], field(default_factory=one.options())) for one in features if one.options is not None
+    ]
     return make_dataclass("Serve", added, bases=(Serve,), frozen=True, namespace={"__doc__": Serve.__doc__})
 
 
@@ -118,10 +115,6 @@ def serve(command: Serve, features: Sequence[Feature]) -> int:
         key=key,
         allowed_origins=command.allow_origin,
         embed_origins=command.embed_origin,
-        bvh=command.bvh,
-        camera=command.camera,
-        video=command.video,
-        pose_model=command.pose_model,
         law_file=command.law_file,
         edited_law=_edited_law(command, of_features),
         # The processes of laws inherit the environment.
@@ -148,17 +141,17 @@ def serve(command: Serve, features: Sequence[Feature]) -> int:
 
 
 def _draw_given_robots() -> None:
-    """Build what is drawn of robots from files, so that a fault in a file is said now and not on a visitor's page.
+    """Build what is drawn of given robots, so that a fault in a file is said now and not on a visitor's page.
 
     Raises:
         BadInputFile: one of them cannot be drawn.
     """
-    if added_choices().get("robot"):
+    if GIVEN:
         with ending_at_once():
-            from scenes.robots.drawing import draw_file
+            from scenes.robots.drawing import draw_given
 
-            for name in added_choices()["robot"]:
-                draw_file(name)
+            for name in GIVEN:
+                draw_given(name)
 
 
 def _edited_law(command: Serve, of_features: Sequence[FeatureOptions]) -> Path | None:

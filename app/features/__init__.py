@@ -13,12 +13,16 @@ from app.features.lab_report import LAB_REPORT
 from app.features.league import LEAGUE
 from app.features.lecture import LECTURE
 from app.features.marks import MARKS
+from app.features.person_files import PERSON_FILES
+from app.features.robot_files import ROBOT_FILES
 from app.features.second_person import SECOND_PERSON
 from app.features.store import STORE
 from app.features.sweep import SWEEP
 from app.features.workers import WORKERS
 from app.i18n.catalogue import add_catalogues
 from app.text.document_list import add_documents
+from scenes.given_robots import add_robot_reader
+from scenes.setting_spec import offer_choices
 
 FEATURES: Final[tuple[Feature, ...]] = (
     BENCH,
@@ -33,10 +37,16 @@ FEATURES: Final[tuple[Feature, ...]] = (
     FIGURES,
     SECOND_PERSON,
     SWEEP,
+    PERSON_FILES,
+    ROBOT_FILES,
     WORKERS,
     STORE,
 )
 
-# Every process that uses a feature imports this package first, and with it the texts and documents of all of them.
+# Every process that uses a feature imports this package first, and with it the texts, documents, choices and readers of all of them.
 add_catalogues(feature.texts for feature in FEATURES if feature.texts is not None)
 add_documents({name: one for feature in FEATURES for name, one in feature.documents.items()})
+for feature in FEATURES:
+    offer_choices(feature.choices)
+    if feature.robot_reader is not None:
+        add_robot_reader(feature.robot_reader)

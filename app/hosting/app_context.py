@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TypeVar
 
+from app.hosting.opened_feature import OpenedFeature
 from app.hosting.parking import Parking
 from app.hosting.serve_options import ServeOptions
 from app.hosting.workload import Workload
@@ -27,13 +28,14 @@ class AppContext:
     Attributes:
         options: with which the server was started.
         jobs: computes in the background for all sessions.
-        sources: input sources beside the built-in ones.
+        sources: a law that is not built in.
         library: of the lessons and of the teacher's notes, which are not read where there is no key.
         store: what visitors who are away left behind.
         workload: what the rounds take, and how many private sessions there may be at once.
         errors: logs what fails in the pages' frames.
         panels: makes the panels that features add to the page of a visitor who operates a session.
         started_with: objects for hosts and pages, at most one of each type: from who starts the app, see `given`.
+        opened: what features have opened for the whole server; closed with it.
         frame_due: set to ask for a frame at once.
     """
 
@@ -47,6 +49,7 @@ class AppContext:
     errors: ThrottledLog
     panels: tuple[PanelMaker, ...] = ()
     started_with: tuple[object, ...] = ()
+    opened: tuple[OpenedFeature, ...] = ()
     frame_due: threading.Event = field(default_factory=threading.Event)
 
     def given(self, kind: type[T]) -> T | None:

@@ -12,11 +12,12 @@ from app.lessons.lesson import LessonBook
 from app.runtime.job_pool import Jobs
 from app.settings import LANGUAGES
 from controllers.errors import DuetError
+from scenes.given_robots import GIVEN
 from scenes.glb import NotStored, stored_only
 from scenes.lwr.shells import PALETTES
 from scenes.person.body import body_parts
 from scenes.rigs import ALONE, RIGS, Rig
-from scenes.robots import FILES, RobotName, robot
+from scenes.robots import RobotName, robot
 from scenes.robots.drawing import robot_glbs
 from scenes.room_shells import furniture_glb
 
@@ -64,7 +65,7 @@ def mesh_makers() -> Iterator[Callable[[], object]]:
     for coarse in (False, True):
         for rig in ROOMS:
             yield partial(_furnish, rig, coarse)
-        for name in (*get_args(RobotName), *FILES):
+        for name in (*get_args(RobotName), *GIVEN):
             yield partial(robot, name)
             for palette in PALETTES:
                 yield partial(robot_glbs, name, palette, coarse=coarse)

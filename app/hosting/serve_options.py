@@ -66,7 +66,7 @@ class ServeOptions:
         key: the teacher's, or None.
         allowed_origins: web addresses from which pages may connect besides our own.
         embed_origins: web addresses of pages that may show ours in a frame.
-        bvh, camera, video, pose_model, law_file: see `app.session.input_source.find_input_sources`.
+        law_file: see `app.session.input_source.find_input_sources`.
         edited_law: file of a law that the person who started the server may edit on the page; None for none.
         proof: what the notebook server adds to that person's requests, see `app.web.origin_policy.PROOF`; "" without one.
         lessons: folder of lessons beside our own; None for none.
@@ -83,10 +83,6 @@ class ServeOptions:
     key: str | None = None
     allowed_origins: tuple[str, ...] = ()
     embed_origins: tuple[str, ...] = ()
-    bvh: Path | None = None
-    camera: int | None = None
-    video: Path | None = None
-    pose_model: Path | None = None
     law_file: Path | None = None
     edited_law: Path | None = None
     proof: str = field(default="", repr=False)

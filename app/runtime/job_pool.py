@@ -16,7 +16,7 @@ from typing import Any, Final, Literal
 from controllers.errors import DuetError, LazyText
 from controllers.system_libraries import naming_missing_library
 from scenes.children import SPAWN, inheriting, leave_with_parent
-from scenes.robots.robot_files import GivenAtStart, given_at_start, take_over
+from scenes.given_robots import GivenAtStart, given_at_start, take_over
 from scenes.wanted import check_wanted, until
 
 log = logging.getLogger("duet.background")

@@ -7,24 +7,13 @@ from typing import Final
 import numpy as np
 
 from app.custom_law.law_limits import LawTimeShare
-from controllers.errors import BadInputFile, BadSetting
+from controllers.errors import BadInputFile
 from controllers.kinematics import Arm, Array
 from scenes.ball import BALL_ROOM
-from scenes.person.bvh import read_bvh
-from scenes.person.camera import CameraSource
-from scenes.person.film import open_camera, open_detector, open_video
-from scenes.person.source import PersonTarget, SampledAngles
 from scenes.roles import TargetSource
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 from scenes.targets import BallTarget, HandTarget, JointTarget, Target
-
-MODEL_REMEDY: Final = "name a pose_landmarker model of MediaPipe (a .task file) with --pose-model FILE"
-
-
-def from_bvh(motion: SampledAngles) -> PersonTarget:
-    """Return the person of a BVH file, again and again."""
-    return PersonTarget(motion, max(motion.duration, 1e-3))
 
 
 @dataclass(frozen=True)
@@ -32,53 +21,29 @@ class InputSources:
     """What was named when the server started.
 
     Attributes:
-        bvh: a person from a file, None if none was named.
-        camera: the person in front of the camera or in the video, shared by every visitor.
         law_file: a law of one's own; every session runs it in a process of its own.
         law_share: how long all of them together may be waited for.
     """
 
-    bvh: PersonTarget | None = None
-    camera: CameraSource | None = None
     law_file: Path | None = None
     law_share: LawTimeShare = field(default_factory=LawTimeShare, compare=False)
-
-    def close(self) -> None:
-        """Let go of the camera."""
-        if self.camera is not None:
-            self.camera.stop()
 
 
 NO_SOURCES: Final = InputSources()
 
 
-def find_input_sources(
-    bvh: Path | None, camera: int | None, video: Path | None, model: Path | None, law_file: Path | None = None
-) -> InputSources:
-    """Return who can be imitated.
+def find_input_sources(law_file: Path | None = None) -> InputSources:
+    """Return what was named when the server started.
 
     Args:
-        bvh: a BVH file.
-        camera: number of a camera at this computer.
-        video: a video file, instead of a camera.
-        model: MediaPipe's model for either.
         law_file: a law of one's own.
 
     Raises:
-        BadSetting: a camera and a video, or no model for them.
-        BadInputFile, MissingPackage: see `read_bvh`, `open_camera`, `open_video`, `open_detector`.
+        BadInputFile: there is no such file.
     """
     if law_file is not None and not law_file.is_file():
         raise BadInputFile(f"{law_file}: there is no such file; `lwr-duet new-law {law_file}` writes one to begin with.")
-    person = None if bvh is None else from_bvh(read_bvh(bvh))
-    if camera is None and video is None:
-        return InputSources(person, None, law_file)
-    if camera is not None and video is not None:
-        raise BadSetting("--camera and --video are two sources for the same person; give one of them.")
-    if model is None:
-        raise BadSetting(f"A camera or a video needs a model that finds the person: {MODEL_REMEDY}.")
-    film = open_camera(camera) if camera is not None else open_video(video or Path())
-    return InputSources(person, CameraSource(film, open_detector(model)).start(), law_file)
+    return InputSources(law_file)
 
 
 LONGEST_REACH: Final = 0.3

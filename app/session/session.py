@@ -45,7 +45,7 @@ class Session:
         settings: of the run and of the page.
         wake: called after every `post`, to ask for a frame at once.
         background: where replays, "what if", smoothness and so on are computed; without one they are not.
-        sources: persons beside the built-in one, and a student's law: of the server at first, and then also the visitor's own.
+        sources: a student's law: of the server at first, and then also the visitor's own.
     """
 
     # Of a replay, see `app.session.shown.Shown`.

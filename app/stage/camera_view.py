@@ -8,8 +8,9 @@ import numpy as np
 
 from controllers.kinematics import Array
 from scenes.ball import BALL_RADIUS
+from scenes.given_robots import GIVEN
 from scenes.rigs import Camera
-from scenes.robots import FILES, Robot
+from scenes.robots import Robot
 from scenes.robots.example_data import EXAMPLES, PANDA
 from scenes.robots.start_search import arm_reach
 from scenes.simulation import Simulation
@@ -163,7 +164,7 @@ def view_of(simulation: Simulation) -> Camera:
 
 def _seen(made: Robot, rig: str) -> tuple[float, float, float] | None:
     """Return height of the middle, width and height of the view for a make; None where the rig's own was made for it."""
-    if made.key not in FILES:
+    if made.key not in GIVEN:
         return EXAMPLES[made.key].views.get(rig) if made.key in EXAMPLES else None
     if rig not in PANDA.views:
         return None

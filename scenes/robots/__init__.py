@@ -1,10 +1,10 @@
-"""The arms there are: the paper's own, two that come with the package example-robot-data, and those from files given at the start.
+"""The arms there are: the paper's own, two that come with the package example-robot-data, and those given at the start.
 
 Capsules that are fitted come from the user's cache: to fit them takes most of a second, and all that comes of it is a few numbers each.
 """
 
 import importlib.metadata
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Final, get_args
@@ -13,12 +13,11 @@ import numpy as np
 import pinocchio as pin
 
 from controllers.errors import BadSetting
+from scenes.given_robots import GIVEN
 from scenes.lwr import facts
 from scenes.lwr.urdf import FLANGE, URDF_FILE
 from scenes.robots.description import Capsule, Robot
 from scenes.robots.example_data import EXAMPLES, PACKAGE, load_example
-from scenes.robots.robot_files import FILES
-from scenes.robots.urdf_file import fit_capsules, load_arm
 from scenes.setting_spec import start_remedy
 from scenes.settings import RobotName
 
@@ -32,16 +31,16 @@ def robot(name: str) -> Robot:
 
     Raises:
         BadSetting: there is no robot of that name, or what it needs is not installed.
-        BadInputFile: a registered file or a mesh of it cannot be read.
+        BadInputFile: a given robot cannot be read.
     """
     if name == "lwr":
         capsules = tuple(
             Capsule(c.name, c.link, np.array([0.0, 0.0, c.start]), np.array([0.0, 0.0, c.end]), c.radius) for c in facts.CAPSULES
         )
         return Robot("lwr", "KUKA LWR 4+", pin.buildModelFromUrdf(str(URDF_FILE)), FLANGE, 2, 4, 6, capsules, facts.JOINT_LABELS)
-    if name in FILES:
-        arm = load_arm(name)
-        return arm.robot(_stored(name, "trimesh", lambda: fit_capsules(arm)))
+    if name in GIVEN:
+        given = GIVEN[name]
+        return given.made(_stored(name, "trimesh", given.fitted, given.sources()))
     if name not in get_args(RobotName):
         if remedy := start_remedy(name):
             raise BadSetting(remedy)
@@ -67,12 +66,12 @@ def _example_robot(name: str) -> Robot:
     return example.robot(model, _stored(name, PACKAGE, fit))
 
 
-def _stored(name: str, package: str, fit: Callable[[], tuple[Capsule, ...]]) -> tuple[Capsule, ...]:
+def _stored(name: str, package: str, fit: Callable[[], tuple[Capsule, ...]], sources: Sequence[Path] = ()) -> tuple[Capsule, ...]:
     """Return a robot's capsules, fitted again if one of our sources, or the package, has changed."""
     # The LWR does without.
     from scenes import glb
 
-    key = glb.source_key(SOURCES, name, *(importlib.metadata.version(one) for one in (package, "scipy", "pin")))
+    key = glb.source_key([*SOURCES, *sources], name, *(importlib.metadata.version(one) for one in (package, "scipy", "pin")))
 
     def build() -> tuple[bytes, ...]:
         return tuple(np.concatenate([[c.joint], c.start, c.end, [c.radius]]).tobytes() + c.name.encode() for c in fit())

@@ -15,13 +15,12 @@ from numpy.typing import NDArray
 from controllers.errors import BadInputFile, DuetError, first_line
 from controllers.kinematics import Array
 from scenes import glb, surfaces
+from scenes.given_robots import GIVEN
 from scenes.lwr import facts, shells
 from scenes.robots import SOURCES, robot
 from scenes.robots.description import joint_axis
 from scenes.robots.example_data import COLUMN_RADIUS, EXAMPLES, PACKAGE, load_example
-from scenes.robots.robot_files import FILES
-from scenes.robots.urdf_file import load_arm, solids
-from scenes.robots.urdf_shapes import mesh_pieces
+from scenes.robots.mesh_files import mesh_pieces
 from scenes.surfaces import join, revolve, rounded, swollen
 
 if TYPE_CHECKING:
@@ -32,9 +31,6 @@ TRIANGLES: Final = 30_000
 
 COARSE_TRIANGLES: Final = 4_200
 """Of one for a browser without a graphics card."""
-
-DARK: Final = 70.0
-"""Mean of red, green and blue below which a part of a robot from a file is dark, 0 … 255."""
 
 CREASE: Final = float(np.radians(35))
 """Faces that meet at more have an edge between them."""
@@ -106,7 +102,8 @@ def robot_glbs(name: str, palette: str, coarse: bool = False) -> tuple[bytes, ..
     """
     # Says what is missing where something is.
     robot(name)
-    sources = [*SOURCES, shells.__file__, facts.__file__, glb.__file__, surfaces.__file__]
+    given = GIVEN[name].sources() if name in GIVEN else ()
+    sources = [*SOURCES, *given, shells.__file__, facts.__file__, glb.__file__, surfaces.__file__]
     versions = (importlib.metadata.version(PACKAGE),) if name in EXAMPLES else ()
     key = glb.source_key(sources, *versions, palette, coarse)
 
@@ -116,8 +113,8 @@ def robot_glbs(name: str, palette: str, coarse: bool = False) -> tuple[bytes, ..
     return glb.cached(f"{name}-{palette}-{coarse:d}", key, build)
 
 
-def draw_file(name: str) -> None:
-    """Build everything that is drawn of a robot from a file, in all palettes, for the user's cache.
+def draw_given(name: str) -> None:
+    """Build everything that is drawn of a given robot, in all palettes, for the user's cache.
 
     Raises:
         BadInputFile: it cannot be drawn.
@@ -132,7 +129,7 @@ def draw_file(name: str) -> None:
         # Readers, thinning and shading of meshes raise nearly every kind there is on damaged ones.
         raise BadInputFile(
             "{name}: its shapes cannot be drawn ({reason}); give a robot with simpler meshes.",
-            name=FILES[name].path,
+            name=GIVEN[name].origin,
             reason=first_line(error),
         ) from None
 
@@ -160,7 +157,7 @@ def robot_link_meshes(name: str, coarse: bool) -> tuple[shells.Parts, ...]:
     if coarse:
         # What lies on the body would dive in and out of it where both have few triangles.
         links = [{paint: part if paint == "body" else swollen(part, PROUD) for paint, part in parts.items()} for parts in links]
-    if height := load_arm(name).column if name in FILES else EXAMPLES[name].column:
+    if height := GIVEN[name].column() if name in GIVEN else EXAMPLES[name].column:
         column = _column(height, 20 if coarse else 56)
         links[0]["dark"] = join([links[0]["dark"], column]) if "dark" in links[0] else column
     return tuple(links)
@@ -172,13 +169,13 @@ def _painted(name: str, smallest: float, weld: float) -> tuple[dict[str, list[tr
 
     found: list[dict[str, list[trimesh.Trimesh]]] = [{} for _ in range(robot(name).model.njoints)]
     tiny: list[dict[str, list[trimesh.Trimesh]]] = [{} for _ in found]
-    for joint, paint, vertices, faces in _file_shapes(name) if name in FILES else _example_shapes(name):
+    for joint, paint, vertices, faces in GIVEN[name].shapes() if name in GIVEN else _example_shapes(name):
         loose = _welded(vertices, faces, weld).split(only_watertight=False)
         if parts := [part for part in loose if np.linalg.norm(part.extents) > smallest]:
             found[joint].setdefault(paint, []).extend(parts)
-        elif name in FILES:
+        elif name in GIVEN:
             tiny[joint].setdefault(paint, []).append(_welded(vertices, faces, FINEST))
-    if name in FILES:
+    if name in GIVEN:
         # Every link is a node of the scene: without large pieces it has its small ones, without any a ball.
         hub = {"body": [trimesh.creation.icosphere(subdivisions=2, radius=HUB)]}
         found = [large or small or hub for large, small in zip(found, tiny, strict=True)]
@@ -195,18 +192,6 @@ def _example_shapes(name: str) -> Iterator[tuple[int, str, Array, NDArray[np.int
         for vertices, faces, colour in mesh_pieces(Path(body.meshPath)):
             nearest = int(np.argmin(np.linalg.norm(colours - colour, axis=1)))
             yield body.parentJoint, paints[nearest], vertices @ rotation.T + shift, faces
-
-
-def _file_shapes(name: str) -> Iterator[tuple[int, str, Array, NDArray[np.int64]]]:
-    """Yield the same of a robot from a file: of its colours only light and dark count."""
-    arm = load_arm(name)
-    shapes = list(solids(arm, "visuals")) or list(solids(arm, "collisions"))
-    lights = np.array([float(np.mean(one.colour)) for one in shapes])
-    areas = np.array([float(one.mesh.area) for one in shapes])
-    # An arm that is dark all over has the colour of its side all the same.
-    darkest = DARK if areas[lights >= DARK].sum() > 0.3 * areas.sum() else -1.0
-    for one, light in zip(shapes, lights.tolist(), strict=True):
-        yield one.joint, "dark" if light < darkest else "body", np.asarray(one.mesh.vertices), np.asarray(one.mesh.faces)
 
 
 def _weight(piece: trimesh.Trimesh) -> float:

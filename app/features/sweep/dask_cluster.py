@@ -17,10 +17,10 @@ from typing import Any, Final, TypeVar
 import controllers
 import scenes
 from app.version import duet_version
-from controllers.errors import BadInputFile, BadSetting, DuetError, first_line
+from controllers.errors import BadSetting, DuetError, first_line
 from controllers.system_libraries import naming_missing_library
 from scenes.children import ComputeMany
-from scenes.robots.robot_files import GivenAtStart, given_at_start, robot_file, take_over
+from scenes.given_robots import GivenAtStart, GivenRobot, given_at_start, take_over
 
 T = TypeVar("T")
 
@@ -193,14 +193,18 @@ def _result(future: Any) -> Any:
 def _called_there(wanted: Environment, given: GivenAtStart, function: Callable[..., T], arguments: tuple[Any, ...]) -> T:
     with _one_at_a_time:
         _compare("worker that has joined", wanted, environment())
-        for key, file in given[0].items():
-            _check_meshes(key, file.path, bool(file.meshes))
+        for robot in given[0].values():
+            _check_files(robot)
         take_over(given)
         return function(*arguments)
 
 
-@cache
-def _check_meshes(key: str, path: Path, has_meshes: bool) -> None:
-    """Raise an error if a robot's meshes, which stay where they are, are missing or others on this worker."""
-    if has_meshes and robot_file(path).key != key:
-        raise BadInputFile(f"{path}: is another file on a worker; put the same one and its meshes there, under the same path.")
+_checked: Final[set[str]] = set()
+"""Keys of the robots that were found with the same files on this worker."""
+
+
+def _check_files(robot: GivenRobot) -> None:
+    """Raise an error if a robot's files, which stay where they are, are missing or others on this worker; each robot once."""
+    if robot.key not in _checked:
+        robot.check_files()
+        _checked.add(robot.key)

@@ -80,7 +80,7 @@ def _start(start: WorkerStart, channel: int, pipe: MessagePipe, link: WorkerLink
     # Imported here, so that the dispatcher hears of a library that the system lacks.
     from app.features.workers.shared_jobs import JobClient
     from app.start import start_app
-    from scenes.robots.robot_files import take_over
+    from scenes.given_robots import take_over
 
     if start.given is not None:
         take_over(start.given)

@@ -17,7 +17,7 @@ from typing import Any, Final, NamedTuple
 from app.features.workers.job_address import JobAddress
 from app.runtime.job_pool import BUSY, ENDED, FAILED, MOST_WAITING, Job, JobPool, Jobs, State
 from app.runtime.terminal import write_log
-from scenes.robots.robot_files import given_at_start, take_over
+from scenes.given_robots import given_at_start, take_over
 
 log = logging.getLogger("duet.background")
 

@@ -12,7 +12,7 @@ from app.features.workers.worker_options import WorkerOptions
 from app.hosting.serve_options import ServeOptions
 from app.runtime.progress import cores
 from app.runtime.terminal import terminated
-from scenes.setting_spec import added_choices
+from scenes.given_robots import given_at_start
 
 
 def serve_with_workers(
@@ -34,13 +34,8 @@ def serve_with_workers(
             signal.signal(signal.SIGUSR1, signal.SIG_IGN)
         return False
     # The robots that were read from files are known to this process only.
-    given = None
-    if added_choices():
-        from scenes.robots.robot_files import given_at_start
-
-        given = given_at_start()
     options = replace(options, loops=min(most, cores()))
-    dispatcher = Dispatcher(listener, WorkerStart(options, given, tuple(features)), most)
+    dispatcher = Dispatcher(listener, WorkerStart(options, given_at_start(), tuple(features)), most)
     try:
         dispatcher.run(announce)
     except BaseException as error:

@@ -11,7 +11,7 @@ from app.features.workers.job_address import JobAddress
 from app.hosting.serve_options import ServeOptions
 
 if TYPE_CHECKING:
-    from scenes.robots.robot_files import GivenAtStart
+    from scenes.given_robots import GivenAtStart
 
 PULSE: Final = 2.0
 """Time between two messages of a worker that say whether it is at work [s]."""

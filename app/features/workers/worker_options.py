@@ -30,8 +30,6 @@ class WorkerOptions(FeatureOptions):
             BadSetting: more than one is asked for, and only one is possible.
         """
         reasons = [one.one_process for one in options.features if one.one_process]
-        if options.camera is not None or options.video is not None:
-            reasons.append("one process reads the camera")
         if not hasattr(socket, "send_fds"):
             reasons.append("this system cannot hand connections over")
         reason = reasons[0] if reasons else ""

@@ -11,7 +11,6 @@ from app.page.panels.choice_buttons import ChoiceButtons
 from app.page.panels.compare import ComparePanel
 from app.page.panels.hotkeys import Hotkey, help_html
 from app.page.panels.joint_sliders import JointSliders
-from app.page.panels.source_chooser import Sources
 from app.session.action_handlers import ActionHandlers
 from app.session.actions import FirstView, Pause, Reset, SetSetting, ShowAll, SingleStep
 from app.session.clock import SPEEDS
@@ -73,6 +72,7 @@ class Controls:
 
     Attributes:
         twins: second controls of settings, by key.
+        arms_tab: the tab on the arms and who moves them.
         compare_tab: the tab on comparisons.
     """
 
@@ -102,8 +102,7 @@ class Controls:
                 for key in keys:
                     self._handles[key] = self._control(key, self._specs[key], present[key])
                 if name == "Arms":
-                    self._sources = Sources(gui, session, handlers)
-                    self._joints = JointSliders(gui, session)
+                    self._joints, self.arms_tab = JointSliders(gui, session), tab
                 if name == "Robot":
                     gui.add_html(element("div", tr_html(ROBOT), class_="duet duet-tip"))
                 if name == "Compare":
@@ -194,7 +193,6 @@ class Controls:
         """Write what was changed elsewhere (keys, the gizmo, a refused value) back into the controls; hide what does not matter."""
         self._clock.show(0 if frame.pace.paused else -1)
         settings = frame.live.settings
-        self._sources.show(frame)
         self._joints.show(frame)
         self._compare.show(frame)
         self._curve.show(settings, matters("curve", settings))

@@ -21,7 +21,7 @@ import pytest
 from app.__main__ import run_command as main
 from app.cli.main import commands_with
 from app.cli.main import main as command_line
-from app.cli.options import PLACES, AllOptions, RunOptions, settings_of_options
+from app.cli.options import PLACES, RunOptions, all_options, settings_of_options
 from app.cli.serve import Serve
 from app.feature import Feature
 from app.features import FEATURES
@@ -257,7 +257,7 @@ def test_the_app_gets_all_that_the_command_was_given(monkeypatch: pytest.MonkeyP
         raise KeyboardInterrupt
 
     monkeypatch.setattr("app.start.start_app", start)
-    assert command_line(["serve", *all_options(tmp_path), "--camera", "1", "--video", str(tmp_path / "video")], ()) == INTERRUPTED
+    assert command_line(["serve", *every_option(tmp_path)], ()) == INTERRUPTED
     usual, (one,) = ServeOptions(), served
     equal = {each.name for each in fields(usual) if getattr(one, each.name) == getattr(usual, each.name)}
     assert equal == {"features", "loops", "edited_law", "proof"}
@@ -268,9 +268,9 @@ def test_the_app_gets_all_that_the_command_was_given(monkeypatch: pytest.MonkeyP
     assert "DUET_PROOF" not in os.environ
 
 
-def all_options(folder: Path) -> list[str]:
+def every_option(folder: Path) -> list[str]:
     """Every option of `serve` that may go with several processes."""
-    files = {f"--{name}": str(folder / name) for name in ("bvh", "pose-model", "law-file")}
+    files = {f"--{name}": str(folder / name) for name in ("law-file",)}
     (folder / "playlist").touch()
     files["--playlist"] = str(folder / "playlist")
     others = "--sessions 3 --dm 0.2 --key chalk-and-talk --host 127.0.0.2"
@@ -296,10 +296,11 @@ def test_the_command_line_loads_no_heavy_library() -> None:
 
 
 def test_every_setting_is_an_option_and_a_key_of_a_link_and_both_read_a_text_alike() -> None:
-    assert list(AllOptions.__dataclass_fields__) == [*specs(Settings), *PLACES]
+    options = all_options()
+    assert list(options.__dataclass_fields__) == [*specs(Settings), *PLACES]
     assert list(RunOptions.__dataclass_fields__) == [*specs(RunSettings), *PLACES]
     assert (
-        settings_of_options(AllOptions(), Settings()) == Settings()
+        settings_of_options(options(), Settings()) == Settings()
         and settings_of_options(RunOptions(), RunSettings()) == RunSettings()
     )
     for key, spec in specs(Settings).items():
@@ -313,7 +314,7 @@ def test_every_setting_is_an_option_and_a_key_of_a_link_and_both_read_a_text_ali
             text = f"{other:g}"
         from_link, problems = from_query({key: text}, Settings())
         option: Any = text == "1" if isinstance(present, bool) else text
-        from_option = settings_of_options(AllOptions(**{key: option}), Settings())
+        from_option = settings_of_options(options(**{key: option}), Settings())
         assert problems == () and from_link == from_option, key
         assert values(from_link)[key] != present or len(spec.choices) == 1, key
 

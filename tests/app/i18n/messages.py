@@ -28,7 +28,7 @@ from app.plots.time_plots import TIME_PLOTS
 from app.settings import LANGUAGES, TRANSLATIONS, Language, Settings
 from app.text.law_texts import ALONE, LAW_TEXTS
 from scenes.laws import LAWS
-from scenes.settings import specs
+from scenes.settings import leaves, specs
 
 _APP: Final = Path(app.__file__).parent
 _LETTERS: Final = re.compile(r"[^\W\d_]{2}")
@@ -46,10 +46,9 @@ ON_THE_PAGE: Final = (
         "scenes/counterexample.py",
         "scenes/run_text.py",
         "scenes/inputs_file*.py",
-        # What reads a robot's file has errors of the command line.
-        "scenes/robots/[!jpu]*.py",
+        "scenes/robots/*.py",
     ),
-    *("scenes/person/bvh*.py", "scenes/person/camera*.py"),
+    *("app/features/person_files/bvh*.py", "app/features/person_files/camera*.py"),
     *(
         "app/runtime/job_pool.py",
         "app/features/exports/*.py",
@@ -141,7 +140,8 @@ def _of_tables() -> Iterator[tuple[Path, str]]:
 
 
 def _of_the_cores_tables() -> Iterator[str]:
-    for spec in specs(Settings).values():
+    # Choices that features offer are said by the features.
+    for _, spec in leaves(Settings).values():
         yield from (spec.label, spec.words, spec.help, *spec.options().values())
     yield from (name for name, _, _ in TABS)
     yield from (hotkey.text for hotkey in (*hotkeys(), *LESSON_KEYS))

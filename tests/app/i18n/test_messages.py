@@ -31,22 +31,12 @@ from app.settings import Settings, from_query
 from controllers.errors import BadInputFile, BadSetting, DuetError, LazyText, joined
 from controllers.laws.unprotected import Unprotected
 from scenes.inputs_file import recorded_from
-from scenes.person.bvh import read_bvh
-from scenes.person.clips import Clip
 from scenes.rerun import not_again
 from scenes.settings import RunSettings, changed
 from tests.app.i18n.conftest import untranslated
+from tests.app.i18n.helpers import assert_said, refusal
 from tests.app.lessons.helpers import our_book
 from tests.app.recording.runs import piece
-from tests.scenes.person.bvh_text import MIXAMO, write_bvh
-
-
-def refusal(what: Callable[[], object]) -> LazyText:
-    with pytest.raises(DuetError) as caught:
-        what()
-    said = str(caught.value)
-    assert isinstance(said, LazyText)
-    return said
 
 
 def test_a_message_is_its_english_text_and_can_be_said_in_another() -> None:
@@ -72,7 +62,6 @@ def test_a_message_keeps_what_it_is_made_of() -> None:
     assert {type(text) for text in (f"{inner}", f"{inner!s}", f"{inner!s:>90}")} == {str}
 
 
-SKELETON = write_bvh(Clip("wave", 1), MIXAMO, frames=4)
 RUN = saved_bytes(piece("hold", 1.0)[0])
 
 
@@ -97,10 +86,6 @@ WRONG: dict[str, Callable[[], object]] = {
     "empty run": lambda: load_run(damaged("about"), "🦆"),
     "nothing to compare": lambda: load_run(damaged("made"), "🦆"),
     "no inputs": lambda: recorded_from(damaged("codes"), "🦆"),
-    "not a skeleton": lambda: read_bvh(b"1\n2\n", "🦆"),
-    "cut skeleton": lambda: read_bvh(SKELETON[: len(SKELETON) // 3].encode(), "🦆"),
-    "no elbow": lambda: read_bvh(SKELETON.replace("ForeArm", "1").replace("forearm", "1").encode(), "🦆"),
-    "a word among the numbers": lambda: read_bvh(SKELETON.rstrip().rsplit(" ", 1)[0].encode() + b" -", "🦆"),
     "no lesson": lambda: WALK.go("🦆"),
     "no such lesson": lambda: WALK.go(99),
     "no lesson before": lambda: WALK.go(-1),
@@ -112,20 +97,7 @@ WRONG: dict[str, Callable[[], object]] = {
 
 @pytest.mark.parametrize("name", WRONG)
 def test_errors_are_said(name: str) -> None:
-    said = refusal(WRONG[name])
-    set_language("pseudo")
-    # What a person wrote, and names of settings, lessons and joints, are what they are in every language.
-    parts = [str(part) for part in leaves(said)]
-    shown = tr(said)
-    for part in sorted(parts, key=len, reverse=True):
-        shown = shown.replace(part, "")
-    assert "⟦" in shown and untranslated(shown) == []
-
-
-def leaves(message: LazyText) -> list[object]:
-    """What is filled in, and is no message itself."""
-    parts = (leaves(part) if isinstance(part, LazyText) else [part] for part in message.parts.values())
-    return [leaf for some in parts for leaf in some if str(leaf)]
+    assert_said(WRONG[name])
 
 
 def test_links_are_answered_in_the_page_s_language() -> None:

@@ -84,8 +84,12 @@ def test_every_error_on_the_page_is_a_text_or_a_template() -> None:
     """An f-string cannot be looked up: give the template and its parts, `BadSetting("{key} is …", key=key)`."""
     errors = [(path.name, first) for path in on_the_page() for first in errors_of(path)]
     assert [f"{name}:{first.lineno}" for name, first in errors if isinstance(first, (ast.JoinedStr, ast.BinOp))] == []
-    assert {"settings.py", "bvh_file.py", "run_file.py", "law_file.py", "job_pool.py"} <= {path.name for path in on_the_page()}
-    assert {"{key} = {value} is out of range; {remedy}", "hips", "The video has ended."} <= set(messages())
+    assert {"settings.py", "run_file.py", "law_file.py", "job_pool.py"} <= {path.name for path in on_the_page()}
+    assert {
+        "{key} = {value} is out of range; {remedy}",
+        "processor",
+        "The computation failed; the server's log says why.",
+    } <= set(messages())
 
 
 def test_names_of_bodies_and_joints_are_on_the_list() -> None:

@@ -1,34 +1,20 @@
 """What moves the arm: the autopilot, a hand that takes hold, keys that nudge, a guest, a recorded run, a file or a camera."""
 
-import json
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
-from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
-from numpy.testing import assert_array_equal
 
-from app.__main__ import run_command as main
-from app.page.panels.source_chooser import Sources, TakePerson
 from app.session import session as session_module
-from app.session.action_handlers import ActionHandlers
-from app.session.frame import freeze
-from app.session.input_source import InputSources, find_input_sources, from_bvh
 from app.session.session import Session
-from app.settings import PageSettings, Settings
-from controllers.errors import BadInputFile, BadSetting
+from controllers.errors import BadSetting
 from scenes.ball import BALL_ROOM
 from scenes.headless import run
-from scenes.person.bvh import read_bvh
-from scenes.person.clips import Clip
 from scenes.room import Room
 from scenes.settings import RunSettings
 from scenes.targets import AnglesTarget, BallTarget, HandTarget, JointTarget, Target
-from tests.app.conftest import Arrive, OpenHouse
 from tests.app.session.conftest import DT, bits, go
-from tests.scenes.person.bvh_text import MIXAMO, write_bvh
 
 
 def test_autopilot_begins_where_the_hand_is(session: Session) -> None:
@@ -135,7 +121,7 @@ def test_a_guest_moves_the_arm_until_it_is_taken_hold_of(session: Session) -> No
     session.advance(DT)
     assert len(asked) == 23
     session.set_source(guest)
-    session.change("source", "camera")
+    session.change("source", "figure")
     session.advance(DT)
     assert len(asked) == 23
 
@@ -205,82 +191,3 @@ def test_a_robot_that_is_not_there_changes_nothing(session: Session, monkeypatch
     assert session.settings is before and session.simulation.settings is before.run and session.simulation.room is room
     assert session.held is not None
     assert session.advance(0.1) == 20
-
-
-@pytest.fixture
-def wave(tmp_path: Path) -> Path:
-    path = tmp_path / "wave.bvh"
-    path.write_text(write_bvh(Clip("wave"), MIXAMO), encoding="utf-8")
-    return path
-
-
-def angles_of(target: object) -> np.ndarray:
-    assert isinstance(target, AnglesTarget) and target.angles is not None
-    return target.angles
-
-
-def test_a_recorded_person_starts_again_at_the_end(wave: Path) -> None:
-    motion = read_bvh(wave)
-    person = from_bvh(motion)
-    for time in (0.0, 0.7, 0.5 * motion.duration):
-        for laps in (0, 3):
-            wanted = motion.angles(time)
-            assert wanted is not None
-            assert np.abs(angles_of(person.target(time + laps * motion.duration)) - wanted).max() < 1e-9
-
-
-def test_wrong_sources_are_refused(wave: Path, tmp_path: Path) -> None:
-    with pytest.raises(BadSetting, match="one of them"):
-        find_input_sources(None, 0, wave, wave)
-    with pytest.raises(BadSetting, match="--pose-model"):
-        find_input_sources(None, 0, None, None)
-    broken = tmp_path / "broken.bvh"
-    broken.write_text("HIERARCHY\nROOT", encoding="utf-8")
-    with pytest.raises(BadInputFile, match=r"broken\.bvh"):
-        find_input_sources(broken, None, None, None)
-    assert find_input_sources(None, None, None, None) == InputSources()
-
-
-def test_run_imitates_a_file(wave: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    out, bvh = tmp_path / "out.csv", ["--bvh", str(wave)]
-    last: list[str] = []
-    for options in (bvh, ["--clip", "clap"]):
-        assert main(["run", "--scene", "imitation", "--seconds", "3", "--csv", str(out), *options]) == 0
-        assert json.loads(capsys.readouterr().out)["steps"] == 600
-        last.append(out.read_text(encoding="utf-8").splitlines()[-1])
-    assert last[0] != last[1]
-    for wrong, named in (bvh, "--scene imitation"), (["--scene", "imitation", *bvh, "--inputs", str(wave)], "one of them"):
-        assert main(["run", "--seconds", "1", *wrong]) == 2
-        assert named in capsys.readouterr().err
-
-
-def test_a_visitor_chooses_a_file_then_a_camera_that_is_not_there_then_the_clips(
-    house: OpenHouse, arrive: Arrive, wave: Path
-) -> None:
-    guest = arrive(house(bvh=wave))
-    session, motion = guest.session, read_bvh(wave)
-    guest.ask(lambda s: [s.change("source", "file"), s.change("scene", "imitation")])
-    guest.run_on(0.3)
-    guest.ask(lambda s: s.toggle_pause())
-    shown = angles_of(session.target())
-    seen = [motion.angles(t) for t in np.linspace(0.0, motion.duration, 600)]
-    assert min(np.abs(shown - angles).max() for angles in seen if angles is not None) < 0.02
-    for source in ("camera", "clips"):
-        guest.ask(lambda s, source=source: s.change("source", source))
-    clip = Clip(session.settings.run.clip, session.settings.run.seed)
-    guest.visitor.wait_for(lambda _: session.target() is not None)
-    shown = angles_of(session.target())
-    assert min(np.abs(shown - clip.angles(t)).max() for t in np.arange(0.0, 5.0, 0.005)) < 0.02
-
-
-def test_a_visitors_own_file_outlives_a_page_that_is_built_again(wave: Path) -> None:
-    session, content = Session(Settings(RunSettings(scene="imitation"), PageSettings(source="file"))), wave.read_bytes()
-    for brings in (True, False):
-        gui, handlers = MagicMock(), ActionHandlers()
-        page, said = Sources(gui, session, handlers), gui.add_html.return_value
-        page.show(freeze(session, 0.0))
-        if brings:
-            assert "Choose a BVH file" in said.content
-            handlers.do(TakePerson("wave.bvh", content))
-        assert said.content == ""
-        assert_array_equal(angles_of(session.target()), read_bvh(wave).angles(0.0))

@@ -1,6 +1,7 @@
 """Our robots, read by another program too."""
 
 import importlib.metadata
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import get_args
@@ -11,10 +12,13 @@ import trimesh
 import yourdfpy
 
 from controllers.kinematics import Array
+from scenes.headless import run
 from scenes.lwr.urdf import URDF_FILE
 from scenes.robots import RobotName, robot
 from scenes.robots.example_data import EXAMPLES
-from tests.scenes.helpers import beyond
+from scenes.settings import RunSettings, validate
+from scenes.simulation import Simulation
+from tests.scenes.helpers import beyond, column
 
 NAMES: tuple[RobotName, ...] = get_args(RobotName)
 OTHERS: tuple[RobotName, ...] = ("panda", "ur5")
@@ -87,3 +91,17 @@ def away(capsule, data: pin.Data, world: Array, slimmer: dict[str, float]) -> Ar
     pose = data.oMi[capsule.joint]
     points = (world - pose.translation) @ pose.rotation
     return beyond(points, capsule.start, capsule.end, capsule.radius) + slimmer.get(capsule.name, 0.0)
+
+
+def assert_they_keep_clear(pair: str, rig: str) -> None:
+    """For 5 s d ≥ d_law ≥ d_m, from a start that is comfortably farther apart, away from the stops, with the hand in front."""
+    settings = validate(replace(RunSettings(), robot=pair, rig=rig, dt=0.01))
+    simulation = Simulation(settings, 1)
+    start, model = simulation.positions.copy(), simulation.room.model
+    assert simulation.sample().distance > 1.2 * settings.law.critical_distance
+    assert np.minimum(start - model.lowerPositionLimit, model.upperPositionLimit - start).min() > np.radians(14)
+    for arm in simulation.room.arms:
+        assert np.linalg.svd(simulation.kinematics.hand_jacobian(arm, 3), compute_uv=False)[-1] > 0.1
+    table = run(settings, 5.0).table
+    assert (column(table, "d") >= column(table, "law_d") - 1e-9).all()
+    assert column(table, "law_d").min() >= settings.law.critical_distance

@@ -19,10 +19,10 @@ from controllers.kinematics import Array
 from scenes.inputs import Recorded
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
+from tests.app.features.robot_files.arm_urdf import arm_urdf
 from tests.app.recording.runs import piece, read_film, read_scene
 from tests.browser import PageAt, screenshot, until, world_position
 from tests.scenes.helpers import recorded_run
-from tests.scenes.robots.test_files import arm_urdf
 
 FAST = PageSettings(picture="fast")
 WRIST = "/base/j1/j2/j3/j4/j5/j6/j7"

@@ -59,7 +59,7 @@ PAGE = SESSION | {
     "Magnify": ("MicroscopeButtons",),
     "SeekInstant": ("Scrubber",),
     "ShowMoment": ("MomentChooser",),
-    "TakePerson": ("Sources",),
+    "TakePerson": ("SourceChooser",),
     "AskReport": ("LabReportBox",),
     "AskPushFilm": ("DuelBox",),
     "AskToLeave": ("LessonControls",),

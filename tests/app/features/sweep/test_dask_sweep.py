@@ -15,19 +15,21 @@ from typing import Any, Final
 from uuid import uuid4
 
 import pytest
+import trimesh
 from distributed import Client
 from distributed.comm.core import CommClosedError
 
 from app.__main__ import run_command as main
+from app.features.robot_files.file_robot import register
 from app.features.sweep import dask_cluster
 from app.features.sweep.dask_cluster import environment, on_dask
 from app.runtime.terminal import INTERRUPTED
 from controllers.errors import BadInputFile, BadSetting, DuetError
-from scenes.robots.robot_files import robot_file
+from scenes.given_robots import given_at_start
 from scenes.settings import RunSettings
 from scenes.sweep import read_grid, run_points
+from tests.app.features.robot_files.arm_urdf import arm_urdf
 from tests.app.runtime.processes import PATIENCE, until
-from tests.scenes.robots.test_files import arm_urdf
 
 pytestmark = pytest.mark.thorough
 
@@ -178,16 +180,20 @@ def test_a_library_of_another_version_is_named() -> None:
         dask_cluster._compare("worker W", environment(), environment() | {"coal": "0.0"})
 
 
-def test_a_worker_with_other_meshes_is_named(tmp_path: Path) -> None:
-    path = tmp_path / "box.urdf"
-    path.write_text(arm_urdf(), encoding="utf-8")
-    key = robot_file(path).key
-    dask_cluster._check_meshes(key, path, True)
-    path.write_text(arm_urdf() + " ", encoding="utf-8")
-    dask_cluster._check_meshes.cache_clear()
-    dask_cluster._check_meshes(key, path, False)
+def test_a_worker_with_other_meshes_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, registry: None) -> None:
+    path, mesh = tmp_path / "box.urdf", tmp_path / "box.stl"
+    trimesh.creation.box((0.1, 0.1, 0.2)).export(mesh)
+    path.write_text(arm_urdf(shape='<mesh filename="box.stl"/>'), encoding="utf-8")
+    register(path)
+    monkeypatch.setattr(dask_cluster, "_checked", set())
+    asked = environment(), given_at_start(), abs, (-3,)
+    assert dask_cluster._called_there(*asked) == 3
+    mesh.write_bytes(mesh.read_bytes() + b" ")
+    # Looked at once.
+    assert dask_cluster._called_there(*asked) == 3
+    dask_cluster._checked.clear()
     with pytest.raises(BadInputFile, match=r"box\.urdf: is another file on a worker"):
-        dask_cluster._check_meshes(key, path, True)
+        dask_cluster._called_there(*asked)
 
 
 def test_what_is_no_scheduler_is_named_soon(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from app.hosting.serve_options import ServeOptions
 from app.runtime.progress import cores
 from app.runtime.terminal import INTERRUPTED
 from app.start import App
-from tests.app.cli.test_commands import all_options, refused
+from tests.app.cli.test_commands import every_option, refused
 
 
 @pytest.mark.parametrize(
@@ -46,7 +46,7 @@ def test_alone_or_behind_the_door_the_app_gets_all_that_the_command_was_given(
 
     monkeypatch.setattr("app.start.start_app", alone)
     monkeypatch.setattr("app.features.workers.start.Dispatcher", behind)
-    given = ["serve", *all_options(tmp_path), "--store", str(tmp_path / "store"), "--keep", "2", "--store-size", "20"]
+    given = ["serve", *every_option(tmp_path), "--store", str(tmp_path / "store"), "--keep", "2", "--store-size", "20"]
     assert main([*given, "--workers", "1"]) == INTERRUPTED
     assert main([*given, "--workers", "2"]) == INTERRUPTED
     one, two = served

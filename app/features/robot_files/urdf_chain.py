@@ -9,10 +9,10 @@ from xml.etree import ElementTree
 import numpy as np
 import pinocchio as pin
 
+from app.features.robot_files.joint_chain import MOST
+from app.features.robot_files.urdf_tree import UrdfJoint, UrdfTree, short
 from controllers.errors import BadInputFile, first_line
 from controllers.kinematics import Array
-from scenes.robots.joint_chain import MOST
-from scenes.robots.urdf_tree import UrdfJoint, UrdfTree, short
 
 HANDS: Final = ("hand_tcp", "tcp", "tool0", "tool", "grasp", "ee_link", "end_effector", "eef")
 """Parts of the name of a hand frame; the first counts most."""

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
+from app.features.person_files.bvh import read_bvh
+from app.features.person_files.bvh_file import CHANNELS, BvhJoint, load_bvh
 from controllers.errors import BadInputFile
-from scenes.person.bvh import read_bvh
-from scenes.person.bvh_file import CHANNELS, BvhJoint, load_bvh
 from scenes.person.clips import Clip
-from tests.scenes.person.bvh_text import BLENDER, MIXAMO, POSER, SNAKE, UNDERSCORE, Style, write_bvh
+from tests.app.features.person_files.bvh_text import BLENDER, MIXAMO, POSER, SNAKE, UNDERSCORE, Style, write_bvh
 
 CLIP = Clip("cross", 2)
 LEFT_RIGHT, LR, LOWER = ("Left", "Right"), ("L", "R"), ("l", "r")

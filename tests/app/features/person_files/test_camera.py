@@ -10,13 +10,13 @@ import pytest
 from hypothesis import given
 from numpy.testing import assert_allclose
 
+from app.features.person_files import camera, film
+from app.features.person_files.camera import ARMS, ELBOWS, HIPS, SHOULDERS, WRISTS, CameraSource, landmarks_to_angles, read_film
+from app.features.person_files.film import VideoFrame
 from controllers.errors import BadInputFile, BadSetting, DuetError
 from controllers.kinematics import Array
-from scenes.person import camera, film
 from scenes.person.angles import arm_points
-from scenes.person.camera import ARMS, ELBOWS, HIPS, SHOULDERS, WRISTS, CameraSource, landmarks_to_angles, read_film
 from scenes.person.clips import Clip
-from scenes.person.film import VideoFrame
 from scenes.person.source import MissingPackage
 from tests.app.runtime.processes import until
 from tests.scenes.person.strategies import SIDES, bodies, plain_arms

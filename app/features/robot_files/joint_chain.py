@@ -7,8 +7,8 @@ from typing import Final
 
 import numpy as np
 
+from app.features.robot_files.urdf_tree import UrdfJoint, UrdfTree, short
 from controllers.errors import BadInputFile
-from scenes.robots.urdf_tree import UrdfJoint, UrdfTree, short
 
 FEWEST, MOST = 5, 7
 """Joints of an arm."""

@@ -1,20 +1,22 @@
 """Who is imitated, as a visitor chooses it: brings in the person of a file or a camera, and takes a BVH file in."""
 
-from dataclasses import field, replace
+from dataclasses import field
 
 import viser
 
+from app.features.person_files.bvh import from_bvh, read_bvh
+from app.features.person_files.camera import CameraSource
+from app.features.person_files.person_options import MODEL_REMEDY
 from app.i18n.speaking import tr
-from app.session.action_handlers import ActionHandlers
+from app.page.panel_context import PanelContext
+from app.page.panels import PagePanel
 from app.session.actions import Action
 from app.session.frame import Frame
-from app.session.input_source import MODEL_REMEDY, from_bvh
-from app.session.session import Session
+from app.session.parts import SessionPart
 from app.settings import Source
 from app.text.templates import element
 from app.web.control_events import on_file
 from controllers.errors import DuetError
-from scenes.person.bvh import read_bvh
 from scenes.person.source import PersonTarget
 
 
@@ -25,25 +27,45 @@ class TakePerson(Action):
     content: bytes = field(repr=False)
 
 
-class Sources:
-    """Keeps the session's guest in step with the chosen source."""
+class UploadedPerson(SessionPart):
+    """The person of the file that the visitor took in; it outlives a page that is built again, but is not saved."""
 
-    def __init__(self, gui: viser.GuiApi, session: Session, handlers: ActionHandlers) -> None:
-        self._session, self._sources = session, session.sources
+    name = "uploaded_person"
+    person: PersonTarget | None = None
+
+    def saved(self) -> bytes:
+        return b""
+
+    def restore(self, saved: bytes) -> None:
+        del saved
+
+
+class SourceChooser(PagePanel):
+    """Keeps the session's guest in step with the chosen source.
+
+    Args:
+        bvh: the person of the file that the server was started with; None without one.
+        camera: of the server; None without one.
+    """
+
+    def __init__(self, page: PanelContext, bvh: PersonTarget | None = None, camera: CameraSource | None = None) -> None:
+        self._session, self._bvh, self._camera = page.session, bvh, camera
         self._shown: Source | None = None
-        # viser's page shows an upload button though it is not visible; a folder takes it along.
-        self._folder = gui.add_folder(tr("Recorded motion"), visible=False)
-        with self._folder:
-            upload = gui.add_upload_button(
-                tr("Take in a BVH file"),
-                mime_type=".bvh",
-                icon=viser.Icon.UPLOAD,
-                color="gray",
-                hint=tr("A person's recorded motion; the names of most skeletons are understood."),
-            )
-        self._state = gui.add_html("", visible=False)
+        gui, session = page.client.gui, page.session
+        with page.controls.arms_tab:
+            # viser's page shows an upload button though it is not visible; a folder takes it along.
+            self._folder = gui.add_folder(tr("Recorded motion"), visible=False)
+            with self._folder:
+                upload = gui.add_upload_button(
+                    tr("Take in a BVH file"),
+                    mime_type=".bvh",
+                    icon=viser.Icon.UPLOAD,
+                    color="gray",
+                    hint=tr("A person's recorded motion; the names of most skeletons are understood."),
+                )
+            self._state = gui.add_html("", visible=False)
         on_file(upload, lambda name, content: session.post(TakePerson(name, content)))
-        handlers.add(TakePerson, self._take_person)
+        page.handlers.add(TakePerson, self._take_person)
 
     def _take_person(self, action: TakePerson) -> None:
         """Imitate the person of a file from now on, if it can be read; the session keeps it, as a page may be built again."""
@@ -52,7 +74,7 @@ class Sources:
         except DuetError as error:
             self._session.notify("This file cannot be imitated", str(error))
             return
-        self._sources = self._session.sources = replace(self._session.sources, bvh=person)
+        self._session.parts.of(UploadedPerson).person = person
         if self._shown == "file":
             self._say("")
             self._session.set_source(person)
@@ -64,7 +86,7 @@ class Sources:
         if source != self._shown:
             before, self._shown = self._shown, source
             self._change(before, source)
-        camera = self._sources.camera
+        camera = self._camera
         if source == "camera" and camera is not None:
             self._say(tr(camera.message))
 
@@ -72,11 +94,11 @@ class Sources:
         self._folder.visible = source == "file"
         self._state.visible = source in ("file", "camera")
         if source == "file":
-            person = self._sources.bvh
+            person = self._session.parts.of(UploadedPerson).person or self._bvh
             self._say("" if person else tr("Choose a BVH file; until then the built-in clip goes on."))
             self._session.set_source(person)
         elif source == "camera":
-            camera = self._sources.camera
+            camera = self._camera
             if camera is None:
                 self._say(
                     tr("No camera: start the server with --camera 0 (or --video FILE), and {remedy}.", remedy=tr(MODEL_REMEDY))

@@ -9,14 +9,14 @@ from typing import Final
 import numpy as np
 import pinocchio as pin
 
+from app.features.robot_files.plausible_sizes import ShapeKind, Solid, check_sizes
+from app.features.robot_files.robot_file import RobotFile
+from app.features.robot_files.urdf_chain import chain_model, frame_names, hand_frame, landmarks
+from app.features.robot_files.urdf_shapes import form_meshes
+from app.features.robot_files.urdf_tree import Pill, UrdfTree, read_urdf
 from controllers.errors import BadInputFile
 from controllers.kinematics import Array
 from scenes.robots.description import Capsule, Robot
-from scenes.robots.plausible_sizes import ShapeKind, Solid, check_sizes
-from scenes.robots.robot_files import FILES, RobotFile
-from scenes.robots.urdf_chain import chain_model, frame_names, hand_frame, landmarks
-from scenes.robots.urdf_shapes import form_meshes
-from scenes.robots.urdf_tree import Pill, UrdfTree, read_urdf
 
 MOST_TRIANGLES: Final = 1_500_000
 """Of all meshes of a robot together."""
@@ -47,13 +47,12 @@ class FileArm:
         return Robot(self.file.key, name, self.model, hand, *landmarks(self.model), capsules, labels)
 
 
-def load_arm(key: str) -> FileArm:
-    """Return the arm of a file that was registered.
+def load_arm(file: RobotFile) -> FileArm:
+    """Return the arm of a file.
 
     Raises:
         BadInputFile: it cannot be read.
     """
-    file = FILES[key]
     tree = read_urdf(file.text, str(file.path))
     model, column = chain_model(tree, file.chain.joints, str(file.path))
     return FileArm(file, tree, model, column)

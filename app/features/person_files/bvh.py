@@ -9,10 +9,8 @@ from typing import Final
 
 import numpy as np
 
-from controllers.errors import BadInputFile, LazyText
-from scenes.person.angles import BodyPoints, body_angles
-from scenes.person.bvh_file import BvhFile, load_bvh
-from scenes.person.joint_names import (
+from app.features.person_files.bvh_file import BvhFile, load_bvh
+from app.features.person_files.joint_names import (
     COLLARS,
     ELBOWS,
     ELBOWS_BELOW_SHOULDERS,
@@ -24,7 +22,9 @@ from scenes.person.joint_names import (
     is_twist,
     joint_part,
 )
-from scenes.person.source import SampledAngles
+from controllers.errors import BadInputFile, LazyText
+from scenes.person.angles import BodyPoints, body_angles
+from scenes.person.source import PersonTarget, SampledAngles
 from scenes.settings import ArmName
 
 ADVICE: Final = LazyText(
@@ -193,3 +193,8 @@ class _Skeleton:
             joints=shown,
             advice=ADVICE,
         )
+
+
+def from_bvh(motion: SampledAngles) -> PersonTarget:
+    """The person of a BVH file, who starts again at the end of the motion."""
+    return PersonTarget(motion, max(motion.duration, 1e-3))

@@ -10,14 +10,15 @@ import trimesh
 from trimesh.exchange.dae import export_collada
 from trimesh.exchange.stl import export_stl_ascii
 
+from app.features.robot_files.file_robot import FileRobot, register
 from controllers.errors import BadInputFile
 from scenes import glb
+from scenes.given_robots import GIVEN
 from scenes.lwr.shells import PALETTES
-from scenes.robots import FILES, robot
-from scenes.robots.drawing import draw_file, robot_glbs, robot_link_meshes
-from scenes.robots.robot_files import register
+from scenes.robots import robot
+from scenes.robots.drawing import draw_given, robot_glbs, robot_link_meshes
+from tests.app.features.robot_files.arm_urdf import arm_urdf
 from tests.scenes.helpers import beyond, own_cache
-from tests.scenes.robots.test_files import arm_urdf
 
 pytestmark = pytest.mark.slow
 
@@ -276,7 +277,7 @@ def test_mirrored_and_centimetre_meshes_are_as_large_as_the_others(folder: Path,
 def test_what_is_drawn_of_a_file_is_there_before_a_visitor(folder: Path, registry: None, tmp_path: Path) -> None:
     with own_cache(tmp_path, robot_glbs):
         key = given(folder, ARMS["few shapes"])
-        draw_file(key)
+        draw_given(key)
         robot_glbs.cache_clear()
         with glb.stored_only():
             for palette in PALETTES:
@@ -288,10 +289,13 @@ def test_what_cannot_be_drawn_is_one_sentence(folder: Path, registry: None, tmp_
         key = given(folder, mesh("ascii.stl"))
         robot(key)
         robot_link_meshes.cache_clear()
-        stl, kept = FILES[key].meshes["ascii.stl"], FILES[key].meshes["ascii.stl"].read_bytes()
+        known = GIVEN[key]
+        assert isinstance(known, FileRobot)
+        stl = known.file.meshes["ascii.stl"]
+        kept = stl.read_bytes()
         try:
             stl.write_bytes(b"gone")
             with pytest.raises(BadInputFile, match=r"ascii\.stl: cannot be read"):
-                draw_file(key)
+                draw_given(key)
         finally:
             stl.write_bytes(kept)

@@ -17,9 +17,9 @@ def robots(command: Robots) -> int:
     """Print one line for each; return the exit code."""
     del command
     with ending_at_once():
+        from app.features.robot_files.robot_file import robot_file
         from scenes.robots import robot
         from scenes.robots.example_data import urdf_files
-        from scenes.robots.robot_files import robot_file
 
     for name in get_args(RobotName):
         try:

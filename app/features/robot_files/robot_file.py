@@ -1,4 +1,4 @@
-"""Robots from URDF files that were given when this process started: the setting `robot` names them by file name and content."""
+"""A URDF file with the files that it refers to, named by file name and content."""
 
 import hashlib
 import os
@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from app.features.robot_files.joint_chain import Chain, find_chain
+from app.features.robot_files.urdf_chain import USUAL_SPEED, chain_model, frame_names, hand_frame, top_speed
+from app.features.robot_files.urdf_tree import MeshFile, UrdfTree, read_urdf, short
 from controllers.errors import BadInputFile
 from scenes.files import input_content
-from scenes.robots.joint_chain import Chain, find_chain
-from scenes.robots.urdf_chain import USUAL_SPEED, chain_model, frame_names, hand_frame, top_speed
-from scenes.robots.urdf_tree import MeshFile, UrdfTree, read_urdf, short
-from scenes.setting_spec import add_choice, added_choices
 
 LARGEST_URDF: Final = 10_000_000
 """[B]"""
@@ -46,18 +45,6 @@ class RobotFile:
     chain: Chain
     meshes: dict[str, Path]
     guesses: str
-
-
-FILES: Final[dict[str, RobotFile]] = {}
-"""Key → file, of all that were given."""
-
-
-def register(path: Path, hand: str = "") -> str:
-    """Make a URDF file a choice of the setting `robot` in this process and return its name there; raises as `robot_file`."""
-    file = robot_file(path, hand)
-    FILES[file.key] = file
-    add_choice("robot", file.key, file.key.rpartition("-")[0])
-    return file.key
 
 
 def robot_file(path: Path, hand: str = "") -> RobotFile:
@@ -111,23 +98,6 @@ def _guesses(tree: UrdfTree, chain: Chain, hand: str, part: str) -> str:
 def _listed(names: Sequence[str]) -> str:
     more = len(names) - MOST_NAMES
     return ", ".join(map(short, names[:MOST_NAMES])) + (f" and {more} more" if more > 0 else "")
-
-
-GivenAtStart = tuple[dict[str, RobotFile], dict[str, dict[str, str]]]
-
-
-def given_at_start() -> GivenAtStart:
-    """Return the files and choices that only this process knows, for its workers."""
-    return FILES, added_choices()
-
-
-def take_over(given: GivenAtStart) -> None:
-    """Know in a worker what the process knows that started it."""
-    files, choices = given
-    FILES.update(files)
-    for key, labels in choices.items():
-        for value, label in labels.items():
-            add_choice(key, value, label)
 
 
 def _too_large(name: Path | str, limit: int) -> BadInputFile:

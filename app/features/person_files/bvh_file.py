@@ -93,7 +93,7 @@ class BvhFile:
 
 
 def load_bvh(source: Path | bytes, name: str = "") -> BvhFile:
-    """Return the content of a BVH file; raises and takes arguments as `scenes.person.bvh.read_bvh`."""
+    """Return the content of a BVH file; raises and takes arguments as `app.features.person_files.bvh.read_bvh`."""
     if isinstance(source, Path):
         name = str(source)
         missing = BadInputFile("{name}: there is no such file; give the path of a BVH file.", name=name)

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Final, Literal
 import numpy as np
 import pinocchio as pin
 
+from app.features.robot_files.urdf_tree import MeshFile, ShapeForm, short
 from controllers.errors import BadInputFile
 from controllers.kinematics import Array
-from scenes.robots.urdf_tree import MeshFile, ShapeForm, short
 
 if TYPE_CHECKING:
     import trimesh

@@ -8,10 +8,10 @@ from typing import Final, Self
 
 import numpy as np
 
+from app.features.person_files.film import Detector, Film, VideoFrame
 from controllers.errors import BadInputFile, DuetError, LazyText, first_line
 from controllers.kinematics import Array
 from scenes.person.angles import BodyPoints, body_angles
-from scenes.person.film import Detector, Film, VideoFrame
 from scenes.person.source import SampledAngles
 
 STALE: Final = 0.5

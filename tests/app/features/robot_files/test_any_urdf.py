@@ -17,14 +17,13 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
+from app.features.robot_files.robot_file import robot_file
+from app.features.robot_files.urdf_chain import frame_names
+from app.features.robot_files.urdf_file import fit_capsules, load_arm, solids
 from controllers.errors import DuetError
 from controllers.kinematics import Array
-from scenes.robots import FILES
-from scenes.robots.robot_files import register, robot_file
-from scenes.robots.urdf_chain import frame_names
-from scenes.robots.urdf_file import fit_capsules, load_arm, solids
+from tests.app.features.robot_files.arm_urdf import arm_urdf
 from tests.scenes.helpers import beyond
-from tests.scenes.robots.test_files import arm_urdf
 
 pytestmark = pytest.mark.slow
 
@@ -129,7 +128,7 @@ def test_shapes_are_where_the_joints_are_solid_and_inside_their_capsules(
     path = folder / "arm.urdf"
     path.write_text(texts[0], encoding="utf-8")
     try:
-        arm = load_arm(register(path))
+        arm = load_arm(robot_file(path))
     except DuetError as error:
         # Parallel axes, mostly.
         assert "\n" not in str(error)
@@ -228,8 +227,7 @@ def test_whatever_an_attribute_says_it_is_an_arm_or_one_sentence(data: st.DataOb
     path.write_bytes(ElementTree.tostring(tree))
     try:
         file = robot_file(path)
-        FILES[file.key] = file
-        arm = load_arm(file.key)
+        arm = load_arm(file)
         for solid in (*solids(arm, "collisions"), *solids(arm, "visuals")):
             assert np.isfinite(solid.mesh.vertices).all()
     except DuetError as error:

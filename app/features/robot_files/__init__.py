@@ -1,0 +1,23 @@
+"""Robots from URDF files, which the command line names, and the list of those that can be taken."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
+
+from app.feature import Command, Feature
+
+
+def _commands() -> Mapping[str, Command]:
+    from app.features.robot_files.command import Robots, robots
+
+    return {"robots": Command(Robots, robots)}
+
+
+def _read_robot(path: Path, hand: str) -> str:
+    # Robots take a while to load.
+    from app.features.robot_files.file_robot import register
+
+    return register(path, hand)
+
+
+ROBOT_FILES: Final = Feature("robot_files", texts=Path(__file__).parent, commands=_commands, robot_reader=_read_robot)

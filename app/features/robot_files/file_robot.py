@@ -1,0 +1,79 @@
+"""A robot from a URDF file as the scenes take it."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.features.robot_files.robot_file import RobotFile, robot_file
+from app.features.robot_files.urdf_file import fit_capsules, load_arm, solids
+from controllers.errors import BadInputFile
+from controllers.kinematics import Array
+from scenes.given_robots import GivenRobot, give
+from scenes.robots.description import Capsule, Robot
+
+SOURCES: Final = tuple(sorted(Path(__file__).parent.glob("*.py")))
+
+DARK: Final = 70.0
+"""Mean of red, green and blue below which a part of a robot from a file is dark, 0 … 255."""
+
+
+@dataclass(frozen=True)
+class FileRobot(GivenRobot):
+    """The robot of a file that was given at the start."""
+
+    file: RobotFile
+
+    @property
+    def key(self) -> str:
+        return self.file.key
+
+    @property
+    def label(self) -> str:
+        return self.file.key.rpartition("-")[0]
+
+    @property
+    def remark(self) -> str:
+        return self.file.guesses
+
+    @property
+    def origin(self) -> Path:
+        return self.file.path
+
+    def sources(self) -> tuple[Path, ...]:
+        return SOURCES
+
+    def column(self) -> float:
+        return load_arm(self.file).column
+
+    def fitted(self) -> tuple[Capsule, ...]:
+        return fit_capsules(load_arm(self.file))
+
+    def made(self, capsules: tuple[Capsule, ...]) -> Robot:
+        return load_arm(self.file).robot(capsules)
+
+    def shapes(self) -> Iterator[tuple[int, str, Array, NDArray[np.int64]]]:
+        """As in `GivenRobot`; of the colours in the file only light and dark count."""
+        arm = load_arm(self.file)
+        shapes = list(solids(arm, "visuals")) or list(solids(arm, "collisions"))
+        lights = np.array([float(np.mean(one.colour)) for one in shapes])
+        areas = np.array([float(one.mesh.area) for one in shapes])
+        # An arm that is dark all over has the colour of its side all the same.
+        darkest = DARK if areas[lights >= DARK].sum() > 0.3 * areas.sum() else -1.0
+        for one, light in zip(shapes, lights.tolist(), strict=True):
+            yield one.joint, "dark" if light < darkest else "body", np.asarray(one.mesh.vertices), np.asarray(one.mesh.faces)
+
+    def check_files(self) -> None:
+        path, file = self.file.path, self.file
+        if file.meshes and robot_file(path, file.chain.hand).key != file.key:
+            raise BadInputFile(
+                f"{path}: is another file on a worker; put the same one and its meshes there, under the same path."
+            )
+
+
+def register(path: Path, hand: str = "") -> str:
+    """Make a URDF file a choice of the setting `robot` in this process and return its name there; raises as `robot_file`."""
+    return give(FileRobot(robot_file(path, hand)))

@@ -1,0 +1,33 @@
+"""Further sources of targets of `lwr-duet run`, as options that features add. Imports nothing slow."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from scenes.roles import TargetSource
+    from scenes.settings import RunSettings
+
+
+@dataclass(frozen=True)
+class RunSource:
+    """Options of `lwr-duet run` that name files with a source of targets; each option has a default."""
+
+    @property
+    def given(self) -> Mapping[str, Path]:
+        """Option → file, for each source that is named."""
+        raise NotImplementedError
+
+    @property
+    def read(self) -> tuple[Path, ...]:
+        """All files that the run reads for these options."""
+        return tuple(self.given.values())
+
+    def source(self, settings: "RunSettings") -> "TargetSource":
+        """The named source; exactly one is given.
+
+        Raises:
+            BadSetting, BadInputFile, MissingPackage: the source does not fit the experiment, or cannot be read.
+        """
+        raise NotImplementedError
