@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app.plots.chart_list import Charts
 from app.text.document_list import DocumentFile
 
 if TYPE_CHECKING:
@@ -44,6 +45,7 @@ class Feature:
         documents: last part of the address → document that the page offers.
         commands: name → command.
         panels: what makes the panels of a visitor who operates a session. Those of the lowest feature are made first.
+        charts: choice of the setting `plot` → chart.
         assets: scripts and style sheets of every page.
         options: a dataclass that adds its fields to the options of `lwr-duet serve`.
         host: makes the host of a server that is started with the feature's options, or returns None.
@@ -55,6 +57,7 @@ class Feature:
     documents: Mapping[str, DocumentFile] = field(default_factory=dict)
     commands: Callable[[], Mapping[str, Command]] | None = None
     panels: "Callable[[], Sequence[PanelMaker]] | None" = None
+    charts: Callable[[], Charts] | None = None
     assets: "Callable[[], PageAssets] | None" = None
     options: "Callable[[], type[FeatureOptions]] | None" = None
     host: "Callable[[AppContext], Host | None] | None" = None

@@ -11,7 +11,6 @@ from app.cli.custom_law import LawTest, NewLaw, law_test, new_law
 from app.cli.lessons import Lessons, NewLesson, lessons, new_lesson
 from app.cli.robots import Robots, robots
 from app.cli.run import RunCommand, simulate
-from app.cli.searches import Falsify, Hunt, falsify, hunt
 from app.cli.serve import serve, serve_with
 from app.feature import Command, Feature
 from app.runtime.terminal import write_log
@@ -19,8 +18,6 @@ from controllers.errors import DuetError
 
 _COMMANDS: Final[dict[str, Command]] = {
     "run": Command(RunCommand, simulate),
-    "hunt": Command(Hunt, hunt),
-    "falsify": Command(Falsify, falsify),
     "robots": Command(Robots, robots),
     "lessons": Command(Lessons, lessons),
     "new-lesson": Command(NewLesson, new_lesson),

@@ -14,8 +14,10 @@ from app.features.league import LEAGUE
 from app.features.lecture import LECTURE
 from app.features.marks import MARKS
 from app.features.second_person import SECOND_PERSON
+from app.features.studies import STUDIES
 from app.features.sweep import SWEEP
 from app.i18n.catalogue import add_catalogues
+from app.plots.chart_list import add_charts
 from app.text.document_list import add_documents
 
 FEATURES: Final[tuple[Feature, ...]] = (
@@ -30,9 +32,11 @@ FEATURES: Final[tuple[Feature, ...]] = (
     EXPORTS,
     FIGURES,
     SECOND_PERSON,
+    STUDIES,
     SWEEP,
 )
 
-# Every process that uses a feature imports this package first, and with it the texts and documents of all of them.
+# Every process that uses a feature imports this package first, and with it the texts, charts and documents of all of them.
 add_catalogues(feature.texts for feature in FEATURES if feature.texts is not None)
+add_charts(feature.charts for feature in FEATURES if feature.charts is not None)
 add_documents({name: one for feature in FEATURES for name, one in feature.documents.items()})
