@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app.plots.chart_list import Charts
 from app.text.document_list import DocumentFile
 from scenes.given_robots import RobotReader
 
@@ -50,6 +51,7 @@ class Feature:
         documents: last part of the address → document that the page offers.
         commands: name → command.
         panels: what makes the panels of a visitor who operates a session. Those of the lowest feature are made first.
+        charts: choice of the setting `plot` → chart.
         assets: scripts and style sheets of every page.
         options: a dataclass that adds its fields to the options of `lwr-duet serve`.
         start: serves a page on a socket that listens, and calls a function with the number of places when it does; returns False at
@@ -68,6 +70,7 @@ class Feature:
     documents: Mapping[str, DocumentFile] = field(default_factory=dict)
     commands: Callable[[], Mapping[str, Command]] | None = None
     panels: "Callable[[], Sequence[PanelMaker]] | None" = None
+    charts: Callable[[], Charts] | None = None
     assets: "Callable[[], PageAssets] | None" = None
     options: "Callable[[], type[FeatureOptions]] | None" = None
     start: "Callable[[ServeOptions, socket.socket, Sequence[Feature], Callable[[int], None]], bool] | None" = None

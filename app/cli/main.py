@@ -10,15 +10,12 @@ import tyro
 from app.cli.custom_law import LawTest, NewLaw, law_test, new_law
 from app.cli.lessons import Lessons, NewLesson, lessons, new_lesson
 from app.cli.run import run_with, simulate
-from app.cli.searches import Falsify, Hunt, falsify, hunt
 from app.cli.serve import serve, serve_with
 from app.feature import Command, Feature
 from app.runtime.terminal import write_log
 from controllers.errors import DuetError
 
 _COMMANDS: Final[dict[str, Command]] = {
-    "hunt": Command(Hunt, hunt),
-    "falsify": Command(Falsify, falsify),
     "lessons": Command(Lessons, lessons),
     "new-lesson": Command(NewLesson, new_lesson),
     "new-law": Command(NewLaw, new_law),

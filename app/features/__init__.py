@@ -17,9 +17,11 @@ from app.features.person_files import PERSON_FILES
 from app.features.robot_files import ROBOT_FILES
 from app.features.second_person import SECOND_PERSON
 from app.features.store import STORE
+from app.features.studies import STUDIES
 from app.features.sweep import SWEEP
 from app.features.workers import WORKERS
 from app.i18n.catalogue import add_catalogues
+from app.plots.chart_list import add_charts
 from app.text.document_list import add_documents
 from scenes.given_robots import add_robot_reader
 from scenes.setting_spec import offer_choices
@@ -36,6 +38,7 @@ FEATURES: Final[tuple[Feature, ...]] = (
     EXPORTS,
     FIGURES,
     SECOND_PERSON,
+    STUDIES,
     SWEEP,
     PERSON_FILES,
     ROBOT_FILES,
@@ -43,8 +46,9 @@ FEATURES: Final[tuple[Feature, ...]] = (
     STORE,
 )
 
-# Every process that uses a feature imports this package first, and with it the texts, documents, choices and readers of all of them.
+# Every process that uses a feature imports this package first, and with it the texts, charts, documents, choices and readers of all.
 add_catalogues(feature.texts for feature in FEATURES if feature.texts is not None)
+add_charts(feature.charts for feature in FEATURES if feature.charts is not None)
 add_documents({name: one for feature in FEATURES for name, one in feature.documents.items()})
 for feature in FEATURES:
     offer_choices(feature.choices)

@@ -24,9 +24,9 @@ from app.page.view import View
 from app.session.clock import NOT_THE_VISITORS
 from app.session.frame import Frame, freeze, make_frame
 from app.session.session import Session
-from app.settings import ATTACK, MOTION, OPENED, PANEL, PUSH, WHOLE, Language, Settings
+from app.settings import MOTION, OPENED, PANEL, PUSH, WHOLE, Language, Settings
 from app.web.request import browser_language, request_query
-from controllers.errors import BadInputFile, BadSetting, LazyText
+from controllers.errors import BadInputFile, LazyText
 from scenes.run_text import run_of_text
 
 SAVING: Final = 1.0
@@ -160,11 +160,8 @@ class Visitor:
 
     def _replay_link(self) -> None:
         """Replay the run that a link holds; the visitor's own run stands meanwhile, and goes on when the replay is left."""
-        if ATTACK in self.query:
-            try:
-                self.session.studies.counterexample.open(self.query[ATTACK])
-            except BadSetting as error:
-                self.operation.notify_problems((str(error),))
+        for part in self.session.parts:
+            self.operation.notify_problems(part.open_link(self.query))
         if PUSH in self.query:
             try:
                 # In place of a file's name.

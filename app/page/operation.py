@@ -16,7 +16,7 @@ from app.page.panels.hotkeys import Hotkey, hotkeys, keys_of
 from app.page.panels.law_editor import LawEditor
 from app.page.panels.lever import Lever
 from app.page.panels.link_box import LinkBox
-from app.page.panels.plot_controls import DetailsChooser, MicroscopeButtons, MomentChooser
+from app.page.panels.plot_controls import DetailsChooser, MomentChooser
 from app.page.panels.replay_bar import ReplayBar
 from app.page.panels.scene_words import SceneWords
 from app.page.picture_size import PHONE, canvas_size
@@ -35,7 +35,6 @@ CALM: Final = 0.1
 PANELS: Final[list[PanelMaker]] = [
     Lever,
     DetailsChooser,
-    MicroscopeButtons,
     MomentChooser,
     lambda page: SceneWords(page.client, page.view, page.handlers),
 ]
@@ -84,7 +83,7 @@ class Operation:
             if panel is not None:
                 page.made.append(panel)
         with self._keep:
-            self._link = LinkBox(client, session, view.lessons)
+            self._link = LinkBox(client, session, view.lessons, page.links)
         if edited is not None:
             page.made.append(LawEditor(client.gui, session, view, handlers, self._controls, edited))
         hands_off = lambda: view.lessons.hands_off  # noqa: E731

@@ -1,6 +1,6 @@
 """What the panels of a visitor who operates a session are made from."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TypeVar
 
@@ -10,6 +10,7 @@ from app.page.panels import PagePanel
 from app.page.panels.controls import Controls
 from app.page.view import View
 from app.session.action_handlers import ActionHandlers
+from app.session.frame import Frame
 from app.session.session import Session
 
 P = TypeVar("P", bound=PagePanel)
@@ -28,6 +29,7 @@ class PanelContext:
         keep: the folder “Keep and replay”; not visible while few things are shown.
         private: whether the session belongs to this visitor alone: not to a class or one of its groups.
         made: the panels made so far.
+        links: each returns what a link to the frame says, in place of settings; None if it has nothing to say.
     """
 
     client: viser.ClientHandle
@@ -38,6 +40,7 @@ class PanelContext:
     keep: viser.GuiFolderHandle
     private: bool
     made: list[PagePanel] = field(default_factory=list)
+    links: list[Callable[[Frame], Mapping[str, str] | None]] = field(default_factory=list)
 
     def panel(self, kind: type[P]) -> P:
         """Panel of a class that was made before.

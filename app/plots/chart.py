@@ -1,7 +1,9 @@
 """A chart over distance as HTML: lines in a scalable SVG, and text of fixed size."""
 
+import math
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import Final
 
 import numpy as np
 from markupsafe import Markup
@@ -9,6 +11,10 @@ from markupsafe import Markup
 from app.i18n.speaking import decimal
 from app.text.templates import macros
 from controllers.kinematics import Array
+
+LEAST: Final = 1e-3
+"""Shortest axis, in the unit that is shown."""
+
 
 _SIDE = 1000
 """Edge of the drawing's own square; three digits are finer than a pixel."""
@@ -99,3 +105,14 @@ def _without_middles(points: list[list[float]]) -> list[list[float]]:
         if abs((x - x1) * across - (y - y1) * along) > 0.33 * (abs(along) + abs(across)):
             kept.append([x, y])
     return kept + points[-1:]
+
+
+def ticks_of(low: float, high: float) -> tuple[tuple[float, str], ...]:
+    """Return two to six round numbers of an axis."""
+    size = max(high - low, LEAST)
+    step = 10.0 ** math.floor(math.log10(size / 2.0))
+    step *= next(k for k in (1.0, 2.0, 5.0, 10.0) if size / (k * step) <= 5.0)
+    first = math.ceil(low / step)
+    numbers = range(first, math.floor(high / step) + 1)
+    digits = max(0, -math.floor(math.log10(step) + 1e-9))
+    return tuple((i * step, f"{i * step:.{digits}f}".replace("-", "−")) for i in numbers)

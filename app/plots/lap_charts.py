@@ -6,8 +6,7 @@ import numpy as np
 from markupsafe import Markup
 
 from app.i18n.speaking import tr
-from app.plots.chart import Chart, ChartAxes
-from app.plots.microscope_chart import ticks_of
+from app.plots.chart import Chart, ChartAxes, ticks_of
 from app.text.templates import macros
 from controllers.errors import NumberText
 from controllers.kinematics import Array, Kinematics

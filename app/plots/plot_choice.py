@@ -5,6 +5,7 @@ from typing import Final
 from markupsafe import Markup
 
 from app.i18n.speaking import N_
+from app.plots.chart_list import further_charts
 from app.settings import PageSettings
 from app.text.templates import element, lowered, tr_html
 from scenes.settings import RunSettings, specs
@@ -12,23 +13,28 @@ from scenes.settings import RunSettings, specs
 CHARTS: Final[dict[str, str]] = {
     "curve": N_('Fig. 2: <b class="lam">λ</b> over <b class="d">d</b> [m]'),
     "laws": N_('what each law makes of it: J<sub>d</sub>q̇ [m/s] over <b class="d">d</b> [m]'),
-    "map": "trade-off of n and v",
-    "safety": "laws at equal safety",
     "pairs": "the closest pair",
     "stability": "section III: does the paper’s condition hold?",
-    "microscope": "single steps at dt and dt/2",
     "laps": "laps of the hand",
     "joint_laps": "laps of two joints",
 }
-"""Charts that are not over time → title."""
+"""Charts of the core that are not over time → title."""
+
+_ADDED: Final = ("safety", "microscope", "map")
+"""Choices of the setting that are offered where a feature draws them."""
 
 _OVER_D: Final = element("b", "d", class_="d")
 _OVER_LAW_DISTANCE: Final = element("b", lowered("d_law"), class_="d")
 
 
+def is_chart(name: str) -> bool:
+    """True of a plot that is not over time."""
+    return name in CHARTS or name in further_charts()
+
+
 def chart_title(name: str, run: RunSettings) -> Markup:
-    """Return the title of one of `CHARTS` for a run, as HTML: a chart over what the law acts on says so where that is not d."""
-    title = tr_html(CHARTS[name])
+    """Title of a chart for a run, as HTML: a chart over what the law acts on says so where that is not d."""
+    title = tr_html(CHARTS[name] if name in CHARTS else further_charts()[name].title)
     return Markup(str(title).replace(_OVER_D, _OVER_LAW_DISTANCE)) if run.has_law_distance else title
 
 
@@ -48,7 +54,8 @@ def possible_details(run: RunSettings) -> tuple[str, ...]:
     if run.experiment.maps:
         details += ("map",)
     order = specs(PageSettings)["plot"].choices
-    return tuple(sorted(details, key=order.index))
+    drawn = (name for name in details if name not in _ADDED or name in further_charts())
+    return tuple(sorted(drawn, key=order.index))
 
 
 def first_plots(run: RunSettings) -> tuple[str, str]:
@@ -86,7 +93,7 @@ def cells(run: RunSettings, details: str, only: tuple[str, ...] = ()) -> tuple[s
 
 def makes_room(shown: tuple[str, ...]) -> bool:
     """Return whether the squared error is left out on a narrow screen."""
-    return "error" in shown and (len(shown) > 3 or any(name in CHARTS for name in shown))
+    return "error" in shown and (len(shown) > 3 or any(is_chart(name) for name in shown))
 
 
 def place_of(name: str) -> float:

@@ -146,13 +146,6 @@ class RestoreSettings(Action):
     settings: Settings
 
 
-class Compute(Action, newest_by=("what",)):
-    """Measure how smooth the run is, set a law's knob so that it keeps the distance of the other law, begin or end a search for a run
-    that breaks the promise, or replay the worst one."""
-
-    what: Literal["smoothness", "same distance", "counterexample", "worst run"]
-
-
 log = logging.getLogger("duet.session")
 
 BUDGET: Final = 0.010

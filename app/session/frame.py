@@ -3,17 +3,15 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, TypeVar
 
-from app.session.background_studies import BackgroundStudies
 from app.session.clock import BUDGET, FRAME, Pace
-from app.session.microscope import Magnified
+from app.session.parts import SessionPart
 from app.session.session import Session
 from app.session.shown import Shown
 from app.settings import Settings
 from controllers.kinematics import Array
 from scenes.history import Sample
-from scenes.rerun import WhatIf
 from scenes.simulation import Simulation
 from scenes.targets import Target
 
@@ -68,6 +66,8 @@ def contact(simulation: Simulation, sample: Sample) -> Contact:
     )
 
 
+P = TypeVar("P", bound=SessionPart)
+
 LATEST: Final = 3.0
 """Panels wait so many times their period at most."""
 
@@ -80,7 +80,6 @@ class Frame:
         now: wall time [s].
         shown: the live session, or a moment of a replay.
         live: the live session, which the controls are about during a replay too.
-        studies: what is computed beside the live run; None where nothing is.
         simulation, ghost: its run and the second one, for plots that need their histories.
         sample: the newest step.
         settings: of the run that is shown, and of the page.
@@ -91,7 +90,6 @@ class Frame:
     now: float
     shown: Shown
     live: Shown
-    studies: BackgroundStudies | None
     simulation: Simulation
     ghost: Simulation | None
     sample: Sample
@@ -121,15 +119,9 @@ class Frame:
         """The run and its ghost as plots over time draw them: a moment of the live run with all of it."""
         return self.live.traced if self.of_live else self.shown.traced
 
-    @property
-    def what_if(self) -> WhatIf | None:
-        """How the last part would have gone with the present settings; None of a replay."""
-        return self.studies.questions.what_if if self.studies is not None and self.of_live else None
-
-    @property
-    def magnified(self) -> Magnified | None:
-        """Single steps of the live run; None of a replay."""
-        return self.studies.microscope.magnify(self.live.simulation) if self.studies is not None and self.of_live else None
+    def part(self, kind: type[P]) -> P | None:
+        """The live session's part of a class; None where there is no session, as in an export."""
+        return None if self.live.parts is None else self.live.parts.of(kind)
 
     @cached_property
     def state(self) -> tuple[object, ...]:
@@ -180,4 +172,4 @@ def freeze(live: Shown, now: float, shown: Shown | None = None, elapsed: float =
     """
     shown = shown or live
     simulation, ghost = shown.simulation, None if live.ghost_hidden else shown.ghost
-    return Frame(now, shown, live, live.studies, simulation, ghost, simulation.sample(), shown.settings, shown.pace, elapsed)
+    return Frame(now, shown, live, simulation, ghost, simulation.sample(), shown.settings, shown.pace, elapsed)

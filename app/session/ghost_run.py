@@ -5,7 +5,7 @@ from typing import Final
 
 from app.session.student_law import StudentLaw
 from app.settings import Settings
-from scenes.inputs import InputsLog
+from scenes.inputs import InputsLog, Recorded
 from scenes.roles import TargetSource
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
@@ -34,6 +34,10 @@ class GhostRun:
         self.source: TargetSource | None = None
         self.frozen = run
         self._law = law
+
+    def recorded(self, seconds: float) -> Recorded | None:
+        """The newest piece of the run, see `InputsLog.window`; None without a ghost."""
+        return None if self.simulation is None else self.inputs.window(seconds)
 
     def begin(self, settings: Settings, beside: Simulation) -> None:
         """Begin a ghost where the run is now, or drop it if none is chosen."""

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar, TypeVar
 
 from app.settings import Settings
+from scenes.rerun import WhatIf
 
 
 class SessionPart:
@@ -38,6 +39,17 @@ class SessionPart:
 
     def changed(self, before: Settings, after: Settings, rebuilt: bool) -> None:
         """Follow a change of the settings. `rebuilt`: whether the run is of another experiment now."""
+
+    def law_changed(self) -> None:
+        """Follow a change of the program that is the run's law."""
+
+    def open_link(self, query: Mapping[str, str]) -> tuple[str, ...]:
+        """Do what the visitor's link asks for besides settings, when the run has begun; the messages about what is not possible."""
+        return ()
+
+    def curves(self) -> WhatIf | None:
+        """How the newest part of the run would have gone otherwise, for the plots over time; None without an answer."""
+        return None
 
     def reset(self) -> None:
         """Drop what is about the run before a reset."""

@@ -9,6 +9,7 @@ from app.i18n.speaking import N_
 from app.runtime.job_pool import Job, Jobs, JobWatch
 from app.session.actions import Pause, Reset, SingleStep
 from app.session.clock import Halt, Pace
+from app.session.ghost_run import GhostRun
 from app.session.replay import RecordedFilm, Replay, make_films
 from app.session.student_law import LawStatus
 from app.settings import Settings
@@ -46,8 +47,9 @@ class Live(Protocol):
     halt: Halt
     inputs: InputsLog
 
-    def ghost_recorded(self, seconds: float) -> Recorded | None:
-        """Return the newest piece of the ghost's run [s]; None if there is none."""
+    @property
+    def ghost_run(self) -> GhostRun:
+        """The second run with its inputs."""
         ...
 
     def notify(self, title: str, text: str) -> None:
@@ -71,7 +73,7 @@ class Past:
     """
 
     # Of a live session, see `app.session.shown.Shown`.
-    held, studies, ghost_hidden, coming = None, None, False, ""
+    held, parts, ghost_hidden, coming = None, None, False, ""
 
     def __init__(
         self,
@@ -182,7 +184,7 @@ class ReplayPlayer:
         reach = max(REVIEWED, self._session.simulation.time - time + 2.0)
         if self.jobs.computes and self._session.halt and (recorded := self.recorded(reach)) is not None:
             self.reviewing, self.mark, self._seek = True, mark, time
-            self._watch(recorded, beside=self._session.ghost_recorded(reach))
+            self._watch(recorded, beside=self._session.ghost_run.recorded(reach))
 
     def _watch(self, recorded: Recorded, name: str = "", beside: Recorded | None = None, whole: Recorded | None = None) -> None:
         """Let the live run stand, and have a piece filmed and shown, with that of the ghost; then all of it, where it is a draft."""

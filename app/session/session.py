@@ -11,24 +11,21 @@ from app.runtime.job_pool import Jobs
 from app.session import actions
 from app.session.action_handlers import ActionHandlers
 from app.session.actions import ActionQueue
-from app.session.background_studies import BackgroundStudies
 from app.session.clock import BUDGET, Clock, Halt, Pace, Reason, next_speed
 from app.session.ghost_run import GhostRun
 from app.session.input_source import NO_SOURCES, InputSource, InputSources, nudged, source_settings, with_joint
-from app.session.knob_search import WINDOW
 from app.session.parts import SessionParts
 from app.session.relevant_settings import built_of
 from app.session.replay_player import ReplayPlayer
 from app.session.session_state import LASTING, RunState, SessionState, common_pieces, resumed
 from app.session.student_law import LawStatus, StudentLaw
-from app.session.studies import Who
 from app.settings import Settings
 from controllers.kinematics import Arm, Array
 from controllers.laws.situation import Law, Unanswered
-from scenes.inputs import InputsLog, Recorded
+from scenes.inputs import InputsLog
 from scenes.roles import TargetSource, room_of
 from scenes.run_text import on_grid
-from scenes.settings import RunSettings, changed, values
+from scenes.settings import changed, values
 from scenes.simulation import Simulation
 from scenes.targets import HandTarget, HeldTarget, LinkTarget, PairTarget, Target
 
@@ -44,7 +41,7 @@ class Session:
     Args:
         settings: of the run and of the page.
         wake: called after every `post`, to ask for a frame at once.
-        background: where replays, "what if", smoothness and so on are computed; without one they are not.
+        background: where replays, and what features study, are computed; without one they are not.
         sources: a student's law: of the server at first, and then also the visitor's own.
     """
 
@@ -74,7 +71,6 @@ class Session:
         """The target of a step that its law has not answered yet."""
         self.player = ReplayPlayer(self, background, self.wake)
         """Replays in the place of the live run."""
-        self.studies = self._new_studies()
         self.handlers = ActionHandlers()
         """Handlers of what is posted: the session's own, and over them those of the page that operates it."""
         self._add_handlers()
@@ -98,13 +94,6 @@ class Session:
         """Title and text of what `notify` was told; the page that shows them removes them."""
         self.simulation.use(self.law.of_run)
         self._ghost.begin(settings, self.simulation)
-        if settings.page.what_if:
-            self.studies.questions.prepare(settings)
-
-    def _new_studies(self) -> BackgroundStudies:
-        # They know the settings' laws only, and would answer for another one.
-        studied = self.background if self.sources.law_file is None else None
-        return BackgroundStudies(studied, self.wake, self.inputs, lambda: self.settings, self.change, self.player.watch_file)
 
     def wake(self) -> None:
         """Ask for a frame at once; from any thread."""
@@ -145,7 +134,6 @@ class Session:
     def close(self) -> None:
         """Drop everything that is being computed for this session, and end its own law's process."""
         self.law.close()
-        self.studies.close()
         for part in self.parts:
             part.close()
 
@@ -153,6 +141,11 @@ class Session:
     def ghost(self) -> Simulation | None:
         """The second run; its history has the same times as the first one's; None if there is none."""
         return self._ghost.simulation
+
+    @property
+    def ghost_run(self) -> GhostRun:
+        """The second run with its inputs."""
+        return self._ghost
 
     @property
     def traced(self) -> tuple[Simulation, Simulation | None]:
@@ -179,9 +172,9 @@ class Session:
         sources = replace(self.sources, law_file=path)
         self.law.open(sources)
         if self.sources != sources:
-            self.studies.close()
             self.sources = sources
-            self.studies = self._new_studies()
+            for part in self.parts:
+                part.law_changed()
         self._assign_laws(True)
 
     def step_with(self, law: Law) -> bool:
@@ -222,7 +215,6 @@ class Session:
         handlers.add(actions.Digit, lambda action: self.change("scene", action.scene))
         handlers.add(actions.RestoreSettings, self._restore)
         handlers.add(actions.MoveJoint, self._move_joint)
-        handlers.add(actions.Compute, self._compute)
 
     def _restore(self, action: actions.RestoreSettings) -> None:
         for key, value in values(action.settings).items():
@@ -233,17 +225,6 @@ class Session:
         held = with_joint(self.simulation, self.held, action.joint, action.angle)
         if held is not None:
             self.hold(held)
-
-    def _compute(self, action: actions.Compute) -> None:
-        match action.what:
-            case "smoothness":
-                self.measure_smoothness()
-            case "same distance":
-                self.match_distance()
-            case "counterexample":
-                self.studies.counterexample.toggle()
-            case "worst run":
-                self.studies.counterexample.replay_worst()
 
     @property
     def held(self) -> Target | None:
@@ -291,7 +272,6 @@ class Session:
             self._ghost.begin(after, self.simulation)
         elif after.run != before.run:
             self._ghost.apply(after)
-        self.studies.questions.follow(before, after, rebuilt)
         for part in self.parts:
             part.changed(before, after, rebuilt)
 
@@ -320,7 +300,6 @@ class Session:
             self._ghost.begin(self.settings, self.simulation)
         elif self.ghost is not None:
             self.ghost.reset()
-        self.studies.forget()
         for part in self.parts:
             part.reset()
         self._input.let_go()
@@ -336,25 +315,6 @@ class Session:
         """Simulate as fast as the machine can up to a time of the run [s]; a pause or a reset ends that, too."""
         self.halt.go_on()
         self._hurries_to = until
-
-    def ghost_recorded(self, seconds: float) -> Recorded | None:
-        """Return the newest piece of the ghost's run, see `InputsLog.window`."""
-        return None if self.ghost is None else self._ghost.inputs.window(seconds)
-
-    def measure_smoothness(self) -> None:
-        """Make the last 10 s again in ever smaller steps, beside the run; `studies.questions.smoothness` then tells what came out."""
-        runs: dict[Who, tuple[InputsLog, RunSettings]] = {"law": (self.inputs, self.settings.run)}
-        if self.ghost is not None and self._ghost.source is None:
-            runs["ghost"] = self._ghost.inputs, self.ghost.settings
-        self.studies.questions.measure_smoothness(runs)
-
-    def match_distance(self) -> None:
-        """Set a law's knob so that it keeps the distance of the other law on the last inputs, see `KnobSearch.ask`."""
-        studies = self.studies
-        studies.knob_search.ask(self._ghost.frozen, self.inputs.window(WINDOW))
-        if studies.knob_search.busy and studies.safety_curves is not None:
-            # They would be of other settings afterwards, and the search need not wait for them.
-            studies.safety_curves.forget()
 
     @property
     def coming(self) -> str:
@@ -433,7 +393,6 @@ class Session:
         """Do what was posted, and take in what was computed. `elapsed`: wall time since the last frame [s]."""
         self.stirred = False
         self.law.advance(elapsed, self.paused)
-        self.studies.advance(elapsed, self.simulation)
         for part in self.parts:
             part.advance(elapsed)
         self.posts.do()

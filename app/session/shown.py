@@ -2,8 +2,8 @@
 
 from typing import Protocol
 
-from app.session.background_studies import BackgroundStudies
 from app.session.clock import Pace
+from app.session.parts import SessionParts
 from app.session.replay_player import Mark
 from app.session.student_law import LawStatus
 from app.settings import Settings
@@ -54,8 +54,8 @@ class Shown(Protocol):
         ...
 
     @property
-    def studies(self) -> BackgroundStudies | None:
-        """What is computed beside the live run; None in a replay."""
+    def parts(self) -> SessionParts | None:
+        """What features keep with the session; None in a replay."""
         ...
 
     @property

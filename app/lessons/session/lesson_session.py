@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import Final
 
 from app.custom_law.examination import ExaminationProgress
+from app.features.studies.background_studies import BackgroundStudies
 from app.i18n.catalogue import words_of
 from app.lessons.bookmark import OpenSteps, Phase
 from app.lessons.labels import label_of
@@ -395,7 +396,7 @@ class LessonSession:
         walk = self.walk
         if walk.run_id == self._measured and (mark := walk.decisive(self._session.simulation)) is not None:
             self._session.player.review(mark.time, mark)
-            self._session.studies.microscope.go_to(mark.time - self._session.settings.run.dt)
+            self._session.parts.of(BackgroundStudies).microscope.go_to(mark.time - self._session.settings.run.dt)
 
     def vary(self, query: Mapping[str, str]) -> None:
         """Change settings of the present run as a link asks for."""

@@ -6,6 +6,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from typing import Final
 
+from app.features.studies.background_studies import BackgroundStudies
 from app.i18n.speaking import N_
 from app.lessons.lesson import Setup, Step
 from app.lessons.measures.quantity import UNITS
@@ -118,7 +119,7 @@ class StepRunner:
         session.halt.set("lesson", walk.locked or not walk.yours)
         if not self._warm:
             # The decisive moment of the first run should not wait for a process that begins.
-            session.studies.questions.prepare(session.settings)
+            session.parts.of(BackgroundStudies).questions.prepare(session.settings)
             self._warm = True
 
     def apply(self, settings: Settings) -> None:

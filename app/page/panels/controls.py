@@ -8,7 +8,6 @@ import viser
 from app.i18n.speaking import N_, spoken, tr
 from app.page.lessons.drawing_board import CurveControl
 from app.page.panels.choice_buttons import ChoiceButtons
-from app.page.panels.compare import ComparePanel
 from app.page.panels.hotkeys import Hotkey, help_html
 from app.page.panels.joint_sliders import JointSliders
 from app.session.action_handlers import ActionHandlers
@@ -62,6 +61,10 @@ ROBOT: Final = (
 NOTHING_NEAR: Final = "There is nothing to keep clear of here, so that every law does the same."
 
 
+BELOW: Final = 1e6
+"""Order of what stands below everything else in its tab."""
+
+
 class Controls:
     """All controls of one session.
 
@@ -106,8 +109,9 @@ class Controls:
                 if name == "Robot":
                     gui.add_html(element("div", tr_html(ROBOT), class_="duet duet-tip"))
                 if name == "Compare":
-                    self._compare, self.compare_tab = ComparePanel(gui, session), tab
-                    self._note = gui.add_html("")
+                    self.compare_tab = tab
+                    # Below what features add to the tab.
+                    self._note = gui.add_html("", order=BELOW)
         with self._tabs.add_tab(tr("Keys"), viser.Icon.KEYBOARD):
             gui.add_html(element("div", "", help_html(instead), class_="duet"))
         self._panel = gui.add_html("")
@@ -194,7 +198,6 @@ class Controls:
         self._clock.show(0 if frame.pace.paused else -1)
         settings = frame.live.settings
         self._joints.show(frame)
-        self._compare.show(frame)
         self._curve.show(settings, matters("curve", settings))
         if settings is self._settings:
             return

@@ -1,31 +1,23 @@
 """The link to the page as it is now, which a visitor passes on."""
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
 from typing import Final
 from urllib.parse import urlencode
 
 import viser
 
 from app.lessons.session.lesson_session import LessonSession
-from app.session.counterexample_search import NAME
 from app.session.frame import Frame, freeze
 from app.session.session import Session
-from app.settings import ATTACK, Settings, to_query
+from app.settings import Settings, to_query
 from app.text.templates import macros
 from app.web.request import frames_of, request_address
-from scenes.counterexample import Attack
 
 PERIOD: Final = 0.5
 """Time between two writes of the link [s]; while a slider is dragged it need not follow."""
 
 OF_LESSONS: Final = ("scene", "rig", "robot", "autopilot", "ghost", "whatif", "plot", "speed", "lever")
 """What a step decides by itself, and a link to it need not say."""
-
-
-def attack_query(settings: Settings, attack: Attack) -> dict[str, str]:
-    """Return what a link says that replays an attack to break the promise."""
-    return {**to_query(replace(settings, run=attack.settings)), ATTACK: attack.text()}
 
 
 def link_query(settings: Settings, lessons: LessonSession) -> dict[str, str]:
@@ -49,10 +41,17 @@ class LinkBox:
     Args:
         client: who gets it; its container is open.
         session, lessons: what the link opens again.
+        links: of features, see `PanelContext.links`.
     """
 
-    def __init__(self, client: viser.ClientHandle, session: Session, lessons: LessonSession) -> None:
-        self._lessons = lessons
+    def __init__(
+        self,
+        client: viser.ClientHandle,
+        session: Session,
+        lessons: LessonSession,
+        links: Sequence[Callable[[Frame], Mapping[str, str] | None]] = (),
+    ) -> None:
+        self._lessons, self._links = lessons, links
         self._address, self._frames = request_address(client), frames_of(client)
         self._box = client.gui.add_html("")
         self._next = 0.0
@@ -64,10 +63,7 @@ class LinkBox:
             return
         self._next = frame.after(PERIOD)
         settings = frame.live.settings
-        attack = None if frame.studies is None else frame.studies.counterexample.replayed
-        if frame.shown.replayed_file == NAME and attack is not None:
-            query = attack_query(settings, attack)
-        else:
-            query = link_query(settings, self._lessons)
+        said = (link(frame) for link in self._links)
+        query = next((query for query in said if query is not None), None) or link_query(settings, self._lessons)
         link = link_to(self._address, query)
         self._box.content = macros("page/panels/copy.html").link(link, self._frames)

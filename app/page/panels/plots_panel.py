@@ -1,6 +1,5 @@
 """The panel of plots: two over time, and the plot that is chosen beside them."""
 
-from itertools import chain
 from typing import Any, Final
 
 import numpy as np
@@ -8,17 +7,15 @@ import viser
 from markupsafe import Markup
 from viser import uplot
 
-from app.i18n.speaking import tr
 from app.plots.bins import LAST, Bins, begin_of, polyline
+from app.plots.chart_list import further_charts
 from app.plots.lap_charts import laps_html
 from app.plots.law_charts import curve_html, laws_html
-from app.plots.microscope_chart import microscope_html
 from app.plots.pair_strips import pairs_html
-from app.plots.plot_choice import CHARTS, cells, chart_title, layout_html, makes_room, place_of
+from app.plots.plot_choice import cells, chart_title, is_chart, layout_html, makes_room, place_of
 from app.plots.stability_text import section_html
 from app.plots.time_plots import PlotLine, TimePlot, colour_of, time_plot_of
 from app.plots.time_series import COLUMNS, RollingSeries, drawable
-from app.plots.trade_off_charts import map_html, safety_html
 from app.session.frame import Frame
 from app.settings import Details, PageSettings
 from app.text.templates import element, macros, tr_html
@@ -43,6 +40,12 @@ CURTAIN: Final = 0.3
 
 _TICKS: Final = tuple(float(f"{digit}e{power}") for power in range(-3, 7) for digit in (1, 2, 5))
 """Steps from tick to tick of an upright axis, which the page writes with three decimals: of 0.0025 every other one would be rounded."""
+
+
+def _curves_beside(frame: Frame) -> WhatIf | None:
+    """Curves of how the live run would have gone otherwise; None of a replay."""
+    found = (part.curves() for part in frame.live.parts or ()) if frame.of_live else ()
+    return next((curves for curves in found if curves is not None), None)
 
 
 class Plots:
@@ -91,7 +94,7 @@ class Plots:
         """Read the newest steps, and refresh the plots that have changed and are due."""
         simulation, now = frame.simulation, frame.now
         traced, ghost = frame.traced
-        self._take(frame.what_if)
+        self._take(_curves_beside(frame))
         self._arrange(traced, ghost, frame.settings.page.details)
         if self._dressed:
             # The page replaces every plot, and new data in the same moment would leave it with a time axis in the wrong proportion
@@ -108,19 +111,18 @@ class Plots:
         self.buffer.feed(traced)
         if ghost is not None:
             self._ghost_buffer.feed(ghost)
-        parts = (frame.studies.trade_off, frame.studies.safety_curves) if frame.studies is not None else ()
-        computed = tuple(0.0 if studied is None else studied.size for studied in parts)
-        state = traced.history, traced.history.count, traced.settings, ghost is not None, self._curves, computed
+        state = traced.history, traced.history.count, traced.settings, ghost is not None, self._curves
         moment = simulation.history, simulation.history.count
         numbers = self.buffer.bins.numbers
         self.span = (begin_of(numbers[0]), float(self.buffer.bins.ends(numbers)[-1])) if len(numbers) > 1 else None
         for name in due:
-            # The microscope also changes by its own buttons, and when finer steps are there.
-            drawn = (*state, moment) if name in CHARTS else state
-            if name != "microscope" and self._drawn.get(name) == drawn:
+            drawn: tuple[object, ...] = (*state, moment) if is_chart(name) else state
+            if name in further_charts():
+                drawn = (*drawn, further_charts()[name].state(frame))
+            if self._drawn.get(name) == drawn:
                 continue
             self._drawn[name] = drawn
-            if name in CHARTS:
+            if is_chart(name):
                 self._next[name] = frame.after(PERIOD)
                 self._charts[name].content = self._chart_html(name, frame)
             else:
@@ -161,14 +163,14 @@ class Plots:
             self._captions[name].content = self._caption(name, simulation.settings, ghost is not None)
 
     def _handle(self, name: str) -> viser.GuiHtmlHandle | viser.GuiUplotHandle:
-        return self._charts[name] if name in CHARTS else self._time_plots[name][1]
+        return self._charts[name] if is_chart(name) else self._time_plots[name][1]
 
     def _make(self, name: str, simulation: Simulation) -> None:
         # Captions and plots alternate: side by side in columns on a desk, one below the other on a phone.
         order = 2.0 + 2.0 * place_of(name)
         with self._tab:
             self._captions[name] = self._gui.add_html("", order=order)
-            if name in CHARTS:
+            if is_chart(name):
                 self._charts[name] = self._gui.add_html("", order=order + 0.5)
                 return
             time_plot = time_plot_of(name, simulation)
@@ -235,28 +237,14 @@ class Plots:
         return times, [shown.get(i, np.empty(0)) for i in range(len(time_plot.lines))]
 
     def _chart_html(self, name: str, frame: Frame) -> Markup:
-        simulation, ghost, sample, studies = frame.simulation, frame.ghost, frame.sample, frame.studies
+        simulation, ghost, sample = frame.simulation, frame.ghost, frame.sample
+        if name in further_charts():
+            return Markup(further_charts()[name].draw(frame, self._height))
         match name:
             case "curve":
                 return element("div", "", curve_html(simulation, ghost, sample, self._height), class_="duet")
             case "laws":
                 return laws_html(simulation, ghost, frame.contact, self._height)
-            case "map":
-                trade_off = studies and studies.trade_off
-                if trade_off is None:
-                    return element("div", tr("The trade-off map is not available for a custom law."), class_="duet duet-tip")
-                points = tuple(chain.from_iterable(trade_off.results(frame.settings.run).values()))
-                return map_html(points, trade_off.size, frame.settings.run, self._height)
-            case "safety":
-                curves = studies and studies.safety_curves
-                if curves is None:
-                    return element("div", tr("Laws are not compared while a custom law runs."), class_="duet duet-tip")
-                return safety_html(curves.results(frame.settings.run), curves.size, frame.settings.run, self._height)
-            case "microscope":
-                seen = frame.magnified
-                if seen is None:
-                    return element("div", tr("Single steps are shown of the live run."), class_="duet duet-tip")
-                return microscope_html(seen, frame.settings.run, self._height)
             case "laps" | "joint_laps":
                 return laps_html(simulation, ghost, name == "joint_laps", self._height)
             case "pairs":
@@ -291,7 +279,7 @@ class Plots:
         # On a narrow screen the squared error makes room for what was chosen.
         caption, spare = macros("plots/charts.html").caption, name == "error" and makes_room(self.shown)
         first = name == self.shown[0]
-        if name in CHARTS:
+        if is_chart(name):
             return caption(chart_title(name, run), "", (), spare, first)
         plot, _ = self._time_plots[name]
         others = ["ghost"] if with_ghost else []

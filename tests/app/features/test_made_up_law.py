@@ -20,6 +20,8 @@ from app.features.exports.csv_table import csv_bytes
 from app.features.exports.player import player_html
 from app.features.exports.plot_pictures import picture_bytes
 from app.features.figures import equal_safety, laws_compared
+from app.features.studies.background_studies import SafetyPoint
+from app.features.studies.trade_off_charts import safety_html
 from app.lessons.attempts import StandIn
 from app.page.page_assets import style_sheet
 from app.page.panels import contact_card
@@ -28,8 +30,6 @@ from app.plots.law_charts import all_laws, laws_html
 from app.plots.pair_strips import pairs_html
 from app.plots.stability_text import section_html
 from app.plots.time_series import RollingSeries
-from app.plots.trade_off_charts import safety_html
-from app.session.background_studies import SafetyPoint
 from app.session.frame import freeze
 from app.session.input_source import InputSources
 from app.session.relevant_settings import matters

@@ -195,7 +195,7 @@ MACROS: dict[str, list[tuple[str, tuple[Any, ...]]]] = {
     "page/lessons/search_plot.html": [
         ("plot", (NASTY, NASTY, [(NASTY, NASTY)], [(1.0, 1.0, False)], [(NASTY, 1.0, 1.0, NASTY)]))
     ],
-    "page/panels/compare.html": [("what_if", (NASTY, [(NASTY, NASTY, NASTY)], NASTY))],
+    "features/studies/compare.html": [("what_if", (NASTY, [(NASTY, NASTY, NASTY)], NASTY))],
     "page/panels/copy.html": [("link", (NASTY, True, NASTY)), ("snippet", (NASTY,))],
     "page/panels/help.html": [("help", ([SimpleNamespace(shown=NASTY, text=NASTY)], (), 5, [(NASTY, NASTY)], NASTY, NASTY))],
     "features/second_person/invite.html": [("place", (NASTY, NASTY, ""))],

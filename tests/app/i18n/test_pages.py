@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from app.features.studies.background_studies import BackgroundStudies
 from app.lessons.loading import load_lessons
 from app.text.lesson_text import plain
 from tests.app.conftest import Arrive, Guest, OpenHouse, ask
@@ -51,7 +52,7 @@ def test_in_pseudo_nothing_is_left_untranslated(house: OpenHouse, arrive: Arrive
     ):
         choose(guest, scene=scene, plot=plot, law=law)
         assert_all_said(guest.visitor)
-    ask(guest.session, lambda s: s.measure_smoothness())
+    ask(guest.session, lambda s: s.parts.of(BackgroundStudies).measure_smoothness())
     choose(guest, scene="imitation", source="camera")
     assert_all_said(guest.visitor)
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, TimeoutError
 
+from app.features.studies.background_studies import BackgroundStudies
 from app.lessons.bookmark import Phase
 from app.lessons.session.lesson_actions import Choose, Press
 from app.session.replay_player import ReplayPlayer
@@ -139,8 +140,9 @@ def test_a_jump_is_an_edge_has_its_steps_and_a_drag_over_a_plot_shows_another_mo
     knob = page.get_by_role("slider", name="moment [s]")
 
     def looked_at() -> float:
-        assert session.studies.microscope.span is not None
-        return session.studies.microscope.span[2]
+        span = session.parts.of(BackgroundStudies).microscope.span
+        assert span is not None
+        return span[2]
 
     found = looked_at()
     until(page, lambda: float(knob.get_attribute("aria-valuenow") or 0.0) == pytest.approx(found, abs=0.003), "its place")

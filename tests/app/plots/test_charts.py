@@ -15,10 +15,9 @@ from hypothesis import strategies as st
 from app.i18n.speaking import set_language
 from app.lessons.evidence import Evidence
 from app.lessons.measures.quantity import measure
-from app.plots.chart import Chart, ChartAxes
+from app.plots.chart import Chart, ChartAxes, ticks_of
 from app.plots.lap_charts import laps_html
 from app.plots.law_charts import FAR, FRAME, all_laws, curve_html, distances, laws_html
-from app.plots.microscope_chart import ticks_of
 from app.plots.pair_strips import pairs_html
 from app.plots.stability_text import condition_text, error_text, ranks_text, section_html, stability_html
 from app.plots.time_series import COLUMNS, RollingSeries

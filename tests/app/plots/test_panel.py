@@ -8,8 +8,8 @@ import pytest
 
 from app.page.panels.plots_panel import CURTAIN
 from app.plots.bins import POINTS, WINDOW
-from app.plots.plot_choice import CHARTS, cells
-from app.session.frame import Frame
+from app.plots.plot_choice import cells, is_chart
+from app.session.parts import SessionPart
 from app.settings import PageSettings
 from scenes.history import COLUMN
 from tests.app.conftest import Arrive, OpenHouse
@@ -25,7 +25,7 @@ def test_everything_can_be_shown_in_every_experiment(scene: str) -> None:
     for details in DETAILS:
         visible = [plot for plot in shown.show(0.05, plot=details) if plot.visible]
         meant = cells(shown.session.settings.run, details)
-        assert len(visible) == len([name for name in meant if name not in CHARTS])
+        assert len(visible) == len([name for name in meant if not is_chart(name)])
         for plot in visible:
             assert len(plot.data) == len(plot.series)
             assert {len(line) for line in plot.data} <= {len(plot.data[0]), 0} and len(plot.data[0]) <= 200
@@ -76,12 +76,17 @@ def test_a_ghost_costs_nothing_while_there_is_none() -> None:
     assert len(distance.data[4]) == 0 and not shown.says("ghost")
 
 
-def test_what_if_is_drawn_over_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_if_is_drawn_over_the_run() -> None:
     shown = ShownPanel("hold")
     shown.show(2.0)
     times = shown.session.simulation.history.table()[:200, COLUMN["t"]]
     answer: Any = SimpleNamespace(times=times, distance=np.full(200, 0.2), squared_error=np.full(200, 0.01))
-    monkeypatch.setattr(Frame, "what_if", property(lambda _: answer))
+
+    class Answering(SessionPart):
+        def curves(self) -> Any:
+            return answer
+
+    shown.session.parts.of(Answering)
     for plot, value in zip(shown.show(), (0.2, 0.01), strict=True):
         line = plot.data[-1]
         inside = plot.data[0] < times[-1] - WINDOW / POINTS

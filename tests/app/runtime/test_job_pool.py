@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from app.features.studies.background_studies import BackgroundStudies
 from app.runtime import job_pool
 from app.runtime.job_pool import BUSY, ENDED, Job, JobPool, Jobs
 from app.session.session import Session
@@ -244,11 +245,11 @@ def compute_for(session: Session, visitor: BlockingClient) -> None:
         s.change("dm", 0.12)
 
     ask(session, move)
-    visitor.wait_for(lambda _: session.studies.questions.what_if is not None)
-    answer = session.studies.questions.what_if
+    visitor.wait_for(lambda _: session.parts.of(BackgroundStudies).questions.what_if is not None)
+    answer = session.parts.of(BackgroundStudies).questions.what_if
     assert answer is not None and answer.settings.law.critical_distance == 0.12
     # Who asks and leaves leaves nothing behind.
-    ask(session, lambda s: s.measure_smoothness())
+    ask(session, lambda s: s.parts.of(BackgroundStudies).measure_smoothness())
 
 
 @pytest.mark.thorough

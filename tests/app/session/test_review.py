@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
+from app.features.studies.background_studies import BackgroundStudies, magnified
 from app.lessons.bookmark import Phase
 from app.lessons.session import lesson_actions as do
 from app.lessons.session.lesson_session import LessonSession
@@ -190,7 +191,8 @@ def test_single_steps_are_shown_about_the_moment() -> None:
     # The first jump, which is not the largest one.
     lam = table[:, COLUMN["lambda"]]
     first = float(table[np.flatnonzero((lam[1:] > 0.5) & (lam[:-1] < 0.5))[0] + 1, COLUMN["t"]])
-    assert frame.magnified is not None and frame.magnified.time == first
+    seen = magnified(frame)
+    assert seen is not None and seen.time == first
     steps = np.abs(np.diff(watched.session.simulation.history.velocities(table), axis=0)).max(axis=1)
     assert abs(float(table[steps.argmax() + 1, COLUMN["t"]]) - first) > 0.1
     assert frame.shown.mark is not None and frame.shown.mark.time == pytest.approx(first + watched.session.settings.run.dt)
@@ -201,8 +203,8 @@ def test_single_steps_are_shown_about_the_moment() -> None:
 def test_the_first_lesson_has_the_process_begun_that_makes_its_films() -> None:
     watched = Watched()
     watched.lessons.enter(0, 0)
-    assert watched.session.studies.questions._jobs.kinds == ("warm",), "before Run is pressed"
+    assert watched.session.parts.of(BackgroundStudies).questions._jobs.kinds == ("warm",), "before Run is pressed"
     watched.pool.work("warm")
     watched.frame()
     watched.lessons.enter(1, 0)
-    assert watched.session.studies.questions._jobs.kinds == (), "once"
+    assert watched.session.parts.of(BackgroundStudies).questions._jobs.kinds == (), "once"

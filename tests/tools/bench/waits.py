@@ -5,6 +5,7 @@ import time
 from typing import Final
 
 from app.features.bench.figures_table import BenchRows
+from app.features.studies.background_studies import BackgroundStudies
 from app.runtime.job_pool import JobPool
 from app.session.session import Session
 from app.settings import Settings
@@ -42,10 +43,10 @@ def measure_what_if() -> dict[str, float]:
             session.advance(0.05)
         figures: dict[str, float] = {}
         for name, distance in (("first_s", 0.12), ("later_s", 0.17)):
-            answer = session.studies.questions.what_if
+            answer = session.parts.of(BackgroundStudies).questions.what_if
             session.change("dm", distance)
             begin = time.perf_counter()
-            while session.studies.questions.what_if is answer and time.perf_counter() - begin < PAST:
+            while session.parts.of(BackgroundStudies).questions.what_if is answer and time.perf_counter() - begin < PAST:
                 time.sleep(1.0 / 32.0)
                 session.advance(1.0 / 32.0)
             figures[name] = time.perf_counter() - begin

@@ -11,6 +11,7 @@ import pytest
 from app.custom_law.law_file import LawFile
 from app.features.jupyter.cell_law import law_text
 from app.features.jupyter.notebook_run import GivenVelocities, all_changed, key_of
+from app.features.studies.background_studies import BackgroundStudies
 from app.recording.run_file import saved_bytes, saved_from
 from app.session.input_source import InputSources
 from app.session.session import Session
@@ -90,7 +91,11 @@ def test_a_step_of_a_cell_is_part_of_the_run(tmp_path: Path) -> None:
         assert session.student_law.file == "law.py" and session.simulation.steps == 0
         session.toggle_pause()
         until(lambda: session.advance(0.03) < 0 or session.simulation.steps > 20)
-        assert session.student_law.problem == "" and session.ghost is not None and session.studies.trade_off is None
+        assert (
+            session.student_law.problem == ""
+            and session.ghost is not None
+            and session.parts.of(BackgroundStudies).trade_off is None
+        )
 
 
 def test_a_step_waits_for_the_law_of_the_ghost(tmp_path: Path) -> None:

@@ -31,7 +31,6 @@ SESSION = {
     "Digit": ("Session",),
     "RestoreSettings": ("Session",),
     "MoveJoint": ("Session",),
-    "Compute": ("Session",),
 }
 """Without a page."""
 
@@ -47,6 +46,7 @@ PAGE = SESSION | {
     "SetSetting": ("Operation",),
     "ShowAll": ("Operation",),
     "FirstView": ("Operation",),
+    "Compute": ("ComparePanel",),
     "Drag": ("Gizmos",),
     "Hover": ("Gizmos",),
     "SwingElbow": ("Gizmos",),
@@ -58,7 +58,7 @@ PAGE = SESSION | {
     "LoadRun": ("ExportsPanel",),
     "Magnify": ("MicroscopeButtons",),
     "SeekInstant": ("Scrubber",),
-    "ShowMoment": ("MomentChooser",),
+    "ShowMoment": ("MicroscopeButtons", "MomentChooser"),
     "TakePerson": ("SourceChooser",),
     "AskReport": ("LabReportBox",),
     "AskPushFilm": ("DuelBox",),
@@ -90,6 +90,7 @@ STUDENTS = {
 """What students send to the shared session."""
 
 SECOND_PERSON = {
+    "Compute": ("ComparePanel",),
     "Drag": ("Gizmos",),
     "Hover": ("Gizmos",),
     "SwingElbow": ("Gizmos",),

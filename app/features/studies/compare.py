@@ -1,29 +1,56 @@
 """What was computed beside the run, in numbers: what if, and how smooth the law and its ghost are."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Literal
 
 import viser
 from markupsafe import Markup
 
+from app.features.studies.background_studies import BackgroundStudies
+from app.features.studies.counterexample_search import NAME, CounterexampleSearch
+from app.features.studies.studies import Smoothness, Studies
 from app.i18n.speaking import decimal, tr
+from app.page.panel_context import PanelContext
+from app.page.panels import PagePanel
 from app.page.panels.choice_buttons import ChoiceButtons
-from app.session.actions import Compute
-from app.session.counterexample_search import CounterexampleSearch
+from app.session.actions import Action
 from app.session.frame import Frame
 from app.session.relevant_settings import matters
 from app.session.session import Session
-from app.session.studies import Smoothness, Studies
+from app.settings import ATTACK, Settings, to_query
 from app.text.templates import element, lowered, macros, tr_html
-from scenes.counterexample import BROKEN
+from scenes.counterexample import BROKEN, Attack
 from scenes.rerun import WhatIf
 from scenes.smoothness import StepStudy
 
 
-class ComparePanel:
+class Compute(Action, newest_by=("what",)):
+    """Measure how smooth the run is, set a law's knob so that it keeps the distance of the other law, begin or end a search for a run
+    that breaks the promise, or replay the worst one."""
+
+    what: Literal["smoothness", "same distance", "counterexample", "worst run"]
+
+
+def attack_query(settings: Settings, attack: Attack) -> dict[str, str]:
+    """Query of a link that replays an attack to break the promise."""
+    return {**to_query(replace(settings, run=attack.settings)), ATTACK: attack.text()}
+
+
+class ComparePanel(PagePanel):
     """The lower part of the tab on comparisons."""
 
-    def __init__(self, gui: viser.GuiApi, session: Session) -> None:
+    def __init__(self, page: PanelContext) -> None:
+        self._studies = page.session.parts.of(BackgroundStudies)
+        page.handlers.add(Compute, self._compute)
+        page.links.append(self._link)
+        with page.controls.compare_tab:
+            self._add_controls(page.client.gui, page.session)
+        self._state: tuple[object, ...] = ()
+        self._answers: tuple[object, ...] = (None, None)
+
+    def _add_controls(self, gui: viser.GuiApi, session: Session) -> None:
         self._what_if = gui.add_html("")
         self._button = ChoiceButtons(
             gui,
@@ -51,14 +78,28 @@ class ComparePanel:
             session.post,
         )
         self._broken = gui.add_html("")
-        self._state: tuple[object, ...] = ()
-        self._answers: tuple[object, ...] = (None, None)
+
+    def _compute(self, action: Compute) -> None:
+        match action.what:
+            case "smoothness":
+                self._studies.measure_smoothness()
+            case "same distance":
+                self._studies.match_distance()
+            case "counterexample":
+                self._studies.counterexample.toggle()
+            case "worst run":
+                self._studies.counterexample.replay_worst()
+
+    def _link(self, frame: Frame) -> Mapping[str, str] | None:
+        """A link to the run that is replayed, if it was found by the search."""
+        attack = self._studies.counterexample.replayed
+        if frame.shown.replayed_file != NAME or attack is None:
+            return None
+        return attack_query(frame.live.settings, attack)
 
     def show(self, frame: Frame) -> None:
         """Bring it up to date; hide it where there is nothing to compare."""
-        settings, studies = frame.live.settings, frame.studies
-        if studies is None:
-            return
+        settings, studies = frame.live.settings, self._studies
         questions, search, attack = studies.questions, studies.knob_search, studies.counterexample
         visible, asks = matters("ghost", settings), settings.page.what_if
         answers = questions.what_if, questions.smoothness
@@ -132,7 +173,7 @@ def what_if_html(answer: WhatIf) -> Markup:
         (tr("largest step of q̇"), lambda s: decimal(f"{s.dq_step_max:.3f} rad/s")),
     )
     numbers = [(name, of(answer.before), of(answer.summary)) for name, of in rows]
-    return macros("page/panels/compare.html").what_if(f"{answer.seconds:.0f}", numbers, f"{1000.0 * d_m:.0f}")
+    return macros("features/studies/compare.html").what_if(f"{answer.seconds:.0f}", numbers, f"{1000.0 * d_m:.0f}")
 
 
 def smoothness_html(found: Smoothness) -> Markup:
@@ -141,7 +182,7 @@ def smoothness_html(found: Smoothness) -> Markup:
     steps = zip(*(measured.largest for _, measured in runs), strict=True)
     rows = [(decimal(f"{1000.0 * dt:g} ms"), [*map(_step, largest)]) for dt, largest in zip(found.law.dts, steps, strict=True)]
     words = [f"{name[:1].upper()}{name[1:]}: {_words(measured)}" for name, measured in runs]
-    return macros("page/panels/compare.html").smoothness([name for name, _ in runs], rows, words, f"{found.law.seconds:.0f}")
+    return macros("features/studies/compare.html").smoothness([name for name, _ in runs], rows, words, f"{found.law.seconds:.0f}")
 
 
 def _words(measured: StepStudy) -> str:

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.plots.trade_off_charts import map_html, place_on_map, safety_html
-from app.session import background_studies
-from app.session.background_studies import SafetyPoint
+from app.features.studies import background_studies
+from app.features.studies.background_studies import BackgroundStudies, SafetyPoint
+from app.features.studies.studies import MOVING, REST, SMOOTHNESS_WINDOW, WINDOW
+from app.features.studies.trade_off_charts import map_html, place_on_map, safety_html
 from app.session.session import Session
-from app.session.studies import MOVING, REST, SMOOTHNESS_WINDOW, WINDOW
 from app.settings import PageSettings, Settings
 from scenes.headless import summarise
 from scenes.history import COLUMN
@@ -47,8 +47,9 @@ def rest_at(desk: Inline, session: Session, key: str, value: Any) -> None:
 def answered(desk: Inline, session: Session) -> WhatIf:
     assert len(desk.work("what if")) == 1
     session.advance(0.0)
-    assert session.studies.questions.what_if is not None
-    return session.studies.questions.what_if
+    answer = session.parts.of(BackgroundStudies).questions.what_if
+    assert answer is not None
+    return answer
 
 
 def test_a_short_answer_comes_while_the_slider_moves_and_the_long_one_when_it_rests(desk: Inline) -> None:
@@ -57,22 +58,22 @@ def test_a_short_answer_comes_while_the_slider_moves_and_the_long_one_when_it_re
     for d_m in (0.14, 0.13, 0.12):
         session.change("dm", d_m)
         session.advance(REST * 0.6)
-        assert session.studies.questions.busy and not desk.waiting("what if")
+        assert session.parts.of(BackgroundStudies).questions.busy and not desk.waiting("what if")
     # The short answer under way is not dropped for a newer value, or there would be none as long as the slider moves.
     (job,) = desk.waiting("newest")
     assert job.urgent and job.arguments[1]["dm"] == 0.14
     desk.work("newest")
     session.advance(0.0)
-    newest = session.studies.questions.what_if
+    newest = session.parts.of(BackgroundStudies).questions.what_if
     assert newest is not None and newest.settings.law.critical_distance == 0.14 and not desk.waiting("what if")
     (job,) = desk.waiting("newest")
     assert job.arguments[1]["dm"] == 0.12
     desk.work("newest")
     session.advance(REST)
     (job,) = desk.waiting("what if")
-    assert job.urgent and session.studies.questions.busy
+    assert job.urgent and session.parts.of(BackgroundStudies).questions.busy
     answer = answered(desk, session)
-    assert not session.studies.questions.busy
+    assert not session.parts.of(BackgroundStudies).questions.busy
     assert answer.settings == session.settings.run and answer.settings.law.critical_distance == 0.12
     # The curves are of the run's own clock, and what they are compared with is the run itself.
     table = session.simulation.history.table()
@@ -93,8 +94,8 @@ def test_the_short_answer_is_the_end_of_the_long_one(desk: Inline, dt: float) ->
     session.advance(0.0)
     desk.work("newest")
     session.advance(0.0)
-    newest = session.studies.questions.what_if
-    assert newest is not None and session.studies.questions.busy
+    newest = session.parts.of(BackgroundStudies).questions.what_if
+    assert newest is not None and session.parts.of(BackgroundStudies).questions.busy
     assert MOVING - 1 <= len(newest.times) <= MOVING + CHAPTER / dt
     session.toggle_pause()
     session.advance(REST)
@@ -104,7 +105,7 @@ def test_the_short_answer_is_the_end_of_the_long_one(desk: Inline, dt: float) ->
     assert job.state == "dropped"
     rest_at(desk, session, "v", 0.6)
     answer = answered(desk, session)
-    assert not session.studies.questions.busy and len(answer.times) > 1.2 * len(newest.times)
+    assert not session.parts.of(BackgroundStudies).questions.busy and len(answer.times) > 1.2 * len(newest.times)
     # Where it begins, the run was as it went; from there on the law that is asked about has pulled it to the same place.
     assert np.interp(newest.times[-1], answer.times, answer.distance) == pytest.approx(newest.distance[-1], abs=1e-3)
 
@@ -129,7 +130,7 @@ def test_only_the_law_and_k_are_asked_about(desk: Inline, key: str, value: Any) 
     session.change(key, value)
     for _ in range(5):
         session.advance(REST)
-    assert not session.studies.questions.busy and not desk.waiting("what if") and not desk.waiting("newest")
+    assert not session.parts.of(BackgroundStudies).questions.busy and not desk.waiting("what if") and not desk.waiting("newest")
 
 
 def test_nothing_is_asked_while_it_is_off_or_without_a_background(desk: Inline) -> None:
@@ -137,9 +138,9 @@ def test_nothing_is_asked_while_it_is_off_or_without_a_background(desk: Inline) 
         session.advance(0.1)
         session.change("dm", 0.1)
         if session.settings.page.what_if:
-            session.measure_smoothness()
+            session.parts.of(BackgroundStudies).measure_smoothness()
         session.advance(1.0)
-        questions = session.studies.questions
+        questions = session.parts.of(BackgroundStudies).questions
         assert questions.what_if is questions.smoothness is None and not questions.busy and questions.message == ""
         assert not desk.jobs
     # Switching it on makes a process ready, and asks nothing yet.
@@ -171,7 +172,9 @@ def test_an_answer_about_another_run_is_dropped(desk: Inline, end: str, stage: s
         answered(desk, session)
     ENDS[end](session)
     session.advance(1.0)
-    assert session.studies.questions.what_if is None and not session.studies.questions.busy
+    assert (
+        session.parts.of(BackgroundStudies).questions.what_if is None and not session.parts.of(BackgroundStudies).questions.busy
+    )
     assert not desk.waiting("what if") and not desk.waiting("newest")
 
 
@@ -184,9 +187,12 @@ def test_moving_on_replaces_the_question_and_what_fails_is_named(desk: Inline) -
     assert old.state == "dropped" and job is not old
     job.state, job.message = "failed", "The computation was ended from outside; ask for it again."
     session.advance(0.0)
-    assert session.studies.questions.message == job.message and not session.studies.questions.busy
+    assert (
+        session.parts.of(BackgroundStudies).questions.message == job.message
+        and not session.parts.of(BackgroundStudies).questions.busy
+    )
     rest_at(desk, session, "k", 5.0)
-    assert answered(desk, session).settings.gain == 5.0 and session.studies.questions.message == ""
+    assert answered(desk, session).settings.gain == 5.0 and session.parts.of(BackgroundStudies).questions.message == ""
 
 
 def test_the_run_does_not_notice(desk: Inline) -> None:
@@ -196,15 +202,15 @@ def test_the_run_does_not_notice(desk: Inline) -> None:
             session.change("dm", 0.1 + 0.001 * i)
             session.advance(0.11)
         desk.work()
-    assert asking.studies.questions.what_if is not None
+    assert asking.parts.of(BackgroundStudies).questions.what_if is not None
     assert asking.simulation.history.table().tobytes() == alone.simulation.history.table().tobytes()
 
 
 def test_smoothness_of_the_law_and_of_the_ghost(desk: Inline) -> None:
     session = running(desk, 4.5, ghost="strict_switched")
-    questions = session.studies.questions
+    questions = session.parts.of(BackgroundStudies).questions
     go(session, 1.0)
-    session.measure_smoothness()
+    session.parts.of(BackgroundStudies).measure_smoothness()
     assert questions.busy and questions.smoothness is not None and not questions.smoothness.finished
     assert len(desk.waiting("smoothness")) == 2 * len(SUBSTEPS)
     # The answers come one by one, in any order.
@@ -228,19 +234,19 @@ def test_smoothness_of_the_law_and_of_the_ghost(desk: Inline) -> None:
 
 def test_smoothness_needs_something_to_measure_and_measuring_again_begins_again_and_reset_forgets(desk: Inline) -> None:
     session = running(desk, 0.1)
-    questions = session.studies.questions
-    session.measure_smoothness()
+    questions = session.parts.of(BackgroundStudies).questions
+    session.parts.of(BackgroundStudies).measure_smoothness()
     assert questions.smoothness is None and "few seconds" in questions.message and not desk.waiting("smoothness")
     go(session, 0.9)
-    session.measure_smoothness()
+    session.parts.of(BackgroundStudies).measure_smoothness()
     first = desk.waiting("smoothness")
-    session.measure_smoothness()
+    session.parts.of(BackgroundStudies).measure_smoothness()
     assert all(job.state == "dropped" for job in first) and len(desk.waiting("smoothness")) == len(SUBSTEPS)
     (job, *_) = desk.waiting("smoothness")
     job.state, job.message = "failed", "The computation failed."
     session.advance(0.0)
     assert questions.smoothness is None and questions.message == job.message and not desk.waiting("smoothness")
-    session.measure_smoothness()
+    session.parts.of(BackgroundStudies).measure_smoothness()
     assert questions.message == ""
     session.reset()
     assert questions.smoothness is None and not questions.busy and not desk.waiting("smoothness")
@@ -264,7 +270,7 @@ def test_a_study_grows_and_is_computed_once(
     """Every point in the end; what is varied, or chosen beside it, does not begin it again, anything else does."""
     monkeypatch.setattr(background_studies, "SECONDS", 5.0)
     news: list[int] = []
-    made = getattr(Session(Settings(), lambda: news.append(1), desk).studies, study)
+    made = getattr(Session(Settings(), lambda: news.append(1), desk).parts.of(BackgroundStudies), study)
     assert made.results(RUN) == {} and made.size == 0.0
     jobs, seen = desk.waiting(), [0]
     for number, job in enumerate(jobs, 1):
@@ -328,25 +334,25 @@ def searched(desk: Inline, session: Session) -> KnobMatch:
     """The outcome of a search, which the session has taken in."""
     assert desk.work("knob") == ["knob"]
     session.advance(0.0)
-    assert not session.studies.knob_search.busy
+    assert not session.parts.of(BackgroundStudies).knob_search.busy
     return [job for job in desk.jobs if job.kind == "knob"][-1].result
 
 
 def test_the_button_sets_the_knob_and_keeps_the_present_law_as_the_ghost(desk: Inline) -> None:
     session = beside_a_ghost(desk, "barrier_qp")
-    session.match_distance()
-    assert session.studies.knob_search.busy
+    session.parts.of(BackgroundStudies).match_distance()
+    assert session.parts.of(BackgroundStudies).knob_search.busy
     found = searched(desk, session)
     assert found.value is not None and abs(found.reached - found.wanted) <= MATCH
     law = session.settings.run.law
     assert law.law == "barrier_qp" and law.critical_distance == found.value != LawSettings().critical_distance
     assert session.settings.page.ghost == "frozen" and session.ghost is not None
     assert session.ghost.settings.law == LawSettings()
-    said = session.studies.knob_search.message
+    said = session.parts.of(BackgroundStudies).knob_search.message
     assert "d_m = " in said and f"{1000.0 * found.wanted:.0f} mm" in said
     # Beside the frozen ghost, the next law is measured against it, too.
     session.change("law", "intermediate_value")
-    session.match_distance()
+    session.parts.of(BackgroundStudies).match_distance()
     again = searched(desk, session)
     assert again.law == session.settings.run.law.law == "intermediate_value" and again.wanted == pytest.approx(found.wanted)
     assert session.ghost.settings.law == LawSettings()
@@ -357,7 +363,7 @@ def test_a_search_beside_a_frozen_ghost_has_its_hardware(desk: Inline) -> None:
     session.change("dead", 0.05)
     go(session, 4.0)
     session.change("law", "intermediate_value")
-    session.match_distance()
+    session.parts.of(BackgroundStudies).match_distance()
     asked = [job for job in desk.jobs if job.kind == "knob"][-1].arguments[1]
     assert session.ghost is not None and asked["dead"] == session.ghost.settings.hardware.dead_time == 0.0
 
@@ -365,23 +371,29 @@ def test_a_search_beside_a_frozen_ghost_has_its_hardware(desk: Inline) -> None:
 def test_what_cannot_be_matched_is_said_and_changes_nothing(desk: Inline) -> None:
     session = beside_a_ghost(desk, "null_space_avoidance")
     before = session.settings
-    session.match_distance()
+    session.parts.of(BackgroundStudies).match_distance()
     found = searched(desk, session)
     assert found.value is None
-    assert session.settings == before and "No value of d_0 helps" in session.studies.knob_search.message
-    search = session.studies.knob_search
+    assert session.settings == before and "No value of d_0 helps" in session.parts.of(BackgroundStudies).knob_search.message
+    search = session.parts.of(BackgroundStudies).knob_search
     search._asked = session.settings
     search._found(replace(found, wanted=-0.0334))
     assert "as near as −33 mm" in search.message
     session.change("ghost", "off")
-    session.match_distance()
-    assert not session.studies.knob_search.busy and "choose another law as the ghost" in session.studies.knob_search.message
+    session.parts.of(BackgroundStudies).match_distance()
+    assert (
+        not session.parts.of(BackgroundStudies).knob_search.busy
+        and "choose another law as the ghost" in session.parts.of(BackgroundStudies).knob_search.message
+    )
     session.change("ghost", "barrier_qp")
-    session.match_distance()
+    session.parts.of(BackgroundStudies).match_distance()
     session.change("dm", 0.12)
     searched(desk, session)
-    assert session.settings.run.law.law == "smooth_priority" and "changed meanwhile" in session.studies.knob_search.message
+    assert (
+        session.settings.run.law.law == "smooth_priority"
+        and "changed meanwhile" in session.parts.of(BackgroundStudies).knob_search.message
+    )
     session.close()
     fresh = Session(session.settings, background=desk)
-    fresh.match_distance()
-    assert "too little to measure" in fresh.studies.knob_search.message
+    fresh.parts.of(BackgroundStudies).match_distance()
+    assert "too little to measure" in fresh.parts.of(BackgroundStudies).knob_search.message

@@ -1,20 +1,16 @@
 """Single steps of a run about an instant, as dots, and the same steps at half the time step over them."""
 
 import math
-from typing import Final
 
 import numpy as np
 from markupsafe import Markup
 
+from app.features.studies.microscope import Magnified, Signal, Steps
 from app.i18n.speaking import decimal, tr
-from app.plots.chart import Chart, ChartAxes
-from app.session.microscope import Magnified, Signal, Steps
+from app.plots.chart import LEAST, Chart, ChartAxes, ticks_of
 from app.text.templates import macros
 from scenes.settings import RunSettings
 from scenes.smoothness import AROUND
-
-_LEAST: Final = 1e-3
-"""Shortest axis, in the unit that is shown."""
 
 
 def microscope_html(seen: Magnified, run: RunSettings, height: int) -> Markup:
@@ -26,7 +22,7 @@ def microscope_html(seen: Magnified, run: RunSettings, height: int) -> Markup:
     low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
     reach = 1000.0 * seen.steps.dt * AROUND
     ticks = ticks_of(low, high)
-    edge = max(0.08 * (high - low), _LEAST)
+    edge = max(0.08 * (high - low), LEAST)
     span = (low - edge, high + edge)
     x_ticks = tuple((x * reach, f"{x * reach:+g}".replace("-", "−") if x else "0") for x in (-1.0, -0.5, 0.0, 0.5, 1.0))
     chart = Chart(ChartAxes((-1.04 * reach, 1.04 * reach), span, x_ticks, ticks))
@@ -57,14 +53,3 @@ def _shown(quantity: Signal, joint: int, run: RunSettings) -> tuple[str, str, fl
         case _:
             angle = run.experiment.error_unit == "rad²"
             return ("|e|", "°", math.degrees(1.0), "e") if angle else ("|e|", "mm", 1000.0, "e")
-
-
-def ticks_of(low: float, high: float) -> tuple[tuple[float, str], ...]:
-    """Return two to six round numbers of an axis."""
-    size = max(high - low, _LEAST)
-    step = 10.0 ** math.floor(math.log10(size / 2.0))
-    step *= next(k for k in (1.0, 2.0, 5.0, 10.0) if size / (k * step) <= 5.0)
-    first = math.ceil(low / step)
-    numbers = range(first, math.floor(high / step) + 1)
-    digits = max(0, -math.floor(math.log10(step) + 1e-9))
-    return tuple((i * step, f"{i * step:.{digits}f}".replace("-", "−")) for i in numbers)

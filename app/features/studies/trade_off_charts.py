@@ -8,10 +8,10 @@ from typing import Final
 import numpy as np
 from markupsafe import Markup
 
+from app.features.studies.background_studies import SafetyPoint
 from app.i18n.speaking import tr
 from app.plots.chart import Chart, ChartAxes
 from app.plots.law_charts import law_class
-from app.session.background_studies import SafetyPoint
 from app.text.templates import macros, tr_html
 from scenes.law_knobs import LawKnob, knobs
 from scenes.laws import LAWS

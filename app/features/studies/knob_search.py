@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Final
 
+from app.features.studies.studies import LEAST
 from app.runtime.job_pool import Job, Jobs, JobWatch
-from app.session.studies import LEAST
 from app.settings import Settings
 from controllers.errors import LazyText
 from scenes.inputs import Recorded

@@ -4,10 +4,10 @@ from urllib.parse import quote
 
 import pytest
 
-from app.page.panels.link_box import attack_query
-from app.session import counterexample_search
-from app.session.actions import Compute
-from app.session.counterexample_search import NAME, SECONDS, CounterexampleSearch
+from app.features.studies import counterexample_search
+from app.features.studies.background_studies import BackgroundStudies
+from app.features.studies.compare import Compute, attack_query
+from app.features.studies.counterexample_search import NAME, SECONDS, CounterexampleSearch
 from app.session.session import Session
 from app.settings import ATTACK, Settings, from_query
 from controllers.errors import BadSetting
@@ -26,7 +26,7 @@ pytestmark = pytest.mark.slow
 def searching(desk: Inline, **settings: object) -> tuple[Session, CounterexampleSearch]:
     session = Session(Settings(given_settings(pairs="single", v=0.05, dt=0.02, **settings)), background=desk)
     session.handlers.do(Compute("counterexample"))
-    return session, session.studies.counterexample
+    return session, session.parts.of(BackgroundStudies).counterexample
 
 
 @pytest.mark.thorough
@@ -85,7 +85,7 @@ def test_where_nothing_can_be_searched_it_says_why(desk: Inline) -> None:
     _, search = searching(desk, scene="solo")
     assert not search.busy and "Nothing is in the way" in search.message
     with pytest.raises(BadSetting, match="copy the link again"):
-        Session(Settings(), background=desk).studies.counterexample.open("1,2")
+        Session(Settings(), background=desk).parts.of(BackgroundStudies).counterexample.open("1,2")
 
 
 def press_row(visitor: BlockingClient, label: str, button: str) -> None:
@@ -106,5 +106,5 @@ def test_a_link_replays_its_run_on_the_page_and_a_damaged_one_is_named(house: Op
     other = arrive(app, f"{ATTACK}=1,2")
     other.visitor.wait_for(lambda v: any("copy the link again" in note for note in notes(v)))
     press_row(other.visitor, "try to break it", "Search")
-    other.wait(lambda s: s.studies.counterexample.runs > 0)
+    other.wait(lambda s: s.parts.of(BackgroundStudies).counterexample.runs > 0)
     other.visitor.wait_for(lambda v: "Watch" in v.mirror.labelled("try to break it")["options"])

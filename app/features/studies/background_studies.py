@@ -1,0 +1,217 @@
+"""Everything that is computed beside one session's run; the maps and curves come part by part, while they are shown."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import ClassVar, Final, Generic, NamedTuple, TypeVar
+
+from app.features.studies.counterexample_search import CounterexampleSearch
+from app.features.studies.knob_search import WINDOW, KnobSearch
+from app.features.studies.microscope import Magnified, Microscope
+from app.features.studies.studies import Studies, Who
+from app.runtime.job_pool import Job, Jobs
+from app.session.frame import Frame
+from app.session.parts import SessionPart
+from app.session.session import Session
+from app.settings import ATTACK, Settings
+from controllers.errors import BadSetting
+from scenes import headless
+from scenes.inputs import InputsLog
+from scenes.law_knobs import LawKnob, knobs
+from scenes.laws import DEFAULT_LAW
+from scenes.rerun import WhatIf
+from scenes.settings import RunSettings
+from scenes.sweep import TRADE_OFF_ORDERS, TradeOff, trade_off
+from scenes.wanted import while_wanted
+
+Part = TypeVar("Part")
+Result = TypeVar("Result")
+
+
+class BackgroundParts(Generic[Part, Result]):
+    """The parts of one session's result; computed when they are first asked for, and again when the settings have changed.
+
+    Args:
+        background: where they are computed.
+        wake: called when there is a further part.
+        parts: what is computed one by one.
+        compute: (settings, part) → result, at a module's top level.
+        relevant: the settings of a run with fixed values for all that does not matter.
+    """
+
+    def __init__(
+        self,
+        background: Jobs,
+        wake: Callable[[], None],
+        parts: Sequence[Part],
+        compute: Callable[[RunSettings, Part], Result],
+        relevant: Callable[[RunSettings], RunSettings],
+    ) -> None:
+        self._background, self._wake = background, wake
+        self._parts, self._compute, self._relevant = parts, compute, relevant
+        self._of: RunSettings | None = None
+        self._jobs: list[Job] = []
+
+    def results(self, run: RunSettings) -> dict[Part, Result]:
+        """Return what is there already, part by part."""
+        of = self._relevant(run)
+        if of != self._of:
+            self.forget()
+            self._of = of
+            self._jobs = [
+                self._background.submit(self, f"{part}", self._compute, of, part, wake=self._wake) for part in self._parts
+            ]
+        return {part: job.result for part, job in zip(self._parts, self._jobs, strict=True) if job.result is not None}
+
+    @property
+    def size(self) -> float:
+        """How much of it is there, from 0 to 1."""
+        return sum(job.result is not None for job in self._jobs) / len(self._parts)
+
+    def forget(self) -> None:
+        """Drop the results, and what is being computed."""
+        self._background.cancel(self)
+        self._of, self._jobs = None, []
+
+
+SECONDS: Final = 12.0
+"""Simulated time of a point [s]."""
+
+
+class SafetyPoint(NamedTuple):
+    """A run: smallest distance [m], and largest squared error [m² or rad²]."""
+
+    d_min: float
+    e2_max: float
+
+
+def knob_curve(settings: RunSettings, knob: LawKnob) -> tuple[SafetyPoint, ...]:
+    """Return the points of one knob, by their distance.
+
+    Raises:
+        Stopped: after the run at work, see `scenes.wanted`.
+    """
+    runs = (headless.run(knob.at(settings, value), SECONDS).summary for value in knob.setting.points)
+    found = while_wanted(runs)
+    return tuple(sorted(SafetyPoint(summary.d_min, summary.e2_max) for summary in found))
+
+
+def _any_law(run: RunSettings) -> RunSettings:
+    """Return the settings for the curves of all laws, which do not depend on the chosen one."""
+    return replace(run, law=replace(run.law, law=DEFAULT_LAW, feed_forward=False))
+
+
+def trade_off_row(settings: RunSettings, order: float) -> tuple[TradeOff, ...]:
+    """Return the points of one n, every v of the map.
+
+    Raises:
+        Stopped: after the run at work, see `scenes.wanted`.
+    """
+    return tuple(while_wanted(trade_off(settings, SECONDS, order)))
+
+
+def _any_order(run: RunSettings) -> RunSettings:
+    """Return the settings for the map, which does not depend on the present n and v."""
+    return replace(run, law=replace(run.law, order=1.0, nominal_velocity=0.1))
+
+
+class BackgroundStudies(SessionPart):
+    """The six studies of one session.
+
+    Args:
+        session: its run is studied.
+
+    Attributes:
+        questions: "what if", and how smooth the run is.
+        trade_off, safety_curves: distance against error over n and v, a row an n, and law by law, a curve a knob; None where nothing
+            is computed.
+        knob_search: for the same distance.
+        counterexample: the search for a run that breaks the promise.
+        microscope: which single steps are looked at.
+    """
+
+    name: ClassVar[str] = "studies"
+
+    def __init__(self, session: Session) -> None:
+        super().__init__(session)
+        self._session = session
+        self._make()
+        if session.settings.page.what_if:
+            self.questions.prepare(session.settings)
+
+    def _make(self) -> None:
+        session = self._session
+        # They know the settings' laws only, and would answer for another one.
+        jobs = session.background if session.sources.law_file is None else None
+        wake, inputs = session.wake, session.inputs
+        self.questions = Studies(jobs, wake, inputs)
+        self.trade_off = self.safety_curves = None
+        if jobs is not None:
+            self.trade_off = BackgroundParts(jobs, wake, TRADE_OFF_ORDERS, trade_off_row, _any_order)
+            self.safety_curves = BackgroundParts(jobs, wake, knobs(), knob_curve, _any_law)
+        self.knob_search = KnobSearch(jobs, wake, lambda: session.settings, session.change)
+        self.counterexample = CounterexampleSearch(jobs, wake, lambda: session.settings, session.player.watch_file)
+        self.microscope = Microscope(jobs, wake, inputs)
+
+    def law_changed(self) -> None:
+        """Study the run of a law of one's own no more, or again one of a built-in law."""
+        self.close()
+        self._make()
+
+    def advance(self, elapsed: float) -> None:
+        """Ask and answer what is due. `elapsed`: wall time since the last call [s]."""
+        self.questions.advance(elapsed, self._session.simulation)
+        self.knob_search.advance()
+        self.counterexample.advance(elapsed)
+
+    def changed(self, before: Settings, after: Settings, rebuilt: bool) -> None:
+        """Ask "what if" again, or drop it. `rebuilt`: whether the run is of another experiment now."""
+        self.questions.follow(before, after, rebuilt)
+
+    def measure_smoothness(self) -> None:
+        """Make the last 10 s again in ever smaller steps; `questions.smoothness` then tells what came out."""
+        session, ghost = self._session, self._session.ghost_run
+        runs: dict[Who, tuple[InputsLog, RunSettings]] = {"law": (session.inputs, session.settings.run)}
+        if ghost.simulation is not None and ghost.source is None:
+            runs["ghost"] = ghost.inputs, ghost.simulation.settings
+        self.questions.measure_smoothness(runs)
+
+    def match_distance(self) -> None:
+        """Set a law's knob so that it keeps the distance of the other law on the last inputs, see `KnobSearch.ask`."""
+        session = self._session
+        self.knob_search.ask(session.ghost_run.frozen, session.inputs.window(WINDOW))
+        if self.knob_search.busy and self.safety_curves is not None:
+            # They would be of other settings afterwards, and the search need not wait for them.
+            self.safety_curves.forget()
+
+    def open_link(self, query: Mapping[str, str]) -> tuple[str, ...]:
+        """Replay the run that a link holds; the visitor's own run stands meanwhile, and goes on when the replay is left."""
+        if ATTACK in query:
+            try:
+                self.counterexample.open(query[ATTACK])
+            except BadSetting as error:
+                return (str(error),)
+        return ()
+
+    def curves(self) -> WhatIf | None:
+        """How the last part would have gone with the present settings."""
+        return self.questions.what_if
+
+    def reset(self) -> None:
+        """Drop what is about the run before a reset."""
+        self.questions.forget()
+        self.knob_search.forget()
+        self.microscope.forget()
+
+    def close(self) -> None:
+        """Drop everything that is being computed."""
+        self.reset()
+        self.counterexample.close()
+        for parts in (self.trade_off, self.safety_curves):
+            if parts is not None:
+                parts.forget()
+
+
+def magnified(frame: Frame) -> Magnified | None:
+    """Single steps of the live run; None of a replay."""
+    part = frame.part(BackgroundStudies)
+    return part.microscope.magnify(frame.live.simulation) if part is not None and frame.of_live else None
