@@ -4,6 +4,7 @@ from typing import Final
 
 from app.feature import Feature
 from app.features.bench import BENCH
+from app.features.classroom import CLASSROOM
 from app.features.duel import DUEL
 from app.features.exports import EXPORTS
 from app.features.figures import FIGURES
@@ -22,6 +23,7 @@ FEATURES: Final[tuple[Feature, ...]] = (
     BENCH,
     JUPYTER,
     LECTURE,
+    CLASSROOM,
     LEAGUE,
     MARKS,
     DUEL,

@@ -5,8 +5,8 @@ from contextlib import suppress
 
 import viser
 
+from app.features.classroom.class_downloads import ClassDownloads, Summaries
 from app.features.lecture.audiences import Audience, Audiences
-from app.features.lecture.class_downloads import ClassDownloads, Summaries
 from app.features.lecture.overlays import Invitation
 from app.features.lecture.participant import Participant
 from app.features.lecture.plenary_page import PlenaryPage

@@ -5,10 +5,11 @@ from collections.abc import Callable
 
 import viser
 
+from app.features.classroom.classroom import Poll
+from app.features.classroom.classroom_html import poll_html, tied_html
 from app.features.lecture.audiences import Audience
-from app.features.lecture.classroom import Poll
-from app.features.lecture.classroom_html import WATCHING, poll_html, tied_html
 from app.features.lecture.overlays import ScreenView
+from app.features.lecture.page_lines import WATCHING
 from app.features.lecture.teacher_control import TeacherControl
 from app.hosting.app_context import AppContext
 from app.hosting.visitor import Visitor
