@@ -132,7 +132,8 @@ def start_app(
         server.proof = options.proof
         errors = ThrottledLog(log)
         panels = tuple(made for one in reversed(features) if one.panels is not None for made in one.panels())
-        context = AppContext(server, options, jobs or JobPool(), sources, library, kept, workload, errors, panels, link)
+        overlays = tuple(made for one in reversed(features) if one.overlays is not None for made in one.overlays())
+        context = AppContext(server, options, jobs or JobPool(), sources, library, kept, workload, errors, panels, overlays, link)
         if shared is None:
             # A shared session goes on with the lessons that it began with.
             library.watch(context.wake)

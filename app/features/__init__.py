@@ -13,6 +13,7 @@ from app.features.jupyter import JUPYTER
 from app.features.lab_report import LAB_REPORT
 from app.features.league import LEAGUE
 from app.features.lecture import LECTURE
+from app.features.lever import LEVER
 from app.features.marks import MARKS
 from app.features.second_person import SECOND_PERSON
 from app.features.sweep import SWEEP
@@ -32,6 +33,7 @@ FEATURES: Final[tuple[Feature, ...]] = (
     EXPORTS,
     FIGURES,
     SECOND_PERSON,
+    LEVER,
     SWEEP,
 )
 

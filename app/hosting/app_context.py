@@ -1,7 +1,7 @@
 """What a running app is made of, handed to every host and visitor as one object."""
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
@@ -12,6 +12,7 @@ from app.hosting.workload import Workload
 from app.lessons.lesson import LessonBook
 from app.lessons.library import Library
 from app.page.panel_context import PanelMaker
+from app.page.view import View, ViewPart
 from app.runtime.job_pool import Jobs
 from app.runtime.throttled_log import ThrottledLog
 from app.session.input_source import InputSources
@@ -31,6 +32,7 @@ class AppContext:
         workload: what the rounds take, and how many private sessions there may be at once.
         errors: logs what fails in the pages' frames.
         panels: makes the panels that features add to the page of a visitor who operates a session.
+        overlays: makes what features draw on a page that shows a session.
         link: to the other processes of the server; None where there is one process.
         frame_due: set to ask for a frame at once.
     """
@@ -44,6 +46,7 @@ class AppContext:
     workload: Workload
     errors: ThrottledLog
     panels: tuple[PanelMaker, ...] = ()
+    overlays: tuple[Callable[[View], ViewPart], ...] = ()
     link: WorkerLink | None = None
     frame_due: threading.Event = field(default_factory=threading.Event)
 
