@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from app.hosting.parking import Parking
     from app.hosting.serve_options import FeatureOptions, ServeOptions
     from app.page.panel_context import PanelMaker
+    from app.page.view import View, ViewPart
     from app.recording.run_source import RunSource
     from app.web.pages import PageAssets
 
@@ -52,6 +53,7 @@ class Feature:
         commands: name → command.
         panels: what makes the panels of a visitor who operates a session. Those of the lowest feature are made first.
         charts: choice of the setting `plot` → chart.
+        overlays: what makes the parts of a page that shows a session, operated or not; see `app.page.view.ViewPart`.
         assets: scripts and style sheets of every page.
         options: a dataclass that adds its fields to the options of `lwr-duet serve`.
         start: serves a page on a socket that listens, and calls a function with the number of places when it does; returns False at
@@ -71,6 +73,7 @@ class Feature:
     commands: Callable[[], Mapping[str, Command]] | None = None
     panels: "Callable[[], Sequence[PanelMaker]] | None" = None
     charts: Callable[[], Charts] | None = None
+    overlays: "Callable[[], Sequence[Callable[[View], ViewPart]]] | None" = None
     assets: "Callable[[], PageAssets] | None" = None
     options: "Callable[[], type[FeatureOptions]] | None" = None
     start: "Callable[[ServeOptions, socket.socket, Sequence[Feature], Callable[[int], None]], bool] | None" = None

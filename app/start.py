@@ -138,6 +138,7 @@ def start_app(
         server.may_measure = partial(is_teacher, options.key)
         server.proof = options.proof
         errors = ThrottledLog(log)
+        overlays = tuple(made for one in reversed(features) if one.overlays is not None for made in one.overlays())
         given = Joining(tuple(one.joining for one in features if one.joining is not None)), *started_with
         context = AppContext(
             server,
@@ -149,8 +150,9 @@ def start_app(
             workload,
             errors,
             tuple(panels),
-            started_with=given,
-            opened=tuple(of_server),
+            overlays,
+            given,
+            tuple(of_server),
         )
         if shared is None:
             # A shared session goes on with the lessons that it began with.

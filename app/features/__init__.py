@@ -4,6 +4,7 @@ from typing import Final
 
 from app.feature import Feature
 from app.features.bench import BENCH
+from app.features.classroom import CLASSROOM
 from app.features.duel import DUEL
 from app.features.exports import EXPORTS
 from app.features.figures import FIGURES
@@ -12,6 +13,7 @@ from app.features.jupyter import JUPYTER
 from app.features.lab_report import LAB_REPORT
 from app.features.league import LEAGUE
 from app.features.lecture import LECTURE
+from app.features.lever import LEVER
 from app.features.marks import MARKS
 from app.features.person_files import PERSON_FILES
 from app.features.robot_files import ROBOT_FILES
@@ -30,6 +32,7 @@ FEATURES: Final[tuple[Feature, ...]] = (
     BENCH,
     JUPYTER,
     LECTURE,
+    CLASSROOM,
     LEAGUE,
     MARKS,
     DUEL,
@@ -38,6 +41,7 @@ FEATURES: Final[tuple[Feature, ...]] = (
     EXPORTS,
     FIGURES,
     SECOND_PERSON,
+    LEVER,
     STUDIES,
     SWEEP,
     PERSON_FILES,

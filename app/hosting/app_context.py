@@ -1,7 +1,7 @@
 """What a running app is made of, handed to every host and visitor as one object."""
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TypeVar
@@ -13,6 +13,7 @@ from app.hosting.workload import Workload
 from app.lessons.lesson import LessonBook
 from app.lessons.library import Library
 from app.page.panel_context import PanelMaker
+from app.page.view import View, ViewPart
 from app.runtime.job_pool import Jobs
 from app.runtime.throttled_log import ThrottledLog
 from app.session.input_source import InputSources
@@ -34,6 +35,7 @@ class AppContext:
         workload: what the rounds take, and how many private sessions there may be at once.
         errors: logs what fails in the pages' frames.
         panels: makes the panels that features add to the page of a visitor who operates a session.
+        overlays: makes what features draw on a page that shows a session.
         started_with: objects for hosts and pages, at most one of each type: from who starts the app, see `given`.
         opened: what features have opened for the whole server; closed with it.
         frame_due: set to ask for a frame at once.
@@ -48,6 +50,7 @@ class AppContext:
     workload: Workload
     errors: ThrottledLog
     panels: tuple[PanelMaker, ...] = ()
+    overlays: tuple[Callable[[View], ViewPart], ...] = ()
     started_with: tuple[object, ...] = ()
     opened: tuple[OpenedFeature, ...] = ()
     frame_due: threading.Event = field(default_factory=threading.Event)

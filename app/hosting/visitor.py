@@ -132,7 +132,7 @@ class Visitor:
     def _page(self, whole: bool) -> Pieces:
         """Draw the page in the present language. `whole`: see `Operation`."""
         client = self.client
-        self.view = View(client, self.session, lambda: [client], self.lessons)
+        self.view = View(client, self.session, lambda: [client], self.lessons, overlays=self._context.overlays)
         yield
         self.view.show(freeze(self.session, perf_counter()))
         yield

@@ -14,7 +14,6 @@ from app.page.panel_context import P, PanelContext, PanelMaker
 from app.page.panels.controls import Controls
 from app.page.panels.hotkeys import Hotkey, hotkeys, keys_of
 from app.page.panels.law_editor import LawEditor
-from app.page.panels.lever import Lever
 from app.page.panels.link_box import LinkBox
 from app.page.panels.plot_controls import DetailsChooser, MomentChooser
 from app.page.panels.replay_bar import ReplayBar
@@ -33,7 +32,6 @@ CALM: Final = 0.1
 """Wall time between two looks at the controls while nothing is done with them [s]."""
 
 PANELS: Final[list[PanelMaker]] = [
-    Lever,
     DetailsChooser,
     MomentChooser,
     lambda page: SceneWords(page.client, page.view, page.handlers),

@@ -3,10 +3,11 @@
 The controls (`app.page.operation`) are built separately: where all share a session this is shown to all, and one has the controls.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from html import escape
 from time import perf_counter
+from typing import Protocol, TypeVar
 
 import numpy as np
 import viser
@@ -20,7 +21,7 @@ from app.page.lessons.answer_boxes import guess_words
 from app.page.lessons.elbow_marks import Marks
 from app.page.lessons.lesson_panel import NARROW_WIDTH, WIDTH, LessonPanel
 from app.page.page_assets import configure_theme, style_sheet
-from app.page.panels.contact_card import ContactCard, lever_words
+from app.page.panels.contact_card import ContactCard
 from app.page.panels.plots_panel import Plots
 from app.page.panels.readout import Readout, tip_text
 from app.page.panels.replay_bar import replay_style
@@ -39,6 +40,17 @@ from scenes.rigs import Camera
 from scenes.simulation import Simulation
 
 
+class ViewPart(Protocol):
+    """What a feature draws on a page that shows a session; it may fill the view's places."""
+
+    def show(self, frame: Frame) -> None:
+        """Draw a frame, before the view does."""
+        ...
+
+
+P = TypeVar("P")
+
+
 class View:
     """Draws a session on the page of one visitor, or of an audience.
 
@@ -51,10 +63,11 @@ class View:
         book: the lessons in the reader's language; None for that of `lessons`.
         folds: whether the controls make room for a lesson on a narrow window.
         tip: returns what the reader can do and watch; None for the visitor's, or the class's.
+        overlays: makes the parts that features add.
 
     Attributes:
         bare: whether the page shows the scene without panels, as a projector does.
-        lever_box: id of the box that takes where the lever stands, on the page of an operator.
+        card_attributes: place of parts: return further attributes of the contact card, for scripts.
     """
 
     def __init__(
@@ -67,11 +80,13 @@ class View:
         book: LessonBook | None = None,
         folds: bool = True,
         tip: Callable[[Shown], str] | None = None,
+        overlays: "Sequence[Callable[[View], ViewPart]]" = (),
     ) -> None:
         self._host, self._session, self._clients = host, session, clients
         self.lessons = lessons or LessonSession(session, NO_LESSONS)
         self._own_look = look
-        self.bare, self.lever_box = False, ""
+        self.bare = False
+        self.card_attributes: list[Callable[[], Mapping[str, object]]] = []
         self._simulation, self._of_live = session.simulation, True
         page = self._page
         gui = host.gui
@@ -107,6 +122,18 @@ class View:
         )
         self._marks = Marks(host.scene, self.lessons, lambda: self._page)
         self._lesson_step: tuple[object, ...] | None = None
+        self._parts = [make(self) for make in overlays]
+
+    def part(self, kind: type[P]) -> P:
+        """The part of a class.
+
+        Raises:
+            LookupError: this page has none.
+        """
+        for part in self._parts:
+            if isinstance(part, kind):
+                return part
+        raise LookupError(f"this page has no {kind.__name__}")
 
     @property
     def _page(self) -> PageSettings:
@@ -168,14 +195,19 @@ class View:
             for client in self._clients():
                 self.look(client)
         self._show_lesson(frame)
+        for part in self._parts:
+            part.show(frame)
         self._follow(frame)
         self.stage.show(frame, page)
         asking = self.lessons.locked
         self._readout.show(frame, asking)
-        box, lever = self.lesson_panel.guess_box, self.lever_box
-        self._contact.show(frame, lambda: guess_words(self.lessons, box) | lever_words(frame, lever), asking)
+        self._contact.show(frame, self._card_words, asking)
         self.plots.show(frame)
         self._moment.content = self._moment_too.content = moment_html(frame, self.plots.span)
+
+    def _card_words(self) -> dict[str, object]:
+        words = guess_words(self.lessons, self.lesson_panel.guess_box)
+        return words | {name: word for attributes in self.card_attributes for name, word in attributes().items()}
 
     def _show_lesson(self, frame: Frame) -> None:
         lessons = self.lessons

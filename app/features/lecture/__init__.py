@@ -1,4 +1,4 @@
-"""A lecture: one plenary session for the whole class, the teacher's control of it, polls, and breakout sessions."""
+"""A lecture: one plenary session for the whole class, the teacher's control of it, the projector, and breakout sessions."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -20,7 +20,7 @@ def _assets() -> "PageAssets":
     from app.web.pages import PageAssets
 
     scripts = STATIC / "class_holders.js", STATIC / "presenter.js"
-    return PageAssets(scripts, (STATIC / "class.css", STATIC / "presenter.css"))
+    return PageAssets(scripts, (STATIC / "lecture.css", STATIC / "presenter.css"))
 
 
 def _options() -> "type[LectureOptions]":

@@ -4,12 +4,12 @@ import logging
 
 import viser
 
+from app.features.classroom.class_summary import HandIn
+from app.features.classroom.classroom import Classroom
+from app.features.classroom.student_work import clean_name
 from app.features.lecture.breakout_sessions import BreakoutSessions, run_of
 from app.features.lecture.class_messages import ClassState, Exploring, Present, Progressed, Reported, WorkAction
-from app.features.lecture.class_summary import HandIn
-from app.features.lecture.classroom import Classroom
 from app.features.lecture.participant import Participant
-from app.features.lecture.student_work import clean_name
 from app.features.workers.worker_messages import Replaced, WorkerLink
 from app.hosting.admission import Admission, Pieces
 from app.hosting.app_context import AppContext

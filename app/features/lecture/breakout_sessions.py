@@ -6,9 +6,9 @@ from math import inf
 from time import monotonic
 from typing import Final
 
+from app.features.classroom.classroom import Classroom
 from app.features.lecture.audiences import SCREEN
 from app.features.lecture.class_messages import ClassState, Exploring, PostWork, Present, Progressed, Ran, Reported
-from app.features.lecture.classroom import Classroom
 from app.features.lecture.participant import Participant
 from app.features.lecture.plenary_page import GroupMember
 from app.features.workers.shared_load import combined

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-from app.features.lecture.class_summary import HandIn
+from app.features.classroom.class_summary import HandIn
 from app.hosting.visitor_record import VisitorRecord
 from app.lessons.bookmark import OpenSteps
 from app.page.panels.server_load import ServerLoad
@@ -31,7 +31,7 @@ class Exploring(NamedTuple):
 
 
 class ClassState(NamedTuple):
-    """What the teacher has decided; see `app.features.lecture.classroom.Classroom`."""
+    """What the teacher has decided; see `app.features.classroom.classroom.Classroom`."""
 
     free: bool
     paused: bool

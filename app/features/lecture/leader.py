@@ -5,8 +5,8 @@ from collections.abc import Callable, Mapping
 from time import monotonic
 from typing import Final
 
+from app.features.classroom.class_record import NEW_CLASS, ClassRecord
 from app.features.lecture.audiences import SCREEN
-from app.features.lecture.class_record import NEW_CLASS, ClassRecord
 from app.hosting.teacher_key import is_teacher
 from app.hosting.visitor_record import tab_id
 

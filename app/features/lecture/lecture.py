@@ -7,11 +7,11 @@ from time import time
 
 import viser
 
+from app.features.classroom.class_record import NEW_CLASS, class_of, interrupted
+from app.features.classroom.class_summary import ClassSummary
+from app.features.classroom.classroom import Classroom
 from app.features.lecture.audiences import SCREEN, SMALL, Audiences
 from app.features.lecture.breakout_sessions import BreakoutSessions, BreakoutWorkers, run_of
-from app.features.lecture.class_record import NEW_CLASS, class_of, interrupted
-from app.features.lecture.class_summary import ClassSummary
-from app.features.lecture.classroom import Classroom
 from app.features.lecture.leader import Leader
 from app.features.lecture.lecture_options import LectureOptions
 from app.features.lecture.lecture_pages import PlenaryAudiences, PlenaryControls

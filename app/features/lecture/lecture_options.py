@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Final
 
-from app.features.lecture.breakout_places import group_size
+from app.features.classroom.breakout_places import group_size
 from app.hosting.serve_options import FeatureOptions
 from controllers.errors import BadSetting
 

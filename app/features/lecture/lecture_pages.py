@@ -5,8 +5,8 @@ from contextlib import suppress
 
 import viser
 
+from app.features.classroom.class_downloads import ClassDownloads, Summaries
 from app.features.lecture.audiences import Audience, Audiences
-from app.features.lecture.class_downloads import ClassDownloads, Summaries
 from app.features.lecture.overlays import Invitation
 from app.features.lecture.participant import Participant
 from app.features.lecture.plenary_page import PlenaryPage
@@ -111,7 +111,7 @@ class PlenaryControls:
         with client.atomic():
             if teacher.page is not None:
                 client.gui.reset()
-            teacher.page = PlenaryPage(client, self._control, context.book, language, look, lambda: [client])
+            teacher.page = PlenaryPage(client, self._control, context, language, look, lambda: [client])
             operation = None
             if leads:
                 keys = () if ALONE in teacher.query else PRESENTER_KEYS
@@ -156,7 +156,7 @@ class PlenaryAudiences:
         def clients() -> list[viser.ClientHandle]:
             return [one.client for one in self.watchers(audience)]
 
-        return PlenaryPage(audience, self._control, self._context.book, look.language, look, clients)
+        return PlenaryPage(audience, self._control, self._context, look.language, look, clients)
 
     def admit(self, watcher: Participant) -> None:
         """Welcome a student or a projector; a student gets banner and answers, and a projector with the teacher's key a clicker's keys."""

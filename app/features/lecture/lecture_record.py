@@ -4,9 +4,9 @@ summary is left."""
 from time import time
 from typing import Final
 
-from app.features.lecture.class_record import NAME, ClassRecord, class_of, last_class_of, with_class
-from app.features.lecture.class_summary import ClassSummary
-from app.features.lecture.classroom import Classroom
+from app.features.classroom.class_record import NAME, ClassRecord, class_of, last_class_of, with_class
+from app.features.classroom.class_summary import ClassSummary
+from app.features.classroom.classroom import Classroom
 from app.features.lecture.leader import Leader
 from app.features.lecture.teacher_control import TeacherControl
 from app.features.store.session_store import store_of

@@ -8,10 +8,11 @@ from typing import Final
 import viser
 from markupsafe import Markup
 
-from app.features.lecture.classroom import Poll
-from app.features.lecture.classroom_html import overlay_html, poll_html
+from app.features.classroom.classroom import Poll
+from app.features.classroom.classroom_html import poll_html
+from app.features.classroom.tally_html import drawn_too
+from app.features.lecture.page_lines import overlay_html
 from app.features.lecture.presenter import ShownWork, Station, clock_text
-from app.features.lecture.tally_html import drawn_too
 from app.features.lecture.teacher_control import TeacherControl
 from app.i18n.speaking import tr
 from app.lessons.bookmark import Bookmark

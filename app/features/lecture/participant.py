@@ -2,11 +2,11 @@
 
 import viser
 
+from app.features.classroom.classroom import Classroom, Poll
 from app.features.lecture.audiences import SCREEN, Audience
 from app.features.lecture.class_messages import PostWork, Progressed
-from app.features.lecture.classroom import Classroom, Poll
-from app.features.lecture.classroom_html import WATCHING
 from app.features.lecture.overlays import Invitation
+from app.features.lecture.page_lines import WATCHING
 from app.features.lecture.plenary_page import GroupMember, PlenaryPage
 from app.features.lecture.student_page import Answers, Banner, HandInBox
 from app.features.lecture.teacher_panel import AssistantPanel, TeacherPanel

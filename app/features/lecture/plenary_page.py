@@ -5,16 +5,16 @@ from collections.abc import Callable
 
 import viser
 
+from app.features.classroom.classroom import Poll
+from app.features.classroom.classroom_html import poll_html, tied_html
 from app.features.lecture.audiences import Audience
-from app.features.lecture.classroom import Poll
-from app.features.lecture.classroom_html import WATCHING, poll_html, tied_html
 from app.features.lecture.overlays import ScreenView
+from app.features.lecture.page_lines import WATCHING
 from app.features.lecture.teacher_control import TeacherControl
 from app.hosting.app_context import AppContext
 from app.hosting.visitor import Visitor
 from app.i18n.reader_language import look_of
 from app.i18n.speaking import set_language, tr
-from app.lessons.lesson import LessonBook
 from app.page.lessons.lesson_html import record_html
 from app.page.lessons.lesson_panel import ORDER
 from app.page.view import View
@@ -30,7 +30,7 @@ class PlenaryPage:
     Args:
         host: the audience, or the teacher's client.
         control: of the plenary.
-        book: the lessons, in English.
+        context: of the server.
         look: of the page; None for that of the stage's settings, which is the operator's.
         clients: returns the clients to which the camera belongs.
 
@@ -42,18 +42,20 @@ class PlenaryPage:
         self,
         host: Audience | viser.ClientHandle,
         control: TeacherControl,
-        book: LessonBook,
+        context: AppContext,
         language: Language,
         look: Look | None,
         clients: Callable[[], list[viser.ClientHandle]],
     ) -> None:
-        self._host, self._control, self.book = host, control, book.in_language(language)
+        self._host, self._control, self.book = host, control, context.book.in_language(language)
         self._clients, self._drawn = clients, False
         self.language: Language = language
         set_language(language)
         projects = isinstance(host, Audience) and host.screen
         with host.atomic():
-            self.view = View(host, control.session, clients, control.lessons, look, self.book, folds=False)
+            self.view = View(
+                host, control.session, clients, control.lessons, look, self.book, folds=False, overlays=context.overlays
+            )
             self._screen = ScreenView(host.gui, control, self.book) if projects else None
         self._poll: viser.GuiHtmlHandle | None = None
         self._shown: tuple[Poll | None, float | None] = None, None
@@ -118,7 +120,15 @@ class GroupMember:
             # After a page of an earlier session.
             client.gui.reset()
             self.view = View(
-                client, lead.session, lambda: [client], lead.lessons, look, book, folds=False, tip=lambda _: tr(WATCHING)
+                client,
+                lead.session,
+                lambda: [client],
+                lead.lessons,
+                look,
+                book,
+                folds=False,
+                tip=lambda _: tr(WATCHING),
+                overlays=context.overlays,
             )
             self.view.welcome(client)
 

@@ -8,11 +8,12 @@ from typing import Any, Final
 
 import viser
 
+from app.features.classroom.class_summary import HandIn
+from app.features.classroom.classroom import Poll
+from app.features.classroom.classroom_html import mine_html
+from app.features.classroom.student_work import LONGEST_NAME, clean_name
 from app.features.lecture.class_messages import PostWork, Progressed, Reported
-from app.features.lecture.class_summary import HandIn
-from app.features.lecture.classroom import Poll
-from app.features.lecture.classroom_html import TAKE_OVER, banner_html, mine_html
-from app.features.lecture.student_work import LONGEST_NAME, clean_name
+from app.features.lecture.page_lines import TAKE_OVER, banner_html
 from app.features.lecture.teacher_control import Answer, Because, TeacherControl
 from app.i18n.speaking import tr
 from app.lessons.progress import LONGEST_REASON

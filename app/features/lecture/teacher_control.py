@@ -5,8 +5,8 @@ from collections.abc import Hashable
 from time import monotonic
 from typing import Final, Literal
 
+from app.features.classroom.classroom import Classroom, Poll
 from app.features.lecture.class_messages import Progressed, Ran, Reported
-from app.features.lecture.classroom import Classroom, Poll
 from app.features.lecture.presenter import MOST_QUOTES, TIMERS, Presenter, ScreenAction, ShownWork, Station
 from app.i18n.speaking import tr
 from app.lessons.bookmark import open_steps_from_text

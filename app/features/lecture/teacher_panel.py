@@ -7,11 +7,12 @@ from typing import Final, Literal
 
 import viser
 
-from app.features.lecture.ballots import VoterCount
-from app.features.lecture.class_downloads import ClassDownloads
-from app.features.lecture.classroom import Poll
-from app.features.lecture.classroom_html import TAKE_OVER, banner_html, heads_html, join_html, joined_text, poll_html, voters_html
+from app.features.classroom.ballots import VoterCount
+from app.features.classroom.class_downloads import ClassDownloads
+from app.features.classroom.classroom import Poll
+from app.features.classroom.classroom_html import heads_html, poll_html, voters_html
 from app.features.lecture.lecture_options import MOST_STUDENTS
+from app.features.lecture.page_lines import TAKE_OVER, banner_html, join_html, joined_text
 from app.features.lecture.presenter_keys import PRESENTER_KEYS
 from app.features.lecture.screen_panel import ScreenPanel, covers_html
 from app.features.lecture.teacher_control import Teach, TeacherAction, TeacherControl
@@ -197,7 +198,7 @@ class TeacherPanel:
         # Before the reveal only the teacher sees the tally; afterwards it is in the plenary, and here too.
         self._poll.content = poll_html(poll, live=not poll.revealed) if poll is not None else ""
         self._voters.content = voters_html(voters)
-        self._reasons.content = macros("features/lecture/poll.html").reasons(reasons) if reasons else ""
+        self._reasons.content = macros("features/classroom/poll.html").reasons(reasons) if reasons else ""
         self._quoted.visible = bool(reasons)
         if not presenter.quotes and poll is not None and poll.question != self._asked:
             self._asked, self._quoted.value = poll.question, ""

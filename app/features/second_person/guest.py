@@ -6,6 +6,7 @@ from typing import Final
 
 import viser
 
+from app.features.lever.card_lever import CardLever
 from app.features.second_person.second_hand import SecondHand
 from app.features.second_person.second_place import SecondPlace
 from app.hosting.admission import Pieces
@@ -58,7 +59,7 @@ class Guest:
                 return
             session, self._host = host.session, host
             place_of(host).guest = self
-            self._view = View(client, session, lambda: [client], look=look, folds=False, tip=guest_tip)
+            self._view = View(client, session, lambda: [client], look=look, folds=False, tip=guest_tip, overlays=(CardLever,))
             yield
             self._view.show(freeze(session, perf_counter()))
             yield

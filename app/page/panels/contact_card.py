@@ -30,7 +30,6 @@ from app.text.templates import element
 from controllers.laws.situation import Law
 from scenes.history import Sample
 from scenes.law_answers import LawOfFile
-from scenes.laws import LEVER_LAW
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
 
@@ -164,20 +163,6 @@ def without_law(words: CardWords, numbers: CardNumbers) -> tuple[CardWords, Note
     distance, law_distance, _, ghost = numbers[:4]
     words = {**words, "asks": True, "curve": [], "share": "", "terms": []}
     return words, ("", ""), [distance, law_distance, None, ghost, *[None] * 5]
-
-
-def lever_words(frame: Frame, box: str) -> dict[str, object]:
-    """Return what the card shows of the lever; {} under another law.
-
-    Args:
-        box: of the reader's page, "" for one that operates nothing.
-    """
-    law = frame.settings.run.law
-    if law.law != LEVER_LAW:
-        return {}
-    ends = [tr("retreat"), tr("task")]
-    name, value = tr("λ: your lever"), round(100.0 * law.hand_lever)
-    return {"lever": {"name": name, "value": value, "ends": ends, "box": "" if frame.replayed else box}}
 
 
 def solo_words(run: RunSettings) -> CardWords:

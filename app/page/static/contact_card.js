@@ -1,5 +1,9 @@
 // The card of the line of contact, over the stage's top left corner: what the server sends in `.duet-contact-words`, `-note` and, ten
 // times a second, in `-now`, as a drawing.
+
+// Functions that add to the card before it is shown; each returns one that shows its addition as the card's words say.
+duet.cardAdditions = [];
+
 addEventListener("DOMContentLoaded", () => {
   const FOLDED = "duet-contact-folded";
   const EASE_MS = 70;
@@ -56,7 +60,7 @@ addEventListener("DOMContentLoaded", () => {
   const showGuess = duet.contactGuess(card, () => {
     if (shown !== null) draw();
   });
-  const showLever = duet.contactLever(card);
+  const additions = duet.cardAdditions.map((add) => add(card));
   let drawChart = () => {};
   let drawBalance = () => {};
   let wanted = null;
@@ -74,7 +78,7 @@ addEventListener("DOMContentLoaded", () => {
     toneButton.title = words.tone;
     toneButton.setAttribute("aria-label", words.tone);
     fold();
-    showLever(words);
+    for (const show of additions) show(words);
     if (alone) {
       drawChart = duet.errorChart(find(".chart"), words, narrow);
       drawBalance = () => {};

@@ -8,9 +8,9 @@ from time import time
 import msgspec
 import pytest
 
+from app.features.classroom.class_record import NAME, ClassRecord, class_of, interrupted, last_class_of, with_class
+from app.features.classroom.class_summary import HandIn
 from app.features.lecture.class_messages import Reported
-from app.features.lecture.class_record import NAME, ClassRecord, class_of, interrupted, last_class_of, with_class
-from app.features.lecture.class_summary import HandIn
 from app.features.lecture.lecture_record import _summary_in
 from app.features.lecture.teacher_control import Answer
 from app.features.store.record_bytes import record_to_bytes, visitor_from_bytes

@@ -1,22 +1,16 @@
 """Nothing that a person of a class wrote acts on a page of the lecture."""
 
-import time
 from collections.abc import Iterator
 from itertools import product
 
 import pytest
 
-from app.features.lecture.class_report import class_report_bytes
-from app.features.lecture.class_summary import AskedQuestion, ClassSummary, HandIn
-from app.features.lecture.classroom import Poll
-from app.features.lecture.classroom_html import join_html, mine_html, overlay_html, poll_html, tied_html
+from app.features.classroom.student_work import BoardRow, Cell
 from app.features.lecture.overlays import screen_html
+from app.features.lecture.page_lines import join_html, overlay_html
 from app.features.lecture.presenter import Station
-from app.features.lecture.student_work import BoardRow, Cell
-from app.lessons.outcomes import AnswerVerdict
-from app.lessons.progress import Progress, to_json
-from app.lessons.tally import Ballot, Tally
 from app.web.address import Address
+from tests.app.features.classroom.nasty_poll import poll
 from tests.app.features.test_templates import (
     ALL_TEMPLATES,
     NASTY,
@@ -24,38 +18,8 @@ from tests.app.features.test_templates import (
     Surfaces,
     assert_harmless,
     filled,
-    nasty_lesson,
     views,
 )
-
-
-def poll() -> Poll:
-    lesson = nasty_lesson()
-    verdict = AnswerVerdict(True, NASTY, NASTY, (NASTY,))
-    tally = Tally((1, 1), 1, 2)
-    return Poll(
-        question=(lesson.id, "a"),
-        choices=(NASTY, NASTY),
-        tally=tally,
-        open=False,
-        revealed=True,
-        outcome=(NASTY,),
-        right=0,
-        verdicts=(verdict, verdict),
-        staged=(0, 1),
-    )
-
-
-def class_report() -> str:
-    lesson, progress = nasty_lesson(), Progress()
-    asked = next(step for step in lesson.steps if step.question is not None)
-    assert asked.question is not None
-    done = progress.at(lesson.id, asked.id)
-    done.choice, done.words, done.because = 0, NASTY, NASTY
-    tally = Tally((1,) * len(asked.question.choices), 0, 2)
-    question = AskedQuestion((lesson.id, asked.id), (tally, tally))
-    summary = ClassSummary(time.time(), 2, (question,), {(lesson.id, asked.id): 1}, (HandIn(NASTY, to_json(progress)),))
-    return class_report_bytes(summary, (lesson,), "en").decode()
 
 
 def screens() -> Iterator[str]:
@@ -74,10 +38,7 @@ MACROS: Macros = {
 SURFACES: Surfaces = {
     **filled(MACROS),
     "features/lecture/invitation.html": lambda: iter((join_html(Address(NASTY, False)), overlay_html(Address(NASTY, True)))),
-    "features/lecture/poll.html": lambda: iter((poll_html(poll()), tied_html(poll()), mine_html(poll(), Ballot(0), Ballot(1)))),
     "features/lecture/screen.html": screens,
-    "features/lecture/class_report.html": class_report,
-    "features/lecture/tally.html": lambda: poll_html(poll(), live=True),
 }
 """Template → pages and pieces that are made with it, of the worst that a name or a lesson may hold."""
 

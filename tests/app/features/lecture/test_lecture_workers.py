@@ -10,11 +10,11 @@ from time import monotonic
 
 import pytest
 
+from app.features.classroom.class_summary import HandIn
+from app.features.classroom.classroom import Classroom
 from app.features.lecture.breakout_host import BreakoutHost
 from app.features.lecture.breakout_sessions import BreakoutWorkers
 from app.features.lecture.class_messages import ClassState, Exploring, Present
-from app.features.lecture.class_summary import HandIn
-from app.features.lecture.classroom import Classroom
 from app.features.lecture.lecture import LectureHost
 from app.features.workers.worker_messages import ForTab, Replaced, WorkerLink
 from app.hosting import visitor as visitor_module

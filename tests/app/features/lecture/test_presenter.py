@@ -9,14 +9,14 @@ from unittest.mock import MagicMock, Mock
 
 import pytest
 
+from app.features.classroom.ballots import Tally
+from app.features.classroom.classroom import Classroom, Poll
+from app.features.classroom.classroom_html import poll_html, tied_html
+from app.features.classroom.student_work import BoardRow
 from app.features.lecture import teacher_panel
-from app.features.lecture.ballots import Tally
-from app.features.lecture.classroom import Classroom, Poll
-from app.features.lecture.classroom_html import poll_html, tied_html
 from app.features.lecture.overlays import screen_html
 from app.features.lecture.presenter import Presenter, Station, stations_of
 from app.features.lecture.screen_panel import next_station_label
-from app.features.lecture.student_work import BoardRow
 from app.features.lecture.teacher_control import Because, TeacherControl
 from app.lessons.bookmark import Phase
 from app.lessons.session.lesson_actions import Choose, GoTo, Press

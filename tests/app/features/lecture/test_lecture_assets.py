@@ -21,6 +21,6 @@ def test_every_script_and_style_sheet_is_on_the_page(house: OpenHouse) -> None:
 
 def test_the_banner_that_sticks_is_not_opaque() -> None:
     # Chromium takes the scene above the sheet for covered by an opaque one, now and then: a browser shows it too seldom for a test.
-    sheet = (STATIC / "class.css").read_text(encoding="utf-8")
+    sheet = (STATIC / "lecture.css").read_text(encoding="utf-8")
     (sticks,) = re.findall(r"\[data-duet-holds~=banner\]\{([^}]*)\}", sheet)
     assert "position:sticky" in sticks and re.search(r"opacity:\.9\d*", sticks)

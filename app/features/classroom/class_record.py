@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from time import time
 from typing import Final
 
-from app.features.lecture.class_summary import ClassSummary, HandIn
+from app.features.classroom.class_summary import ClassSummary, HandIn
 from app.features.store.session_store import SessionStore
 from app.hosting.parking import AWAY
 from app.hosting.visitor_record import VisitorRecord, part_of, with_part
@@ -33,10 +33,10 @@ class ClassRecord:
         earlier: question → the ballots of its rounds before the newest one, oldest first.
         passed: lesson and step → ids of the tabs that have passed the challenge.
         hand_ins: the reports that were handed in, by the id of a student's tab.
-        pages_only, pageless: see `app.features.lecture.ballots.Ballots`.
+        pages_only, pageless: see `app.features.classroom.ballots.Ballots`.
         names, pace: the invented names by the id of a student's tab, and the steps that are open to those who explore.
         nearest: lesson and step of a duel → the smallest d less d_m of the class [m].
-        groups: see `app.features.lecture.breakout_places.BreakoutPlaces`.
+        groups: see `app.features.classroom.breakout_places.BreakoutPlaces`.
     """
 
     saved: float = 0.0

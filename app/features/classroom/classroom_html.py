@@ -1,23 +1,19 @@
-"""HTML of a lecture: the histogram, the headcount, the address, and the lines on a student's page."""
+"""HTML of a class: the histogram of its answers, the headcount, and the lines on what a student has handed in."""
 
 from typing import Final
 
 from markupsafe import Markup
 
-from app.features.lecture.ballots import VoterCount
-from app.features.lecture.breakout_places import group_size
-from app.features.lecture.classroom import Classroom, Poll
-from app.features.lecture.tally_html import cloud_html, drawn_too, switches_text, tie_text
-from app.i18n.speaking import N_, spoken, tr
+from app.features.classroom.ballots import VoterCount
+from app.features.classroom.breakout_places import group_size
+from app.features.classroom.classroom import Classroom, Poll
+from app.features.classroom.tally_html import cloud_html, drawn_too, switches_text, tie_text
+from app.i18n.speaking import spoken, tr
 from app.lessons.curve_drawing import drawing_svg, judge_drawing, median_curve
 from app.lessons.tally import Ballot
 from app.page.panels.server_load import load_pills
 from app.plots.curve_chart import Curve
-from app.text.templates import element, macros, tr_html
-from app.web.address import Address, qr_svg
-
-WATCHING: Final = N_("Another one of you operates it.")
-TAKE_OVER: Final = N_("Take over")
+from app.text.templates import macros
 
 _NONE: Final = Ballot()
 
@@ -35,7 +31,7 @@ def poll_html(poll: Poll, live: bool = False) -> Markup:
     rounds = ([] if poll.first is None else [(1, poll.first)]) + [(poll.round, tally)]
     words = _tie(poll), switches_text(poll.switches, poll.right)
     cloud = cloud_html(poll.drawing, rounds, poll.truth, poll.unseen)
-    return macros("features/lecture/poll.html").poll(poll, count, rounds, words, cloud, live)
+    return macros("features/classroom/poll.html").poll(poll, count, rounds, words, cloud, live)
 
 
 def voters_html(voters: VoterCount) -> Markup:
@@ -64,7 +60,7 @@ def tied_html(poll: Poll) -> Markup:
     if len(poll.staged) < 2:
         return Markup()
     verdicts = [(i, verdict) for i in poll.staged if poll.verdicts and (verdict := poll.verdicts[i]) is not None]
-    return macros("features/lecture/poll.html").tied(poll, _near(poll, median_curve(poll.tally.curves)), verdicts)
+    return macros("features/classroom/poll.html").tied(poll, _near(poll, median_curve(poll.tally.curves)), verdicts)
 
 
 def _near(poll: Poll, curve: Curve) -> Markup:
@@ -96,34 +92,6 @@ def heads_html(classroom: Classroom, expected: int = 0) -> Markup:
     return macros("page/panels/pills.html").in_class(rows, live=True)
 
 
-def banner_html(kind: str, text: str) -> Markup:
-    """Return the banner of a student's page; "" for no text."""
-    return element("div", text, class_=f"duet-banner {kind} duet-say") if text else Markup()
-
-
-def join_html(address: Address) -> Markup:
-    """Return the address for the teacher."""
-    if address.private:
-        hint = tr_html("Only this computer can open it. Start with <code>--host 0.0.0.0</code> to let the class in.")
-    else:
-        hint = tr(
-            "Students type it, or point a camera at the code. {link} is for a projector, without a clicker; it is not counted.",
-            link=f"{address.short}?screen=1",
-        )
-    return macros("features/lecture/invitation.html").join(address, hint, qr_svg(address.url, tr("QR code of the address")))
-
-
-def overlay_html(address: Address, joined: tuple[int, int] | None = None) -> Markup:
-    """Return the address for every screen. `joined`: see `joined_text`; None where that is not said."""
-    said = "" if joined is None else joined_text(*joined)
-    return macros("features/lecture/invitation.html").overlay(address, qr_svg(address.url, tr("QR code of the address")), said)
-
-
-def joined_text(here: int, expected: int) -> str:
-    """Return how many students are here, of how many; `expected`: 0 where the teacher has not said."""
-    return tr("{count} of {expected} are in", count=here, expected=expected) if expected else tr("{count} are in", count=here)
-
-
 def mine_html(poll: Poll, ballot: Ballot, first: Ballot = _NONE, keys: bool = True) -> Markup:
     """Return the lines on what a student has handed in: what to do, and after the run the verdict.
 
@@ -134,4 +102,4 @@ def mine_html(poll: Poll, ballot: Ballot, first: Ballot = _NONE, keys: bool = Tr
     curves, near = Markup(), Markup()
     if poll.verdicts and poll.drawing is not None and ballot.curve:
         curves, near = drawing_svg(poll.drawing, ballot.curve, poll.truth), _near(poll, ballot.curve)
-    return macros("features/lecture/poll.html").mine(poll, ballot, first, keys, curves, near)
+    return macros("features/classroom/poll.html").mine(poll, ballot, first, keys, curves, near)

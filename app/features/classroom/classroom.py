@@ -3,11 +3,11 @@
 from collections import Counter
 from dataclasses import dataclass, replace
 
-from app.features.lecture.ballots import Ballots
-from app.features.lecture.breakout_places import BreakoutPlaces
-from app.features.lecture.class_record import NEW_CLASS, ClassRecord
-from app.features.lecture.class_summary import AskedQuestion, ClassSummary, HandIn
-from app.features.lecture.student_work import ProgressBoard, StudentWork, clean_name
+from app.features.classroom.ballots import Ballots
+from app.features.classroom.breakout_places import BreakoutPlaces
+from app.features.classroom.class_record import NEW_CLASS, ClassRecord
+from app.features.classroom.class_summary import AskedQuestion, ClassSummary, HandIn
+from app.features.classroom.student_work import ProgressBoard, StudentWork, clean_name
 from app.lessons.bookmark import OpenSteps, Phase
 from app.lessons.curve_drawing import Drawing, checked_curve
 from app.lessons.lesson import Lesson, LessonBook, Question, Step

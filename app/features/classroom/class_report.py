@@ -12,12 +12,12 @@ from typing import Final
 
 from markupsafe import Markup
 
+from app.features.classroom.class_summary import AskedQuestion, ClassSummary, HandIn
+from app.features.classroom.tally_html import cloud_html, drawn_too, switches_text, tie_text
 from app.features.handout.handout_html import PaperStep, told
 from app.features.lab_report.gain import Gain, gains, whole
 from app.features.lab_report.lab_report import Done, ReportEntry, lesson_title, report_html, rich_html, step_entry
 from app.features.lab_report.report_html import SHEET, locked_page, plain_svg
-from app.features.lecture.class_summary import AskedQuestion, ClassSummary, HandIn
-from app.features.lecture.tally_html import cloud_html, drawn_too, switches_text, tie_text
 from app.i18n.speaking import set_language, tr
 from app.lessons.bookmark import fitting
 from app.lessons.lesson import MOST_CHOICES, Lesson, Step
@@ -39,7 +39,7 @@ def class_report_bytes(summary: ClassSummary, lessons: Sequence[Lesson], languag
     learned, asked = gains(summary.paired, lessons), summary.asked_in(lessons)
     steps = while_wanted(_steps(lessons, asked))
     return locked_page(
-        "features/lecture/class_report.html",
+        "features/classroom/class_report.html",
         tr("Class report"),
         (SHEET, Path(__file__).with_name("class_report.css")),
         about=(

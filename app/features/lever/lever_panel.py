@@ -1,7 +1,8 @@
-"""The lever of a visitor who is λ: what the card shows of it, and what the script `contact_lever.js` and the keys do with it."""
+"""The lever of a visitor who is λ: what the script `contact_lever.js` and the keys do with it."""
 
 from typing import Final
 
+from app.features.lever.card_lever import CardLever
 from app.page.panel_context import PanelContext
 from app.page.panels import PagePanel
 from app.session.actions import Nudge, SetSetting
@@ -14,19 +15,15 @@ NOTCH: Final = 0.1
 """By how much a key moves it."""
 
 
-class Lever(PagePanel):
-    """A hidden box that the script writes to; ↑ and ↓ move the lever, too, as long as the law is the lever.
-
-    Args:
-        view: with the card that shows it.
-    """
+class LeverPanel(PagePanel):
+    """A hidden box that the script writes to; ↑ and ↓ move the lever, too, as long as the law is the lever."""
 
     def __init__(self, page: PanelContext) -> None:
         client, session, view, handlers = page.client, page.session, page.view, page.handlers
         self._session, self._lessons = session, view.lessons
         box = client.gui.add_slider("", 0.0, 1.0, 0.01, 0.0, visible=False)
         self._box = on_entry(box, lambda share: session.post(SetSetting("lever", share)))
-        view.lever_box = uuid_of(box)
+        view.part(CardLever).box = uuid_of(box)
         handlers.add_first(Nudge, self._move)
 
     def _move(self, nudge: Nudge) -> bool:

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from random import SystemRandom
 from typing import Final, NamedTuple
 
-from app.features.lecture.class_record import NEW_CLASS, ClassRecord
-from app.features.lecture.class_summary import HandIn
+from app.features.classroom.class_record import NEW_CLASS, ClassRecord
+from app.features.classroom.class_summary import HandIn
 from app.lessons.bookmark import Bookmark, is_finished
 from app.lessons.progress import Progress, StepProgress, from_json
 from app.lessons.tally import QuestionId

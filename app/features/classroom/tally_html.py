@@ -24,7 +24,7 @@ def cloud_html(drawing: Drawing | None, rounds: Sequence[tuple[int, Tally]], tru
         first = tr("pale: round {number} ({count})", number=rounds[0][0], count=len(earlier))
         said = f"{first} · {tr('strong: round {number} ({count})', number=number, count=len(curves))}"
     svg = drawing_svg(drawing, median_curve(curves), truth, curves, earlier)
-    return macros("features/lecture/tally.html").cloud(svg, said)
+    return macros("features/classroom/tally.html").cloud(svg, said)
 
 
 def drawn_too(tally: Tally) -> str:

@@ -12,11 +12,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.__main__ import run_command as main
+from app.features.classroom.class_report import COLUMNS, class_report_bytes, class_table_bytes, class_zip_bytes, report_names
+from app.features.classroom.class_summary import ClassSummary, HandIn
+from app.features.classroom.classroom import Classroom
+from app.features.classroom.student_work import clean_name
 from app.features.lab_report.report_html import LOCKED
-from app.features.lecture.class_report import COLUMNS, class_report_bytes, class_table_bytes, class_zip_bytes, report_names
-from app.features.lecture.class_summary import ClassSummary, HandIn
-from app.features.lecture.classroom import Classroom
-from app.features.lecture.student_work import clean_name
 from app.features.store.record_bytes import record_from_bytes, record_to_bytes
 from app.i18n.catalogue import words_of
 from app.lessons.lesson import LessonBook

@@ -4,7 +4,7 @@ where they come from."""
 from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
-from app.features.lecture.class_record import NEW_CLASS, ClassRecord
+from app.features.classroom.class_record import NEW_CLASS, ClassRecord
 from app.lessons.lesson import LAST, LessonBook
 from app.lessons.tally import Ballot, QuestionId, Switch, Tally, switches_between, tally_of
 from app.plots.curve_chart import Curve

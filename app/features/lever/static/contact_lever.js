@@ -7,8 +7,7 @@
   // How long what the server says of a lever that is being moved is late.
   const LATE_MS = 600;
 
-  // Adds the lever to the card; returns a function that shows it as the card's words say.
-  duet.contactLever = (card) => {
+  duet.cardAdditions.push((card) => {
     const lever = document.createElement("label");
     lever.className = "lever";
     lever.hidden = true;
@@ -59,5 +58,5 @@
       slider.disabled = !now.lever.box;
       if (late === 0) follow();
     };
-  };
+  });
 })();

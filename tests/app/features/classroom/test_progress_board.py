@@ -1,19 +1,15 @@
-"""The board of those who work alone, without a page: invented names, steps, who is stuck; the pace; and what is shown of one of them."""
+"""The board of those who work alone, without a page: invented names, steps, who is stuck; and the pace."""
 
 import json
 from dataclasses import replace
 
 import pytest
 
-from app.features.lecture.overlays import work_html
-from app.features.lecture.presenter import ShownWork
-from app.features.lecture.student_work import NAMES, STUCK, Cell, ProgressBoard
+from app.features.classroom.student_work import NAMES, STUCK, Cell, ProgressBoard
 from app.lessons.bookmark import Bookmark, OpenSteps, open_steps_from_text
 from app.lessons.lesson import Lesson
-from app.lessons.progress import StepProgress
 from app.lessons.session.lesson_actions import Choose, Enter, GoTo, Press
 from app.lessons.session.lesson_session import LessonSession
-from app.plots.curve_chart import COLUMNS
 from app.session.session import Session
 from app.settings import Settings
 from controllers.errors import BadSetting
@@ -112,23 +108,3 @@ def test_a_step_that_is_not_open_is_refused_however_it_is_asked_for() -> None:
     lessons.pace = None
     lessons.act(GoTo(3, 0))
     assert where() == (BOOK.lessons[3].id, 0)
-
-
-def test_what_one_student_has_done_is_shown_without_a_name() -> None:
-    lesson = BOOK.lessons[3]
-    index, step = next((i, step) for i, step in enumerate(lesson.steps) if step.drawing is not None)
-    place = lesson.id, step.id
-    curve = (0.5,) * COLUMNS
-    shown = work_html(ShownWork(place, StepProgress(choice=1, drawing=curve)), BOOK)
-    assert (
-        "One of you" in shown
-        and f"Lesson 4 · step {index + 1}" in shown
-        and "<figure" in shown
-        and shown.count('class="mine"') == 1
-    )
-    assert "<figure" not in work_html(ShownWork(place, StepProgress(choice=1)), BOOK)
-    works = [ShownWork(place, done) for done in (StepProgress(), StepProgress(choice=1), StepProgress(drawing=curve))]
-    assert ["Not answered yet." in work_html(work, BOOK) for work in works] == [True, False, False]
-    run = work_html(ShownWork(place, StepProgress(), run=True), BOOK)
-    assert "at-run" in run and step.title in run
-    assert "Lesson" not in work_html(ShownWork(("no", "lesson"), StepProgress(), run=True), BOOK)

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from app.features.lecture.classroom import Classroom
+from app.features.classroom.classroom import Classroom
 from app.i18n.speaking import set_language
 from app.lessons.bookmark import Phase
 from app.lessons.outcomes import reference

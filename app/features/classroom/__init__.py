@@ -1,0 +1,20 @@
+"""A class: its answers by round, the groups that explore, the board of who is where, and the report on it."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from app.feature import Feature
+
+STATIC: Final = Path(__file__).parent / "static"
+
+if TYPE_CHECKING:
+    from app.web.pages import PageAssets
+
+
+def _assets() -> "PageAssets":
+    from app.web.pages import PageAssets
+
+    return PageAssets((), (STATIC / "class.css",))
+
+
+CLASSROOM: Final = Feature("classroom", texts=Path(__file__).parent, assets=_assets)

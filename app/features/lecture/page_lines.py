@@ -1,0 +1,40 @@
+"""HTML over a page of a lecture: a student's banner, and the address of the server with its QR code."""
+
+from typing import Final
+
+from markupsafe import Markup
+
+from app.i18n.speaking import N_, tr
+from app.text.templates import element, macros, tr_html
+from app.web.address import Address, qr_svg
+
+WATCHING: Final = N_("Another one of you operates it.")
+TAKE_OVER: Final = N_("Take over")
+
+
+def banner_html(kind: str, text: str) -> Markup:
+    """Return the banner of a student's page; "" for no text."""
+    return element("div", text, class_=f"duet-banner {kind} duet-say") if text else Markup()
+
+
+def join_html(address: Address) -> Markup:
+    """Return the address for the teacher."""
+    if address.private:
+        hint = tr_html("Only this computer can open it. Start with <code>--host 0.0.0.0</code> to let the class in.")
+    else:
+        hint = tr(
+            "Students type it, or point a camera at the code. {link} is for a projector, without a clicker; it is not counted.",
+            link=f"{address.short}?screen=1",
+        )
+    return macros("features/lecture/invitation.html").join(address, hint, qr_svg(address.url, tr("QR code of the address")))
+
+
+def overlay_html(address: Address, joined: tuple[int, int] | None = None) -> Markup:
+    """Return the address for every screen. `joined`: see `joined_text`; None where that is not said."""
+    said = "" if joined is None else joined_text(*joined)
+    return macros("features/lecture/invitation.html").overlay(address, qr_svg(address.url, tr("QR code of the address")), said)
+
+
+def joined_text(here: int, expected: int) -> str:
+    """Return how many students are here, of how many; `expected`: 0 where the teacher has not said."""
+    return tr("{count} of {expected} are in", count=here, expected=expected) if expected else tr("{count} are in", count=here)

@@ -1,0 +1,23 @@
+"""A poll of the worst that a lesson may hold."""
+
+from app.features.classroom.classroom import Poll
+from app.lessons.outcomes import AnswerVerdict
+from app.lessons.tally import Tally
+from tests.app.features.test_templates import NASTY, nasty_lesson
+
+
+def poll() -> Poll:
+    lesson = nasty_lesson()
+    verdict = AnswerVerdict(True, NASTY, NASTY, (NASTY,))
+    tally = Tally((1, 1), 1, 2)
+    return Poll(
+        question=(lesson.id, "a"),
+        choices=(NASTY, NASTY),
+        tally=tally,
+        open=False,
+        revealed=True,
+        outcome=(NASTY,),
+        right=0,
+        verdicts=(verdict, verdict),
+        staged=(0, 1),
+    )
