@@ -162,6 +162,8 @@ def make_frame(session: Session, decide: Callable[[], None], now: float, elapsed
     """
     session.take_actions(elapsed)
     decide()
+    for part in session.parts:
+        part.decide()
     session.step(elapsed, budget)
     session.player.advance(elapsed)
     return freeze(session, now, session.player.past, elapsed)

@@ -92,7 +92,7 @@ class Session:
         self._input = InputSource()
         self.other_held: HeldTarget | None = None
         """What is held of the arm that keeps its place, and where; None while that arm is free."""
-        self.parts = SessionParts()
+        self.parts = SessionParts(self)
         """State of features."""
         self.notices: deque[tuple[str, str]] = deque(maxlen=MOST_NOTICES)
         """Title and text of what `notify` was told; the page that shows them removes them."""
@@ -146,6 +146,8 @@ class Session:
         """Drop everything that is being computed for this session, and end its own law's process."""
         self.law.close()
         self.studies.close()
+        for part in self.parts:
+            part.close()
 
     @property
     def ghost(self) -> Simulation | None:
@@ -290,6 +292,8 @@ class Session:
         elif after.run != before.run:
             self._ghost.apply(after)
         self.studies.questions.follow(before, after, rebuilt)
+        for part in self.parts:
+            part.changed(before, after, rebuilt)
 
     def hold(self, target: Target | None) -> None:
         """Take a target from the visitor's hand, or (None) let go of it; the autopilot stops at once."""
@@ -317,6 +321,8 @@ class Session:
         elif self.ghost is not None:
             self.ghost.reset()
         self.studies.forget()
+        for part in self.parts:
+            part.reset()
         self._input.let_go()
         self.other_held = None
         self._clock.forget()
@@ -428,6 +434,8 @@ class Session:
         self.stirred = False
         self.law.advance(elapsed, self.paused)
         self.studies.advance(elapsed, self.simulation)
+        for part in self.parts:
+            part.advance(elapsed)
         self.posts.do()
 
     def step(self, elapsed: float, budget: float = BUDGET) -> int:

@@ -4,8 +4,11 @@ from typing import ClassVar
 
 import msgspec
 
+from app.session.parts import SessionPart
+from app.session.session import Session
 
-class SecondPlace:
+
+class SecondPlace(SessionPart):
     """A part of a session, see `app.session.parts`.
 
     Attributes:
@@ -16,7 +19,8 @@ class SecondPlace:
     name: ClassVar[str] = "invitation"
     """Earlier releases stored the word as a field of this name."""
 
-    def __init__(self) -> None:
+    def __init__(self, session: Session) -> None:
+        super().__init__(session)
         self.word = ""
         self.guest: object = None
 

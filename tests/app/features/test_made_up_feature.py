@@ -59,16 +59,19 @@ FILES = {
         from app.page.panels import PagePanel
         from app.session.actions import Action
         from app.session.frame import Frame
+        from app.session.parts import SessionPart
+        from app.session.session import Session
 
 
         class Halve(Action, newest_by=None):
             """Halve the critical distance."""
 
 
-        class Halvings:
+        class Halvings(SessionPart):
             name = "halvings"
 
-            def __init__(self) -> None:
+            def __init__(self, session: Session) -> None:
+                super().__init__(session)
                 self.count = 0
 
             def saved(self) -> bytes:

@@ -7,7 +7,8 @@ import pytest
 from app.features.second_person.second_place import SecondPlace
 from app.hosting.visitor_record import VisitorRecord
 from app.session.parts import SessionParts
-from app.settings import JOIN
+from app.session.session import Session
+from app.settings import JOIN, Settings
 from tests.app.features.second_person.test_guests import INVITE, ON_STAGE, came_again, enter, see, word_on
 from tests.app.hosting.test_workers import HOLD, come, pause, wait_for_second_worker, worker_of
 from tests.app.page.helpers import click, shown
@@ -20,7 +21,7 @@ HOST, GUEST_TAB = 10, 11
 
 def word_in(record: VisitorRecord) -> str:
     """The word of the invitation that a record keeps."""
-    parts = SessionParts()
+    parts = SessionParts(Session(Settings()))
     parts.restore(record.parts)
     return parts.of(SecondPlace).word
 

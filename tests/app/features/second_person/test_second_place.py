@@ -4,14 +4,16 @@ import msgspec
 
 from app.features.second_person.second_place import SecondPlace
 from app.session.parts import SessionParts
+from app.session.session import Session
+from app.settings import Settings
 
 
 def test_the_word_comes_back_and_a_damaged_part_opens_no_link() -> None:
-    parts = SessionParts()
+    parts = SessionParts(Session(Settings()))
     parts.of(SecondPlace).word = "5f3a"
     # As the field `invitation` of a record was stored.
     assert parts.saved() == {"invitation": msgspec.msgpack.encode("5f3a")}
     for saved, word in ((parts.saved(), "5f3a"), ({"invitation": b"\xc1"}, ""), ({}, "")):
-        again = SessionParts()
+        again = SessionParts(Session(Settings()))
         again.restore(saved)
         assert again.of(SecondPlace).word == word
