@@ -17,7 +17,10 @@ if TYPE_CHECKING:
     from app.hosting.host import Host
     from app.hosting.joining_pages import JoiningPages
     from app.hosting.serve_options import FeatureOptions
+    from app.hosting.server_part import ServerPart
     from app.page.panel_context import PanelMaker
+    from app.page.panels.hotkeys import KeyHelp
+    from app.page.view import View, ViewPart
     from app.web.pages import PageAssets
 
 
@@ -44,9 +47,12 @@ class Feature:
         documents: last part of the address → document that the page offers.
         commands: name → command.
         panels: what makes the panels of a visitor who operates a session. Those of the lowest feature are made first.
+        key_help: rows for the page's table of keys, of keys that mean something at times.
+        overlays: what makes the parts of a page that shows a session, operated or not; see `app.page.view.ViewPart`.
         assets: scripts and style sheets of every page.
         options: a dataclass that adds its fields to the options of `lwr-duet serve`.
         host: makes the host of a server that is started with the feature's options, or returns None.
+        server: makes what the feature keeps for a whole server.
         joining: makes the pages of people who join a visitor's private session by a link.
     """
 
@@ -55,7 +61,10 @@ class Feature:
     documents: Mapping[str, DocumentFile] = field(default_factory=dict)
     commands: Callable[[], Mapping[str, Command]] | None = None
     panels: "Callable[[], Sequence[PanelMaker]] | None" = None
+    key_help: "Callable[[], Sequence[KeyHelp]] | None" = None
+    overlays: "Callable[[], Sequence[Callable[[View], ViewPart]]] | None" = None
     assets: "Callable[[], PageAssets] | None" = None
     options: "Callable[[], type[FeatureOptions]] | None" = None
     host: "Callable[[AppContext], Host | None] | None" = None
+    server: "Callable[[AppContext], ServerPart] | None" = None
     joining: "Callable[[AppContext], JoiningPages] | None" = None

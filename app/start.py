@@ -20,7 +20,6 @@ from app.hosting.session_store import SessionStore
 from app.hosting.teacher_key import Guesses, is_teacher
 from app.hosting.worker_messages import WorkerLink
 from app.hosting.workload import Workload, places, step_seconds
-from app.lessons.library import Library
 from app.page.page_assets import loading_html, page_assets
 from app.runtime.job_pool import JobPool, Jobs
 from app.runtime.throttled_log import ThrottledLog
@@ -70,7 +69,8 @@ class App:
             self._preparation.close()
         self._loop.stop()
         self.host.close(goes_on)
-        self.context.library.close()
+        for part in self.context.parts:
+            part.close()
         self.context.jobs.close()
         self.context.sources.close()
         self.server.stop()
@@ -119,11 +119,6 @@ def start_app(
         )
         opened.callback(server.stop)
         server.scene.world_axes.visible = False
-        # Without a key the notes are not even read.
-        library = Library(options.lessons, options.playlist, options.key is not None)
-        opened.callback(library.close)
-        for problem in library.book.problems:
-            log.warning("a lesson was left out: %s", problem)
         owned = listener is None
         file = None if options.store is None else RecordWriter(options.store, options.keep, options.most_bytes, owned=owned)
         kept = SessionStore(options.keep, file=file)
@@ -132,11 +127,15 @@ def start_app(
         server.proof = options.proof
         errors = ThrottledLog(log)
         panels = tuple(made for one in reversed(features) if one.panels is not None for made in one.panels())
-        context = AppContext(server, options, jobs or JobPool(), sources, library, kept, workload, errors, panels, link)
-        if shared is None:
-            # A shared session goes on with the lessons that it began with.
-            library.watch(context.wake)
-        preparation = Preparation(library.book, context.jobs) if options.ahead else None
+        keys = tuple(row for one in reversed(features) if one.key_help is not None for row in one.key_help())
+        overlays = tuple(made for one in reversed(features) if one.overlays is not None for made in one.overlays())
+        context = AppContext(server, options, jobs or JobPool(), sources, kept, workload, errors, panels, keys, overlays, link)
+        for feature in reversed(features):
+            if feature.server is not None:
+                part = feature.server(context)
+                opened.callback(part.close)
+                context.parts.append(part)
+        preparation = Preparation(context.parts, context.jobs) if options.ahead else None
         app = App(context, _host(context, features), preparation)
         opened.pop_all()
     return app

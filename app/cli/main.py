@@ -8,7 +8,6 @@ from typing import Final
 import tyro
 
 from app.cli.custom_law import LawTest, NewLaw, law_test, new_law
-from app.cli.lessons import Lessons, NewLesson, lessons, new_lesson
 from app.cli.robots import Robots, robots
 from app.cli.run import RunCommand, simulate
 from app.cli.searches import Falsify, Hunt, falsify, hunt
@@ -22,8 +21,6 @@ _COMMANDS: Final[dict[str, Command]] = {
     "hunt": Command(Hunt, hunt),
     "falsify": Command(Falsify, falsify),
     "robots": Command(Robots, robots),
-    "lessons": Command(Lessons, lessons),
-    "new-lesson": Command(NewLesson, new_lesson),
     "new-law": Command(NewLaw, new_law),
     "law-test": Command(LawTest, law_test),
 }

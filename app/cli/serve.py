@@ -98,10 +98,6 @@ class Serve:
     """How long a visitor's work is kept after the last visit [hours]."""
     store_size: float = ServeOptions.most_bytes / 1e6
     """Largest size of that file [MB]; beyond it the work of those who left first is deleted."""
-    lessons: Path | None = None
-    """Folder of lessons beside our own; see app/lessons/README.md."""
-    playlist: Path | None = None
-    """TOML file that names the lessons and single steps that are shown, in order: ours, those of --lessons, and files."""
     settings: Flat[AllOptions] = field(default_factory=AllOptions)  # type: ignore[valid-type]
     """What the page shows at first."""
 
@@ -131,10 +127,6 @@ def serve(command: Serve, features: Sequence[Feature]) -> int:
         raise BadSetting(f"--keep = {command.keep:g} h is not possible; give hours up to {LONGEST_KEEP:g}, or --store memory.")
     if not command.store_size >= SMALLEST_STORE:
         raise BadSetting(f"--store-size must be at least {SMALLEST_STORE:g} MB.")
-    if command.lessons is not None and not os.path.isdir(command.lessons):
-        raise BadSetting(f"lessons = {command.lessons}: there is no such folder; name one with lesson files.")
-    if command.playlist is not None and not os.path.isfile(command.playlist):
-        raise BadSetting(f"playlist = {command.playlist}: there is no such file; see app/lessons/README.md.")
     settings = settings_of_options(command.settings, Settings())
     _draw_given_robots()
     given = command.key or os.environ.get(KEY_VARIABLE)
@@ -156,8 +148,6 @@ def serve(command: Serve, features: Sequence[Feature]) -> int:
         edited_law=_edited_law(command, of_features),
         # The processes of laws inherit the environment.
         proof=os.environ.pop(PROOF_VARIABLE, ""),
-        lessons=command.lessons,
-        playlist=command.playlist,
         ahead=True,
         store=None if command.store in (None, MEMORY) else Path(command.store),
         keep=3600.0 * command.keep,

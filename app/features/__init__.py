@@ -12,6 +12,7 @@ from app.features.jupyter import JUPYTER
 from app.features.lab_report import LAB_REPORT
 from app.features.league import LEAGUE
 from app.features.lecture import LECTURE
+from app.features.lessons import LESSONS
 from app.features.marks import MARKS
 from app.features.second_person import SECOND_PERSON
 from app.features.sweep import SWEEP
@@ -27,6 +28,7 @@ FEATURES: Final[tuple[Feature, ...]] = (
     DUEL,
     HANDOUT,
     LAB_REPORT,
+    LESSONS,
     EXPORTS,
     FIGURES,
     SECOND_PERSON,

@@ -1,21 +1,25 @@
 """What a running app is made of, handed to every host and visitor as one object."""
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 from app.hosting.serve_options import ServeOptions
+from app.hosting.server_part import ServerPart
 from app.hosting.session_store import SessionStore
 from app.hosting.worker_messages import WorkerLink
 from app.hosting.workload import Workload
-from app.lessons.lesson import LessonBook
-from app.lessons.library import Library
 from app.page.panel_context import PanelMaker
+from app.page.panels.hotkeys import KeyHelp
+from app.page.view import View, ViewPart
 from app.runtime.job_pool import Jobs
 from app.runtime.throttled_log import ThrottledLog
 from app.session.input_source import InputSources
 from app.web.server import DuetServer
+
+P = TypeVar("P", bound=ServerPart)
 
 
 @dataclass(frozen=True)
@@ -26,31 +30,41 @@ class AppContext:
         options: with which the server was started.
         jobs: computes in the background for all sessions.
         sources: input sources beside the built-in ones.
-        library: of the lessons and of the teacher's notes, which are not read where there is no key.
         store: what visitors who have gone left behind.
         workload: what the rounds take, and how many private sessions there may be at once.
         errors: logs what fails in the pages' frames.
         panels: makes the panels that features add to the page of a visitor who operates a session.
+        key_help: rows of features for the page's table of keys.
+        overlays: makes what features draw on a page that shows a session.
         link: to the other processes of the server; None where there is one process.
         frame_due: set to ask for a frame at once.
+        parts: what features keep for the server.
     """
 
     server: DuetServer
     options: ServeOptions
     jobs: Jobs
     sources: InputSources
-    library: Library
     store: SessionStore
     workload: Workload
     errors: ThrottledLog
     panels: tuple[PanelMaker, ...] = ()
+    key_help: tuple[KeyHelp, ...] = ()
+    overlays: tuple[Callable[[View], ViewPart], ...] = ()
     link: WorkerLink | None = None
     frame_due: threading.Event = field(default_factory=threading.Event)
+    parts: list[ServerPart] = field(default_factory=list)
 
-    @property
-    def book(self) -> LessonBook:
-        """Return the lessons, in English."""
-        return self.library.book
+    def part(self, kind: type[P]) -> P:
+        """The server's part of a class.
+
+        Raises:
+            LookupError: the server has none; no feature in use adds it.
+        """
+        for part in self.parts:
+            if isinstance(part, kind):
+                return part
+        raise LookupError(f"no feature of this server adds a {kind.__name__}")
 
     def wake(self) -> None:
         """Ask for a frame at once; from any thread."""

@@ -50,8 +50,6 @@ class ServeOptions:
         bvh, camera, video, pose_model, law_file: see `app.session.input_source.find_input_sources`.
         edited_law: file of a law that the person who started the server may edit on the page; None for none.
         proof: what the notebook server adds to that person's requests, see `app.web.origin_policy.PROOF`; "" without one.
-        lessons: folder of lessons beside our own; None for none.
-        playlist: TOML file that names the lessons that are shown; None for all.
         ahead: whether to prepare what is slow the first time.
         store: file in which what visitors do outlives the server; None for memory alone.
         keep: how long it is kept after their last visit [s].
@@ -74,8 +72,6 @@ class ServeOptions:
     law_file: Path | None = None
     edited_law: Path | None = None
     proof: str = field(default="", repr=False)
-    lessons: Path | None = None
-    playlist: Path | None = None
     ahead: bool = False
     store: Path | None = None
     keep: float = 24.0 * 3600.0

@@ -10,7 +10,6 @@ from app.hosting.record_writer import RecordWriter
 from app.hosting.serve_options import ServeOptions
 from app.hosting.visitor_record import VisitorRecord, link_of, tab_id
 from app.i18n.speaking import N_
-from app.lessons.session.lesson_session import LessonSession
 from app.session.session import Session
 from app.settings import OPENED
 
@@ -55,7 +54,6 @@ class StoreState(NamedTuple):
 class _Parked:
     query: Mapping[str, str]
     session: Session
-    lessons: LessonSession
     since: float
 
 
@@ -139,7 +137,7 @@ class SessionStore:
         found = self._records.get(tab)
         return None if found is None else found[0]
 
-    def park(self, query: Mapping[str, str], session: Session, lessons: LessonSession) -> None:
+    def park(self, query: Mapping[str, str], session: Session) -> None:
         """Keep a live session, which does not advance meanwhile; a session that cannot be claimed is closed."""
         tab = tab_id(query)
         if tab is None:
@@ -147,10 +145,10 @@ class SessionStore:
             return
         session.hold(None)
         self._close(tab)
-        self._parked[tab] = _Parked(query, session, lessons, self._clock())
+        self._parked[tab] = _Parked(query, session, self._clock())
         self.tidy()
 
-    def claim(self, query: Mapping[str, str]) -> tuple[Session, LessonSession] | None:
+    def claim(self, query: Mapping[str, str]) -> Session | None:
         """Return the live session of a tab that is back by the same link, else None; by another link the session is closed."""
         self.tidy()
         tab = tab_id(query) or ""
@@ -159,7 +157,7 @@ class SessionStore:
             self._close(tab)
             return None
         del self._parked[tab]
-        return parked.session, parked.lessons
+        return parked.session
 
     def is_reload(self, query: Mapping[str, str]) -> bool:
         """True if the tab of a live session has loaded its page again; False if only its connection was lost."""

@@ -2,12 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import viser
 
+from app.page.handles.gizmos import Gizmos
 from app.page.panels import PagePanel
 from app.page.panels.controls import Controls
+from app.page.panels.hotkeys import Hotkey
 from app.page.view import View
 from app.session.action_handlers import ActionHandlers
 from app.session.session import Session
@@ -25,8 +27,10 @@ class PanelContext:
         view: what is seen of it.
         handlers: of the page's actions.
         controls: of the session's settings.
+        gizmos: with which the visitor moves what they hold.
         keep: the folder “Keep and replay”; not visible while few things are shown.
         private: whether the session belongs to this visitor alone: not to a class or one of its groups.
+        instead: keys that mean something else on this page, which others watch.
         made: the panels made so far.
     """
 
@@ -35,8 +39,10 @@ class PanelContext:
     view: View
     handlers: ActionHandlers
     controls: Controls
+    gizmos: Gizmos
     keep: viser.GuiFolderHandle
     private: bool
+    instead: tuple[Hotkey[Any], ...] = ()
     made: list[PagePanel] = field(default_factory=list)
 
     def panel(self, kind: type[P]) -> P:

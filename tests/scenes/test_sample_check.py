@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.__main__ import run_command as main
-from app.lessons.blocks import Table
-from app.lessons.markdown import Fault
-from app.lessons.setups import read_setup, usual_setup
+from app.features.lessons.blocks import Table
+from app.features.lessons.markdown import Fault
+from app.features.lessons.setups import read_setup, usual_setup
 from controllers.errors import BadInputFile
 from controllers.kinematics import Array
 from scenes.recording import Recording, inputs_from

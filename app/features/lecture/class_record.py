@@ -6,10 +6,10 @@ from time import time
 from typing import Final
 
 from app.features.lecture.class_summary import ClassSummary, HandIn
+from app.features.lessons.bookmark import OpenSteps
+from app.features.lessons.tally import Ballot, QuestionId
 from app.hosting.session_store import AWAY, SessionStore
 from app.hosting.visitor_record import VisitorRecord, part_of, with_part
-from app.lessons.bookmark import OpenSteps
-from app.lessons.tally import Ballot, QuestionId
 
 NAME: Final = "lecture"
 """Name of the shared session's record in the store."""

@@ -18,11 +18,11 @@ from app.features.lab_report.lab_report import Done, ReportEntry, lesson_title, 
 from app.features.lab_report.report_html import SHEET, locked_page, plain_svg
 from app.features.lecture.class_summary import AskedQuestion, ClassSummary, HandIn
 from app.features.lecture.tally_html import cloud_html, drawn_too, switches_text, tie_text
+from app.features.lessons.bookmark import fitting
+from app.features.lessons.lesson import MOST_CHOICES, Lesson, Step
+from app.features.lessons.progress import StepProgress, from_json
+from app.features.lessons.tally import QuestionId, Tally
 from app.i18n.speaking import set_language, tr
-from app.lessons.bookmark import fitting
-from app.lessons.lesson import MOST_CHOICES, Lesson, Step
-from app.lessons.progress import StepProgress, from_json
-from app.lessons.tally import QuestionId, Tally
 from app.recording.run_file import made_here
 from app.settings import Language
 from scenes.files import csv_text

@@ -7,7 +7,6 @@ from urllib.parse import urlencode
 
 import viser
 
-from app.lessons.session.lesson_session import LessonSession
 from app.session.counterexample_search import NAME
 from app.session.frame import Frame, freeze
 from app.session.session import Session
@@ -19,23 +18,18 @@ from scenes.counterexample import Attack
 PERIOD: Final = 0.5
 """Time between two writes of the link [s]; while a slider is dragged it need not follow."""
 
-OF_LESSONS: Final = ("scene", "rig", "robot", "autopilot", "ghost", "whatif", "plot", "speed", "lever")
-"""What a step decides by itself, and a link to it need not say."""
-
 
 def attack_query(settings: Settings, attack: Attack) -> dict[str, str]:
     """Return what a link says that replays an attack to break the promise."""
     return {**to_query(replace(settings, run=attack.settings)), ATTACK: attack.text()}
 
 
-def link_query(settings: Settings, lessons: LessonSession) -> dict[str, str]:
-    """Return what a link to the present page says."""
-    if not lessons.open:
-        return to_query(settings)
-    walk = lessons.walk
-    query = to_query(settings, walk.setup.settings(Settings()))
-    query = {key: text for key, text in query.items() if key not in OF_LESSONS}
-    return {"lesson": walk.lesson.id, "step": str(walk.lesson.steps.index(walk.step) + 1), **query}
+def link_query(session: Session) -> dict[str, str]:
+    """Query of a link to the present page."""
+    query = to_query(session.settings)
+    for part in session.parts:
+        query = part.link(query)
+    return query
 
 
 def link_to(address: str, query: Mapping[str, str]) -> str:
@@ -48,11 +42,11 @@ class LinkBox:
 
     Args:
         client: who gets it; its container is open.
-        session, lessons: what the link opens again.
+        session: what the link opens again.
     """
 
-    def __init__(self, client: viser.ClientHandle, session: Session, lessons: LessonSession) -> None:
-        self._lessons = lessons
+    def __init__(self, client: viser.ClientHandle, session: Session) -> None:
+        self._session = session
         self._address, self._frames = request_address(client), frames_of(client)
         self._box = client.gui.add_html("")
         self._next = 0.0
@@ -63,11 +57,10 @@ class LinkBox:
         if frame.now < self._next:
             return
         self._next = frame.after(PERIOD)
-        settings = frame.live.settings
         attack = None if frame.studies is None else frame.studies.counterexample.replayed
-        if frame.shown.replayed_file == NAME and attack is not None:
-            query = attack_query(settings, attack)
+        if attack is None or frame.shown.replayed_file != NAME:
+            query = link_query(self._session)
         else:
-            query = link_query(settings, self._lessons)
+            query = attack_query(frame.live.settings, attack)
         link = link_to(self._address, query)
         self._box.content = macros("page/panels/copy.html").link(link, self._frames)

@@ -10,9 +10,10 @@ from app.cli.custom_law import NewLaw, new_law
 from app.custom_law import examination
 from app.custom_law.arena import TrialResult
 from app.custom_law.trials import TRIALS
-from app.lessons.bookmark import Phase
+from app.features.lessons.bookmark import Phase
 from scenes.laws import DEFAULT_LAW
 from tests.app.conftest import OpenHouse, ask, visitor_of
+from tests.app.features.lessons.helpers import lessons_of
 from tests.app.inline import Inline
 from tests.browser import PageAt, close_software_note, until
 
@@ -35,7 +36,7 @@ def test_ones_custom_law_is_broken_mended_tested_and_passes(
     page.locator(".duet-l-head").wait_for()
     page.get_by_role("button", name="Leave the lessons").wait_for()
     close_software_note(page)
-    session, run = visitor_of(opened).session, visitor_of(opened).lessons
+    session, run = visitor_of(opened).session, lessons_of(visitor_of(opened))
     while run.walk.phase is not Phase.CHALLENGE:
         before = run.walk.phase
         page.keyboard.press("n")

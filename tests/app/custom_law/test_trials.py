@@ -21,12 +21,12 @@ from app.custom_law.examination import Examination, ExaminationProgress, examine
 from app.custom_law.law_file import LawFile
 from app.custom_law.law_limits import LawProblem
 from app.custom_law.trials import TRIALS, WHY, verdict_on
+from app.features.lessons.bookmark import Phase
+from app.features.lessons.loading import load_lessons
+from app.features.lessons.session.lesson_actions import Press
+from app.features.lessons.session.lesson_session import LessonSession
 from app.i18n.catalogue import words_of
-from app.lessons.bookmark import Phase
-from app.lessons.loading import load_lessons
-from app.lessons.session.lesson_actions import Press
-from app.lessons.session.lesson_session import LessonSession
-from app.page.lessons.lesson_html import COMMANDS, law_html
+from app.page.panels.law_tests import COMMANDS, law_html
 from app.runtime.job_pool import BUSY, JobPool
 from app.session.session import Session
 from app.settings import Language, Settings
@@ -37,6 +37,7 @@ from scenes import wanted
 from scenes.settings import LawSettings, changed
 from tests.app.conftest import Arrive, OpenHouse
 from tests.app.custom_law.helpers import PAPER, received, session_of, situation, write
+from tests.app.features.lessons.helpers import lessons_of
 from tests.app.inline import Inline
 from tests.app.page.helpers import buttons, shown
 from tests.app.runtime.processes import until
@@ -343,7 +344,7 @@ def test_without_a_file() -> None:
 
 def test_without_a_file_the_step_says_what_to_type(house: OpenHouse, arrive: Arrive) -> None:
     guest = arrive(house(), "lesson=10&step=5")
-    guest.ask(lambda session: to_challenge(session, guest.lessons))
+    guest.ask(lambda session: to_challenge(session, lessons_of(guest)))
     guest.visitor.wait_for(lambda v: "Hint 1 of" in " ".join(buttons(v)) and all(command in shown(v) for command in COMMANDS))
     assert "Test my law" not in buttons(guest.visitor)
 

@@ -13,11 +13,11 @@ from app.__main__ import run_command as main
 from app.features import FEATURES
 from app.features.jupyter.duet import cell_html
 from app.features.jupyter.notebook_run import NotebookRun
+from app.features.lessons.loading import load_lessons
 from app.hosting.serve_options import ServeOptions
 from app.i18n.client_texts import translations
 from app.i18n.reader_language import language_asked
 from app.i18n.speaking import decimal, set_language
-from app.lessons.loading import load_lessons
 from app.start import start_app
 from tests.blocking_client import BlockingClient
 

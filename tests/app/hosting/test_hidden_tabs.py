@@ -8,12 +8,12 @@ import pytest
 from app.hosting.frame_loop import LIVELY, RESTING, UNSEEN, Attention
 from app.hosting.record_writer import BEAT
 from app.hosting.visitor import SAVING, SAVING_AT_REST
-from app.lessons.progress import from_json
 from app.session.actions import Pause, SetSetting
 from app.settings import Settings
 from app.web.pages import HIDDEN, SHOWN
 from scenes.settings import specs
 from tests.app.conftest import FRAME, ByHand, Made, visitor_of
+from tests.app.features.lessons.helpers import progress_in
 from tests.app.page.helpers import click
 from tests.app.runtime.processes import until
 from tests.app.stores import find
@@ -147,5 +147,4 @@ def test_after_a_rest_what_a_visitor_does_is_saved_at_once(by_hand: Made, tmp_pa
         # The writer takes up to `BEAT` more.
         drawn(opened, 2.0 - BEAT)
         record = find(opened.house.context.store, query)
-        assert record is not None and record.lessons is not None
-        assert [done.choice for done in from_json(record.lessons.progress).steps.values()] == [choice]
+        assert [done.choice for done in progress_in(record).steps.values()] == [choice]

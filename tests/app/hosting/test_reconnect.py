@@ -16,16 +16,17 @@ from urllib.request import urlopen
 import msgspec
 import pytest
 
+from app.features.lessons.bookmark import Phase
+from app.features.lessons.session.lesson_session import LessonSession
 from app.hosting import record_writer
 from app.hosting import visitor as visitor_module
 from app.hosting.store_file import StoreFile
-from app.lessons.bookmark import Phase
-from app.lessons.session.lesson_session import LessonSession
 from app.session.session import Session
 from app.settings import Settings
 from app.start import App
 from scenes.settings import changed
 from tests.app.conftest import Join, Made, OpenHouse, ask, live_sessions, private_of
+from tests.app.features.lessons.helpers import lessons_of
 from tests.app.page.helpers import buttons, click, notes, page_label
 from tests.blocking_client import BlockingClient
 
@@ -51,7 +52,7 @@ class Tab:
 
     @property
     def lessons(self) -> LessonSession:
-        return private_of(self.opened).visitors[self.number].lessons
+        return lessons_of(private_of(self.opened).visitors[self.number])
 
     def cut(self, unfinished: bytes = b"") -> None:
         """Break the connection without a word; perhaps in the middle of a message."""

@@ -16,14 +16,14 @@ from app.custom_law.law_file import LawFile, Wrong
 from app.custom_law.law_limits import problem_of
 from app.custom_law.trials import verdict_on
 from app.custom_law.wire import Failure, TextParts, decode_reply, encode
-from app.hosting.visitor import open_link, step_of
+from app.features.lessons.lesson import NO_LESSONS
+from app.features.lessons.loading import load_lessons
+from app.features.lessons.panel.lesson_visit import open_link, step_of
+from app.features.lessons.session.lesson_session import LessonSession
+from app.features.lessons.walkthrough import Walkthrough
 from app.i18n.catalogue import words_of
 from app.i18n.client_texts import ALL, ICON_NAMES, LOST, OURS, VISERS, translations
 from app.i18n.speaking import set_language, tr
-from app.lessons.lesson import NO_LESSONS
-from app.lessons.loading import load_lessons
-from app.lessons.session.lesson_session import LessonSession
-from app.lessons.walkthrough import Walkthrough
 from app.recording.outcome import Comparison, Difference
 from app.recording.run_file import Agreement, _words, changed_versions, load_run, saved_bytes
 from app.session.session import Session
@@ -35,8 +35,8 @@ from scenes.person.bvh import read_bvh
 from scenes.person.clips import Clip
 from scenes.rerun import not_again
 from scenes.settings import RunSettings, changed
+from tests.app.features.lessons.helpers import our_book
 from tests.app.i18n.conftest import untranslated
-from tests.app.lessons.helpers import our_book
 from tests.app.recording.runs import piece
 from tests.scenes.person.bvh_text import MIXAMO, write_bvh
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from app.lessons.loading import load_lessons
+from app.features.lessons.loading import load_lessons
 from app.text.lesson_text import plain
 from tests.app.conftest import Arrive, Guest, OpenHouse, ask
 from tests.app.i18n.conftest import untranslated

@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.lessons.evidence import Evidence
-from app.lessons.lesson import Step
-from app.lessons.outcomes import decisive_moment
-from app.lessons.reference_runs import begin_reference_run, person_of
-from app.page.camera_follow import CameraFollow, lesson_view
+from app.features.lessons.evidence import Evidence
+from app.features.lessons.lesson import Step
+from app.features.lessons.outcomes import decisive_moment
+from app.features.lessons.panel.lesson_camera import lesson_view
+from app.features.lessons.reference_runs import begin_reference_run, person_of
+from app.page.camera_follow import CameraFollow
 from app.page.picture_size import FreePicture, PictureSize, free_picture
 from app.session.input_source import InputSource
 from app.session.replay_player import Mark
@@ -23,7 +24,7 @@ from scenes.rigs import Camera
 from scenes.roles import TargetSource
 from scenes.settings import RunSettings
 from scenes.simulation import Simulation
-from tests.app.lessons.helpers import our_book
+from tests.app.features.lessons.helpers import our_book
 
 pytestmark = pytest.mark.slow
 

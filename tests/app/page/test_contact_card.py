@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page
 
+from app.features.lessons.bookmark import Phase
+from app.features.lessons.session.lesson_actions import Choose
 from app.i18n.speaking import set_language
-from app.lessons.bookmark import Phase
-from app.lessons.session.lesson_actions import Choose
 from app.page import STATIC
 from app.page.panels.contact_card import (
     contact_note,

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from app.i18n.speaking import set_language
-from app.page.lessons.drawing_board import CurveControl
 from app.page.panels.compare import attack_html, smoothness_html, what_if_html
+from app.page.panels.curve_control import CurveControl
 from app.runtime.job_pool import JobPool
 from app.session.counterexample_search import CounterexampleSearch
 from app.session.relevant_settings import ALSO, matters

@@ -6,14 +6,14 @@ import json
 import pytest
 from playwright.sync_api import Page
 
-from app.lessons.bookmark import Phase
-from app.lessons.outcomes import asks_for_distance, guessed_answer
-from app.lessons.progress import Progress, from_json, to_json
+from app.features.lessons.bookmark import Phase
+from app.features.lessons.outcomes import asks_for_distance, guessed_answer
+from app.features.lessons.progress import Progress, from_json, to_json
 from app.plots.curve_chart import COLUMNS
 from app.session.session import Session
 from controllers.curve import curve_through
 from tests.app.conftest import OpenHouse, ask, live_sessions
-from tests.app.lessons.helpers import our_book
+from tests.app.features.lessons.helpers import our_book
 from tests.app.page.by_hand import drag, drag_by_finger
 from tests.browser import PageAt, close_software_note, screenshot, settled_box, until
 from tests.tools.lesson_walker import enter

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from playwright.sync_api import Locator, Page
 
-from app.lessons.bookmark import Phase
-from app.lessons.session.lesson_actions import Choose, Press
+from app.features.lessons.bookmark import Phase
+from app.features.lessons.panel.lesson_controls import LessonControls
+from app.features.lessons.session.lesson_actions import Choose, Press
 from app.session.replay import Replay
 from app.session.session import Session
 from scenes.targets import JointTarget
@@ -186,7 +187,7 @@ def test_a_value_that_comes_while_a_frame_is_made_swings_the_elbow_alone(
         ask(session, lambda _: run.act(Press("next")))
     swing = box(row_of(page, "swing the elbow"))
     swing.wait_for()
-    slider, making = visitor_of(opened).operation._lesson_controls._motions._sliders[0], session.step
+    slider, making = visitor_of(opened).operation.panel(LessonControls)._motions._sliders[0], session.step
 
     def slow_step(elapsed: float, budget: float) -> int:
         """Make the steps of a frame, which has taken its actions already, while the visitor's value arrives."""

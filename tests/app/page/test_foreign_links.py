@@ -6,10 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.hosting.visitor_record import lesson_link, link_of
+from app.features.lessons.panel.lesson_visit import lesson_link
+from app.features.lessons.panel.welcome import is_for_newcomers
+from app.hosting.visitor_record import link_of
 from app.i18n.catalogue import words_of
 from app.i18n.reader_language import language_asked, look_of
-from app.page.panels.welcome import is_for_newcomers
 from app.settings import FOREIGN_KEYS, LANGUAGES, LOOKS, Settings, from_query, is_appended, is_foreign, to_query
 from app.web.pages import page_query
 from controllers.errors import BadSetting

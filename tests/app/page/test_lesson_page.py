@@ -8,22 +8,23 @@ from unittest.mock import MagicMock
 
 import pytest
 
-from app.hosting.visitor import open_link
+from app.features.lessons.bookmark import Phase
+from app.features.lessons.folder import FOLDER
+from app.features.lessons.loading import load_lessons
+from app.features.lessons.panel.answer_boxes import read_number
+from app.features.lessons.panel.lesson_charts import search_plot
+from app.features.lessons.panel.lesson_controls import LessonControls
+from app.features.lessons.panel.lesson_html import attempt_html, blocks_html
+from app.features.lessons.panel.lesson_keys import LESSON_KEYS
+from app.features.lessons.panel.lesson_panel import ORDER, LessonPanel
+from app.features.lessons.panel.lesson_visit import open_link
+from app.features.lessons.progress import Try
+from app.features.lessons.reference_runs import simulated
+from app.features.lessons.session.lesson_actions import GoTo, Press, SayNumber
+from app.features.lessons.session.lesson_session import LessonSession
+from app.features.lessons.walkthrough import Walkthrough
 from app.i18n.speaking import set_language
-from app.lessons import FOLDER
-from app.lessons.bookmark import Phase
-from app.lessons.loading import load_lessons
-from app.lessons.progress import Try
-from app.lessons.reference_runs import simulated
-from app.lessons.session.lesson_actions import GoTo, Press, SayNumber
-from app.lessons.session.lesson_session import LessonSession
-from app.lessons.walkthrough import Walkthrough
-from app.page.lessons.answer_boxes import read_number
-from app.page.lessons.lesson_charts import search_plot
-from app.page.lessons.lesson_controls import LessonControls
-from app.page.lessons.lesson_html import attempt_html, blocks_html
-from app.page.lessons.lesson_panel import ORDER, LessonPanel
-from app.page.panels.hotkeys import LESSON_KEYS, hotkeys
+from app.page.panels.hotkeys import hotkeys
 from app.session.frame import freeze
 from app.session.session import Session
 from app.settings import LANGUAGES, Language, Settings
@@ -33,7 +34,7 @@ from app.text.picture import PICTURE, picture_html
 from app.text.templates import macros
 from scenes.settings import changed, values
 from tests.app.conftest import Arrive, OpenHouse, ask
-from tests.app.lessons.helpers import our_book, to_challenge
+from tests.app.features.lessons.helpers import lessons_of, our_book, to_challenge
 from tests.app.page.helpers import Client, bodies, buttons, click, page_label, shown
 
 pytestmark = pytest.mark.slow
@@ -177,7 +178,7 @@ def test_the_panel_goes_on_after_a_skipped_lever_whatever_ghost_is_chosen(ghost:
 def test_a_number_stays_with_its_step_and_one_that_arrives_late_goes_there(house: OpenHouse, arrive: Arrive) -> None:
     number, index = next((n, i) for n, one in enumerate(BOOK.lessons, 1) for i, s in enumerate(one.steps) if s.id == "forecast")
     one = arrive(house(), f"lesson={number}&step={index + 1}")
-    visitor, run = one.visitor, one.lessons
+    visitor, run = one.visitor, lessons_of(one)
 
     def asks() -> bool:
         to_challenge(run.walk)
@@ -217,7 +218,7 @@ def test_no_two_keys_or_their_texts_are_the_same() -> None:
 
 def test_a_link_opens_a_step_with_its_plots_and_leaving_gives_ones_own_back(house: OpenHouse, arrive: Arrive) -> None:
     one = arrive(house(), "lesson=3&step=2")
-    visitor, run = one.visitor, one.lessons
+    visitor, run = one.visitor, lessons_of(one)
     visitor.wait_for(lambda v: len(v.mirror.commands) == len(hotkeys()) + len(LESSON_KEYS))
     assert (run.walk.lesson.id, run.walk.step.id) == ("strict-priority", "switch")
     # A lesson shows the plots that its step needs, and offers no others.
@@ -246,7 +247,7 @@ def test_the_settings_of_a_step_stand_in_the_lessons_own_panel(house: OpenHouse,
     visitor.wait_for(lambda v: controls(v)[0]["value"] == 0.4)
     visitor.send({"type": "GuiUpdateMessage", "uuid": theirs["uuid"], "updates": {"value": 0.3}})
     visitor.wait_for(lambda v: controls(v)[1]["value"] == 0.3)
-    ask(session, lambda _: one.lessons.act(GoTo(None, 0)))
+    ask(session, lambda _: lessons_of(one).act(GoTo(None, 0)))
     visitor.wait_for(lambda v: [c["visible"] for c in controls(v)] == [True, False])
 
 
@@ -264,7 +265,7 @@ def test_a_projector_gets_a_wider_lesson_and_higher_plots(house: OpenHouse, arri
 
 def test_a_bad_link_is_named_and_the_page_goes_on(house: OpenHouse, arrive: Arrive) -> None:
     guest = arrive(house(), "lesson=%3Cb%3E")
-    assert not guest.lessons.open
+    assert not lessons_of(guest).open
     guest.run_on(0.1)
     run = LessonSession(Session(Settings()), BOOK)
     assert "step = 2 needs lesson" in open_link(run, {"step": "2"}, None)[0] and not run.open
@@ -310,7 +311,7 @@ def test_a_number_that_is_compared_with_three_others_is_a_small_table() -> None:
         "Smallest d: 14 mm; with n = 1: 30 mm; with n = 20: 1.3 mm; with law = <b>: 41 mm.",
         "Largest e: 3 mm; with n = 1: 9 mm.",
     )
-    made = str(macros("page/lessons/lesson.html").paragraphs(lines)).replace("\u00a0", " ")
+    made = str(macros("features/lessons/panel/lesson.html").paragraphs(lines)).replace("\u00a0", " ")
     cells = re.findall(r"<td>(.*?)</td>", made)
     assert cells[:2] == ["Smallest d:", "14 mm"] and cells[-2:] == ["with law = &lt;b&gt;:", "41 mm"] and len(cells) == 8
     assert "<p>Largest e: 3 mm; with n = 1: 9 mm.</p>" in made

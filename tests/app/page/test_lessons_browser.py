@@ -6,9 +6,9 @@ import re
 import pytest
 from playwright.sync_api import Browser, Page
 
-from app.lessons.bookmark import Phase
-from app.lessons.session.lesson_actions import Choose, Press
-from app.lessons.session.lesson_session import LessonSession
+from app.features.lessons.bookmark import Phase
+from app.features.lessons.session.lesson_actions import Choose, Press
+from app.features.lessons.session.lesson_session import LessonSession
 from app.session.session import Session
 from app.settings import Settings
 from scenes.settings import changed, values

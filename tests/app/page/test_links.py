@@ -16,6 +16,7 @@ from scenes.run_text import run_of_text
 from scenes.settings import values
 from scenes.targets import HandTarget
 from tests.app.conftest import Arrive, Guest, OpenHouse, live_sessions
+from tests.app.features.lessons.helpers import lessons_of
 from tests.app.page.by_hand import USUAL, WRIST, chosen, control, run_on, see_plots, set_by_hand, visit
 from tests.app.page.helpers import click, notes, shown
 from tests.app.runtime.processes import until as wait_until
@@ -112,7 +113,7 @@ def test_a_push_is_counted_and_its_link_replays_it_in_another_browser(house: Ope
     app = house()
     one = arrive(app, "lesson=hold&step=3")
     link = pushed(one)
-    push = one.lessons.walk.nearest
+    push = lessons_of(one).walk.nearest
     assert push is not None
     other = arrive(app, link)
     other.visitor.wait_for(lambda v: "This is a push from a link" in shown(v) and "Try to touch it" in shown(v))

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, TimeoutError
 
-from app.lessons.bookmark import Phase
-from app.lessons.session.lesson_actions import Choose, Press
+from app.features.lessons.bookmark import Phase
+from app.features.lessons.session.lesson_actions import Choose, Press
 from app.session.replay_player import ReplayPlayer
 from app.session.session import Session
 from scenes.history import COLUMN

@@ -4,8 +4,8 @@ browser, beside the arms, gone at the first drag of an arm."""
 import pytest
 from playwright.sync_api import Page
 
+from app.features.lessons.panel.welcome import is_for_newcomers
 from app.i18n.catalogue import words_of
-from app.page.panels.welcome import is_for_newcomers
 from app.settings import Language, Settings
 from scenes.settings import changed
 from tests.accessibility import accessible

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.lessons.room_places import RoomPlace, Start, start_positions
+from app.features.lessons.room_places import RoomPlace, Start, start_positions
 from app.page.panels.contact_card import contact_note
 from app.page.panels.distance_rate import MISSED, Term, budget_terms, error_step, missed, promise_html, wanted_rate
 from app.page.panels.readout import error_html, status_html, tiles_html, tip_text

@@ -6,13 +6,14 @@ import sys
 import pytest
 from playwright.sync_api import Page
 
-from app.lessons.bookmark import Phase
-from app.lessons.session.lesson_actions import Enter
-from app.lessons.session.lesson_session import LessonSession
+from app.features.lessons.bookmark import Phase
+from app.features.lessons.session.lesson_actions import Enter
+from app.features.lessons.session.lesson_session import LessonSession
 from app.page import STATIC
 from app.page.panels.controls import TABS
 from app.session.session import Session
 from tests.app.conftest import OpenHouse, ask, visitor_of
+from tests.app.features.lessons.helpers import lessons_of
 from tests.app.page.by_hand import visit
 from tests.app.page.helpers import STAGES, USUAL_STAGE
 from tests.browser import PageAt, lasting, until, wait_frames
@@ -186,7 +187,7 @@ def test_the_page_as_it_opens_every_control_and_the_steps_of_every_lesson(
     page.get_by_text(words, exact=True).wait_for()
     see_labels(page, session)
     ask(session, lambda s: [s.change(key, getattr(before, key)) for key in look])
-    run = visitor_of(opened).lessons
+    run = lessons_of(visitor_of(opened))
     ask(session, lambda _: run.act(Enter(0)))
     found: list[str] = []
     # The last lesson has the texts of the first. Nowhere is there more room than in the large window, whose panel is the widest and

@@ -7,9 +7,9 @@ from html import unescape
 import numpy as np
 import pytest
 
-from app.lessons.evidence import Evidence
-from app.lessons.measures.quantity import measure
-from app.lessons.room_places import RoomPlace, Start, start_positions
+from app.features.lessons.evidence import Evidence
+from app.features.lessons.measures.quantity import measure
+from app.features.lessons.room_places import RoomPlace, Start, start_positions
 from app.page.panels.contact_card import contact_note, contact_numbers
 from app.page.panels.distance_rate import BELOW, budget_terms, least_lever, promise_html, trend
 from app.page.panels.readout import status_html

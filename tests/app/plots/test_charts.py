@@ -12,9 +12,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from app.features.lessons.evidence import Evidence
+from app.features.lessons.measures.quantity import measure
 from app.i18n.speaking import set_language
-from app.lessons.evidence import Evidence
-from app.lessons.measures.quantity import measure
 from app.plots.chart import Chart, ChartAxes
 from app.plots.lap_charts import laps_html
 from app.plots.law_charts import FAR, FRAME, all_laws, curve_html, distances, laws_html

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from app.lessons.loading import load_lessons
-from app.lessons.session.lesson_actions import Press
-from app.lessons.session.lesson_session import LessonSession
+from app.features.lessons.loading import load_lessons
+from app.features.lessons.session.lesson_actions import Press
+from app.features.lessons.session.lesson_session import LessonSession
 from app.runtime.throttled_log import EVER_RARER, ThrottledLog
 from app.session.session import Session
 from app.settings import Settings

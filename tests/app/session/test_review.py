@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from app.lessons.bookmark import Phase
-from app.lessons.session import lesson_actions as do
-from app.lessons.session.lesson_session import LessonSession
+from app.features.lessons.bookmark import Phase
+from app.features.lessons.session import lesson_actions as do
 from app.page.panels.shown_moment import moment_html
 from app.session.actions import Pause, Reset, SetSetting
 from app.session.frame import Frame, make_frame
@@ -16,8 +15,8 @@ from app.session.session import Session
 from app.settings import PageSettings, Settings
 from scenes.history import COLUMN
 from scenes.settings import RunSettings
+from tests.app.features.lessons.helpers import lessons_in, our_book
 from tests.app.inline import Inline
-from tests.app.lessons.helpers import our_book
 
 BOOK = our_book()
 
@@ -28,7 +27,7 @@ class Watched:
     def __init__(self, settings: Settings | None = None) -> None:
         self.pool = Inline()
         self.session = Session(settings or Settings(), background=self.pool)
-        self.lessons = LessonSession(self.session, BOOK)
+        self.lessons = lessons_in(self.session, BOOK)
         self.now = 0.0
 
     @property
@@ -38,7 +37,7 @@ class Watched:
     def frame(self, elapsed: float = 0.05) -> Frame:
         self.now += elapsed
         self.pool.work("film")
-        return make_frame(self.session, self.lessons.decide, self.now, elapsed, 1e9)
+        return make_frame(self.session, self.now, elapsed, 1e9)
 
     def run(self, seconds: float) -> None:
         end = self.session.simulation.time + seconds

@@ -17,17 +17,17 @@ from app.features.lecture.class_report import COLUMNS, class_report_bytes, class
 from app.features.lecture.class_summary import ClassSummary, HandIn
 from app.features.lecture.classroom import Classroom
 from app.features.lecture.student_work import clean_name
+from app.features.lessons.lesson import LessonBook
+from app.features.lessons.library import Library
+from app.features.lessons.progress import from_json
+from app.features.lessons.walkthrough import Walkthrough
 from app.hosting.visitor_record import record_from_bytes, record_to_bytes
 from app.i18n.catalogue import words_of
-from app.lessons.lesson import LessonBook
-from app.lessons.library import Library
-from app.lessons.progress import from_json
-from app.lessons.walkthrough import Walkthrough
 from app.plots.curve_chart import COLUMNS as CURVE
 from app.settings import Language
 from scenes.files import csv_cell
+from tests.app.features.lessons.helpers import our_book
 from tests.app.html_reader import HtmlReader
-from tests.app.lessons.helpers import our_book
 from tests.browser import PageAt, screenshot
 
 BOOK = our_book()

@@ -14,19 +14,19 @@ from app.features.lecture.breakout_places import HOLD, BreakoutPlaces, group_siz
 from app.features.lecture.class_record import ClassRecord
 from app.features.lecture.classroom import Classroom
 from app.features.lecture.classroom_html import join_html, mine_html, poll_html
+from app.features.lessons.bookmark import Phase
+from app.features.lessons.library import Library
+from app.features.lessons.outcomes import reference
+from app.features.lessons.progress import StepProgress, from_json
+from app.features.lessons.tally import Ballot, Tally
+from app.features.lessons.walkthrough import Walkthrough
 from app.hosting.teacher_key import is_mistaken, is_teacher
-from app.lessons.bookmark import Phase
-from app.lessons.library import Library
-from app.lessons.outcomes import reference
-from app.lessons.progress import StepProgress, from_json
-from app.lessons.tally import Ballot, Tally
-from app.lessons.walkthrough import Walkthrough
 from app.plots.curve_chart import COLUMNS
 from app.theme import PALETTES
 from app.web import address
 from app.web.address import Address, find_address, own_address, qr_svg
+from tests.app.features.lessons.helpers import our_book
 from tests.app.html_reader import HtmlReader
-from tests.app.lessons.helpers import our_book
 
 BOOK = our_book()
 

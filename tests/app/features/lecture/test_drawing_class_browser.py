@@ -4,8 +4,8 @@ import re
 
 import pytest
 
-from app.lessons.bookmark import Phase
-from app.lessons.session.lesson_actions import Press
+from app.features.lessons.bookmark import Phase
+from app.features.lessons.session.lesson_actions import Press
 from app.settings import Settings
 from scenes.settings import changed
 from tests.app.conftest import OpenHouse, ask

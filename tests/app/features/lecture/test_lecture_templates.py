@@ -13,9 +13,9 @@ from app.features.lecture.classroom_html import join_html, mine_html, overlay_ht
 from app.features.lecture.overlays import screen_html
 from app.features.lecture.presenter import Station
 from app.features.lecture.student_work import BoardRow, Cell
-from app.lessons.outcomes import AnswerVerdict
-from app.lessons.progress import Progress, to_json
-from app.lessons.tally import Ballot, Tally
+from app.features.lessons.outcomes import AnswerVerdict
+from app.features.lessons.progress import Progress, to_json
+from app.features.lessons.tally import Ballot, Tally
 from app.web.address import Address
 from tests.app.features.test_templates import (
     ALL_TEMPLATES,

@@ -8,16 +8,16 @@ import pytest
 from app.features.lecture.overlays import work_html
 from app.features.lecture.presenter import ShownWork
 from app.features.lecture.student_work import NAMES, STUCK, Cell, ProgressBoard
-from app.lessons.bookmark import Bookmark, OpenSteps, open_steps_from_text
-from app.lessons.lesson import Lesson
-from app.lessons.progress import StepProgress
-from app.lessons.session.lesson_actions import Choose, Enter, GoTo, Press
-from app.lessons.session.lesson_session import LessonSession
+from app.features.lessons.bookmark import Bookmark, OpenSteps, open_steps_from_text
+from app.features.lessons.lesson import Lesson
+from app.features.lessons.progress import StepProgress
+from app.features.lessons.session.lesson_actions import Choose, Enter, GoTo, Press
+from app.features.lessons.session.lesson_session import LessonSession
 from app.plots.curve_chart import COLUMNS
 from app.session.session import Session
 from app.settings import Settings
 from controllers.errors import BadSetting
-from tests.app.lessons.helpers import our_book
+from tests.app.features.lessons.helpers import our_book
 
 BOOK = our_book()
 LESSON = BOOK.lessons[0]
