@@ -1,22 +1,17 @@
 """A tab that is out of sight, or on which nothing happens, costs next to nothing, and is whole again at once."""
 
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from app.hosting.frame_loop import LIVELY, RESTING, UNSEEN, Attention
-from app.hosting.record_writer import BEAT
 from app.hosting.visitor import SAVING, SAVING_AT_REST
 from app.session.actions import Pause, SetSetting
 from app.settings import Settings
 from app.web.pages import HIDDEN, SHOWN
 from scenes.settings import specs
 from tests.app.conftest import FRAME, ByHand, Made, visitor_of
-from tests.app.features.lessons.helpers import progress_in
-from tests.app.page.helpers import click
 from tests.app.runtime.processes import until
-from tests.app.stores import find
 from tests.blocking_client import BlockingClient
 
 
@@ -135,16 +130,3 @@ def test_a_page_at_rest_is_saved_seldom(by_hand: Made, tmp_path: Any, monkeypatc
     saved.clear()
     drawn(opened, 2.0 * SAVING_AT_REST)
     assert len(saved) == pytest.approx(2, abs=1)
-
-
-def test_after_a_rest_what_a_visitor_does_is_saved_at_once(by_hand: Made, tmp_path: Path) -> None:
-    opened, query = by_hand(sessions=3, store=tmp_path / "store"), {"resume": "0123456789abcdef" * 2}
-    page = opened.let_in(f"lesson=3&step=2&resume={query['resume']}")
-    for choice, rest in enumerate((0.0, 4.0, 25.0)):
-        drawn(opened, LIVELY + rest)
-        click(page, f"{choice + 1} ")
-        until(lambda: len(visitor_of(opened).session.posts) > 0)
-        # The writer takes up to `BEAT` more.
-        drawn(opened, 2.0 - BEAT)
-        record = find(opened.house.context.store, query)
-        assert [done.choice for done in progress_in(record).steps.values()] == [choice]

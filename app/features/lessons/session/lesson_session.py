@@ -22,6 +22,7 @@ from app.features.lessons.walkthrough import Walkthrough
 from app.i18n.catalogue import words_of
 from app.runtime.throttled_log import ThrottledLog
 from app.session.parts import SessionPart
+from app.session.run_limits import RunLimits
 from app.session.session import Session
 from app.settings import Language, Settings, to_query
 from controllers.errors import BadSetting, DuetError
@@ -131,8 +132,7 @@ class LessonSession(SessionPart):
             self._session.reset()
         finally:
             self._session.halt.go_on()
-            self._session.looks_up_at = 0.0
-            self._session.ghost_hidden = self._session.on_grid = False
+            self._session.limits = RunLimits()
             self._session.player.leave()
             self.open = False
             self.version += 1
@@ -420,7 +420,7 @@ class LessonSession(SessionPart):
             return
         if walk.locked:
             session.halt.set("lesson")
-        session.ghost_hidden = walk.rival_hidden
+        session.limits.ghost_hidden = walk.rival_hidden
         simulation = session.simulation
         if walk.watch(simulation):
             self.version += 1

@@ -102,7 +102,7 @@ class StepRunner:
             session.simulation.reset(start)
             if session.ghost is not None:
                 session.ghost.reset(start)
-        session.on_grid = walk.pushes
+        session.limits.on_grid = walk.pushes
         if walk.yours:
             session.set_source(None)
             session.change("autopilot", False)
@@ -114,7 +114,7 @@ class StepRunner:
             begin_reference_run(beside, asked)
             session.show_beside(beside, person_of(beside, asked, walk.kept))
         # A hand that is the visitor's answers at once; anything else waits for Run.
-        session.looks_up_at = 0.0 if walk.yours else walk.setup.seconds
+        session.limits.frame_ends_at = 0.0 if walk.yours else walk.setup.seconds
         session.halt.go_on()
         session.halt.set("lesson", walk.locked or not walk.yours)
         if not self._warm:
@@ -157,6 +157,7 @@ class StepRunner:
         if challenge.custom_law:
             if session.law.examination is not None:
                 session.law.examination.begin()
+                self._tests = session.law.tests
             return
         typed = (*said, *(None,) * len(challenge.forecasts))
         forecasts = [

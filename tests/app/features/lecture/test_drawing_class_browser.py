@@ -11,7 +11,7 @@ from scenes.settings import changed
 from tests.app.conftest import OpenHouse, ask
 from tests.app.features.lecture.lecture_room import lecture_of
 from tests.app.features.lecture.test_browser import WAIT, come
-from tests.app.page.test_drawing_browser import by_mouse
+from tests.app.features.lessons.test_drawing_browser import by_mouse
 from tests.browser import PageAt, screenshot, until
 
 

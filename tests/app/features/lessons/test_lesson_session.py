@@ -176,7 +176,7 @@ def test_the_plot_counts_the_changes_that_the_outcome_counts() -> None:
     run.leave()
     session.halt.go_on()
     session.advance(0.1)
-    assert session.simulation.steps > 0 and session.looks_up_at == 0.0
+    assert session.simulation.steps > 0 and session.limits.frame_ends_at == 0.0
 
 
 @pytest.mark.parametrize("halted", [False, True])
